@@ -1,0 +1,68 @@
+"""Input checks: each raises one sentence that says what, expected, received and the remedy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+
+
+def whole(name: str, value: Any, at_least: int = 1, at_most: int | None = None) -> int:
+    """``value`` as an int, or ValueError when it is not a whole number in the stated range."""
+    limit = f"of at least {at_least}" if at_most is None else f"from {at_least} to {at_most}"
+    number = float("nan")
+    if not isinstance(value, bool) and isinstance(value, (int, float, np.integer, np.floating)):
+        number = float(value)
+    whole_number = math.isfinite(number) and number == math.floor(number)
+    if not whole_number or number < at_least or (at_most is not None and number > at_most):
+        raise ValueError(f"{name} must be a whole number {limit}; received {value!r}.")
+    return int(value)
+
+
+def real(name: str, value: Any, remedy: str = "") -> float:
+    """``value`` as a finite float, or ValueError."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = float("nan")
+    if not math.isfinite(number):
+        raise ValueError(_sentence(f"{name} must be a finite real number", repr(value), remedy))
+    return number
+
+
+def positive(name: str, value: Any, remedy: str = "") -> float:
+    """``value`` as a finite float above zero, or ValueError."""
+    number = real(name, value, remedy)
+    if number <= 0.0:
+        raise ValueError(_sentence(f"{name} must be positive", repr(value), remedy))
+    return number
+
+
+def array(name: str, value: Any, shape: Sequence[int] | None = None, remedy: str = "") -> Array:
+    """``value`` as a read-only float64 array of finite numbers, or ValueError."""
+    try:
+        numbers = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(
+            _sentence(f"{name} must be an array of real numbers", repr(value), remedy)
+        ) from None
+    if shape is not None and numbers.shape != tuple(shape):
+        raise ValueError(
+            _sentence(f"{name} must have shape {tuple(shape)}", f"shape {numbers.shape}", remedy)
+        )
+    if not np.all(np.isfinite(numbers)):
+        where = np.argwhere(~np.isfinite(np.atleast_1d(numbers)))[0].tolist()
+        raise ValueError(
+            _sentence(
+                f"{name} must hold finite numbers only", f"a non-finite entry at {where}", remedy
+            )
+        )
+    return read_only(numbers)
+
+
+def _sentence(expected: str, received: str, remedy: str) -> str:
+    return f"{expected}; received {received}." + (f" {remedy}" if remedy else "")

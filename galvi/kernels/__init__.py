@@ -1,0 +1,1 @@
+"""Free functions on arrays, compiled; they import nothing of the rest of galvi."""

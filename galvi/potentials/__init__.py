@@ -1,0 +1,1 @@
+"""Potentials that references recognise by type and fields."""

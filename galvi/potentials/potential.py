@@ -1,0 +1,40 @@
+"""A potential that references recognise: a value with readable fields, callable like any other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+from galvi.arrays import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """Derivatives of a potential as compiled functions of all stages at once.
+
+    gradient   (Q (d, s), t (s,), constants, out (d, s)) fills out with dV/dq
+    hessian    (Q (d, s), t (s,), constants, out (d, d, s)) fills out with d2V/dq2
+    constants  the numbers both need
+    """
+
+    gradient: Callable[..., Any]
+    hessian: Callable[..., Any]
+    constants: Array
+
+
+@runtime_checkable
+class Potential(Protocol):
+    """V(q) of one configuration of shape (d,), with its derivatives."""
+
+    def __call__(self, q: Array) -> float:
+        """V(q)."""
+
+    def gradient(self, q: Array) -> Array:
+        """dV/dq, shape (d,)."""
+
+    def hessian(self, q: Array) -> Array:
+        """d2V/dq2, shape (d, d)."""
+
+    def law(self) -> Law:
+        """The derivatives for the kernels."""

@@ -1,0 +1,53 @@
+"""An initial value problem: a mechanical system, where it starts, and what its numbers mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+from galvi import checks
+from galvi.arrays import Array
+from galvi.systems.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Everything an integrator or a reference receives.
+
+    system      what moves, e.g. ``Canonical(...)`` or ``NBody(...)``
+    q0          configuration at t0, in the system's shape: (d,) or (bodies, 2 or 3)
+    v0          velocity at t0, same shape
+    t0          initial time
+    name        for titles and tables; nothing ever decides by it
+    parameters  the numbers the problem was made from, for records
+    units       one line: the units of length, time and mass
+
+    Raises ValueError when a shape does not match or a number is not finite.
+    """
+
+    system: System
+    q0: Array
+    v0: Array
+    t0: float = 0.0
+    name: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    units: str = ""
+
+    def __post_init__(self) -> None:
+        q0 = checks.array("q0", self.q0)
+        v0 = checks.array("v0", self.v0, q0.shape, "v0 has the shape of q0.")
+        self.system.check(q0, v0)
+        object.__setattr__(self, "q0", q0)
+        object.__setattr__(self, "v0", v0)
+        object.__setattr__(self, "t0", checks.real("t0", self.t0))
+        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+
+    @property
+    def p0(self) -> Array:
+        """Conjugate momentum at t0, dL/dv(q0, v0), shape of q0."""
+        return self.system.momentum(self.v0)
+
+    def __repr__(self) -> str:
+        return f"Problem({self.name or type(self.system).__name__!r}, q0 of shape {self.q0.shape})"

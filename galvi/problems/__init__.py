@@ -1,0 +1,8 @@
+"""Ready problems: each is a function that returns a `galvi.Problem`."""
+
+from galvi.problems.fermi_pasta_ulam_tsingou import fermi_pasta_ulam_tsingou
+from galvi.problems.harmonic_oscillator import harmonic_oscillator
+from galvi.problems.henon_heiles import henon_heiles
+from galvi.problems.kepler import kepler
+
+__all__ = ["fermi_pasta_ulam_tsingou", "harmonic_oscillator", "henon_heiles", "kepler"]

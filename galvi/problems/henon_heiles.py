@@ -1,0 +1,55 @@
+"""The Henon-Heiles system (Henon and Heiles, Astron. J. 69 (1964) 73, eq. 1)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from galvi import checks
+from galvi.kernels.jit import jit
+from galvi.problem import Problem
+from galvi.systems.canonical import Canonical
+
+
+@jit
+def potential(q: Any) -> Any:
+    """V = (x^2 + y^2) / 2 + x^2 y - y^3 / 3."""
+    return 0.5 * (q[0] ** 2 + q[1] ** 2) + q[0] ** 2 * q[1] - q[1] ** 3 / 3.0
+
+
+@jit
+def gradient(q: Any) -> Any:
+    """dV/dq, (2,)."""
+    return np.array([q[0] + 2.0 * q[0] * q[1], q[1] + q[0] ** 2 - q[1] ** 2])
+
+
+@jit
+def hessian(q: Any) -> Any:
+    """d2V/dq2, (2, 2)."""
+    return np.array([[1.0 + 2.0 * q[1], 2.0 * q[0]], [2.0 * q[0], 1.0 - 2.0 * q[1]]])
+
+
+def henon_heiles(energy: float = 0.1) -> Problem:
+    """A star in an axisymmetric galaxy, from q = (0, 0.1) with v = (v_x, 0.05) at this energy.
+
+    Motion is bounded below the escape energy 1/6. Raises ValueError for an energy that the start
+    cannot have or that lets the star escape.
+    """
+    energy = checks.real("energy", energy)
+    q0 = np.array([0.0, 0.1])
+    resting = float(potential(q0)) + 0.5 * 0.05**2
+    if not resting <= energy < 1.0 / 6.0:
+        raise ValueError(
+            f"energy must be in [{resting:.6g}, 1/6), so that the start exists and the motion is "
+            f"bounded; received {energy!r}."
+        )
+    return Problem(
+        system=Canonical(1.0, potential, gradient, hessian),
+        q0=q0,
+        v0=[math.sqrt(2.0 * (energy - resting)), 0.05],
+        name="henon-heiles",
+        parameters={"energy": energy},
+        units="none",
+    )

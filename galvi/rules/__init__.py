@@ -1,0 +1,1 @@
+"""Quadrature rules on [0, 1]."""

@@ -1,0 +1,1 @@
+"""Function spaces on [0, 1]."""

@@ -1,0 +1,200 @@
+"""Canonical Lagrangians: a constant mass and a potential."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba.core.registry import CPUDispatcher
+
+from galvi import checks
+from galvi.arrays import Array, read_only
+from galvi.kernels import laws
+from galvi.potentials.potential import Potential
+from galvi.systems.differences import differenced_gradient, differenced_hessian
+from galvi.systems.field import Field
+
+Function = Callable[..., Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Canonical:
+    """L = v.M v / 2 - V(q), or V(q, t) when ``explicit_time`` is set.
+
+    mass           scalar, (d,) diagonal or (d, d) symmetric positive definite
+    potential      V of one configuration of shape (d,); a ``Potential`` brings its derivatives
+    gradient       dV/dq, shape (d,); differenced from V when missing
+    hessian        d2V/dq2, shape (d, d); differenced from the gradient when missing
+    explicit_time  all three take (q, t) instead of (q)
+
+    Functions compiled with ``numba.njit`` run inside the kernel; plain Python ones work too,
+    slower, and what they raise reaches the caller. Raises ValueError for a mass that is not
+    positive definite, TypeError for something that cannot be called.
+    """
+
+    mass: Any
+    potential: Function
+    gradient: Function | None = None
+    hessian: Function | None = None
+    explicit_time: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", _positive_mass(self.mass))
+        for name in ("potential", "gradient", "hessian"):
+            function = getattr(self, name)
+            if not callable(function) and (name == "potential" or function is not None):
+                raise TypeError(f"{name} must be a function of q; received {function!r}.")
+
+    def check(self, q: Array, v: Array) -> None:
+        """ValueError unless q is (d,) and the mass and the functions fit d."""
+        if q.ndim != 1 or q.size == 0:
+            raise ValueError(
+                f"q0 must have shape (d,) for a Canonical system; received shape {q.shape}."
+            )
+        if self.mass.ndim and self.mass.shape[0] != q.size:
+            raise ValueError(
+                f"mass must be a scalar or have {q.size} rows like q0; received shape "
+                f"{self.mass.shape}."
+            )
+
+    def momentum(self, v: Array) -> Array:
+        """p = M v, v of shape (..., d)."""
+        return v @ self.mass if self.mass.ndim == 2 else v * self.mass
+
+    def velocity(self, p: Array) -> Array:
+        """v = M^-1 p, p of shape (..., d)."""
+        if self.mass.ndim < 2:
+            return p / self.mass
+        return np.linalg.solve(self.mass, p[..., None])[..., 0]
+
+    def potential_energy(self, q: Array, t: Array) -> Array:
+        """V at each of the configurations q (..., d) and times t (...)."""
+        leading = q.shape[:-1]
+        times = np.broadcast_to(t, leading).ravel()
+        rows = q.reshape(-1, q.shape[-1])
+        values = [self.potential(*self._arguments(x, s)) for x, s in zip(rows, times, strict=True)]
+        return np.array(values, dtype=np.float64).reshape(leading)
+
+    def potential_gradient(self, q: Array, t: float) -> Array:
+        """dV/dq at one configuration, (d,)."""
+        return self._wrapped(self._gradient(), (q.size,), "gradient")(*self._arguments(q, t))
+
+    def potential_hessian(self, q: Array, t: float) -> Array:
+        """d2V/dq2 at one configuration, (d, d)."""
+        return self._wrapped(self._hessian(), (q.size, q.size), "hessian")(*self._arguments(q, t))
+
+    def acceleration(self, q: Array, t: float) -> Array:
+        """-M^-1 dV/dq at one configuration, (d,)."""
+        return -self.velocity(self.potential_gradient(q, t))
+
+    def acceleration_jacobian(self, q: Array, t: float) -> Array:
+        """-M^-1 d2V/dq2 at one configuration, (d, d)."""
+        return -self.velocity(self.potential_hessian(q, t).T).T
+
+    @property
+    def potential_calls_per_force(self) -> int:
+        """Potentials evaluated, for each component, to difference one gradient; else 0."""
+        return 0 if self.gradient is not None or isinstance(self.potential, Potential) else 8
+
+    def field(self, dimension: int) -> Field:
+        """For the kernels: the law or the user's functions, one Newton block for everything."""
+        inverse_mass = self._inverse_mass(dimension)
+        if isinstance(self.potential, Potential) and self.gradient is None and self.hessian is None:
+            law = self.potential.law()
+            return Field(
+                law=law.gradient,
+                law_jacobian=law.hessian,
+                constants=law.constants,
+                inverse_mass=inverse_mass,
+                width=dimension,
+                has_hessian=True,
+            )
+        gradient = self._gradient()
+        hessian = self._hessian(differenced=False)
+        compiled = all(_compiles(f, self.explicit_time) for f in (gradient, hessian) if f)
+        if not compiled:
+            gradient = self._wrapped(gradient, (dimension,), "gradient")
+            hessian = hessian and self._wrapped(hessian, (dimension, dimension), "hessian")
+        timed = "timed_" if self.explicit_time else ""
+        functions = {f"{timed}gradient": gradient}
+        if hessian is not None:
+            functions[f"{timed}hessian"] = hessian
+        return Field(
+            kind=laws.TIMED_GRADIENT if self.explicit_time else laws.GRADIENT,
+            has_hessian=hessian is not None,
+            inverse_mass=inverse_mass,
+            width=dimension,
+            compiled=compiled,
+            **functions,
+        )
+
+    def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
+        q = np.array(q, dtype=np.float64)
+        return (q, float(t)) if self.explicit_time else (q,)
+
+    def _gradient(self) -> Function:
+        if self.gradient is not None:
+            return self.gradient
+        if isinstance(self.potential, Potential):
+            return self.potential.gradient
+        return differenced_gradient(self.potential, self.explicit_time)
+
+    def _hessian(self, differenced: bool = True) -> Any:
+        if self.hessian is not None:
+            return self.hessian
+        if isinstance(self.potential, Potential) and self.gradient is None:
+            return self.potential.hessian
+        return differenced_hessian(self._gradient()) if differenced else None
+
+    def _inverse_mass(self, dimension: int) -> Array:
+        if self.mass.ndim == 2:
+            return np.ascontiguousarray(np.linalg.inv(self.mass))
+        return np.ascontiguousarray(np.broadcast_to(1.0 / self.mass, (dimension,))[:, None])
+
+    @staticmethod
+    def _wrapped(function: Function, shape: tuple[int, ...], name: str) -> Function:
+        """The same function, its result checked for shape and made a float64 array."""
+
+        def checked(*arguments: Any) -> Array:
+            result = np.asarray(function(*arguments), dtype=np.float64)
+            if result.shape != shape:
+                raise ValueError(
+                    f"{name} must return an array of shape {shape}; received shape {result.shape}."
+                )
+            return np.ascontiguousarray(result)
+
+        return checked
+
+
+def _positive_mass(mass: Any) -> Array:
+    remedy = "Give a positive number, a vector of positive numbers or a positive definite matrix."
+    mass = checks.array("mass", mass, remedy=remedy)
+    if mass.ndim == 2 and mass.shape[0] == mass.shape[1]:
+        if not np.allclose(mass, mass.T, rtol=1e-14, atol=0.0):
+            raise ValueError(f"mass must be a symmetric matrix; received {mass.tolist()}. {remedy}")
+        smallest = float(np.linalg.eigvalsh(mass)[0])
+        if smallest <= 0.0:
+            raise ValueError(
+                f"mass must be positive definite; received smallest eigenvalue {smallest}. {remedy}"
+            )
+        return read_only(0.5 * (mass + mass.T))
+    if mass.ndim > 1:
+        raise ValueError(f"mass must be square; received shape {mass.shape}. {remedy}")
+    if np.any(mass <= 0.0):
+        raise ValueError(f"mass must be positive; received {mass.tolist()}. {remedy}")
+    return mass
+
+
+def _compiles(function: Function, explicit_time: bool) -> bool:
+    """Whether the function is jitted and returns what the kernel's function type promises."""
+    if not isinstance(function, CPUDispatcher):
+        return False
+    arguments = (laws.VECTOR, laws.MATRIX.dtype) if explicit_time else (laws.VECTOR,)
+    try:
+        function.compile(arguments)
+        returned = function.overloads[arguments].signature.return_type
+    except Exception:  # numba's typing errors have no common public base; Python mode still works
+        return False
+    return returned in (laws.VECTOR, laws.MATRIX)

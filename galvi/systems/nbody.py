@@ -1,0 +1,103 @@
+"""Point masses under Newtonian gravity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from galvi import checks
+from galvi.arrays import Array
+from galvi.kernels import nbody
+from galvi.systems.field import Field
+
+
+@dataclass(frozen=True, eq=False)
+class NBody:
+    """L = sum m_i |v_i|^2 / 2 + sum over pairs G m_i m_j / |q_i - q_j|.
+
+    masses  (bodies,), finite and strictly positive
+    G       gravitational constant in the units of the problem, finite and positive
+
+    Configurations have shape (bodies, 2) or (bodies, 3); p = masses[:, None] * v.
+    Raises ValueError for masses or shapes that do not fit and for coincident bodies.
+    """
+
+    masses: Array
+    G: float = 1.0
+
+    def __post_init__(self) -> None:
+        remedy = "Give every body a mass above zero; a test particle gets a very small one."
+        masses = checks.array("masses", self.masses, remedy=remedy)
+        if masses.ndim != 1 or masses.size == 0:
+            raise ValueError(f"masses must have shape (bodies,); received shape {masses.shape}.")
+        if np.any(masses <= 0.0):
+            lightest = int(np.argmin(masses))
+            raise ValueError(
+                f"masses must be positive; received {masses[lightest]} for body {lightest}. {remedy}"
+            )
+        object.__setattr__(self, "masses", masses)
+        object.__setattr__(self, "G", checks.positive("G", self.G))
+
+    def check(self, q: Array, v: Array) -> None:
+        """ValueError unless q is (bodies, 2 or 3) with all bodies apart."""
+        bodies = self.masses.size
+        if q.shape not in ((bodies, 2), (bodies, 3)):
+            raise ValueError(
+                f"q0 must have shape ({bodies}, 2) or ({bodies}, 3), one row for each of the "
+                f"{bodies} masses; received shape {q.shape}."
+            )
+        for i in range(bodies):
+            same = np.flatnonzero(np.all(q[i + 1 :] == q[i], axis=1))
+            if same.size:
+                raise ValueError(
+                    f"bodies must start at different places; received bodies {i} and "
+                    f"{i + 1 + int(same[0])} at the same point. Move one of them or merge the two."
+                )
+
+    def momentum(self, v: Array) -> Array:
+        """p = m v."""
+        return self.masses[:, None] * v
+
+    def velocity(self, p: Array) -> Array:
+        """v = p / m."""
+        return p / self.masses[:, None]
+
+    def potential_energy(self, q: Array, t: Array) -> Array:
+        """-sum over pairs G m_i m_j / |q_i - q_j|, for q of shape (..., bodies, dimension)."""
+        i, j = np.triu_indices(self.masses.size, 1)
+        gap = np.linalg.norm(q[..., i, :] - q[..., j, :], axis=-1)
+        result: Array = -self.G * np.sum(self.masses[i] * self.masses[j] / gap, axis=-1)
+        return result
+
+    def acceleration(self, q: Array, t: float) -> Array:
+        """Gravitational accelerations, (bodies, dimension)."""
+        out = np.empty((q.size, 1))
+        constants = self._constants(q.shape[1])
+        nbody.accelerations(np.ascontiguousarray(q).reshape(-1, 1), np.array([t]), constants, out)
+        return out.reshape(q.shape)
+
+    def acceleration_jacobian(self, q: Array, t: float) -> Array:
+        """Derivative of all accelerations by all positions, (bodies * dimension,) squared."""
+        bodies, dimension = q.shape
+        gap = q[None, :, :] - q[:, None, :]
+        square = np.sum(gap**2, axis=-1) + np.eye(bodies)
+        outer = 3.0 * gap[..., :, None] * gap[..., None, :] / square[..., None, None]
+        pull = self.G * self.masses[None, :] / square**1.5 * (1.0 - np.eye(bodies))
+        coupling = -pull[..., None, None] * (outer - np.eye(dimension))
+        own = np.arange(bodies)
+        coupling[own, own] = -np.sum(coupling, axis=1)
+        return np.ascontiguousarray(coupling.transpose(0, 2, 1, 3)).reshape(q.size, q.size)
+
+    def field(self, dimension: int) -> Field:
+        """For the kernels: accelerations at once, Newton blocks of one body."""
+        return Field(
+            law=nbody.accelerations,
+            law_jacobian=nbody.own_jacobians,
+            constants=self._constants(dimension),
+            inverse_mass=np.zeros((0, 0)),
+            width=dimension,
+        )
+
+    def _constants(self, dimension: int) -> Array:
+        return np.concatenate([[float(dimension)], self.G * self.masses])
