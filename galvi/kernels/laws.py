@@ -29,8 +29,10 @@ TIMED_GRADIENT_TYPE = types.FunctionType(VECTOR(VECTOR, types.float64))
 HESSIAN_TYPE = types.FunctionType(MATRIX(VECTOR))
 TIMED_HESSIAN_TYPE = types.FunctionType(MATRIX(VECTOR, types.float64))
 
-NO_CONSTANTS = np.zeros(0)
-NO_CONSTANTS.setflags(write=False)
+
+def no_constants():
+    """Stand-in for the constants of a law."""
+    return np.zeros(0)
 
 
 @jit

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from galvi.arrays import Array
@@ -38,5 +38,5 @@ class Field:
     hessian: Callable[..., Any] = laws.no_hessian
     timed_hessian: Callable[..., Any] = laws.no_timed_hessian
     has_hessian: bool = False
-    constants: Array = laws.NO_CONSTANTS
+    constants: Array = field(default_factory=laws.no_constants)
     compiled: bool = True
