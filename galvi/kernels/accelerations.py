@@ -1,0 +1,50 @@
+"""Accelerations of any system at all stages of a step: a = -M^-1 dV/dq, or a law's own.
+
+Q             (d, s)  configuration at the stages
+t             (s,)    stage times
+inverse_mass  (d, 1) diagonal, (d, d) full, or (0, 0) when the law already gives accelerations
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.kernels import laws
+from galvi.kernels.jit import jit
+
+GRADIENT = laws.GRADIENT
+TIMED_GRADIENT = laws.TIMED_GRADIENT
+
+
+@jit
+def accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, Q, t, out):
+    """Fill out (d, s) with the accelerations; the one place where a force is evaluated."""
+    if kind == GRADIENT:
+        for k in range(Q.shape[1]):
+            out[:, k] = gradient(Q[:, k].copy())
+    elif kind == TIMED_GRADIENT:
+        for k in range(Q.shape[1]):
+            out[:, k] = timed_gradient(Q[:, k].copy(), t[k])
+    else:
+        law(Q, t, constants, out)
+    apply_inverse_mass(inverse_mass, out)
+
+
+@jit
+def apply_inverse_mass(inverse_mass, gradients):
+    """gradients <- -M^-1 gradients, in place, (d, s)."""
+    d, stages = gradients.shape
+    if inverse_mass.shape[1] == 1:
+        for i in range(d):
+            for k in range(stages):
+                gradients[i, k] *= -inverse_mass[i, 0]
+    elif inverse_mass.shape[1] > 1:
+        column = np.empty(d)
+        for k in range(stages):
+            for i in range(d):
+                column[i] = gradients[i, k]
+            for i in range(d):
+                total = 0.0
+                for j in range(d):
+                    total -= inverse_mass[i, j] * column[j]
+                gradients[i, k] = total
