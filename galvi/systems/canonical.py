@@ -151,7 +151,7 @@ class Canonical:
     def _inverse_mass(self, dimension: int) -> Array:
         if self.mass.ndim == 2:
             return np.ascontiguousarray(np.linalg.inv(self.mass))
-        return np.ascontiguousarray(np.broadcast_to(1.0 / self.mass, (dimension,))[:, None])
+        return np.broadcast_to(1.0 / self.mass, (dimension,))[:, None].copy()
 
     @staticmethod
     def _wrapped(function: Function, shape: tuple[int, ...], name: str) -> Function:

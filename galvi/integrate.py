@@ -1,0 +1,114 @@
+"""Run a method on a problem."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from galvi import checks
+from galvi.continuation import Continuation
+from galvi.march import SOLVERS, march
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.trajectory import Trajectory
+
+ROUND_OFF = 2.0**-55
+
+
+def integrate(
+    problem: Problem,
+    method: Galerkin,
+    step: float,
+    steps: int | None = None,
+    *,
+    duration: float | None = None,
+    save_every: int = 1,
+    curves: bool | None = None,
+    solver: str = "auto",
+    tolerance: float | None = None,
+    progress: bool | None = None,
+) -> Trajectory:
+    """Integrate ``problem`` with ``method``.
+
+    step        step size h in the problem's unit of time; negative integrates backwards
+    steps       number of steps; or
+    duration    length of time, positive and a whole number of steps
+    save_every  k keeps steps 0, k, 2 k, ... and the last
+    curves      keep every step's Galerkin curve; None means only when save_every is 1
+    solver      "auto", "fixed_point" or "newton"
+    tolerance   change relative to |q| at which a step's iteration stops; None means round-off
+    progress    True shows a progress bar
+
+    Returns a Trajectory, also when a step fails (``success``, ``status``) or Ctrl-C stops it.
+    Raises ValueError or TypeError for bad input, before any work; what a user's function raises
+    passes through.
+    """
+    h = checks.real("step", step)
+    if h == 0.0:
+        raise ValueError("step must not be zero; received 0. Give the step size in units of time.")
+    total = _number_of_steps(h, steps, duration)
+    for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
+        if not isinstance(value, kind):
+            raise TypeError(f"{name} must be a galvi.{kind.__name__}; received {value!r}.")
+    if solver not in SOLVERS:
+        raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {solver!r}.")
+    tol = ROUND_OFF if tolerance is None else checks.positive("tolerance", tolerance)
+    _check_force(problem)
+    start = Continuation.at_start(problem, method.stages, solver, tol)
+    return march(
+        problem, method, h, total, start,
+        save_every=checks.whole("save_every", save_every), curves=curves, progress=progress,
+    )  # fmt: skip
+
+
+def resume(
+    run: Trajectory,
+    steps: int | None = None,
+    *,
+    duration: float | None = None,
+    save_every: int = 1,
+    curves: bool | None = None,
+    progress: bool | None = None,
+) -> Trajectory:
+    """Continue a run from its end, with its step, method, solver and tolerance.
+
+    The result starts where ``run`` ends and is bit-identical to the same part of one long run.
+    Raises ValueError for a run that failed or that a reference made.
+    """
+    if run.continuation is None or run.step is None:
+        raise ValueError(
+            f"only a run of galvi.integrate with its problem can be resumed; received {run!r}."
+        )
+    if not run.success:
+        raise ValueError(f"a run that ended early cannot be resumed; its status: {run.status}")
+    return march(
+        run.problem, run.method, run.step, _number_of_steps(run.step, steps, duration),
+        run.continuation, save_every=checks.whole("save_every", save_every), curves=curves,
+        progress=progress,
+    )  # fmt: skip
+
+
+def _number_of_steps(step: float, steps: int | None, duration: float | None) -> int:
+    if (steps is None) == (duration is None):
+        raise ValueError("give either steps or duration; received " + (
+            "neither." if steps is None else "both."))  # fmt: skip
+    if steps is not None:
+        return checks.whole("steps", steps)
+    length = checks.positive("duration", duration, "For backwards, make the step negative.")
+    whole = round(length / abs(step))
+    if whole < 1 or abs(whole * abs(step) - length) > 1e-9 * length:
+        raise ValueError(
+            f"duration must be a whole number of steps; received {length!r} with step {step!r}, "
+            f"{length / abs(step):.6g} steps. Choose step = duration / n."
+        )
+    return whole
+
+
+def _check_force(problem: Problem) -> None:
+    force: Any = problem.system.acceleration(problem.q0, problem.t0)
+    if not np.all(np.isfinite(force)):
+        raise ValueError(
+            f"the force must be finite at the start; received {force.tolist()} at q0. Check the "
+            f"gradient, or move q0 away from a singularity."
+        )

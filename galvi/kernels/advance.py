@@ -1,0 +1,106 @@
+"""Many steps of a canonical system: predict, solve, complete, record.
+
+state   (4, d)   see galvi.kernels.step
+a       (d, s)   accelerations at the last step's stages, the next prediction's source
+memo    (3,)     [what a holds: NOTHING, LAST_STEP or GUESS; steps to start with Newton; done]
+counts  (4,)     iterations, force evaluations, Hessian evaluations, linear solves
+saved_q, saved_v (saved, d)   rows 1, 2, ... are steps every, 2 every, ...; the last row is the end
+bases, curves    (steps, d), (steps, d, m)   or no rows, when curves are not kept
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numba
+import numpy as np
+from numba import types
+
+from galvi.kernels import laws
+from galvi.kernels.jit import jit
+from galvi.kernels.solve import NOT_FINITE, SOLVED, solve
+from galvi.kernels.step import complete_step, curve_coefficients, predict
+
+NOTHING, LAST_STEP, GUESS = 0, 1, 2
+HOLDS, STREAK, DONE = 0, 1, 2
+
+
+@jit
+def commit(tableau, h, every, step, total, streak, work, state, a, memo, saved_q, saved_v, bases,
+           curves):  # fmt: skip
+    """Complete the (step + 1)-th step and store what is kept of it, all or nothing."""
+    base = state.copy()
+    complete_step(tableau, h, work, state)
+    if not np.isfinite(state).all():
+        state[:, :] = base
+        return False
+    a[:, :] = work
+    memo[HOLDS], memo[STREAK], memo[DONE] = LAST_STEP, streak, step + 1
+    if bases.shape[0] > 0:
+        bases[step] = base[0]
+        curve_coefficients(tableau, h, base, work, curves[step])
+    if (step + 1) % every == 0:
+        saved_q[(step + 1) // every] = state[0]
+        saved_v[(step + 1) // every] = state[2]
+    if step + 1 == total:
+        saved_q[-1] = state[0]
+        saved_v[-1] = state[2]
+    return True
+
+
+@jit
+def advance(kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_hessian, has_hessian,
+            constants, inverse_mass, width, tableau, t0, h, solver, tolerance, first, todo, total,
+            every, state, a, memo, counts, saved_q, saved_v, bases, curves):  # fmt: skip
+    """Do ``todo`` more steps of a run that started at step number ``first``; returns a code.
+
+    memo[DONE] says how many were done; a step that cannot be solved leaves the state where it was.
+    """
+    functions = (kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_hessian)
+    c = tableau[0]
+    d, s = a.shape
+    Q = np.empty((d, s))
+    work = np.empty((d, s))
+    t = np.empty(s)
+    for step in range(memo[DONE], memo[DONE] + todo):
+        for k in range(s):
+            t[k] = t0 + ((first + step) + c[k]) * h
+        if memo[HOLDS] == LAST_STEP:
+            predict(tableau, a, work)
+        elif memo[HOLDS] == GUESS:
+            work[:, :] = a
+        else:
+            work[:, :] = 0.0
+        code, streak = solve(
+            functions, has_hessian, constants, inverse_mass, width, tableau, h, t, state, solver,
+            tolerance, memo[STREAK], counts, work, Q,
+        )  # fmt: skip
+        if code != SOLVED:
+            return code
+        if not commit(
+            tableau, h, every, step, total, streak, work, state, a, memo, saved_q, saved_v, bases,
+            curves,
+        ):  # fmt: skip
+            return NOT_FINITE
+    return SOLVED
+
+
+@cache
+def compiled_advance():
+    """``advance`` compiled for every system at once, from the cache on disk where there is one."""
+    fixed = types.Array(types.float64, 1, "C", readonly=True)
+    fixed_matrix = types.Array(types.float64, 2, "C", readonly=True)
+    tableau = types.Tuple(
+        (fixed, fixed, fixed, fixed_matrix, fixed_matrix, fixed, fixed_matrix, fixed_matrix,
+         fixed_matrix, fixed_matrix, fixed)
+    )  # fmt: skip
+    whole, real = types.int64, types.float64
+    wholes = types.int64[::1]
+    signature = whole(
+        whole, laws.LAW, laws.LAW_JACOBIAN, laws.GRADIENT_TYPE, laws.TIMED_GRADIENT_TYPE,
+        laws.HESSIAN_TYPE, laws.TIMED_HESSIAN_TYPE, types.boolean,
+        laws.VECTOR, laws.MATRIX, whole, tableau, real, real, whole, real, whole, whole, whole,
+        whole, laws.MATRIX, laws.MATRIX, wholes, wholes, laws.MATRIX, laws.MATRIX,
+        laws.MATRIX, laws.BLOCKS,
+    )  # fmt: skip
+    return numba.njit([signature], cache=True, error_model="numpy")(advance.py_func)

@@ -1,0 +1,165 @@
+"""The pieces of one step that never call a user's function.
+
+d components, s stages, m curve coefficients; notation of galvi.table. Rows are components.
+
+state    (4, d)  q, what rounding lost of q, v, what rounding lost of v
+tableau  c (s,), b (s,), beta (s,), A^T (s, s), psi^T (m, s), lead (m,), C (m, s), C^T (s, m),
+         analysis^T (s, s), ahead^T (s, s), growth (s,)
+a        (d, s)  accelerations at the stages
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.kernels.jit import jit
+
+SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
+
+
+@jit
+def predict(tableau, a, guess):
+    """Extrapolate the last step's accelerations to this step's stages.
+
+    Each row's Legendre series is cut where its terms, which grow by up to 5.8 per degree outside
+    the last step, are smallest.
+    """
+    analysis, ahead, growth = tableau[8], tableau[9], tableau[10]
+    d, s = a.shape
+    series = np.empty(s)
+    for i in range(d):
+        series[:] = 0.0
+        for j in range(s):
+            for l in range(s):
+                series[l] += analysis[j, l] * a[i, j]
+        best, terms = np.inf, s
+        for kept in range(1, s + 1):
+            omitted = max(
+                abs(series[min(kept, s - 1)]) * growth[min(kept, s - 1)],
+                abs(series[min(kept + 1, s - 1)]) * growth[min(kept + 1, s - 1)],
+            )
+            if omitted <= best:
+                best, terms = omitted, kept
+        for k in range(s):
+            guess[i, k] = 0.0
+        for l in range(terms):
+            for k in range(s):
+                guess[i, k] += ahead[l, k] * series[l]
+
+
+@jit
+def place_stages(tableau, h, state, a, Q):
+    """Q_k = q + c_k h v + h^2 sum_j A_kj a_j."""
+    c, A = tableau[0], tableau[3]
+    d, s = Q.shape
+    for i in range(d):
+        for k in range(s):
+            Q[i, k] = 0.0
+        for j in range(s):
+            for k in range(s):
+                Q[i, k] += A[j, k] * a[i, j]
+        drift = h * state[2, i] + h * state[3, i]
+        for k in range(s):
+            Q[i, k] = state[0, i] + (state[1, i] + (c[k] * drift + h * h * Q[i, k]))
+
+
+@jit
+def largest_change(Q, moved, scale):
+    """max |moved - Q| / scale, or NaN when something is not finite; then Q <- moved."""
+    change, total = 0.0, 0.0
+    for i in range(Q.shape[0]):
+        for k in range(Q.shape[1]):
+            change = max(change, abs(moved[i, k] - Q[i, k]) / scale[i])
+            total += abs(moved[i, k])
+            Q[i, k] = moved[i, k]
+    return change if total < np.inf else np.nan
+
+
+@jit
+def measure_scale(Q, width, scale):
+    """scale_i = the largest |Q| in the Newton block of component i over the step, or 1."""
+    for first in range(0, Q.shape[0], width):
+        size = 0.0
+        for i in range(first, first + width):
+            for k in range(Q.shape[1]):
+                size = max(size, abs(Q[i, k]))
+        scale[first : first + width] = size if size > 0.0 else 1.0
+
+
+@jit
+def curve_coefficients(tableau, h, state, a, x):
+    """x = h v lead + h^2 C a, (d, m)."""
+    lead, C = tableau[5], tableau[7]
+    for i in range(a.shape[0]):
+        x[i] = 0.0
+        for j in range(a.shape[1]):
+            for l in range(x.shape[1]):
+                x[i, l] += C[j, l] * a[i, j]
+        for l in range(x.shape[1]):
+            x[i, l] = h * state[2, i] * lead[l] + h * h * x[i, l]
+
+
+@jit
+def newton_update(tableau, h, width, state, a, jacobian, x, Q):
+    """One Newton correction of the coefficients x (d, m) block by block, and the new stages Q.
+
+    Residual r = x - h v lead - h^2 C a(q + psi x); derivative I - h^2 C diag_j(da_j) psi.
+    """
+    psi, C = tableau[4], tableau[6]
+    d, m = x.shape
+    residual = np.empty((d, m))
+    curve_coefficients(tableau, h, state, a, residual)
+    residual -= x
+    size = width * m
+    matrix = np.empty((size, size))
+    for first in range(0, d, width):
+        for i in range(width):
+            for j in range(width):
+                weighted = C * (h * h * jacobian[first + i, j])
+                matrix[i * m : (i + 1) * m, j * m : (j + 1) * m] = -np.dot(weighted, psi.T)
+        for i in range(size):
+            matrix[i, i] += 1.0
+        step = np.linalg.solve(matrix, residual[first : first + width].copy().reshape(size))
+        for i in range(width):
+            for l in range(m):
+                x[first + i, l] += step[i * m + l]
+    Q[:, :] = np.dot(x, psi)
+    for i in range(d):
+        for k in range(Q.shape[1]):
+            Q[i, k] = state[0, i] + (state[1, i] + Q[i, k])
+
+
+@jit
+def two_sum(x, y):
+    """x + y = sum + error exactly (Knuth)."""
+    total = x + y
+    part = total - x
+    return total, (x - (total - part)) + (y - part)
+
+
+@jit
+def two_product(x, y):
+    """x y = product + error exactly (Dekker)."""
+    product = x * y
+    x_high = SPLIT * x - (SPLIT * x - x)
+    y_high = SPLIT * y - (SPLIT * y - y)
+    x_low, y_low = x - x_high, y - y_high
+    error = ((x_high * y_high - product) + x_high * y_low + x_low * y_high) + x_low * y_low
+    return product, error
+
+
+@jit
+def complete_step(tableau, h, a, state):
+    """q += h v + h^2 sum_j beta_j a_j,  v += h sum_j b_j a_j, with what rounding loses kept."""
+    b, beta = tableau[1], tableau[2]
+    for i in range(a.shape[0]):
+        kick, bend = 0.0, 0.0
+        for j in range(a.shape[1]):
+            kick += b[j] * a[i, j]
+            bend += beta[j] * a[i, j]
+        q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
+        drift, drift_low = two_product(h, v)
+        moved, moved_low = two_sum(q, drift)
+        rest = moved_low + (q_low + (drift_low + (h * v_low + h * h * bend)))
+        state[0, i], state[1, i] = two_sum(moved, rest)
+        state[2, i], state[3, i] = two_sum(v, v_low + h * kick)

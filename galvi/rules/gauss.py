@@ -1,0 +1,33 @@
+"""Gauss-Legendre quadrature."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from galvi import checks
+from galvi.decimals import decimals, many_digits
+from galvi.rules.rule import Rule, from_interval
+from galvi.spaces.legendre import legendre
+
+
+def gauss(points: int) -> Rule:
+    """The rule with the highest degree of exactness, 2 points - 1; its nodes are the zeros of P_n.
+
+    Raises ValueError unless points is a whole number of at least 1.
+    """
+    return _gauss(checks.whole("points", points))
+
+
+@lru_cache(maxsize=256)
+def _gauss(n: int) -> Rule:
+    with many_digits():
+        x = decimals(np.polynomial.legendre.leggauss(n)[0])
+        for _ in range(3):  # Newton: 16, 32, 64 digits
+            P = legendre(x, n)
+            slope = n * (x * P[:, n] - P[:, n - 1]) / (x * x - 1)
+            x = x - P[:, n] / slope
+        P = legendre(x, n)
+        slope = n * (x * P[:, n] - P[:, n - 1]) / (x * x - 1)
+        return from_interval(f"Gauss {n}", 2 * n - 1, x, 2 / ((1 - x * x) * slope * slope))

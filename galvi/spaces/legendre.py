@@ -1,0 +1,18 @@
+"""Legendre polynomials by their three-term recurrence, for floats and for decimals alike."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def legendre(x: Any, degree: int) -> Any:
+    """P_0 .. P_degree at x of shape (k,), as an array (k, degree + 1).
+
+    (l + 1) P_{l+1} = (2 l + 1) x P_l - l P_{l-1}; stable for x in [-1, 1].
+    """
+    columns = [x * 0 + 1, x]
+    for n in range(1, degree):
+        columns.append(((2 * n + 1) * x * columns[n] - n * columns[n - 1]) / (n + 1))
+    return np.stack(columns[: degree + 1], axis=-1)

@@ -1,0 +1,130 @@
+"""The table of a Galerkin method: everything a step needs, computed once.
+
+With psi_i = phi_i - phi_i(0), e_i = psi_i(1), Psi_ki = psi_i(c_k) and
+K_il = sum_j b_j psi_i'(c_j) psi_l'(c_j), the discrete Euler-Lagrange equations (H 2.3, 2.4) of
+L = v.M v / 2 - V with one space for all components are the Nystrom method
+
+    Q_k = q0 + alpha_k h v0 + h^2 sum_j A_kj a(Q_j)
+    q1  = q0 + beta_p  h v0 + h^2 sum_j beta_j a(Q_j)
+    v1  = v0                + h   sum_j b_j a(Q_j)
+
+alpha = Psi K^-1 e, A = Psi C, C = K^-1 (e 1^T - Psi^T) diag(b), beta_p = e^T K^-1 e,
+beta_j = b_j (beta_p - alpha_j), and the curve is q0 + sum_i psi_i x_i with x = h v0 K^-1 e + h^2 C a.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.decimals import decimals, many_digits, rounded
+from galvi.rules.rule import Rule
+from galvi.spaces.legendre import legendre
+from galvi.spaces.space import Space
+
+CONSISTENT = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """s stages (the rule's points), m = dimension - 1 basis functions that vanish at 0.
+
+    c, b      (s,)    nodes and weights of the rule
+    A         (s, s)  stages from accelerations
+    beta      (s,)    end point from accelerations
+    psi       (s, m)  basis at the stages
+    end       (m,)    basis at 1
+    K         (m, m)  stiffness, symmetric positive definite
+    lead      (m,)    K^-1 e, curve coefficients from the velocity
+    C         (m, s)  curve coefficients from accelerations
+    analysis  (s, s)  Legendre coefficients from values at the stages
+    ahead     (s, s)  Legendre polynomials at the next step's stages, 1 + c
+    growth    (s,)    Legendre polynomials at the next step's end
+    """
+
+    c: Array
+    b: Array
+    A: Array
+    beta: Array
+    psi: Array
+    end: Array
+    K: Array
+    lead: Array
+    C: Array
+    analysis: Array
+    ahead: Array
+    growth: Array
+
+
+@lru_cache(maxsize=128)
+def tabulate(space: Space, rule: Rule) -> Table:
+    """The table of a pair. ValueError when it is ill-posed or inconsistent (claim V19)."""
+    with many_digits():
+        c, b = decimals(rule.exact_nodes), decimals(rule.exact_weights)
+        start, psi, end = (_basis(space, t) for t in (decimals([0.0]), c, decimals([1.0])))
+        _check_constant(start, psi)
+        psi, end = (psi - start)[:, 1:], (end - start)[0, 1:]
+        slope = _derivative(space, c)[:, 1:]
+        K = slope.T @ (b[:, None] * slope)
+        gap = (end[:, None] - psi.T) * b
+        solved = _solve(K, np.column_stack([end, gap]), space, rule)
+        lead, C = solved[:, 0], solved[:, 1:]
+        alpha, beta_p = psi @ lead, end @ lead
+        _check_consistent(space, rule, np.append(alpha - c, beta_p - 1))
+        A = psi @ C
+        analysis = np.linalg.inv(legendre(2.0 * rule.nodes - 1.0, rule.points - 1))
+        ahead = legendre(2.0 * rule.nodes + 1.0, rule.points - 1)
+        growth = legendre(np.array([3.0]), rule.points - 1)[0]
+        numbers = (c, b, A, b * (1 - c), psi, end, K, lead, C, analysis, ahead, growth)
+    return Table(*(rounded(number) for number in numbers))
+
+
+def _basis(space: Space, t: Any) -> Any:
+    return space.basis(t) if space.exact else decimals(space.basis(t.astype(np.float64)))
+
+
+def _derivative(space: Space, t: Any) -> Any:
+    return space.derivative(t) if space.exact else decimals(space.derivative(t.astype(np.float64)))
+
+
+def _check_constant(start: Any, values: Any) -> None:
+    if any(abs(x - 1) > 1e-14 for x in (*start[:, 0], *values[:, 0])):
+        raise ValueError(
+            "the first basis function of a space must be the constant 1; received one that takes "
+            f"the value {float(values[0, 0]):.6g}. Put the constant first."
+        )
+
+
+def _solve(K: Any, rhs: Any, space: Space, rule: Rule) -> Any:
+    """K^-1 rhs by elimination; K is symmetric and not negative, so it needs no pivoting."""
+    tiny = 1e-40 if space.exact else 1e-12
+    work = np.column_stack([K, rhs])
+    scale = [abs(K[i, i]) for i in range(len(K))]
+    for i in range(len(K)):
+        if work[i, i] <= decimals(tiny) * max(scale):
+            raise ValueError(
+                f"{space} with {rule.name} is ill-posed: a free particle has no unique motion, "
+                f"because the rule cannot see some function of the space. Expected at least "
+                f"{space.dimension - 1} useful points; received {rule.points}. Use a rule with more "
+                f"points or a smaller space."
+            )
+        work[i] = work[i] / work[i, i]
+        for k in range(len(K)):
+            if k != i and abs(work[k, i]) > decimals(tiny) * scale[k]:
+                work[k] = work[k] - work[k, i] * work[i]
+    return work[:, len(K) :]
+
+
+def _check_consistent(space: Space, rule: Rule, defects: Any) -> None:
+    worst = max(abs(float(defect)) for defect in defects)
+    if not worst <= CONSISTENT:
+        raise ValueError(
+            f"{space} with {rule.name} is inconsistent: a free particle does not move in a "
+            f"straight line (off by {worst:.1e} of a step; expected at most {CONSISTENT:g}). Use a "
+            f"space that contains linear functions and a rule that integrates the derivative of "
+            f"every basis function exactly."
+        )
