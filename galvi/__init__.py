@@ -2,16 +2,20 @@
 
 from galvi import problems
 from galvi.integrate import integrate, resume
+from galvi.invariants import energy, linear_momentum, momentum_map
 from galvi.method import Galerkin
 from galvi.potentials.central_force import CentralForce
 from galvi.potentials.linear_spring import LinearSpring
 from galvi.potentials.spring_chain import SpringChain
 from galvi.problem import Problem
+from galvi.round_trip import round_trip_error
 from galvi.rules.clenshaw_curtis import clenshaw_curtis
 from galvi.rules.gauss import gauss
 from galvi.rules.lobatto import lobatto
 from galvi.rules.rule import Rule
 from galvi.spaces.polynomials import Polynomials
+from galvi.storage import load, save
+from galvi.symplecticity import step_derivative, symplecticity_defect
 from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
@@ -28,9 +32,17 @@ __all__ = [
     "SpringChain",
     "Trajectory",
     "clenshaw_curtis",
+    "energy",
     "gauss",
     "integrate",
+    "linear_momentum",
+    "load",
     "lobatto",
+    "momentum_map",
     "problems",
     "resume",
+    "round_trip_error",
+    "save",
+    "step_derivative",
+    "symplecticity_defect",
 ]

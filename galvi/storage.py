@@ -1,0 +1,167 @@
+"""Runs on disk: one .npz file with arrays and a line of JSON; nothing is pickled.
+
+Spaces, rules, systems and potentials that are plain numbers are written field by field and come
+back as equal values. Functions cannot be written: a run of such a system is loaded with its
+problem given again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from dataclasses import fields, is_dataclass
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import read_only
+from galvi.continuation import Continuation
+from galvi.curves import Curves
+from galvi.method import Galerkin
+from galvi.potentials.central_force import CentralForce
+from galvi.potentials.linear_spring import LinearSpring
+from galvi.potentials.spring_chain import SpringChain
+from galvi.problem import Problem
+from galvi.rules.rule import Rule
+from galvi.spaces.polynomials import Polynomials
+from galvi.systems.canonical import Canonical
+from galvi.systems.nbody import NBody
+from galvi.trajectory import Trajectory
+
+VALUES = (
+    CentralForce, LinearSpring, SpringChain, Polynomials, Rule, Galerkin, Canonical, NBody,
+)  # fmt: skip
+NAMES = {kind.__name__: kind for kind in VALUES}
+VERSION = 1
+
+
+def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
+    """Write ``run`` to ``path`` (.npz), whole or not at all.
+
+    Raises ValueError for a run that was not made by galvi.
+    """
+    if run.continuation is None:
+        raise ValueError(f"only a run of galvi.integrate can be saved; received {run!r}.")
+    target = Path(path)
+    problem, end = run.problem, run.continuation
+    facts = {
+        "version": VERSION,
+        "problem": {"name": problem.name, "t0": problem.t0, "units": problem.units,
+                    "parameters": _parameters(problem)},
+        "system": _written(problem.system),
+        "method": _written(run.method),
+        "success": run.success, "status": run.status, "failed_step": run.failed_step,
+        "counts": dict(run.counts), "step": run.step, "first": end.first, "solver": end.solver,
+        "tolerance": end.tolerance, "curves": None if run.curves is None else run.curves.t0,
+    }  # fmt: skip
+    arrays = {
+        "t": run.t, "q": run.q, "p": run.p, "q0": problem.q0, "v0": problem.v0,
+        "state": end.state, "stages": end.stages, "memo": end.memo,
+    }  # fmt: skip
+    if run.curves is not None:
+        arrays |= {"bases": run.curves.bases, "coefficients": run.curves.coefficients}
+    handle, partial = tempfile.mkstemp(dir=target.parent, suffix=".partial")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            np.savez(stream, facts=np.array(json.dumps(facts)), **arrays)
+        os.replace(partial, target)
+    except BaseException:
+        os.unlink(partial)
+        raise
+
+
+def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajectory:
+    """The run that `save` wrote; it can be evaluated and resumed as before.
+
+    problem  the run's problem; needed only when its system holds functions
+
+    Raises ValueError when the file is not a saved run, when a problem is needed, or when the one
+    given does not start where the run's did.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        facts = json.loads(str(arrays.pop("facts")))
+        version = facts["version"]
+    except (KeyError, ValueError, EOFError, OSError) as error:
+        if isinstance(error, FileNotFoundError):
+            raise
+        raise ValueError(f"{path} must be a run written by galvi.save; {error}.") from error
+    if version != VERSION:
+        raise ValueError(f"{path} must have format {VERSION}; received format {version}.")
+    method = _read(facts["method"])
+    if problem is None:
+        about = facts["problem"]
+        problem = Problem(
+            _read(facts["system"], path), arrays["q0"], arrays["v0"], about["t0"], about["name"],
+            about["parameters"], about["units"],
+        )  # fmt: skip
+    same = np.array_equal(problem.q0, arrays["q0"]) and np.array_equal(problem.v0, arrays["v0"])
+    if not same or problem.t0 != facts["problem"]["t0"]:
+        raise ValueError(
+            f"problem must start where the run in {path} did; received another q0, v0 or t0."
+        )
+    curves = None
+    if facts["curves"] is not None:
+        curves = Curves(
+            method.space, facts["curves"], facts["step"], read_only(arrays["bases"]),
+            read_only(arrays["coefficients"]), problem.q0.shape,
+        )  # fmt: skip
+    end = Continuation(
+        facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]), arrays["memo"],
+        facts["solver"], facts["tolerance"],
+    )  # fmt: skip
+    return Trajectory(
+        problem, read_only(arrays["t"]), read_only(arrays["q"]), read_only(arrays["p"]),
+        facts["success"], facts["status"], facts["failed_step"], facts["counts"], facts["step"],
+        method, curves, end,
+    )  # fmt: skip
+
+
+def _written(value: Any) -> Any:
+    if isinstance(value, VALUES) and is_dataclass(value):
+        content = {field.name: _written(getattr(value, field.name)) for field in fields(value)}
+        return {"kind": type(value).__name__, **content}
+    if isinstance(value, np.ndarray):
+        return {"kind": "array", "values": value.tolist()}
+    if isinstance(value, tuple):
+        return {"kind": "tuple", "values": [_written(item) for item in value]}
+    if isinstance(value, Decimal):
+        return {"kind": "decimal", "values": str(value)}
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    return {"kind": "unknown", "values": repr(value)}
+
+
+def _read(written: Any, path: Any = "") -> Any:
+    if not isinstance(written, dict):
+        return written
+    kind, values = written["kind"], written.get("values")
+    if kind == "array":
+        return np.array(values)
+    if kind == "tuple":
+        return tuple(_read(item, path) for item in values)
+    if kind == "decimal":
+        return Decimal(values)
+    if kind in NAMES:
+        content = {name: _read(item, path) for name, item in written.items() if name != "kind"}
+        return NAMES[kind](**content)
+    raise ValueError(
+        f"the run in {path} needs its problem, because {values} cannot be stored; "
+        f"use galvi.load(path, problem=...)."
+    )
+
+
+def _parameters(problem: Problem) -> dict[str, Any]:
+    return {name: _plain(value) for name, value in problem.parameters.items()}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    if isinstance(value, (tuple, list)):
+        return [_plain(item) for item in value]
+    return value if isinstance(value, (bool, int, float, str)) else repr(value)
