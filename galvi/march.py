@@ -71,7 +71,7 @@ def march(
             while code == SOLVED and memo[DONE] < steps:
                 before, clock = int(memo[DONE]), time.perf_counter()
                 code = call(min(chunk, steps - before))
-                if code != SOLVED and rescue and start.solver == "auto":
+                if code != SOLVED and rescue and start.solver != "fixed_point":
                     t = problem.t0 + (start.first + int(memo[DONE])) * step
                     guess = path_of_smaller_steps(problem, method, step, t, state, counts)
                     if guess is not None:

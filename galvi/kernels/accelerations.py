@@ -21,13 +21,30 @@ def accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, 
     """Fill out (d, s) with the accelerations; the one place where a force is evaluated."""
     if kind == GRADIENT:
         for k in range(Q.shape[1]):
-            out[:, k] = gradient(Q[:, k].copy())
+            fill_stage(gradient(stage(Q, k)), k, out)
     elif kind == TIMED_GRADIENT:
         for k in range(Q.shape[1]):
-            out[:, k] = timed_gradient(Q[:, k].copy(), t[k])
+            fill_stage(timed_gradient(stage(Q, k), t[k]), k, out)
     else:
         law(Q, t, constants, out)
     apply_inverse_mass(inverse_mass, out)
+
+
+@jit
+def stage(Q, k):
+    """The configuration at stage k, (d,), as an array of its own."""
+    q = np.empty(Q.shape[0])
+    for i in range(Q.shape[0]):
+        q[i] = Q[i, k]
+    return q
+
+
+@jit
+def fill_stage(values, k, out):
+    """out[:, k] <- values, (d,); NaN when a user's function returned another length."""
+    fits = values.size == out.shape[0]
+    for i in range(out.shape[0]):
+        out[i, k] = values[i] if fits else np.nan
 
 
 @jit

@@ -12,14 +12,13 @@ from __future__ import annotations
 
 from functools import cache
 
-import numba
 import numpy as np
 from numba import types
 
 from galvi.kernels import laws
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import compiled_for, jit
 from galvi.kernels.solve import NOT_FINITE, SOLVED, solve
-from galvi.kernels.step import complete_step, curve_coefficients, predict
+from galvi.kernels.step import all_finite, complete_step, copy_into, curve_coefficients, predict
 
 NOTHING, LAST_STEP, GUESS = 0, 1, 2
 HOLDS, STREAK, DONE = 0, 1, 2
@@ -29,22 +28,26 @@ HOLDS, STREAK, DONE = 0, 1, 2
 def commit(tableau, h, every, step, total, streak, work, state, a, memo, saved_q, saved_v, bases,
            curves):  # fmt: skip
     """Complete the (step + 1)-th step and store what is kept of it, all or nothing."""
-    base = state.copy()
+    base = np.empty(state.shape)
+    copy_into(base, state)
     complete_step(tableau, h, work, state)
-    if not np.isfinite(state).all():
-        state[:, :] = base
+    if not all_finite(state):
+        copy_into(state, base)
         return False
-    a[:, :] = work
+    copy_into(a, work)
     memo[HOLDS], memo[STREAK], memo[DONE] = LAST_STEP, streak, step + 1
+    last = saved_q.shape[0] - 1
+    for i in range(state.shape[1]):
+        if bases.shape[0] > 0:
+            bases[step, i] = base[0, i]
+        if (step + 1) % every == 0:
+            saved_q[(step + 1) // every, i] = state[0, i]
+            saved_v[(step + 1) // every, i] = state[2, i]
+        if step + 1 == total:
+            saved_q[last, i] = state[0, i]
+            saved_v[last, i] = state[2, i]
     if bases.shape[0] > 0:
-        bases[step] = base[0]
         curve_coefficients(tableau, h, base, work, curves[step])
-    if (step + 1) % every == 0:
-        saved_q[(step + 1) // every] = state[0]
-        saved_v[(step + 1) // every] = state[2]
-    if step + 1 == total:
-        saved_q[-1] = state[0]
-        saved_v[-1] = state[2]
     return True
 
 
@@ -68,9 +71,9 @@ def advance(kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_he
         if memo[HOLDS] == LAST_STEP:
             predict(tableau, a, work)
         elif memo[HOLDS] == GUESS:
-            work[:, :] = a
+            copy_into(work, a)
         else:
-            work[:, :] = 0.0
+            work = np.zeros((d, s))
         code, streak = solve(
             functions, has_hessian, constants, inverse_mass, width, tableau, h, t, state, solver,
             tolerance, memo[STREAK], counts, work, Q,
@@ -103,4 +106,4 @@ def compiled_advance():
         whole, laws.MATRIX, laws.MATRIX, wholes, wholes, laws.MATRIX, laws.MATRIX,
         laws.MATRIX, laws.BLOCKS,
     )  # fmt: skip
-    return numba.njit([signature], cache=True, error_model="numpy")(advance.py_func)
+    return compiled_for(advance, signature)

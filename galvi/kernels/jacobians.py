@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels import laws
-from galvi.kernels.accelerations import accelerations
+from galvi.kernels.accelerations import accelerations, stage
 from galvi.kernels.jit import jit
 
 GRADIENT = laws.GRADIENT
@@ -21,41 +21,68 @@ STEP = 2.0**-20
 def jacobians(functions, has_hessian, constants, inverse_mass, Q, t, out):
     """Fill out; from the Hessian where there is one, else by central differences of the force.
 
+    Differences move one component of a whole configuration: they need a single block, w = d.
+
     Returns the number of single-configuration force evaluations it took (0 with a Hessian).
     """
     kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_hessian = functions
     d, width, stages = out.shape
     if not has_hessian:
-        ahead = np.empty((d, stages))
-        behind = np.empty((d, stages))
-        size = np.abs(Q).max()
-        step = STEP * size if size > 0.0 else STEP
-        moved = Q.copy()
+        step = difference_step(Q)
+        ahead, behind = np.empty((d, stages)), np.empty((d, stages))
         for j in range(width):
-            for i in range(j, d, width):
-                moved[i] = Q[i] + step
+            moved = shifted(Q, j, step)
             accelerations(
                 kind, law, gradient, timed_gradient, constants, inverse_mass, moved, t, ahead
             )
-            for i in range(j, d, width):
-                moved[i] = Q[i] - step
+            moved = shifted(Q, j, -step)
             accelerations(
                 kind, law, gradient, timed_gradient, constants, inverse_mass, moved, t, behind
             )
-            for i in range(j, d, width):
-                moved[i] = Q[i]
-            out[:, j, :] = (ahead - behind) / (2.0 * step)
+            for i in range(d):
+                for k in range(stages):
+                    out[i, j, k] = (ahead[i, k] - behind[i, k]) / (2.0 * step)
         return 2 * width * stages
     if kind == GRADIENT:
         for k in range(stages):
-            out[:, :, k] = hessian(Q[:, k].copy())
+            fill_matrix(hessian(stage(Q, k)), k, out)
     elif kind == TIMED_GRADIENT:
         for k in range(stages):
-            out[:, :, k] = timed_hessian(Q[:, k].copy(), t[k])
+            fill_matrix(timed_hessian(stage(Q, k), t[k]), k, out)
     else:
         law_jacobian(Q, t, constants, out)
     apply_inverse_mass_to_rows(inverse_mass, out)
     return 0
+
+
+@jit
+def difference_step(Q):
+    """2^-20 of the largest |Q|."""
+    size = 0.0
+    for i in range(Q.shape[0]):
+        for k in range(Q.shape[1]):
+            size = max(size, abs(Q[i, k]))
+    return STEP * size if size > 0.0 else STEP
+
+
+@jit
+def shifted(Q, j, step):
+    """Q with component j moved by step."""
+    moved = np.empty(Q.shape)
+    for i in range(Q.shape[0]):
+        for k in range(Q.shape[1]):
+            moved[i, k] = Q[i, k] + step if i == j else Q[i, k]
+    return moved
+
+
+@jit
+def fill_matrix(values, k, out):
+    """out[:, :, k] <- values, (d, d); NaN when a user's function returned another shape."""
+    d = out.shape[0]
+    fits = values.shape[0] == d and values.shape[1] == d
+    for i in range(d):
+        for j in range(d):
+            out[i, j, k] = values[i, j] if fits else np.nan
 
 
 @jit
@@ -64,11 +91,15 @@ def apply_inverse_mass_to_rows(inverse_mass, hessians):
     d, width, stages = hessians.shape
     if inverse_mass.shape[1] == 1:
         for i in range(d):
-            hessians[i] *= -inverse_mass[i, 0]
+            for j in range(width):
+                for k in range(stages):
+                    hessians[i, j, k] *= -inverse_mass[i, 0]
     elif inverse_mass.shape[1] > 1:
+        column = np.empty(d)
         for k in range(stages):
             for j in range(width):
-                column = hessians[:, j, k].copy()
+                for i in range(d):
+                    column[i] = hessians[i, j, k]
                 for i in range(d):
                     total = 0.0
                     for l in range(d):

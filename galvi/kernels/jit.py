@@ -1,12 +1,39 @@
-"""How every kernel is compiled: cached on disk, IEEE division, no reordering of sums."""
+"""How every kernel is compiled: cached on disk, IEEE division, no reordering of sums.
+
+numba's cache watches only the file that defines a function, not the files of what it calls. Here
+every kernel's cache is stamped with the contents of all kernel files, so that none can be stale.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar
+import hashlib
+from functools import cache
+from pathlib import Path
 
 import numba
 
-F = TypeVar("F", bound=Callable[..., Any])
 
-jit: Callable[[F], F] = numba.njit(cache=True, error_model="numpy")
+@cache
+def stamp():
+    """A digest of every kernel's source."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def jit(function):
+    """``function`` compiled when first called, for the types it is called with."""
+    dispatcher = numba.njit(cache=True, error_model="numpy")(function)
+    index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    if hasattr(index, "_source_stamp"):  # not public in numba; without it the cache is numba's own
+        index._source_stamp = stamp()
+    return dispatcher
+
+
+def compiled_for(dispatcher, signature):
+    """A dispatcher of the same function that takes these types and no others."""
+    fixed = jit(dispatcher.py_func)
+    fixed.compile(signature)
+    fixed.disable_compile()
+    return fixed

@@ -12,6 +12,8 @@ from galvi.kernels.accelerations import accelerations
 from galvi.kernels.jacobians import jacobians
 from galvi.kernels.jit import jit
 from galvi.kernels.step import (
+    all_finite,
+    copy_into,
     curve_coefficients,
     largest_change,
     measure_scale,
@@ -31,11 +33,14 @@ NEWTON_STREAK = 16  # steps that start with Newton after it was needed once
 
 
 @jit
-def settled(change, previous, tolerance):
-    """Whether another pass would change nothing that matters."""
+def settled(change, previous, stall, tolerance):
+    """Whether another pass would change nothing that matters.
+
+    A change above ``stall`` times the last one is round-off when it is small enough.
+    """
     if change <= max(tolerance, EPSILON):
         return True
-    if change >= previous:
+    if change >= stall * previous:
         return change <= FLOOR
     rate = change / previous
     return change * rate <= tolerance * (1.0 - rate)
@@ -58,7 +63,7 @@ def solve_fixed_point(functions, constants, inverse_mass, tableau, h, t, state, 
         if not change < np.inf:
             return NOT_FINITE
         if passes > 0:
-            if settled(change, previous, tolerance):
+            if settled(change, previous, 1.0, tolerance):
                 return SOLVED
             growing = growing + 1 if change >= previous else 0
             if growing >= 4 or change > 1e6:
@@ -72,7 +77,7 @@ def solve_fixed_point(functions, constants, inverse_mass, tableau, h, t, state, 
 @jit
 def solve_newton(functions, has_hessian, constants, inverse_mass, width, tableau, h, t, state,
                  tolerance, scale, counts, a, Q):  # fmt: skip
-    """Newton on the curve's coefficients; every pass must at least halve the last change."""
+    """Newton on the curve's coefficients; all passes but one must halve the last change."""
     kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_hessian = functions
     d, s = Q.shape
     x = np.empty((d, tableau[5].size))
@@ -80,6 +85,7 @@ def solve_newton(functions, has_hessian, constants, inverse_mass, width, tableau
     jacobian = np.empty((d, width, s))
     moved = np.empty((d, s))
     previous = np.inf
+    slow = 0
     for passes in range(NEWTON_PASSES):
         accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, Q, t, a)
         extra = jacobians(functions, has_hessian, constants, inverse_mass, Q, t, jacobian)
@@ -87,17 +93,18 @@ def solve_newton(functions, has_hessian, constants, inverse_mass, width, tableau
         counts[FORCES] += s + extra
         counts[HESSIANS] += s if has_hessian else 0
         counts[SOLVES] += d // width
-        if not (np.isfinite(a).all() and np.isfinite(jacobian).all()):
+        if not (all_finite(a) and all_finite(jacobian.reshape(d, width * s))):
             return NOT_FINITE
         newton_update(tableau, h, width, state, a, jacobian, x, moved)
         change = largest_change(Q, moved, scale)
         if not change < np.inf:
             return NOT_FINITE
-        if passes > 0 and settled(change, previous, tolerance):
+        if passes > 0 and settled(change, previous, 0.5, tolerance):
             accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, Q, t, a)
             counts[FORCES] += s
             return SOLVED
-        if change > 0.5 * previous:
+        slow += 1 if change > 0.5 * previous else 0
+        if slow >= 2:
             return DIVERGED
         previous = change
     return DIVERGED
@@ -110,7 +117,8 @@ def solve(functions, has_hessian, constants, inverse_mass, width, tableau, h, t,
     place_stages(tableau, h, state, a, Q)
     scale = np.empty(Q.shape[0])
     measure_scale(Q, width, scale)
-    start = a.copy()
+    start = np.empty(a.shape)
+    copy_into(start, a)
     newton_first = solver == NEWTON or (solver == AUTO and streak > 0)
     code = DIVERGED
     for attempt in range(2):
@@ -126,6 +134,6 @@ def solve(functions, has_hessian, constants, inverse_mass, width, tableau, h, t,
                                      tolerance, patience, scale, counts, a, Q)  # fmt: skip
             if code == SOLVED:
                 return code, 0
-        a[:, :] = start
+        copy_into(a, start)
         place_stages(tableau, h, state, a, Q)
     return code, 0

@@ -26,9 +26,8 @@ def predict(tableau, a, guess):
     """
     analysis, ahead, growth = tableau[8], tableau[9], tableau[10]
     d, s = a.shape
-    series = np.empty(s)
     for i in range(d):
-        series[:] = 0.0
+        series = np.zeros(s)
         for j in range(s):
             for l in range(s):
                 series[l] += analysis[j, l] * a[i, j]
@@ -83,7 +82,8 @@ def measure_scale(Q, width, scale):
         for i in range(first, first + width):
             for k in range(Q.shape[1]):
                 size = max(size, abs(Q[i, k]))
-        scale[first : first + width] = size if size > 0.0 else 1.0
+        for i in range(first, first + width):
+            scale[i] = size if size > 0.0 else 1.0
 
 
 @jit
@@ -91,7 +91,8 @@ def curve_coefficients(tableau, h, state, a, x):
     """x = h v lead + h^2 C a, (d, m)."""
     lead, C = tableau[5], tableau[7]
     for i in range(a.shape[0]):
-        x[i] = 0.0
+        for l in range(x.shape[1]):
+            x[i, l] = 0.0
         for j in range(a.shape[1]):
             for l in range(x.shape[1]):
                 x[i, l] += C[j, l] * a[i, j]
@@ -107,26 +108,51 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
     """
     psi, C = tableau[4], tableau[6]
     d, m = x.shape
+    stages = Q.shape[1]
+    size = width * m
     residual = np.empty((d, m))
     curve_coefficients(tableau, h, state, a, residual)
-    residual -= x
-    size = width * m
-    matrix = np.empty((size, size))
+    matrix, step = np.empty((size, size)), np.empty(size)
     for first in range(0, d, width):
         for i in range(width):
-            for j in range(width):
-                weighted = C * (h * h * jacobian[first + i, j])
-                matrix[i * m : (i + 1) * m, j * m : (j + 1) * m] = -np.dot(weighted, psi.T)
-        for i in range(size):
-            matrix[i, i] += 1.0
-        step = np.linalg.solve(matrix, residual[first : first + width].copy().reshape(size))
+            for l in range(m):
+                row = i * m + l
+                step[row] = residual[first + i, l] - x[first + i, l]
+                for j in range(width):
+                    for n in range(m):
+                        total = 0.0
+                        for k in range(stages):
+                            total += C[l, k] * jacobian[first + i, j, k] * psi[n, k]
+                        matrix[row, j * m + n] = -h * h * total
+                matrix[row, row] += 1.0
+        step = np.linalg.solve(matrix, step)
         for i in range(width):
             for l in range(m):
                 x[first + i, l] += step[i * m + l]
-    Q[:, :] = np.dot(x, psi)
     for i in range(d):
-        for k in range(Q.shape[1]):
-            Q[i, k] = state[0, i] + (state[1, i] + Q[i, k])
+        for k in range(stages):
+            total = 0.0
+            for l in range(m):
+                total += psi[l, k] * x[i, l]
+            Q[i, k] = state[0, i] + (state[1, i] + total)
+
+
+@jit
+def copy_into(target, source):
+    """target <- source, (d, s)."""
+    for i in range(source.shape[0]):
+        for k in range(source.shape[1]):
+            target[i, k] = source[i, k]
+
+
+@jit
+def all_finite(values):
+    """Whether every entry of (d, s) is finite."""
+    total = 0.0
+    for i in range(values.shape[0]):
+        for k in range(values.shape[1]):
+            total += abs(values[i, k])
+    return total < np.inf
 
 
 @jit

@@ -4,5 +4,12 @@ from galvi.problems.fermi_pasta_ulam_tsingou import fermi_pasta_ulam_tsingou
 from galvi.problems.harmonic_oscillator import harmonic_oscillator
 from galvi.problems.henon_heiles import henon_heiles
 from galvi.problems.kepler import kepler
+from galvi.problems.solar_system import solar_system
 
-__all__ = ["fermi_pasta_ulam_tsingou", "harmonic_oscillator", "henon_heiles", "kepler"]
+__all__ = [
+    "fermi_pasta_ulam_tsingou",
+    "harmonic_oscillator",
+    "henon_heiles",
+    "kepler",
+    "solar_system",
+]

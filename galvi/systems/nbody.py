@@ -97,6 +97,7 @@ class NBody:
             constants=self._constants(dimension),
             inverse_mass=np.zeros((0, 0)),
             width=dimension,
+            has_hessian=True,
         )
 
     def _constants(self, dimension: int) -> Array:

@@ -1,0 +1,44 @@
+# Every target that runs Python first makes .venv, once, and again when its requirements change.
+PYTHON ?= python3
+WORKERS ?= 2
+BIN := .venv/bin
+STAMP := .venv/installed
+
+.DEFAULT_GOAL := help
+.PHONY: install test check report bench clean help
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@echo 'The first one makes .venv with $(PYTHON); choose another with PYTHON=path/to/python3.'
+
+install: $(STAMP) ## make .venv and install galvi, the suite and the tools
+
+test: $(STAMP) ## run the tests, leaving out those marked slow
+	$(BIN)/python -m pytest -n $(WORKERS)
+
+check: $(STAMP) ## lint, formatting, types, import contracts
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo
+
+report: $(STAMP) ## verify, compare and show: tables, figures and a page in reports/out
+	$(BIN)/python -m reports
+
+bench: $(STAMP) ## time steps, trajectories and references, and keep the result
+	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only --benchmark-autosave
+
+clean: ## remove .venv, caches and build output; what reports/out holds stays
+	rm -rf .venv build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis \
+	    .import_linter_cache .benchmarks
+	find galvi references benchmarks reports tests -name __pycache__ -prune -exec rm -rf {} +
+
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	    version=$$($(PYTHON) --version 2>&1) || version='not a Python that runs'; \
+	    echo "galvi needs Python 3.11 or newer, but $(PYTHON) is $$version;" \
+	         "name another, as in: make $(or $(firstword $(MAKECMDGOALS)),install) PYTHON=path/to/python3" >&2; \
+	    exit 1; }
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[suite,dev]' -c constraints.txt
+	@touch $@

@@ -1,0 +1,76 @@
+"""The import contracts of pyproject.toml hold, and each catches the fault it is there for."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("galvi", "references", "benchmarks", "reports")
+
+# contract id: (a file, an import in it that the contract must catch)
+FAULTS = {
+    "folders": ("references/__init__.py", "import benchmarks"),
+    "alone": ("galvi/arrays.py", "import sympy"),
+    "engines": ("benchmarks/__init__.py", "import rebound"),
+    "frames": ("references/__init__.py", "import pandas"),
+    "pictures": ("benchmarks/__init__.py", "import matplotlib"),
+    "kernels": ("galvi/kernels/nbody.py", "import scipy"),
+    "layers": ("galvi/kernels/nbody.py", "from galvi import arrays"),
+    "cycles": ("galvi/arrays.py", "from galvi import checks"),
+}
+
+
+def lint_imports(folder: Path, *contracts: str) -> subprocess.CompletedProcess[str]:
+    command = "from importlinter.cli import lint_imports_command; lint_imports_command()"
+    chosen = [word for contract in contracts for word in ("--contract", contract)]
+    return subprocess.run(
+        [sys.executable, "-c", command, "--no-cache", "--no-logo", *chosen],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """The four packages and their contracts, to plant a fault in."""
+    for package in PACKAGES:
+        shutil.copytree(
+            ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__", "out")
+        )
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    return tmp_path
+
+
+def test_every_import_contract_holds() -> None:
+    result = lint_imports(ROOT)
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+def test_every_import_contract_has_a_planted_fault() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]
+    assert {contract["id"] for contract in settings["contracts"]} == set(FAULTS)
+
+
+@pytest.mark.parametrize("contract", FAULTS)
+def test_a_forbidden_import_breaks_its_contract(contract: str, copy: Path) -> None:
+    file, fault = FAULTS[contract]
+    with (copy / file).open("a") as source:
+        source.write(f"\n{fault}\n")
+    result = lint_imports(copy, contract)
+    imported = fault.split()[-1]
+    assert result.returncode == 1, result.stdout + result.stderr
+    assert "BROKEN" in result.stdout and imported in result.stdout
+
+
+def test_a_module_of_galvi_without_a_place_in_the_layers_is_refused(copy: Path) -> None:
+    (copy / "galvi" / "stray.py").touch()
+    result = lint_imports(copy, "layers")
+    assert result.returncode == 1
+    assert "galvi.stray" in result.stdout

@@ -1,0 +1,73 @@
+"""What README.md and CONTRIBUTING.md show is so: the code runs, prints what stands below it, and
+the commands exist.
+
+A ```python block is run; a ```text block that comes next after it is what it must have printed.
+The blocks share their names, in the order of the page.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from contextlib import redirect_stdout
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FENCE = re.compile(r"^```(\w*)[^\n]*\n(.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
+
+
+def examples(page: str) -> list[tuple[int, str, str | None]]:
+    """(first line, code, output shown or None) of each Python block."""
+    blocks = [
+        (match.group(1), match.group(2), page.count("\n", 0, match.start(2)))
+        for match in FENCE.finditer(page)
+    ]
+    following = [*blocks[1:], ("", "", 0)]
+    return [
+        (line, code, shown if language_after == "text" else None)
+        for (language, code, line), (language_after, shown, _) in zip(
+            blocks, following, strict=True
+        )
+        if language == "python"
+    ]
+
+
+def printed(code: str, first_line: int, names: dict[str, object]) -> str:
+    """What the code prints; a traceback names the line of the page."""
+    output = io.StringIO()
+    with redirect_stdout(output):
+        exec(compile("\n" * first_line + code, "README.md", "exec"), names)
+    return output.getvalue()
+
+
+def test_the_code_in_the_readme_prints_what_the_readme_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = examples((ROOT / "README.md").read_text())
+    assert any(shown for _, _, shown in found), "README.md shows no code with its output"
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {"__name__": "readme"}
+    for first_line, code, shown in found:
+        output = printed(code, first_line, names)
+        if shown is not None:
+            assert output == shown
+
+
+def test_an_output_that_differs_from_the_page_would_be_noticed() -> None:
+    page = "```python\nx = 1\n```\n\n```python\nprint(x)\n```\nprints\n```text\n2\n```\n"
+    (first, second) = examples(page)
+    names: dict[str, object] = {}
+    assert first == (1, "x = 1\n", None) and printed(first[1], first[0], names) == ""
+    assert second == (5, "print(x)\n", "2\n") and printed(second[1], second[0], names) == "1\n"
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
+def test_every_make_command_on_the_page_is_a_target(page: str) -> None:
+    named = set(
+        re.findall(r"^(?:\$ )?make ([a-z]+)|`make ([a-z]+)", (ROOT / page).read_text(), re.M)
+    )
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.M))
+    names = {one or other for one, other in named}
+    assert {"report", "test"} <= names <= targets
