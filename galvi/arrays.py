@@ -1,4 +1,4 @@
-"""The array type of the whole package: float64, C order; values that are handed out are read-only."""
+"""The array type of the whole package: float64, C order, read-only when handed out."""
 
 from __future__ import annotations
 

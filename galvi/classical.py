@@ -37,8 +37,7 @@ def _integrals(c: Array) -> Array:
     stages = c.size
     values = legendre(2.0 * c - 1.0, stages)
     integrals = np.column_stack(
-        [c]
-        + [(values[:, i + 1] - values[:, i - 1]) / (2 * (2 * i + 1)) for i in range(1, stages)]
+        [c] + [(values[:, i + 1] - values[:, i - 1]) / (2 * (2 * i + 1)) for i in range(1, stages)]
     )
     result: Array = integrals @ np.linalg.inv(values[:, :stages])
     return result

@@ -1,4 +1,4 @@
-"""Quantities that the exact motion conserves, at steps from (q, p) or along the curve from (q, q')."""
+"""What the exact motion conserves, at steps from (q, p) or along the curve from (q, q')."""
 
 from __future__ import annotations
 

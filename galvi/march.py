@@ -11,6 +11,7 @@ from tqdm import tqdm
 from galvi.arrays import Array, read_only
 from galvi.continuation import Continuation
 from galvi.curves import Curves
+from galvi.interruption import noted_interrupts
 from galvi.kernels.advance import DONE, GUESS, HOLDS, advance, compiled_advance
 from galvi.kernels.interpreted import interpreted
 from galvi.kernels.solve import AUTO, FIXED_POINT, NEWTON, NOT_FINITE, SOLVED
@@ -64,25 +65,21 @@ def march(
             saved[0], saved[1], bases, coefficients,
         ))  # fmt: skip
 
-    code, stopped = SOLVED, False
-    chunk = 1
-    with tqdm(total=steps, disable=not progress, unit="step") as bar:
-        try:
-            while code == SOLVED and memo[DONE] < steps:
-                before, clock = int(memo[DONE]), time.perf_counter()
-                code = call(min(chunk, steps - before))
-                if code != SOLVED and rescue and start.solver != "fixed_point":
-                    t = problem.t0 + (start.first + int(memo[DONE])) * step
-                    guess = path_of_smaller_steps(problem, method, step, t, state, counts)
-                    if guess is not None:
-                        memo[HOLDS] = GUESS
-                        stages[:] = guess
-                        code = call(1)
-                bar.update(int(memo[DONE]) - before)
-                quick = time.perf_counter() - clock < 0.5 * CALL_SECONDS
-                chunk = max(1, chunk * 2 if quick else chunk // 2)
-        except KeyboardInterrupt:
-            stopped = True
+    code, chunk = SOLVED, 1
+    with noted_interrupts() as stopped, tqdm(total=steps, disable=not progress, unit="step") as bar:
+        while code == SOLVED and memo[DONE] < steps and not stopped():
+            before, clock = int(memo[DONE]), time.perf_counter()
+            code = call(min(chunk, steps - before))
+            if code != SOLVED and rescue and start.solver != "fixed_point":
+                t = problem.t0 + (start.first + int(memo[DONE])) * step
+                guess = path_of_smaller_steps(problem, method, step, t, state, counts)
+                if guess is not None:
+                    memo[HOLDS] = GUESS
+                    stages[:] = guess
+                    code = call(1)
+            bar.update(int(memo[DONE]) - before)
+            quick = time.perf_counter() - clock < 0.5 * CALL_SECONDS
+            chunk = max(1, chunk * 2 if quick else chunk // 2)
     done = int(memo[DONE])
     end = Continuation(
         start.first + done, read_only(state), read_only(stages), memo, start.solver, start.tolerance
@@ -96,7 +93,7 @@ def march(
         q=read_only(states[0]),
         p=read_only(problem.system.momentum(states[1])),
         success=done == steps,
-        status=_status(code, stopped, done, steps, t_first + done * step),
+        status=_status(code, done, steps, t_first + done * step),
         failed_step=None if done == steps else done + 1,
         counts=_counts(problem, field, done, counts),
         step=step,
@@ -138,18 +135,16 @@ def path_of_smaller_steps(
             times = t + method.table.c * step
             path = run(times)
             counts[1] += len(times)
-            rows = [
-                problem.system.acceleration(q, s) for q, s in zip(path, times, strict=True)
-            ]
+            rows = [problem.system.acceleration(q, s) for q, s in zip(path, times, strict=True)]
             return np.ascontiguousarray(np.stack(rows).reshape(len(times), -1).T)
     return None
 
 
-def _status(code: int, stopped: bool, done: int, steps: int, t: float) -> str:
+def _status(code: int, done: int, steps: int, t: float) -> str:
     if done == steps:
         return COMPLETED
     where = f"at step {done + 1} of {steps}, from t = {t:g}"
-    if stopped:
+    if code == SOLVED:
         return f"Interrupted {where}; what was computed is kept."
     if code == NOT_FINITE:
         return (

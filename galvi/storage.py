@@ -66,7 +66,8 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     handle, partial = tempfile.mkstemp(dir=target.parent, suffix=".partial")
     try:
         with os.fdopen(handle, "wb") as stream:
-            np.savez(stream, facts=np.array(json.dumps(facts)), **arrays)
+            contents: dict[str, Any] = {"facts": np.array(json.dumps(facts)), **arrays}
+            np.savez(stream, **contents)
         os.replace(partial, target)
     except BaseException:
         os.unlink(partial)
@@ -139,7 +140,8 @@ def _written(value: Any) -> Any:
 def _read(written: Any, path: Any = "") -> Any:
     if not isinstance(written, dict):
         return written
-    kind, values = written["kind"], written.get("values")
+    kind: str = written["kind"]
+    values: Any = written.get("values")
     if kind == "array":
         return np.array(values)
     if kind == "tuple":

@@ -1,4 +1,4 @@
-"""Is a step symplectic? From the derivative of the step itself, by the implicit function theorem."""
+"""Is a step symplectic? By its derivative, from the implicit function theorem."""
 
 from __future__ import annotations
 

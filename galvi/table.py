@@ -9,7 +9,7 @@ L = v.M v / 2 - V with one space for all components are the Nystrom method
     v1  = v0                + h   sum_j b_j a(Q_j)
 
 alpha = Psi K^-1 e, A = Psi C, C = K^-1 (e 1^T - Psi^T) diag(b), beta_p = e^T K^-1 e,
-beta_j = b_j (beta_p - alpha_j), and the curve is q0 + sum_i psi_i x_i with x = h v0 K^-1 e + h^2 C a.
+beta_j = b_j (beta_p - alpha_j); the curve is q0 + sum_i psi_i x_i, x = h v0 K^-1 e + h^2 C a.
 """
 
 from __future__ import annotations
@@ -109,8 +109,8 @@ def _solve(K: Any, rhs: Any, space: Space, rule: Rule) -> Any:
             raise ValueError(
                 f"{space} with {rule.name} is ill-posed: a free particle has no unique motion, "
                 f"because the rule cannot see some function of the space. Expected at least "
-                f"{space.dimension - 1} useful points; received {rule.points}. Use a rule with more "
-                f"points or a smaller space."
+                f"{space.dimension - 1} useful points; received {rule.points}. Use a rule with "
+                f"more points or a smaller space."
             )
         work[i] = work[i] / work[i, i]
         for k in range(len(K)):

@@ -1,7 +1,8 @@
 """How every kernel is compiled: cached on disk, IEEE division, no reordering of sums.
 
 numba's cache watches only the file that defines a function, not the files of what it calls. Here
-every kernel's cache is stamped with the contents of all kernel files, so that none can be stale.
+every cache is stamped with the contents of that file and of all kernel files, so that none can be
+stale.
 """
 
 from __future__ import annotations
@@ -14,10 +15,10 @@ import numba
 
 
 @cache
-def stamp():
-    """A digest of every kernel's source."""
+def stamp(file):
+    """A digest of a file and of every kernel's source."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in [Path(file), *sorted(Path(__file__).parent.glob("*.py"))]:
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
@@ -26,8 +27,10 @@ def jit(function):
     """``function`` compiled when first called, for the types it is called with."""
     dispatcher = numba.njit(cache=True, error_model="numpy")(function)
     index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-    if hasattr(index, "_source_stamp"):  # not public in numba; without it the cache is numba's own
-        index._source_stamp = stamp()
+    if index is not None and hasattr(
+        index, "_source_stamp"
+    ):  # not public in numba; without it the cache is numba's own
+        index._source_stamp = stamp(function.__code__.co_filename)
     return dispatcher
 
 

@@ -48,7 +48,7 @@ def henon_heiles(energy: float = 0.1) -> Problem:
     return Problem(
         system=Canonical(1.0, potential, gradient, hessian),
         q0=q0,
-        v0=[math.sqrt(2.0 * (energy - resting)), 0.05],
+        v0=np.array([math.sqrt(2.0 * (energy - resting)), 0.05]),
         name="henon-heiles",
         parameters={"energy": energy},
         units="none",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from galvi import checks
 from galvi.potentials.central_force import CentralForce
 from galvi.problem import Problem
@@ -22,8 +24,8 @@ def kepler(eccentricity: float = 0.6) -> Problem:
         )
     return Problem(
         system=Canonical(mass=1.0, potential=CentralForce(1.0)),
-        q0=[1.0 - e, 0.0],
-        v0=[0.0, math.sqrt((1.0 + e) / (1.0 - e))],
+        q0=np.array([1.0 - e, 0.0]),
+        v0=np.array([0.0, math.sqrt((1.0 + e) / (1.0 - e))]),
         name=f"kepler e={e:g}",
         parameters={"eccentricity": e},
         units="GM = a = 1, period 2 pi",

@@ -33,9 +33,9 @@ def _clenshaw_curtis(points: int) -> Rule:
             k = min(j, n - j)
             value = cosine(PI * k / n) if 2 * k != n else Decimal(0)
             cosines[j] = value if j == k else -value
-        k = np.arange(1, n // 2 + 1)
-        share = decimals(np.where(2 * k == n, 1.0, 2.0)) / (4 * k * k - 1)
-        turn = np.outer(np.arange(n + 1), 2 * k) % (2 * n)
+        terms = np.arange(1, n // 2 + 1)
+        share = decimals(np.where(2 * terms == n, 1.0, 2.0)) / (4 * terms * terms - 1)
+        turn = np.outer(np.arange(n + 1), 2 * terms) % (2 * n)
         weights = (1 - cosines[np.where(turn > n, 2 * n - turn, turn)] @ share) * 2 / n
         weights[[0, -1]] /= 2
         degree = n + 1 if n % 2 == 0 else n

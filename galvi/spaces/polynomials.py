@@ -67,7 +67,8 @@ class Polynomials:
         weights = (-1.0) ** np.arange(self.degree + 1)
         weights[[0, -1]] *= 0.5
         gap = np.asarray(t, dtype=np.float64)[:, None] - self.nodes[None, :]
-        hit = gap == 0.0
-        terms = weights / np.where(hit, 1.0, gap)
+        hit = (gap == 0.0).astype(np.float64)
+        on_node = hit.any(axis=1, keepdims=True)
+        terms = np.where(on_node, hit, weights / np.where(on_node, 1.0, gap))
         values: Array = terms / np.sum(terms, axis=1, keepdims=True)
-        return np.where(hit.any(axis=1, keepdims=True), hit.astype(np.float64), values)
+        return values

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import Any, Protocol
 
 
-class Space(Protocol):
+class Space(Hashable, Protocol):
     """Functions on [0, 1]; values are given for t of shape (k,) as arrays (k, dimension).
 
     The first basis function is the constant 1. When ``exact`` is set, both functions also work on

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numba.core.registry import CPUDispatcher
@@ -118,7 +118,7 @@ class Canonical:
             gradient = self._wrapped(gradient, (dimension,), "gradient")
             hessian = hessian and self._wrapped(hessian, (dimension, dimension), "hessian")
         timed = "timed_" if self.explicit_time else ""
-        functions = {f"{timed}gradient": gradient}
+        functions: dict[str, Any] = {f"{timed}gradient": gradient}
         if hessian is not None:
             functions[f"{timed}hessian"] = hessian
         return Field(
@@ -194,7 +194,7 @@ def _compiles(function: Function, explicit_time: bool) -> bool:
     arguments = (laws.VECTOR, laws.MATRIX.dtype) if explicit_time else (laws.VECTOR,)
     try:
         function.compile(arguments)
-        returned = function.overloads[arguments].signature.return_type
+        returned = cast(Any, function.overloads[arguments]).signature.return_type
     except Exception:  # numba's typing errors have no common public base; Python mode still works
         return False
     return returned in (laws.VECTOR, laws.MATRIX)

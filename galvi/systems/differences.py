@@ -38,11 +38,11 @@ def differenced_gradient(potential: Callable[..., Any], explicit_time: bool) -> 
     jit: Callable[..., Any] = numba.njit if compiled else _same
     if explicit_time:
         value = potential
-        return jit(plain)  # type: ignore[no-any-return]
+        return jit(plain)
 
     value = jit(lambda q, t: potential(q))
     timed = jit(plain)
-    return jit(lambda q: timed(q, 0.0))  # type: ignore[no-any-return]
+    return jit(lambda q: timed(q, 0.0))
 
 
 def differenced_hessian(gradient: Callable[..., Any]) -> Callable[..., Array]:

@@ -34,7 +34,8 @@ class NBody:
         if np.any(masses <= 0.0):
             lightest = int(np.argmin(masses))
             raise ValueError(
-                f"masses must be positive; received {masses[lightest]} for body {lightest}. {remedy}"
+                f"masses must be positive; received {masses[lightest]} for body {lightest}. "
+                f"{remedy}"
             )
         object.__setattr__(self, "masses", masses)
         object.__setattr__(self, "G", checks.positive("G", self.G))

@@ -1,0 +1,95 @@
+"""Numbers of twice the double precision, as unevaluated sums hi + lo of two float64 arrays.
+
+Relative errors are a few 2^-104. Sums after Knuth, products after Dekker (Numer. Math. 18 (1971)
+224); no fused operation and no wider type of the machine is used. Products beyond 1e292 overflow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Any
+
+from galvi.arrays import Array
+
+SPLITTER = 134217729.0  # 2^27 + 1, halves a 53-bit significand
+
+
+@dataclass(frozen=True, eq=False)
+class DoubleDouble:
+    """hi + lo with |lo| at most half a unit in the last place of hi; shapes broadcast.
+
+    Mixes with floats and float64 arrays, which are taken as exact.
+    """
+
+    hi: Any
+    lo: Any = 0.0
+    __array_ufunc__ = None  # numpy leaves array + DoubleDouble to this class
+
+    @staticmethod
+    def nearest(number: Decimal) -> DoubleDouble:
+        """A scalar from a Decimal of any length."""
+        hi = float(number)
+        return DoubleDouble(hi, float(number - Decimal(hi)))
+
+    def __getitem__(self, key: Any) -> DoubleDouble:
+        return DoubleDouble(self.hi[key], self.lo[key])
+
+    def __neg__(self) -> DoubleDouble:
+        return DoubleDouble(-self.hi, -self.lo)
+
+    def __add__(self, other: DoubleDouble | Array | float) -> DoubleDouble:
+        other = _lifted(other)
+        hi, error = _sum(self.hi, other.hi)
+        lo, rest = _sum(self.lo, other.lo)
+        hi, error = _ordered_sum(hi, error + lo)
+        return DoubleDouble(*_ordered_sum(hi, error + rest))
+
+    def __sub__(self, other: DoubleDouble | Array | float) -> DoubleDouble:
+        return self + (-_lifted(other))
+
+    def __rsub__(self, other: Array | float) -> DoubleDouble:
+        return (-self) + other
+
+    def __mul__(self, other: DoubleDouble | Array | float) -> DoubleDouble:
+        other = _lifted(other)
+        hi, error = _product(self.hi, other.hi)
+        return DoubleDouble(*_ordered_sum(hi, error + (self.hi * other.lo + self.lo * other.hi)))
+
+    def __truediv__(self, other: DoubleDouble | Array | float) -> DoubleDouble:
+        other = _lifted(other)
+        first = self.hi / other.hi
+        rest = self - other * first
+        second = rest.hi / other.hi
+        rest = rest - other * second
+        quotient: DoubleDouble = DoubleDouble(*_ordered_sum(first, second)) + rest.hi / other.hi
+        return quotient
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+
+def _lifted(number: DoubleDouble | Array | float) -> DoubleDouble:
+    return number if isinstance(number, DoubleDouble) else DoubleDouble(number)
+
+
+def _sum(a: Any, b: Any) -> tuple[Any, Any]:
+    """a + b rounded, and what the rounding lost, exactly."""
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
+
+
+def _ordered_sum(a: Any, b: Any) -> tuple[Any, Any]:
+    """The same for |a| >= |b|, or a = 0."""
+    total = a + b
+    return total, b - (total - a)
+
+
+def _product(a: Any, b: Any) -> tuple[Any, Any]:
+    """a b rounded, and what the rounding lost, exactly."""
+    total = a * b
+    a1, b1 = SPLITTER * a, SPLITTER * b
+    a1, b1 = a1 - (a1 - a), b1 - (b1 - b)
+    a2, b2 = a - a1, b - b1
+    return total, ((a1 * b1 - total) + a1 * b2 + a2 * b1) + a2 * b2

@@ -1,0 +1,88 @@
+"""SciPy's solve_ivp: RK45 (Dormand-Prince 5(4), MATLAB's ode45) and DOP853."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy
+from scipy.integrate import solve_ivp
+
+from galvi import Canonical, NBody, Problem, Trajectory, checks
+from galvi.arrays import Array
+from references.contender import require
+from references.outcome import Failure, outcome
+from references.setting import check_keys, described, sample_times
+
+DEFAULT: Mapping[str, Any] = {}
+TIGHT: Mapping[str, Any] = {"rtol": 3e-14, "atol": 1e-15}
+
+
+@dataclass(frozen=True)
+class ScipyIvp:
+    """One method of solve_ivp on (q, v)' = (v, a(q, t)).
+
+    Setting: samples; rtol, atol (default SciPy's and ode45's, 1e-3 and 1e-6), or tolerance for
+    both; first_step, max_step as in SciPy. States between steps come from SciPy's interpolant,
+    whose order is below the method's: ask for one sample where only the end matters.
+    """
+
+    name: str
+    solver: str
+    order: int
+    exact: bool = False
+    missing: str = ""
+
+    def supports(self, problem: Problem) -> bool:
+        """Any system whose force depends on q and t alone."""
+        return isinstance(problem.system, (Canonical, NBody))
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Adaptive steps; see `Contender`."""
+        require(self, problem)
+        check_keys(setting, ("samples", "tolerance", "rtol", "atol", "first_step", "max_step"))
+        times = sample_times(problem.t0, duration, setting)
+        options = {"rtol": 1e-3, "atol": 1e-6}
+        if "tolerance" in setting:
+            options = dict.fromkeys(options, checks.positive("tolerance", setting["tolerance"]))
+        for key in ("rtol", "atol", "first_step", "max_step"):
+            if key in setting:
+                options[key] = checks.positive(key, setting[key])
+        d, shape, system = problem.q0.size, problem.q0.shape, problem.system
+
+        def slope(t: float, y: Array) -> Array:
+            a = system.acceleration(y[:d].reshape(shape), t)
+            return np.concatenate([y[d:], a.ravel()])
+
+        start = np.concatenate([problem.q0.ravel(), problem.v0.ravel()])
+        with np.errstate(all="ignore"):  # outcome looks for non-finite states itself
+            solved = solve_ivp(
+                slope, (times[0], times[-1]), start, self.solver, t_eval=times, **options
+            )
+        states = np.full((len(times), 2 * d), np.nan)
+        states[: solved.y.shape[1]] = solved.y.T
+        return outcome(
+            problem,
+            described(self.name, setting, f"scipy {scipy.__version__}"),
+            times,
+            states[:, :d],
+            states[:, d:],
+            counts={"force_evaluations": int(solved.nfev)},
+            failure=None if solved.success else _failure(solved),
+        )
+
+
+def _failure(solved: Any) -> Failure:
+    row = solved.y.shape[1]
+    return Failure(
+        row=row,
+        step=row,
+        why=f"SciPy gave up before sample {row}: {solved.message} Bodies met, or the tolerance "
+        "cannot be had; end the run earlier or loosen it.",
+    )
+
+
+ODE45 = ScipyIvp("SciPy RK45 (ode45)", solver="RK45", order=5)
+DOP853 = ScipyIvp("SciPy DOP853", solver="DOP853", order=8)

@@ -1,0 +1,94 @@
+"""The plain mapping a contender is run with: which keys it may hold, and the times it asks for."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi import checks
+from galvi.arrays import Array
+
+WHOLE = 1e-9  # how far, relatively, duration / step may be from a whole number
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """The one of the known words most like this one."""
+    words = sorted(known)
+    return difflib.get_close_matches(word, words, n=1, cutoff=0.0)[0]
+
+
+def check_keys(setting: Mapping[str, Any], known: Iterable[str]) -> None:
+    """ValueError, naming the nearest known key, when the setting holds one that is not known."""
+    known = tuple(known)
+    for key in setting:
+        if key not in known:
+            raise ValueError(
+                f"a setting here may hold {', '.join(known)}; received {key!r}. "
+                f"Did you mean {nearest(str(key), known)!r}?"
+            )
+
+
+def described(name: str, setting: Mapping[str, Any], engine: str = "") -> str:
+    """The run's method in one line, e.g. 'REBOUND WHFast step=4 corrector=17 (rebound 5.2.2)'."""
+    words = [name, *(f"{key}={value}" for key, value in setting.items())]
+    return " ".join([*words, f"({engine})"] if engine else words)
+
+
+@dataclass(frozen=True, eq=False)
+class FixedSteps:
+    """How many equal steps to take and which to keep.
+
+    step   h, the time of one step, negative backwards
+    count  n, so that n h is the duration
+    saved  (saved,) numbers of the steps kept: 0, k, 2k, ... and the last
+    """
+
+    step: float
+    count: int
+    saved: Any
+
+    def times(self, t0: float) -> Array:
+        """t0 + j h of the saved states, (saved,)."""
+        times: Array = t0 + self.saved * self.step
+        return times
+
+
+def fixed_steps(duration: float, setting: Mapping[str, Any]) -> FixedSteps:
+    """Read 'step' and 'save_every' (default 1) from a setting.
+
+    Raises ValueError unless duration / step is a positive whole number.
+    """
+    duration = _duration(duration)
+    if "step" not in setting:
+        raise ValueError(
+            f"a fixed-step contender needs a 'step' in its setting; received {dict(setting)!r}."
+        )
+    step = checks.real("step", setting["step"])
+    steps = duration / step if step else float("nan")
+    count = max(1, round(steps)) if np.isfinite(steps) else 1
+    if not abs(steps - count) <= WHOLE * count:
+        raise ValueError(
+            f"step must divide the duration {duration!r} into a whole number of steps; received "
+            f"{setting['step']!r}, {steps:.6g} steps. Choose step = duration / {count}."
+        )
+    every = checks.whole("save_every", setting.get("save_every", 1))
+    saved = np.append(np.arange(0, count, every), count)
+    return FixedSteps(step=step, count=count, saved=saved)
+
+
+def sample_times(t0: float, duration: float, setting: Mapping[str, Any]) -> Array:
+    """t0 + duration j / n for j = 0 .. n, (n + 1,), with n the setting's 'samples' (default 1)."""
+    samples = checks.whole("samples", setting.get("samples", 1))
+    times: Array = t0 + _duration(duration) * (np.arange(samples + 1) / samples)
+    return times
+
+
+def _duration(duration: float) -> float:
+    duration = checks.real("duration", duration)
+    if duration == 0.0:
+        raise ValueError("duration must not be zero; received 0. Give the time to cover.")
+    return duration

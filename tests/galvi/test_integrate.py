@@ -1,0 +1,289 @@
+"""Runs: solvers, user functions, failures, continuing, saving, and bad input."""
+
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import galvi
+
+KEPLER = galvi.problems.kepler(0.6)
+HENON = galvi.problems.henon_heiles()
+CHAIN = galvi.problems.fermi_pasta_ulam_tsingou(masses=6, beta=0.3)
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+
+
+def same(one, two):
+    return np.array_equal(one.q, two.q) and np.array_equal(one.p, two.p)
+
+
+def plain(system):
+    """The same system with its functions as plain Python."""
+    return galvi.Canonical(
+        system.mass, system.potential.py_func, system.gradient.py_func, system.hessian.py_func
+    )
+
+
+@pytest.mark.parametrize("problem", [KEPLER, HENON, CHAIN], ids=lambda p: p.name)
+def test_fixed_point_and_newton_find_the_same_step(problem):
+    runs = [
+        galvi.integrate(problem, FOUR, 0.2, 100, solver=solver)
+        for solver in ("auto", "fixed_point", "newton")
+    ]
+    assert runs[1].counts["linear_solves"] == 0
+    assert runs[2].counts["linear_solves"] > 100
+    assert same(runs[0], runs[1])
+    assert np.allclose(runs[1].q, runs[2].q, atol=1e-12)
+
+
+def test_plain_python_functions_give_the_compiled_result_to_the_bit():
+    problem = galvi.Problem(plain(HENON.system), HENON.q0, HENON.v0)
+    for solver in ("auto", "newton"):
+        runs = [galvi.integrate(p, FOUR, 0.3, 50, solver=solver) for p in (problem, HENON)]
+        assert same(*runs)
+        assert runs[0].counts == runs[1].counts
+
+
+def test_counts_are_the_same_in_every_run():
+    runs = [galvi.integrate(KEPLER, FOUR, 0.1, 200) for _ in range(3)]
+    assert runs[0].counts == runs[1].counts == runs[2].counts
+    assert runs[0].counts["force_evaluations"] == 4 * runs[0].counts["iterations"]
+
+
+def test_differenced_derivatives_are_counted():
+    bare = galvi.Problem(galvi.Canonical(1.0, HENON.system.potential), HENON.q0, HENON.v0)
+    run = galvi.integrate(bare, FOUR, 0.3, 20)
+    assert np.allclose(run.q, galvi.integrate(HENON, FOUR, 0.3, 20).q, atol=1e-12)
+    assert run.counts["potential_evaluations"] == 16 * run.counts["force_evaluations"]
+
+
+def test_an_explicit_time_dependence_is_seen_by_compiled_and_plain_functions():
+    """q'' = cos t from rest at q = 0, so q = 1 - cos t."""
+    import numba
+
+    @numba.njit
+    def gradient(q, t):
+        return -np.cos(t) * np.ones_like(q)
+
+    def potential(q, t):
+        return -np.cos(t) * q[0]
+
+    for function in (gradient, gradient.py_func, None):
+        system = galvi.Canonical(1.0, potential, function, explicit_time=True)
+        problem = galvi.Problem(system, [0.0], [0.0], t0=0.0)
+        run = galvi.integrate(problem, EIGHT, 0.5, 20)
+        assert np.allclose(run.q[:, 0], 1 - np.cos(run.t), atol=1e-12)
+
+
+def test_a_full_mass_matrix_is_a_change_of_coordinates():
+    mixing = np.array([[1.0, 0.3], [0.0, 0.8]])
+    spring = galvi.LinearSpring(1.0)
+    straight = galvi.Problem(galvi.Canonical(1.0, spring), mixing @ [1.0, 0.5], mixing @ [0.2, 0.1])
+    potential = lambda y: spring(mixing @ y)  # noqa: E731
+    gradient = lambda y: mixing.T @ (mixing @ y)  # noqa: E731
+    mixed = galvi.Problem(
+        galvi.Canonical(mixing.T @ mixing, potential, gradient), [1.0, 0.5], [0.2, 0.1]
+    )
+    for solver in ("fixed_point", "newton"):
+        one = galvi.integrate(straight, FOUR, 0.4, 30, solver=solver)
+        two = galvi.integrate(mixed, FOUR, 0.4, 30, solver=solver)
+        assert np.allclose(one.q, two.q @ mixing.T, atol=1e-13)
+    assert np.allclose(galvi.energy(one), galvi.energy(two), atol=1e-13)
+
+
+def test_what_a_users_function_raises_reaches_the_caller():
+    def gradient(q):
+        if q[0] < 0.5:
+            raise LookupError("left the table")
+        return q
+
+    problem = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(), gradient), [1.0], [0.0])
+    with pytest.raises(LookupError, match="left the table"):
+        galvi.integrate(problem, FOUR, 0.1, 100)
+
+
+@pytest.mark.parametrize(
+    ("gradient", "error", "sentence"),
+    [
+        (lambda q: q[:1], ValueError, r"gradient must return an array of shape \(2,\); received"),
+        (lambda q: q * np.nan, ValueError, "force must be finite at the start"),
+        (lambda q: "force", ValueError, "could not convert"),
+    ],
+)
+def test_a_gradient_that_cannot_be_used_is_refused_before_the_first_step(gradient, error, sentence):
+    problem = galvi.Problem(
+        galvi.Canonical(1.0, galvi.LinearSpring(), gradient), [1.0, 0.0], [0.0, 1.0]
+    )
+    with pytest.raises(error, match=sentence):
+        galvi.integrate(problem, FOUR, 0.1, 10)
+
+
+def falling():
+    """Two bodies that meet head-on at t = 0.785 * sqrt(2)."""
+    return galvi.Problem(galvi.NBody([0.5, 0.5]), [[-0.5, 0.0], [0.5, 0.0]], np.zeros((2, 2)))
+
+
+@pytest.mark.parametrize("save_every", [1, 3])
+def test_a_failing_run_says_where_and_shows_no_number_past_it(save_every):
+    run = galvi.integrate(falling(), FOUR, 0.05, 60, save_every=save_every, curves=True)
+    assert not run.success
+    assert 15 <= run.failed_step <= 30
+    assert run.status.startswith(f"Stopped at step {run.failed_step} of 60, from t = ")
+    assert "smaller step" in run.status
+    done = (run.failed_step - 1) // save_every + 1
+    assert np.all(np.isfinite(run.q[:done]))
+    assert np.all(np.isnan(run.q[done:])) and np.all(np.isnan(run.p[done:]))
+    assert np.isfinite(run(0.5)).all()
+    assert np.isnan(run(2.9)).all()
+    assert run.counts["steps"] == run.failed_step - 1
+    with pytest.raises(ValueError, match="ended early cannot be resumed"):
+        galvi.resume(run, 3)
+
+
+def test_nan_from_a_force_during_the_run_is_a_failure():
+    def gradient(q):
+        return q if q[0] > 0 else q * np.nan
+
+    problem = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(), gradient), [1.0], [0.0])
+    run = galvi.integrate(problem, FOUR, 0.1, 100)
+    assert not run.success
+    assert run.failed_step == 16  # q = cos t crosses 0 within the step from 1.5 to 1.6
+    assert "infinite or NaN" in run.status
+
+
+def test_ctrl_c_keeps_what_was_computed():
+    timer = threading.Timer(0.5, signal.raise_signal, args=[signal.SIGINT])
+    galvi.integrate(KEPLER, FOUR, 0.01, 2)
+    timer.start()
+    run = galvi.integrate(KEPLER, FOUR, 0.01, 50_000_000, save_every=1000)
+    timer.join()
+    assert not run.success
+    assert run.status.startswith("Interrupted at step ")
+    assert run.counts["steps"] == run.failed_step - 1 > 100
+    done = run.counts["steps"] // 1000
+    assert np.isfinite(run.q[: done + 1]).all() and np.isnan(run.q[done + 1 :]).all()
+
+
+@given(first=st.integers(1, 59), save_every=st.integers(1, 7))
+def test_a_run_in_two_parts_is_one_long_run_to_the_bit(first, save_every):
+    whole = galvi.integrate(KEPLER, FOUR, 0.31, 60)
+    part = galvi.integrate(KEPLER, FOUR, 0.31, first, save_every=save_every)
+    rest = galvi.resume(part, 60 - first)
+    assert np.array_equal(rest.q, whole.q[first:])
+    assert np.array_equal(rest.p, whole.p[first:])
+    assert np.array_equal(rest.t, whole.t[first:])
+    assert np.allclose(rest(rest.t[0] + 0.1), whole(rest.t[0] + 0.1), rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("problem", [KEPLER, CHAIN, galvi.problems.solar_system()], ids=str)
+@pytest.mark.parametrize("solver", ["auto", "newton"])
+def test_a_saved_run_comes_back_and_goes_on_to_the_bit(problem, solver, tmp_path):
+    step = 5.0 if isinstance(problem.system, galvi.NBody) else 0.3
+    whole = galvi.integrate(problem, FOUR, step, 40, solver=solver)
+    galvi.save(galvi.integrate(problem, FOUR, step, 25, solver=solver), tmp_path / "run.npz")
+    part = galvi.load(tmp_path / "run.npz")
+    assert part.method == FOUR
+    assert same(galvi.resume(part, 15), galvi.resume(galvi.integrate(
+        problem, FOUR, step, 25, solver=solver), 15))  # fmt: skip
+    assert np.array_equal(galvi.resume(part, 15).q, whole.q[25:])
+    assert np.array_equal(part(step * 7.3), whole(step * 7.3))
+    assert np.array_equal(galvi.energy(part), galvi.energy(whole)[:26])
+
+
+def test_a_saved_run_of_functions_asks_for_its_problem(tmp_path):
+    path = tmp_path / "run.npz"
+    whole = galvi.integrate(HENON, FOUR, 0.3, 20)
+    galvi.save(galvi.integrate(HENON, FOUR, 0.3, 10), path)
+    with pytest.raises(ValueError, match=r"needs its problem, because .* use galvi.load\(path, pr"):
+        galvi.load(path)
+    with pytest.raises(ValueError, match="received another q0, v0 or t0"):
+        galvi.load(path, galvi.problems.henon_heiles(0.12))
+    assert np.array_equal(galvi.resume(galvi.load(path, HENON), 10).q, whole.q[10:])
+
+
+def test_files_that_are_no_runs_are_refused(tmp_path):
+    path = tmp_path / "not.npz"
+    path.write_bytes(b"something else")
+    with pytest.raises(ValueError, match=r"must be a run written by galvi.save"):
+        galvi.load(path)
+    with pytest.raises(FileNotFoundError):
+        galvi.load(tmp_path / "absent.npz")
+
+
+def test_backwards_undoes_forwards():
+    for problem in (KEPLER, HENON, CHAIN):
+        assert galvi.round_trip_error(problem, FOUR, 0.2, 200) < 1e-10
+    back = galvi.integrate(KEPLER, FOUR, -0.2, 5)
+    assert back.t[-1] == -1.0
+    forward = galvi.integrate(KEPLER, FOUR, 0.2, 5)
+    assert np.allclose(back.q * [1, -1], forward.q, atol=1e-14)  # the orbit's own symmetry
+
+
+@given(steps=st.integers(1, 40), save_every=st.integers(1, 50))
+def test_what_is_kept_is_every_kth_step_and_the_last(steps, save_every):
+    full = galvi.integrate(KEPLER, FOUR, 0.1, steps)
+    thin = galvi.integrate(KEPLER, FOUR, 0.1, steps, save_every=save_every)
+    kept = sorted({*range(0, steps, save_every), steps})
+    assert np.array_equal(thin.q, full.q[kept])
+    assert np.array_equal(thin.t, full.t[kept])
+
+
+def test_duration_counts_whole_steps():
+    run = galvi.integrate(KEPLER, FOUR, 0.1, duration=2.5)
+    assert run.counts["steps"] == 25
+    assert galvi.integrate(KEPLER, FOUR, -0.1, duration=2.5).t[-1] == pytest.approx(-2.5)
+
+
+def test_a_coarse_tolerance_saves_iterations_and_costs_accuracy():
+    fine = galvi.integrate(KEPLER, FOUR, 0.1, 100)
+    coarse = galvi.integrate(KEPLER, FOUR, 0.1, 100, tolerance=1e-6)
+    assert coarse.counts["iterations"] < 0.7 * fine.counts["iterations"]
+    assert 1e-12 < np.max(np.abs(fine.q - coarse.q)) < 1e-2
+
+
+def test_progress_shows_on_standard_error(capsys):
+    galvi.integrate(KEPLER, FOUR, 0.1, 100, progress=True)
+    assert "100/100" in capsys.readouterr().err
+    galvi.integrate(KEPLER, FOUR, 0.1, 100)
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"step": 0.0}, "step must not be zero"),
+        ({"step": float("nan")}, "step must be a finite real number; received nan"),
+        ({"step": float("inf")}, "step must be a finite real number; received inf"),
+        ({"steps": -3}, "steps must be a whole number of at least 1; received -3"),
+        ({"steps": 2.5}, "steps must be a whole number of at least 1; received 2.5"),
+        ({"steps": None}, "give either steps or duration; received neither"),
+        ({"duration": 1.0}, "give either steps or duration; received both"),
+        ({"steps": None, "duration": 1.05}, r"duration must be a whole number of steps; received"),
+        ({"steps": None, "duration": -1.0}, "duration must be positive; received -1.0. For backw"),
+        ({"solver": "magic"}, "solver must be one of auto, fixed_point, newton; received 'magic'"),
+        ({"tolerance": 0.0}, "tolerance must be positive"),
+        ({"save_every": 0}, "save_every must be a whole number of at least 1"),
+    ],
+)
+def test_bad_arguments_get_one_clear_sentence(changes, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        galvi.integrate(**({"problem": KEPLER, "method": FOUR, "step": 0.1, "steps": 3} | changes))
+
+
+def test_arguments_in_the_wrong_place_are_named():
+    with pytest.raises(TypeError, match=r"problem must be a galvi\.Problem; received Galerkin"):
+        galvi.integrate(FOUR, KEPLER, 0.1, 3)
+    with pytest.raises(TypeError, match=r"method must be a galvi\.Galerkin; received 'gauss'"):
+        galvi.integrate(KEPLER, "gauss", 0.1, 3)
+
+
+def test_a_long_run_does_not_grow_in_memory():
+    start = time.perf_counter()
+    run = galvi.integrate(KEPLER, FOUR, 0.05, 200_000, save_every=100_000)
+    assert run.q.shape == (3, 2) and run.curves is None
+    assert time.perf_counter() - start < 30.0

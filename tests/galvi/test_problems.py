@@ -1,0 +1,191 @@
+"""Problems and systems: derivatives against independent ones, shapes, and bad input."""
+
+import numpy as np
+import pytest
+
+import galvi
+
+CANONICAL = [
+    galvi.problems.harmonic_oscillator(),
+    galvi.problems.kepler(0.6),
+    galvi.problems.henon_heiles(),
+    galvi.problems.fermi_pasta_ulam_tsingou(masses=4, alpha=0.25, beta=0.5),
+]
+ALL = [*CANONICAL, galvi.problems.solar_system(), galvi.problems.solar_system(pluto=False)]
+
+
+def title(problem):
+    return problem.name
+
+
+def derivative(function, q, size=1e-20):
+    """Derivative of a real-analytic array function by the complex step."""
+    columns = []
+    for i in range(q.size):
+        moved = q.astype(complex)
+        moved.flat[i] += 1j * size
+        columns.append(np.imag(function(moved)).ravel() / size)
+    return np.array(columns).T
+
+
+def gravity(masses, G, q):
+    """Accelerations by the textbook formula, one pair at a time; also for complex q."""
+    out = np.zeros_like(q)
+    for i in range(len(masses)):
+        for j in range(len(masses)):
+            if i != j:
+                gap = q[j] - q[i]
+                out[i] += G * masses[j] * gap / np.sum(gap * gap) ** 1.5
+    return out
+
+
+@pytest.mark.parametrize("problem", ALL, ids=title)
+def test_the_force_is_minus_the_slope_of_the_potential(problem):
+    system, q0 = problem.system, problem.q0
+    shape = q0.shape
+
+    def potential(flat):
+        return float(system.potential_energy(flat.reshape(shape), np.zeros(())))
+
+    size = 1e-5
+    slope = [
+        (potential(q0.ravel() + e) - potential(q0.ravel() - e)) / (2 * size)
+        for e in size * np.eye(q0.size)
+    ]
+    force = system.momentum(system.acceleration(q0, 0.0))
+    assert np.allclose(force.ravel(), -np.array(slope), rtol=1e-5, atol=1e-6 * np.abs(force).max())
+
+
+@pytest.mark.parametrize("problem", ALL, ids=title)
+def test_the_jacobian_is_the_slope_of_the_acceleration(problem):
+    system, q0 = problem.system, problem.q0
+
+    def acceleration(flat):
+        return system.acceleration(flat.reshape(q0.shape), 0.0).ravel()
+
+    found = system.acceleration_jacobian(q0, 0.0)
+    size = 1e-5
+    columns = [
+        (acceleration(q0.ravel() + e) - acceleration(q0.ravel() - e)) / (2 * size)
+        for e in size * np.eye(q0.size)
+    ]
+    assert np.allclose(found, np.array(columns).T, rtol=1e-6, atol=1e-8 * np.abs(found).max())
+
+
+def test_gravity_is_that_of_the_textbook_and_so_is_its_derivative():
+    rng = np.random.default_rng(1)
+    masses, q = rng.uniform(0.5, 2, 4), rng.normal(size=(4, 3))
+    system = galvi.NBody(masses, G=0.7)
+    assert np.allclose(system.acceleration(q, 0.0), gravity(masses, 0.7, q), rtol=1e-14)
+    exact = derivative(lambda z: gravity(masses, 0.7, z), q)
+    assert np.allclose(system.acceleration_jacobian(q, 0.0), exact, rtol=1e-12, atol=1e-13)
+
+
+def test_newton_blocks_are_the_own_blocks_of_the_jacobian():
+    problem = galvi.problems.solar_system()
+    field = problem.system.field(3)
+    blocks = np.empty((30, 3, 1))
+    field.law_jacobian(problem.q0.reshape(-1, 1).copy(), np.zeros(1), field.constants, blocks)
+    full = problem.system.acceleration_jacobian(problem.q0, 0.0)
+    for i in range(0, 30, 3):
+        own = full[i : i + 3, i : i + 3]
+        assert np.allclose(blocks[i : i + 3, :, 0], own, rtol=1e-13, atol=1e-16 * np.abs(own).max())
+
+
+def test_a_missing_gradient_and_hessian_are_differenced():
+    problem = galvi.problems.henon_heiles()
+    for potential in (problem.system.potential, problem.system.potential.py_func):
+        bare = galvi.Canonical(1.0, potential)
+        for q in np.random.default_rng(2).normal(size=(5, 2)):
+            exact = problem.system
+            assert np.allclose(
+                bare.potential_gradient(q, 0.0), exact.potential_gradient(q, 0.0), atol=1e-12
+            )
+            assert np.allclose(
+                bare.potential_hessian(q, 0.0), exact.potential_hessian(q, 0.0), atol=1e-9
+            )
+
+
+def test_momenta_are_mass_times_velocity_for_every_kind_of_mass():
+    v = np.array([[1.0, 2.0], [3.0, -1.0]])
+    full = np.array([[2.0, 0.5], [0.5, 1.0]])
+    spring = galvi.LinearSpring()
+    for mass, expected in (
+        (3.0, 3.0 * v),
+        ([2.0, 5.0], v * [2.0, 5.0]),
+        (full, v @ full),
+    ):
+        system = galvi.Canonical(mass, spring)
+        assert np.allclose(system.momentum(v), expected)
+        assert np.allclose(system.velocity(system.momentum(v)), v)
+
+
+def test_problems_cannot_be_changed_by_accident():
+    problem = galvi.problems.kepler(0.1)
+    with pytest.raises(ValueError, match="read-only"):
+        problem.q0[0] = 7.0
+    with pytest.raises(AttributeError):
+        problem.t0 = 3.0
+    with pytest.raises(TypeError):
+        problem.parameters["eccentricity"] = 0.5
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: galvi.problems.kepler(1.0), r"eccentricity must be in \[0, 1\)"),
+        (lambda: galvi.problems.kepler(-0.1), r"eccentricity must be in \[0, 1\)"),
+        (lambda: galvi.problems.kepler(float("nan")), "eccentricity must be a finite real"),
+        (lambda: galvi.problems.henon_heiles(0.2), "energy must be in"),
+        (lambda: galvi.NBody([1.0, 0.0]), "masses must be positive; received 0.0 for body 1"),
+        (lambda: galvi.NBody([1.0, float("inf")]), "masses must hold finite numbers"),
+        (lambda: galvi.NBody([]), r"masses must have shape \(bodies,\)"),
+        (lambda: galvi.Canonical(-1.0, galvi.LinearSpring()), "mass must be positive"),
+        (
+            lambda: galvi.Canonical([[1.0, 2.0], [2.0, 1.0]], galvi.LinearSpring()),
+            "positive definite",
+        ),
+        (
+            lambda: galvi.Canonical([[1.0, 2.0], [0.0, 1.0]], galvi.LinearSpring()),
+            "symmetric matrix",
+        ),
+        (lambda: galvi.CentralForce(0.0), "mu must be positive"),
+        (lambda: galvi.LinearSpring(float("nan")), "stiffness must be a finite real"),
+        (
+            lambda: galvi.Problem(galvi.NBody([1.0, 2.0]), np.zeros((2, 3)), np.zeros((2, 3))),
+            "bodies 0 and 1 at the same point",
+        ),
+        (
+            lambda: galvi.Problem(galvi.NBody([1.0, 2.0]), np.eye(3), np.eye(3)),
+            "one row for each of the 2 masses",
+        ),
+        (
+            lambda: galvi.Problem(galvi.NBody([1.0, 2.0]), np.eye(2), np.eye(3)),
+            r"v0 must have shape \(2, 2\); received shape \(3, 3\)",
+        ),
+        (
+            lambda: galvi.Problem(
+                galvi.Canonical(1.0, galvi.LinearSpring()), [1.0, float("nan")], [0.0, 0.0]
+            ),
+            r"q0 must hold finite numbers only; received a non-finite entry at \[1\]",
+        ),
+        (
+            lambda: galvi.Problem(galvi.Canonical([1.0, 2.0], galvi.LinearSpring()), [1.0], [0.0]),
+            "mass must be a scalar or have 1 rows",
+        ),
+        (
+            lambda: galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring()), 1.0, 0.0),
+            r"q0 must have shape \(d,\)",
+        ),
+    ],
+)
+def test_bad_input_gets_one_clear_sentence(make, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        make()
+
+
+def test_something_that_cannot_be_called_is_no_potential():
+    with pytest.raises(TypeError, match="potential must be a function of q; received 3"):
+        galvi.Canonical(1.0, 3)
+    with pytest.raises(TypeError, match="gradient must be a function of q"):
+        galvi.Canonical(1.0, galvi.LinearSpring(), gradient=3)

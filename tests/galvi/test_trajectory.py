@@ -1,0 +1,162 @@
+"""Trajectories: curves, frames, invariants, defects."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import galvi
+
+KEPLER = galvi.problems.kepler(0.6)
+SUN = galvi.problems.solar_system()
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+RUN = galvi.integrate(KEPLER, EIGHT, 0.3, 40)
+
+
+def test_the_curve_passes_through_the_steps():
+    assert np.allclose(RUN(RUN.t), RUN.q, atol=1e-15)
+    assert RUN(0.7).shape == (2,)
+    assert RUN([0.7, 0.8]).shape == (2, 2)
+    assert RUN.velocity(np.array([0.7])).shape == (1, 2)
+    planets = galvi.integrate(SUN, EIGHT, 10.0, 3)
+    assert planets([1.0, 2.0]).shape == (2, 10, 3)
+    assert planets.velocity(1.0).shape == (10, 3)
+
+
+@given(t=st.floats(0.01, 11.99))
+def test_the_velocity_is_the_slope_of_the_position(t):
+    d = 1e-5
+    inside = abs((t / 0.3) % 1.0 - 0.5) < 0.49  # away from the joints, where slopes jump
+    if inside:
+        slope = (RUN(t + d) - RUN(t - d)) / (2 * d)
+        assert np.allclose(slope, RUN.velocity(t), rtol=1e-6, atol=1e-6)
+
+
+def test_curves_are_kept_when_asked_for_or_when_every_step_is():
+    thin = galvi.integrate(KEPLER, EIGHT, 0.3, 40, save_every=7)
+    with pytest.raises(ValueError, match=r"no curves to evaluate; integrate with curves=True"):
+        thin(1.0)
+    kept = galvi.integrate(KEPLER, EIGHT, 0.3, 40, save_every=7, curves=True)
+    assert np.array_equal(kept(5.123), RUN(5.123))
+    none = galvi.integrate(KEPLER, EIGHT, 0.3, 40, curves=False)
+    assert none.curves is None
+
+
+def test_times_outside_the_run_are_refused():
+    for t in (-0.1, 12.1, float("nan")):
+        with pytest.raises(ValueError, match="t must lie inside the run, from 0 to 12; received"):
+            RUN(t)
+    with pytest.raises(ValueError, match=r"scalar or of shape \(k,\)"):
+        RUN(np.zeros((2, 2)))
+    back = galvi.integrate(KEPLER, EIGHT, -0.3, 4)
+    assert np.allclose(back(-1.2), back.q[-1])
+
+
+def test_a_frame_has_one_column_for_each_component():
+    frame = RUN.to_frame()
+    assert list(frame.columns) == ["t", "q[0]", "q[1]", "p[0]", "p[1]"]
+    assert np.array_equal(frame["p[1]"], RUN.p[:, 1])
+    assert list(galvi.integrate(SUN, EIGHT, 10.0, 1).to_frame().columns[:4]) == [
+        "t",
+        "q[0,0]",
+        "q[0,1]",
+        "q[0,2]",
+    ]
+
+
+def test_energy_and_momenta_are_those_of_the_definition():
+    q, p = RUN.q, RUN.p
+    by_hand = 0.5 * np.sum(p**2, axis=1) - 1 / np.hypot(q[:, 0], q[:, 1])
+    assert np.allclose(galvi.energy(RUN), by_hand, rtol=1e-15)
+    assert np.allclose(galvi.momentum_map(RUN), q[:, 0] * p[:, 1] - q[:, 1] * p[:, 0])
+    t = [0.1, 5.0]
+    v = RUN.velocity(t)
+    assert np.allclose(
+        galvi.energy(RUN, t), 0.5 * np.sum(v**2, 1) - 1 / np.linalg.norm(RUN(t), axis=1)
+    )
+    assert galvi.energy(RUN, 0.1).shape == ()
+    assert galvi.momentum_map(RUN, 0.1).shape == ()
+
+
+def test_the_planets_conserve_their_momenta_to_round_off():
+    run = galvi.integrate(SUN, EIGHT, 10.0, 200)
+    turning, moving = galvi.momentum_map(run), galvi.linear_momentum(run)
+    assert turning.shape == moving.shape == (201, 3)
+    assert np.abs(turning - turning[0]).max() < 1e-14 * np.abs(turning[0]).max()
+    size = np.sum(SUN.system.masses[:, None] * np.abs(SUN.v0))
+    assert np.abs(moving - moving[0]).max() < 1e-15 * size
+    assert galvi.momentum_map(run, [3.0]).shape == (1, 3)
+
+
+def test_energy_does_not_drift_on_a_nonlinear_problem():
+    run = galvi.integrate(galvi.problems.henon_heiles(), EIGHT, 0.5, 20_000, save_every=10)
+    error = galvi.energy(run) / galvi.energy(run)[0] - 1
+    first, last = np.abs(error[:500]).max(), np.abs(error[-500:]).max()
+    assert last < 1e-11  # 3e-13 when this was written
+    assert last < 10 * first + 1e-13
+
+
+def test_momentum_of_a_chain_is_refused():
+    chain = galvi.integrate(galvi.problems.fermi_pasta_ulam_tsingou(5), EIGHT, 0.1, 2)
+    with pytest.raises(ValueError, match="needs bodies in the plane or in space"):
+        galvi.momentum_map(chain)
+
+
+METHODS = [
+    galvi.Galerkin(galvi.Polynomials(degree), rule)
+    for degree, rule in [
+        (1, galvi.gauss(1)),
+        (1, galvi.lobatto(2)),
+        (3, galvi.gauss(3)),
+        (3, galvi.lobatto(4)),
+        (4, galvi.clenshaw_curtis(7)),
+        (5, galvi.gauss(10)),
+    ]
+]
+NONLINEAR = [
+    galvi.problems.kepler(0.3),
+    galvi.problems.henon_heiles(),
+    galvi.problems.fermi_pasta_ulam_tsingou(4, beta=0.5),
+    galvi.Problem(
+        galvi.Canonical([[2.0, 0.5], [0.5, 1.0]], galvi.CentralForce(1.0)), [1.0, 0.0], [0.0, 1.0]
+    ),
+]
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
+@pytest.mark.parametrize("problem", NONLINEAR, ids=str)
+def test_every_method_is_symplectic_to_round_off(problem, method):
+    assert galvi.symplecticity_defect(problem, method, 0.2) < 2e-15
+
+
+def test_the_derivative_of_a_step_is_that_of_differences():
+    problem, h, size = NONLINEAR[0], 0.4, 1e-5
+    exact = galvi.step_derivative(problem, EIGHT, h)
+    columns = []
+    for unit in np.eye(4):
+        ends = []
+        for sign in (1, -1):
+            moved = galvi.Problem(
+                problem.system,
+                problem.q0 + sign * size * unit[:2],
+                problem.v0 + sign * size * unit[2:],
+            )
+            run = galvi.integrate(moved, EIGHT, h, 1)
+            ends.append(np.concatenate([run.q[-1], run.p[-1]]))
+        columns.append((ends[0] - ends[1]) / (2 * size))
+    assert np.allclose(exact, np.array(columns).T, atol=1e-8)
+
+
+def test_a_spoiled_table_is_caught_by_symplecticity_and_round_trip():
+    method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3))
+    A = method.table.A.copy()
+    A[0, 2] *= 1.0 + 1e-6
+    spoiled = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3))
+    spoiled.__dict__["table"] = replace(method.table, A=A)
+    problem = galvi.problems.henon_heiles()
+    assert galvi.symplecticity_defect(problem, method, 0.3) < 2e-15
+    assert galvi.symplecticity_defect(problem, spoiled, 0.3) > 1e-12
+    assert galvi.round_trip_error(problem, method, 0.3, 100) < 1e-12
+    assert galvi.round_trip_error(problem, spoiled, 0.3, 100) > 1e-11

@@ -1,0 +1,128 @@
+"""Contenders against each other, and a broken one that only the trajectory gives away."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+import galvi
+from references import REFERENCES, Contender, whfast
+from references.ias15 import GLOBAL, IAS15
+from references.kepler import KEPLER
+from references.oscillator import OSCILLATOR
+from references.scipy_ivp import DOP853, ODE45, TIGHT
+from references.stormer_verlet import STORMER_VERLET
+from references.whfast import WHFAST
+
+# name: setting of a run of duration 1, tolerance on the position; measured when set, in the comment
+GOOD: Mapping[str, tuple[dict[str, Any], float]] = {
+    "oscillator, closed form": ({}, 1e-15),
+    "Kepler, closed form": ({}, 1e-15),
+    "explicit Euler": ({"step": 1e-4}, 4e-4),  # 2e-4
+    "implicit Euler": ({"step": 1e-3}, 4e-3),  # 2e-3
+    "symplectic Euler": ({"step": 1e-4}, 4e-4),  # 1e-4
+    "Stormer-Verlet": ({"step": 1e-4}, 1e-8),  # 5e-9
+    "SciPy RK45 (ode45)": ({"tolerance": 1e-9}, 1e-7),  # 4e-9
+    "SciPy DOP853": (dict(TIGHT), 1e-13),  # 2e-14
+    "REBOUND IAS15": ({}, 1e-14),  # 1e-16
+    "REBOUND WHFast": ({"step": 0.1, **whfast.BEST}, 1e-13),  # 5e-15
+}
+
+
+PRESENT = [contender for contender in REFERENCES if not contender.missing]
+SOUND = [c for c in (STORMER_VERLET, DOP853, IAS15, WHFAST) if not c.missing]
+
+
+def disagreement(contender: Contender, problem: galvi.Problem) -> float:
+    """Largest distance to the closed form, over the tolerance that holds for a sound contender."""
+    truth = next(c for c in (OSCILLATOR, KEPLER) if c.supports(problem))
+    setting, tolerance = GOOD[contender.name]
+    run = contender.run(problem, 1.0, setting)
+    assert run.success
+    return float(np.abs(run.q[-1] - truth.run(problem, 1.0, {}).q[-1]).max()) / tolerance
+
+
+PROBLEMS = {
+    "oscillator": galvi.problems.harmonic_oscillator(),
+    "orbit": galvi.problems.kepler(0.3),
+    "orbit in space": galvi.Problem(
+        galvi.Canonical(2.0, galvi.CentralForce(2.6)), [0.5, -1.0, 0.3], [0.8, 0.2, -0.5]
+    ),
+    "two bodies, the light one first": galvi.Problem(
+        galvi.NBody([1e-3, 0.9], G=1.2),
+        [[1.0, 0.2, 0.0], [0.0, 0.1, 0.0]],
+        [[0, 0.9, 0.1], [0, 0, 0]],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("contender", PRESENT, ids=lambda c: c.name)
+def test_every_contender_finds_the_closed_form(contender, name):
+    problem = PROBLEMS[name]
+    if not contender.supports(problem):
+        pytest.skip("another kind of problem")
+    assert disagreement(contender, problem) <= 1.0
+
+
+@dataclass(frozen=True)
+class ReversedTime:
+    """Deliberately broken: solves for the start with its velocity reversed, then hides that."""
+
+    inner: Contender
+
+    @property
+    def name(self) -> str:
+        return self.inner.name
+
+    def run(self, problem, duration, setting):
+        start = galvi.Problem(problem.system, problem.q0, -problem.v0)
+        run = self.inner.run(start, duration, setting)
+        return galvi.Trajectory(problem=problem, t=run.t, q=run.q, p=-run.p)
+
+
+@pytest.mark.parametrize("contender", SOUND, ids=lambda c: c.name)
+def test_a_contender_with_time_reversed_keeps_the_energy_and_is_caught(contender):
+    problem = PROBLEMS["orbit"]
+    broken = ReversedTime(contender)
+    run = broken.run(problem, 1.0, GOOD[contender.name][0])
+    np.testing.assert_allclose(galvi.energy(run), galvi.energy(run)[0], rtol=1e-7)
+    assert disagreement(broken, problem) > 1e6
+
+
+def test_scipy_with_defaults_is_worse_than_tight():
+    problem, truth = PROBLEMS["orbit"], KEPLER.run(PROBLEMS["orbit"], 6.0, {"samples": 3})
+    loose = np.abs(ODE45.run(problem, 6.0, {"samples": 3}).q - truth.q).max()
+    tight = np.abs(DOP853.run(problem, 6.0, {"samples": 3, **TIGHT}).q - truth.q).max()
+    assert loose > 1e-3  # 4e-2: what ode45 gives a user who sets nothing
+    assert tight < 1e-11  # 6e-13
+
+
+def test_scipy_that_cannot_go_on_says_so():
+    system = galvi.Canonical(1.0, lambda q: 0.0, lambda q: -np.exp(20 * q))
+    run = DOP853.run(galvi.Problem(system, [0.0], [1.0]), 5.0, {"samples": 50})
+    assert not run.success and "SciPy gave up before sample" in run.status
+    assert 0 < run.failed_step < 50
+    assert np.all(np.isfinite(run.q[: run.failed_step]))
+    assert np.all(np.isnan(run.q[run.failed_step :]))
+
+
+def test_scipy_does_not_hang_on_a_force_that_turns_nan():
+    system = galvi.Canonical(1.0, lambda q: 0.0, lambda q: q if q[0] > 0.5 else q * np.nan)
+    run = DOP853.run(galvi.Problem(system, [1.0], [0.0]), 5.0, {"samples": 5})
+    assert not run.success and np.all(np.isnan(run.q[run.failed_step :]))
+
+
+@pytest.mark.skipif(bool(IAS15.missing), reason=IAS15.missing)
+def test_ias15_agrees_with_itself_by_either_step_criterion():
+    problem = galvi.problems.kepler(0.9)
+    truth = KEPLER.run(problem, 60.0, {"samples": 4})
+    for setting in ({}, GLOBAL):
+        run = IAS15.run(problem, 60.0, {"samples": 4, **setting})
+        assert np.abs(run.q - truth.q).max() < 1e-11  # 5e-14
+        assert f"adaptive_mode={setting.get('adaptive_mode', 'PRS23')}" in run.method
+        assert "epsilon=1e-09" in run.method and "rebound" in run.method

@@ -1,0 +1,139 @@
+"""Textbook methods of fixed step: their order from both sides, their forms, their failures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numba import njit
+
+import galvi
+from references.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
+from references.implicit_euler import IMPLICIT_EULER
+from references.kepler import KEPLER
+from references.stormer_verlet import STORMER_VERLET
+
+METHODS = (EXPLICIT_EULER, SYMPLECTIC_EULER, IMPLICIT_EULER, STORMER_VERLET)
+NAMES = [method.name for method in METHODS]
+ORBIT = galvi.problems.kepler(0.3)
+
+
+@pytest.mark.parametrize("method", METHODS, ids=NAMES)
+def test_the_order_is_what_is_claimed_and_no_more(method):
+    truth = KEPLER.run(ORBIT, 1.0, {})
+    steps = np.array([1 / 400, 1 / 800, 1 / 1600, 1 / 3200])
+    errors = [np.abs(method.run(ORBIT, 1.0, {"step": h}).q[-1] - truth.q[-1]).max() for h in steps]
+    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert abs(slope - method.order) < 0.05
+
+
+def test_one_step_is_the_textbook_formula():
+    q, v, h = ORBIT.q0, ORBIT.v0, 0.1
+    a = lambda q: ORBIT.system.acceleration(q, 0.0)  # noqa: E731
+    kicked = v + h * a(q)
+    drifted = q + h * v + h**2 / 2 * a(q)
+    for method, q1, v1 in (
+        (EXPLICIT_EULER, q + h * v, kicked),
+        (SYMPLECTIC_EULER, q + h * kicked, kicked),
+        (STORMER_VERLET, drifted, v + h / 2 * (a(q) + a(drifted))),
+    ):
+        run = method.run(ORBIT, h, {"step": h})
+        np.testing.assert_allclose(run.q[-1], q1, rtol=1e-15, atol=1e-16)
+        np.testing.assert_allclose(run.p[-1], v1, rtol=1e-15, atol=1e-16)
+    run = IMPLICIT_EULER.run(ORBIT, h, {"step": h})
+    np.testing.assert_allclose(run.q[-1], q + h * run.p[-1], rtol=1e-15)
+    np.testing.assert_allclose(run.p[-1], v + h * a(run.q[-1]), rtol=1e-14)
+
+
+def test_evaluations_are_counted_and_the_last_force_is_used_again():
+    assert EXPLICIT_EULER.run(ORBIT, 1.0, {"step": 0.1}).counts["force_evaluations"] == 10
+    assert STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.1}).counts["force_evaluations"] == 11
+
+
+@pytest.mark.parametrize("method", METHODS, ids=NAMES)
+def test_keeping_fewer_states_does_not_change_them(method):
+    every = method.run(ORBIT, 1.0, {"step": 0.01})
+    seventh = method.run(ORBIT, 1.0, {"step": 0.01, "save_every": 7})
+    kept = [*range(0, 100, 7), 100]
+    assert np.array_equal(seventh.q, every.q[kept]) and np.array_equal(seventh.t, every.t[kept])
+
+
+def test_a_long_run_is_the_same_whether_or_not_it_is_cut_into_calls(monkeypatch):
+    whole = STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.001})
+    monkeypatch.setattr("references.nystrom.CHUNK", 7)
+    assert np.array_equal(STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.001}).q, whole.q)
+
+
+def test_plain_jitted_and_known_forces_move_alike():
+    def pull(q, t):
+        return (1.0 + 0.1 * np.sin(t)) * q
+
+    timed = [
+        galvi.Canonical([1.0, 3.0], lambda q, t: 0.0, gradient, lambda q, t: np.eye(2), True)
+        for gradient in (pull, njit(pull))
+    ]
+    plain, jitted = (
+        STORMER_VERLET.run(galvi.Problem(s, [1.0, 0.5], [0.0, 1.0], t0=2.0), 1.0, {"step": 0.01})
+        for s in timed
+    )
+    np.testing.assert_allclose(plain.q, jitted.q, rtol=1e-14)
+    spring = galvi.Canonical(1.0, lambda q: 0.0, lambda q: q)
+    known = STORMER_VERLET.run(galvi.problems.harmonic_oscillator(), 1.0, {"step": 0.01})
+    same = STORMER_VERLET.run(galvi.Problem(spring, [1.0], [0.0]), 1.0, {"step": 0.01})
+    np.testing.assert_allclose(same.q, known.q, rtol=1e-14, atol=1e-16)
+
+
+@pytest.mark.parametrize("method", METHODS, ids=NAMES)
+def test_a_force_that_raises_stops_the_run_and_raises(method):
+    def gradient(q):
+        if q[0] < 0.9:
+            raise ZeroDivisionError("no force here")
+        return q
+
+    system = galvi.Canonical(1.0, lambda q: 0.0, gradient, lambda q: np.eye(1))
+    with pytest.raises(ZeroDivisionError, match="no force here"):
+        method.run(galvi.Problem(system, [1.0], [0.0]), 2.0, {"step": 0.01})
+
+
+@pytest.mark.parametrize("method", METHODS, ids=NAMES)
+def test_a_force_that_turns_nan_ends_the_run_with_a_sentence(method):
+    def gradient(q):
+        return q if q[0] > 0.9 else q * np.nan
+
+    system = galvi.Canonical(1.0, lambda q: 0.0, gradient, lambda q: np.eye(1))
+    run = method.run(galvi.Problem(system, [1.0], [0.0]), 2.0, {"step": 0.01, "save_every": 3})
+    first = run.failed_step
+    assert not run.success and 40 < first < 50 and f"tep {first}," in run.status
+    assert run.counts["steps"] == first - 1
+    done = np.append(np.arange(0, 200, 3), 200) < first
+    assert np.all(np.isfinite(run.q[done])) and np.all(np.isfinite(run.p[done]))
+    assert np.all(np.isnan(run.q[~done])) and np.all(np.isnan(run.p[~done]))
+
+
+def test_bodies_that_meet_end_the_run():
+    apart = galvi.Problem(galvi.NBody([1.0, 1.0]), [[-0.5, 0.0], [0.5, 0.0]], [[1.0, 0], [-1.0, 0]])
+    run = EXPLICIT_EULER.run(apart, 2.0, {"step": 0.5})
+    assert not run.success and run.failed_step == 2 and "bodies met" in run.status
+    assert np.all(np.isnan(run.q[2:])) and np.all(np.isfinite(run.q[:2]))
+
+
+def test_implicit_euler_passes_through_zero_without_a_stall():
+    run = IMPLICIT_EULER.run(
+        galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(1.0)), [1.0], [-10.0 - 1e-10]),
+        0.2,
+        {"step": 0.1},
+    )
+    assert run.success and run.counts["iterations"] <= 4
+
+
+def test_implicit_euler_says_when_its_equations_have_no_solution_left():
+    problem, step = galvi.problems.solar_system(), 0.005 * 365.25
+    run = IMPLICIT_EULER.run(problem, 100 * step, {"step": step})
+    assert not run.success and run.failed_step == 18 and "stopped converging" in run.status
+    sunward = np.linalg.norm(run.q[:18, 1] - run.q[:18, 0], axis=1)
+    assert np.all(np.diff(sunward) < 0.0) and sunward[-1] < 0.17
+    blind = IMPLICIT_EULER.run(
+        problem, 1000 * step, {"step": step, "save_every": 1000, "accept_unconverged": True}
+    )
+    assert blind.success and "not states of implicit Euler" in blind.status
+    assert blind.counts["unconverged_steps"] > 0
+    assert np.linalg.norm(blind.q[-1, 1] - blind.q[-1, 0]) > 10.0

@@ -1,0 +1,133 @@
+"""What every reference offers, whichever one it is."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import galvi
+import references
+from references import REFERENCES, Contender, reference
+
+ORBIT = galvi.problems.kepler(0.3)
+SPRING = galvi.problems.harmonic_oscillator()
+UNKNOWN = galvi.Problem(galvi.Canonical(1.0, lambda q: float(q @ q) ** 2), [1.0], [0.0])
+NAMES = [contender.name for contender in REFERENCES]
+every = pytest.mark.parametrize("contender", REFERENCES, ids=NAMES)
+PRESENT = [contender for contender in REFERENCES if not contender.missing]
+every_present = pytest.mark.parametrize("contender", PRESENT, ids=lambda c: c.name)
+
+
+FIXED_STEP = {
+    "explicit Euler",
+    "implicit Euler",
+    "symplectic Euler",
+    "Stormer-Verlet",
+    "REBOUND WHFast",
+}
+
+
+def setting(contender: Contender, duration: float, pieces: int) -> dict[str, float]:
+    """The least that asks for `pieces` states after the start."""
+    fixed = contender.name in FIXED_STEP
+    return {"step": duration / pieces} if fixed else {"samples": pieces}
+
+
+def test_every_contender_of_every_module_is_registered():
+    found = {}
+    for module in pkgutil.iter_modules(references.__path__):
+        for value in vars(importlib.import_module(f"references.{module.name}")).values():
+            if isinstance(value, Contender) and not isinstance(value, type):
+                found[id(value)] = value
+    assert {id(contender) for contender in REFERENCES} == set(found)
+
+
+def test_names_are_unique_and_find_their_reference():
+    assert len(set(NAMES)) == len(NAMES)
+    assert all(reference(contender.name) is contender for contender in REFERENCES)
+
+
+def test_an_unknown_name_is_answered_with_the_nearest():
+    with pytest.raises(ValueError, match=r"received 'REBOUND IAS14'.*mean 'REBOUND IAS15'"):
+        reference("REBOUND IAS14")
+
+
+def test_the_truths_are_those_we_know():
+    exact = {contender.name for contender in REFERENCES if contender.exact}
+    assert exact == {"oscillator, closed form", "Kepler, closed form", "REBOUND IAS15"}
+
+
+@every_present
+def test_a_run_says_when_and_how_it_was_made(contender):
+    problem = next(p for p in (SPRING, ORBIT) if contender.supports(p))
+    late = galvi.Problem(problem.system, problem.q0, problem.v0, t0=5.0)
+    run = contender.run(late, -1.0, setting(contender, -1.0, 8))
+    assert run.success and run.status.startswith("Completed") and run.failed_step is None
+    np.testing.assert_allclose(run.t, 5.0 - np.arange(9) / 8.0, rtol=1e-15)
+    assert run.q.shape == run.p.shape == (9, *problem.q0.shape)
+    assert np.array_equal(run.q[0], problem.q0) and np.array_equal(run.p[0], problem.p0)
+    assert not run.q.flags.writeable
+    assert contender.name in run.method and run.problem is late
+    assert (run.step is not None) == (contender.name in FIXED_STEP)
+    assert "steps" in run.counts or "force_evaluations" in run.counts
+
+
+@every_present
+def test_an_unknown_key_is_answered_with_the_nearest(contender):
+    problem = next(p for p in (SPRING, ORBIT) if contender.supports(p))
+    word, meant = ("steq", "step") if contender.name in FIXED_STEP else ("sample", "samples")
+    with pytest.raises(ValueError, match=f"received '{word}'. Did you mean '{meant}'"):
+        contender.run(problem, 1.0, {word: 1})
+
+
+@every_present
+def test_zero_and_infinite_durations_are_refused(contender):
+    problem = next(p for p in (SPRING, ORBIT) if contender.supports(p))
+    for duration in (0.0, float("nan"), float("inf")):
+        with pytest.raises(ValueError, match="duration must"):
+            contender.run(problem, duration, setting(contender, 1.0, 1))
+
+
+@every
+def test_support_is_decided_by_the_system_and_not_by_the_name(contender):
+    for problem in (SPRING, ORBIT, galvi.problems.solar_system()):
+        named = galvi.Problem(problem.system, problem.q0, problem.v0, name="something else")
+        assert contender.supports(named) == contender.supports(problem)
+
+
+@every_present
+def test_a_problem_without_a_solution_here_is_refused(contender):
+    if contender.supports(UNKNOWN):
+        pytest.skip("solves any potential")
+    with pytest.raises(ValueError, match=f"^{contender.name.split(',')[0]}.*does not solve"):
+        contender.run(UNKNOWN, 1.0, setting(contender, 1.0, 1))
+
+
+def test_a_gradient_that_replaces_the_known_force_is_not_taken_for_it():
+    for potential, q0, v0 in (
+        (galvi.LinearSpring(1.0), [1.0], [0.0]),
+        (galvi.CentralForce(1.0), [1.0, 0.0], [0.0, 1.0]),
+    ):
+        system = galvi.Canonical(1.0, potential, gradient=lambda q: q**3)
+        problem = galvi.Problem(system, q0, v0)
+        recognised = [c.name for c in REFERENCES if c.exact and c.supports(problem)]
+        assert recognised == []
+
+
+def test_engines_are_imported_only_when_they_are_used():
+    code = "import sys, references; print({'rebound', 'jplephem', 'de421'} & set(sys.modules))"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ran.stdout.strip() == "set()"
+
+
+def test_a_missing_engine_is_a_sentence_and_not_a_crash(monkeypatch):
+    monkeypatch.setitem(sys.modules, "rebound", None)
+    contender = reference("REBOUND IAS15")
+    assert "rebound" in contender.missing and contender.missing.endswith(".")
+    with pytest.raises(ModuleNotFoundError, match=r"REBOUND IAS15 cannot run: .*Install rebound"):
+        contender.run(ORBIT, 1.0, {})
