@@ -19,7 +19,7 @@ class Continuation:
     first      steps done so far, so that times are t0 + k h in every part of a run
     state      (4, d) q, what rounding lost of q, v, what rounding lost of v
     stages     (d, s) accelerations at the last step's stages, from which the next is predicted
-    memo       (3,) the kernel's memory, see galvi.kernels.advance
+    memo       (3 + bodies,) the kernels' memory, see galvi.kernels.advance and .packed
     solver     "auto", "fixed_point" or "newton"
     tolerance  relative change at which a step's iteration stops
     """
@@ -37,5 +37,6 @@ class Continuation:
         state = np.zeros((4, problem.q0.size))
         state[0], state[2] = problem.q0.ravel(), problem.v0.ravel()
         a = np.zeros((problem.q0.size, stages))
-        memo = np.array([NOTHING, 0, 0], dtype=np.int64)
+        blocks = problem.q0.size // problem.q0.shape[-1]
+        memo = np.array([NOTHING, 0, 0] + [0] * blocks, dtype=np.int64)
         return cls(0, state, a, memo, solver, tolerance)

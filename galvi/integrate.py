@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from galvi import checks
+from galvi.calls import SOLVERS
 from galvi.continuation import Continuation
-from galvi.march import SOLVERS, march
+from galvi.march import march
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.trajectory import Trajectory

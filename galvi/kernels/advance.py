@@ -25,21 +25,12 @@ HOLDS, STREAK, DONE = 0, 1, 2
 
 
 @jit
-def commit(tableau, h, every, step, total, streak, work, state, a, memo, saved_q, saved_v, bases,
-           curves):  # fmt: skip
-    """Complete the (step + 1)-th step and store what is kept of it, all or nothing."""
-    base = np.empty(state.shape)
-    copy_into(base, state)
-    complete_step(tableau, h, work, state)
-    if not all_finite(state):
-        copy_into(state, base)
-        return False
-    copy_into(a, work)
-    memo[HOLDS], memo[STREAK], memo[DONE] = LAST_STEP, streak, step + 1
+def keep(tableau, h, every, step, total, before, state, a, saved_q, saved_v, bases, curves):
+    """Store what is kept of the (step + 1)-th step, from the state before to the state after."""
     last = saved_q.shape[0] - 1
     for i in range(state.shape[1]):
         if bases.shape[0] > 0:
-            bases[step, i] = base[0, i]
+            bases[step, i] = before[0, i]
         if (step + 1) % every == 0:
             saved_q[(step + 1) // every, i] = state[0, i]
             saved_v[(step + 1) // every, i] = state[2, i]
@@ -47,7 +38,22 @@ def commit(tableau, h, every, step, total, streak, work, state, a, memo, saved_q
             saved_q[last, i] = state[0, i]
             saved_v[last, i] = state[2, i]
     if bases.shape[0] > 0:
-        curve_coefficients(tableau, h, base, work, curves[step])
+        curve_coefficients(tableau, h, before, a, curves[step])
+
+
+@jit
+def commit(tableau, h, every, step, total, streak, work, state, a, memo, saved_q, saved_v, bases,
+           curves):  # fmt: skip
+    """Complete the (step + 1)-th step and store what is kept of it, all or nothing."""
+    before = np.empty(state.shape)
+    copy_into(before, state)
+    complete_step(tableau, h, work, state)
+    if not all_finite(state):
+        copy_into(state, before)
+        return False
+    copy_into(a, work)
+    memo[HOLDS], memo[STREAK], memo[DONE] = LAST_STEP, streak, step + 1
+    keep(tableau, h, every, step, total, before, state, a, saved_q, saved_v, bases, curves)
     return True
 
 
@@ -88,21 +94,23 @@ def advance(kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_he
     return SOLVED
 
 
+_FIXED = types.Array(types.float64, 1, "C", readonly=True)
+_FIXED_MATRIX = types.Array(types.float64, 2, "C", readonly=True)
+TABLEAU = types.Tuple(
+    (_FIXED, _FIXED, _FIXED, _FIXED_MATRIX, _FIXED_MATRIX, _FIXED, _FIXED_MATRIX, _FIXED_MATRIX,
+     _FIXED_MATRIX, _FIXED_MATRIX, _FIXED)
+)  # fmt: skip
+
+
 @cache
 def compiled_advance():
     """``advance`` compiled for every system at once, from the cache on disk where there is one."""
-    fixed = types.Array(types.float64, 1, "C", readonly=True)
-    fixed_matrix = types.Array(types.float64, 2, "C", readonly=True)
-    tableau = types.Tuple(
-        (fixed, fixed, fixed, fixed_matrix, fixed_matrix, fixed, fixed_matrix, fixed_matrix,
-         fixed_matrix, fixed_matrix, fixed)
-    )  # fmt: skip
     whole, real = types.int64, types.float64
     wholes = types.int64[::1]
     signature = whole(
         whole, laws.LAW, laws.LAW_JACOBIAN, laws.GRADIENT_TYPE, laws.TIMED_GRADIENT_TYPE,
         laws.HESSIAN_TYPE, laws.TIMED_HESSIAN_TYPE, types.boolean,
-        laws.VECTOR, laws.MATRIX, whole, tableau, real, real, whole, real, whole, whole, whole,
+        laws.VECTOR, laws.MATRIX, whole, TABLEAU, real, real, whole, real, whole, whole, whole,
         whole, laws.MATRIX, laws.MATRIX, wholes, wholes, laws.MATRIX, laws.MATRIX,
         laws.MATRIX, laws.BLOCKS,
     )  # fmt: skip

@@ -1,0 +1,118 @@
+"""The two ways to advance a run: the general kernel, and the packed one for point masses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+from galvi.continuation import Continuation
+from galvi.decimals import many_digits, rounded
+from galvi.kernels import advance, packed
+from galvi.kernels.interpreted import interpreted
+from galvi.kernels.lanes import LANES
+from galvi.kernels.solve import AUTO, FIXED_POINT, NEWTON
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.systems.nbody import NBody
+from galvi.workspace import Workspace
+
+SOLVERS = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
+Call = Callable[[int], int]
+
+
+def general(
+    problem: Problem, method: Galerkin, step: float, steps: int, every: int, start: Continuation,
+    work: Workspace,
+) -> Call:  # fmt: skip
+    """A function that does so many more steps in the general kernel and returns its code."""
+    field = problem.system.field(problem.q0.shape[-1])
+    kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
+    tableau = kernel_tableau(method)
+
+    def call(todo: int) -> int:
+        return int(kernel(
+            field.kind, field.law, field.law_jacobian, field.gradient, field.timed_gradient,
+            field.hessian, field.timed_hessian, field.has_hessian, field.constants,
+            field.inverse_mass, field.width, tableau, problem.t0, step, SOLVERS[start.solver],
+            start.tolerance, start.first, todo, steps, every, work.state, work.stages, work.memo,
+            work.counts, work.saved[0], work.saved[1], work.bases, work.coefficients,
+        ))  # fmt: skip
+
+    return call
+
+
+def fastest(
+    problem: Problem, method: Galerkin, step: float, steps: int, every: int, start: Continuation,
+    work: Workspace,
+) -> Call:  # fmt: skip
+    """As ``general``, by way of the packed kernel where that one serves."""
+    arguments = (problem, method, step, steps, every, start, work)
+    system = problem.system
+    if not isinstance(system, NBody) or start.solver == "newton" or system.masses.size < 2:
+        return general(*arguments)
+    axes = (0,) * problem.q0.shape[1]
+    masses = read_only(system.G * system.masses)
+    kernel = packed.compiled_advance(len(axes))
+    moves, ahead, series, growth, sums, c = packed_tables(method)
+    moves = read_only(step * step * moves)
+    tableau = kernel_tableau(method)
+    room = aligned(5, problem.q0.size, moves.shape[1])
+    slow: list[Call] = []
+
+    def call(todo: int) -> int:
+        code = int(kernel(
+            axes, masses, tableau, moves, ahead, series, growth, sums, c, step, start.tolerance,
+            start.first, todo, steps, every, work.state, work.stages, room, work.memo, work.counts,
+            work.saved[0], work.saved[1], work.bases, work.coefficients,
+        ))  # fmt: skip
+        if code:
+            slow[:] = slow or [general(*arguments)]
+            code = slow[0](1)
+        return code
+
+    return call
+
+
+def kernel_tableau(method: Galerkin) -> tuple[Array, ...]:
+    """The method's table in the order and layout of galvi.kernels.step."""
+    table = method.table
+
+    def turned(matrix: Array) -> Array:
+        return read_only(matrix.T)
+
+    return (
+        table.c, table.b, table.beta, turned(table.A), turned(table.psi), table.lead, table.C,
+        turned(table.C), turned(table.analysis), turned(table.ahead), table.growth,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def packed_tables(method: Galerkin) -> tuple[Array, ...]:
+    """The method's table in the layout of galvi.kernels.packed; A^T not yet multiplied by h^2."""
+    table = method.table
+    s = table.c.size
+    lanes = np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)  # the last stage is repeated
+    moves = table.A[lanes].T
+    kept = [table.analysis[:r].T @ table.ahead[lanes, :r].T for r in range(1, s + 1)]
+    with many_digits():
+        b = np.array(method.rule.exact_weights, dtype=object)
+        beta = b * (1 - np.array(method.rule.exact_nodes, dtype=object))
+        lost = [rounded(x - [type(y)(float(y)) for y in x]) for x in (b, beta)]
+    sums = np.zeros((s, lanes.size))
+    sums[:, :4] = np.stack([table.b, table.beta, *lost], axis=1)
+    numbers: list[Any] = [
+        moves, np.concatenate(kept), table.analysis.T, table.growth, sums, table.c[lanes],
+    ]  # fmt: skip
+    return tuple(read_only(np.array(number)) for number in numbers)
+
+
+def aligned(*shape: int) -> Array:
+    """Zeros whose first entry starts a cache line."""
+    size = int(np.prod(shape))
+    room = np.zeros(size + LANES)
+    skipped = (-room.ctypes.data // 8) % LANES
+    return room[skipped : skipped + size].reshape(shape)

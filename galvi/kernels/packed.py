@@ -1,0 +1,207 @@
+"""Many steps of point masses under gravity: `galvi.kernels.advance` in vector instructions.
+
+The same method, prediction, stopping rule and compensated updates; a step that fixed-point
+iteration cannot solve is left to the general kernel. One compilation serves every number of
+stages s, padded to P, a multiple of LANES.
+
+d = bodies * dimension rows, one for each coordinate
+masses   (bodies,)  G m
+moves    (s, P)     h^2 A^T
+ahead    (s s, P)   for r = 1 .. s: extrapolation that keeps r Legendre terms
+series   (s, s)     Legendre coefficients from stages, transposed
+growth   (s,)       Legendre polynomials at the next step's end
+sums     (s, P)     columns b, beta and what rounding lost of each
+c        (P,)       nodes
+work     (6, d, P)  stages, accelerations, increments without forces, guess, two spare
+memo     (3 + bodies,)  as in the general kernel, then Legendre terms kept for each body
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numba import types
+
+from galvi.kernels import laws
+from galvi.kernels.advance import DONE, HOLDS, LAST_STEP, STREAK, TABLEAU, keep
+from galvi.kernels.jit import compiled_for, jit
+from galvi.kernels.lanes import LANES, attract, combine, move
+from galvi.kernels.solve import (
+    DIVERGED,
+    FIXED_POINT_PASSES,
+    FORCES,
+    ITERATIONS,
+    NOT_FINITE,
+    SOLVED,
+    settled,
+)
+from galvi.kernels.step import all_finite, copy_into, two_product, two_sum
+
+RECONSIDER = 16  # steps between choices of how many terms to extrapolate
+
+
+@jit
+def pull_all(axes, masses, Q, a):
+    """a <- gravitational accelerations at all stages."""
+    bodies, padded = masses.size, Q.shape[1]
+    for row in range(a.shape[0]):
+        for k in range(padded):
+            a[row, k] = 0.0
+    for chunk in range(padded // LANES):
+        for i in range(bodies - 1, 0, -1):  # light pairs first, the sums grow
+            attract(axes, Q, a, masses, i - 1, i, bodies, padded, chunk)
+
+
+@jit
+def move_all(axes, moves, a, base, q, Q, worst, sizes):
+    """Q <- q + (base + h^2 A a); returns the largest change relative to the bodies' sizes."""
+    bodies, stages, padded = sizes.size, moves.shape[0], Q.shape[1]
+    for chunk in range(padded // LANES):
+        for k in range(LANES):
+            worst[0, chunk * LANES + k] = 0.0
+        for body in range(bodies):
+            move(axes, moves, a, base, q, Q, worst, sizes[body], body, stages, padded, chunk)
+    change, finite = 0.0, 0.0
+    for k in range(padded):
+        change = max(change, worst[0, k])
+        finite += worst[0, k]
+    return change if finite < np.inf else np.nan
+
+
+@jit
+def choose_terms(series, growth, dimension, a, terms):
+    """How many Legendre terms of each body's last accelerations to extrapolate."""
+    s = growth.size
+    for body in range(terms.size):
+        size = np.zeros(s + 2)
+        for x in range(dimension):
+            for l in range(s):
+                coefficient = 0.0
+                for j in range(s):
+                    coefficient += series[j, l] * a[body * dimension + x, j]
+                size[l] = max(size[l], abs(coefficient) * growth[l])
+        size[s] = size[s + 1] = size[s - 1]
+        best = np.inf
+        for kept in range(1, s + 1):
+            omitted = max(size[kept], size[kept + 1])
+            if omitted <= best:
+                best = omitted
+                terms[body] = kept
+
+
+@jit
+def finish(axes, sums, h, a, state, out):
+    """The end of the step, as galvi.kernels.step.complete_step; ``out`` is scratch, (d, P)."""
+    d, stages = a.shape[0], sums.shape[0]
+    dimension = len(axes)
+    for body in range(d // dimension):
+        combine(axes, sums, 0, a, out, body, stages, a.shape[1], 0)
+    for i in range(d):
+        kick, bend = out[i, 0] + out[i, 2], out[i, 1] + out[i, 3]
+        q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
+        drift, drift_low = two_product(h, v)
+        moved, moved_low = two_sum(q, drift)
+        rest = moved_low + (q_low + (drift_low + (h * v_low + h * h * bend)))
+        state[0, i], state[1, i] = two_sum(moved, rest)
+        state[2, i], state[3, i] = two_sum(v, v_low + h * kick)
+
+
+@jit
+def begin(dimension, c, h, state, base, sizes):
+    """base <- what rounding lost of q + c h v; sizes <- 1 / the body's distance from the origin."""
+    for body in range(sizes.size):
+        size = 0.0
+        for x in range(dimension):
+            i = body * dimension + x
+            drift = h * state[2, i] + h * state[3, i]
+            for k in range(c.size):
+                base[i, k] = state[1, i] + c[k] * drift
+            size = max(size, abs(state[0, i]), abs(state[0, i] + drift))
+        sizes[body] = 1.0 / size if size > 0.0 else 1.0
+
+
+@jit
+def iterate(axes, masses, moves, q, base, sizes, tolerance, counts, Q, a, worst):
+    """Fixed-point iteration from stages Q, until settled; a holds the last accelerations."""
+    previous = np.inf
+    growing = 0
+    for passes in range(FIXED_POINT_PASSES):
+        pull_all(axes, masses, Q, a)
+        change = move_all(axes, moves, a, base, q, Q, worst, sizes)
+        counts[ITERATIONS] += 1
+        counts[FORCES] += moves.shape[0]
+        if not change < np.inf:
+            return NOT_FINITE
+        if passes > 0:
+            if settled(change, previous, 1.0, tolerance):
+                return SOLVED
+            growing = growing + 1 if change >= previous else 0
+            if growing >= 4 or change > 1e6:
+                return DIVERGED
+        previous = change
+    return DIVERGED
+
+
+@jit
+def advance(axes, masses, tableau, moves, ahead, series, growth, sums, c, h, tolerance, first, todo,
+            total, every, state, stages, work, memo, counts, saved_q, saved_v, bases,
+            curves):  # fmt: skip
+    """Do ``todo`` more steps of a run; returns a code as the general kernel does."""
+    bodies, s, padded = masses.size, moves.shape[0], moves.shape[1]
+    dimension, d = len(axes), state.shape[1]
+    Q, a, base, guess, worst = work[0], work[1], work[2], work[3], work[4]
+    terms = memo[3:]
+    sizes, q, before = np.empty(bodies), np.empty(d), np.empty(state.shape)
+    copy_rows(a, stages)
+    for step in range(memo[DONE], memo[DONE] + todo):
+        if memo[STREAK] > 0:
+            return DIVERGED
+        begin(dimension, c, h, state, base, sizes)
+        copy_into(before, state)
+        for i in range(d):
+            q[i] = state[0, i]
+        source = a
+        if memo[HOLDS] == LAST_STEP:
+            if (first + step) % RECONSIDER == 0 or terms[0] == 0:
+                choose_terms(series, growth, dimension, a, terms)
+            for body in range(bodies):
+                for chunk in range(padded // LANES):
+                    start = (terms[body] - 1) * s
+                    combine(axes, ahead, start, a, guess, body, s, padded, chunk)
+            source = guess
+        move_all(axes, moves, source, base, q, Q, worst, sizes)
+        code = iterate(axes, masses, moves, q, base, sizes, tolerance, counts, Q, a, worst)
+        if code == SOLVED:
+            finish(axes, sums, h, a, state, guess)
+            if not all_finite(state):
+                code = NOT_FINITE
+        if code != SOLVED:
+            copy_into(state, before)
+            return code
+        copy_rows(stages, a)
+        memo[HOLDS], memo[DONE] = LAST_STEP, step + 1
+        keep(tableau, h, every, step, total, before, state, stages, saved_q, saved_v, bases, curves)
+    return SOLVED
+
+
+@jit
+def copy_rows(target, source):
+    """The first columns of target <- source, as many as both have."""
+    for i in range(target.shape[0]):
+        for k in range(min(target.shape[1], source.shape[1])):
+            target[i, k] = source[i, k]
+
+
+@cache
+def compiled_advance(dimension):
+    """``advance`` for bodies in the plane or in space, from the cache on disk if it is there."""
+    fixed = types.Array(types.float64, 1, "C", readonly=True)
+    fixed_matrix = types.Array(types.float64, 2, "C", readonly=True)
+    whole, real, matrix = types.int64, types.float64, laws.MATRIX
+    signature = whole(
+        types.UniTuple(whole, dimension), fixed, TABLEAU, fixed_matrix, fixed_matrix, fixed_matrix,
+        fixed, fixed_matrix, fixed, real, real, whole, whole, whole, whole, matrix, matrix,
+        laws.BLOCKS, types.int64[::1], types.int64[::1], matrix, matrix, matrix, laws.BLOCKS,
+    )  # fmt: skip
+    return compiled_for(advance, signature)

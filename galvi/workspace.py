@@ -1,0 +1,56 @@
+"""The arrays that one run writes into."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from galvi.arrays import Array
+from galvi.continuation import Continuation
+from galvi.kernels.advance import DONE
+from galvi.method import Galerkin
+
+
+@dataclass(frozen=True, eq=False)
+class Workspace:
+    """Where a run stands and what it has kept; d components, s stages, m curve coefficients.
+
+    state, stages, memo  (4, d), (d, s), (3 + blocks,), see galvi.continuation
+    counts               (4,) iterations, force and Hessian evaluations, linear solves
+    kept                 numbers of the steps that are saved
+    saved                (2, len(kept), d) positions and velocities, NaN until they are computed
+    bases, coefficients  (steps, d), (steps, d, m) of the curves, or no rows
+    """
+
+    state: Array
+    stages: Array
+    memo: npt.NDArray[np.int64]
+    counts: npt.NDArray[np.int64]
+    kept: list[int]
+    saved: Array
+    bases: Array
+    coefficients: Array
+
+    @classmethod
+    def of(
+        cls, start: Continuation, method: Galerkin, steps: int, save_every: int, curves: bool
+    ) -> Workspace:
+        """Room for ``steps`` steps from ``start``."""
+        d, m = start.state.shape[1], method.space.dimension - 1
+        kept = [*range(0, steps, save_every), steps]
+        saved = np.full((2, len(kept), d), np.nan)
+        saved[0, 0], saved[1, 0] = start.state[0], start.state[2]
+        memo = start.memo.copy()
+        memo[DONE] = 0
+        rows = steps if curves else 0
+        return cls(
+            start.state.copy(), start.stages.copy(), memo, np.zeros(4, dtype=np.int64), kept, saved,
+            np.full((rows, d), np.nan), np.full((rows, d, m), np.nan),
+        )  # fmt: skip
+
+    @property
+    def done(self) -> int:
+        """Steps done so far."""
+        return int(self.memo[DONE])
