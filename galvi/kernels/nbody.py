@@ -68,3 +68,34 @@ def own_jacobians(Q, t, constants, out):
                         if x == y:
                             term -= 1.0
                         out[i * dimension + x, y, k] += pull * term
+
+
+@jit
+def all_jacobians(Q, t, constants, out):
+    """Derivative of every body's acceleration by every position, (d, d, s), d = N * dimension.
+
+    For few bodies of like mass, where the coupling that own_jacobians leaves out is not small.
+    """
+    dimension = int(constants[0])
+    bodies = constants.size - 1
+    gap = np.empty(dimension)
+    for k in range(Q.shape[1]):
+        for i in range(out.shape[0]):
+            for j in range(out.shape[1]):
+                out[i, j, k] = 0.0
+        for i in range(bodies):
+            for j in range(bodies):
+                if i == j:
+                    continue
+                square = 0.0
+                for x in range(dimension):
+                    gap[x] = Q[j * dimension + x, k] - Q[i * dimension + x, k]
+                    square += gap[x] * gap[x]
+                pull = constants[1 + j] / (square * np.sqrt(square))
+                for x in range(dimension):
+                    for y in range(dimension):
+                        term = pull * 3.0 * gap[x] * gap[y] / square
+                        if x == y:
+                            term -= pull
+                        out[i * dimension + x, i * dimension + y, k] += term
+                        out[i * dimension + x, j * dimension + y, k] -= term

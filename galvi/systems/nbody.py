@@ -11,6 +11,8 @@ from galvi.arrays import Array
 from galvi.kernels import nbody
 from galvi.systems.field import Field
 
+COUPLED = 4
+
 
 @dataclass(frozen=True, eq=False)
 class NBody:
@@ -91,13 +93,14 @@ class NBody:
         return np.ascontiguousarray(coupling.transpose(0, 2, 1, 3)).reshape(q.size, q.size)
 
     def field(self, dimension: int) -> Field:
-        """For the kernels: accelerations at once, Newton blocks of one body."""
+        """For the kernels; Newton couples all of up to ``COUPLED`` bodies, else one at a time."""
+        coupled = self.masses.size <= COUPLED
         return Field(
             law=nbody.accelerations,
-            law_jacobian=nbody.own_jacobians,
+            law_jacobian=nbody.all_jacobians if coupled else nbody.own_jacobians,
             constants=self._constants(dimension),
             inverse_mass=np.zeros((0, 0)),
-            width=dimension,
+            width=self.masses.size * dimension if coupled else dimension,
             has_hessian=True,
         )
 

@@ -189,3 +189,14 @@ def test_something_that_cannot_be_called_is_no_potential():
         galvi.Canonical(1.0, 3)
     with pytest.raises(TypeError, match="gradient must be a function of q"):
         galvi.Canonical(1.0, galvi.LinearSpring(), gradient=3)
+
+
+def test_newton_couples_all_of_a_few_bodies():
+    rng = np.random.default_rng(4)
+    for dimension in (2, 3):
+        system, q = galvi.NBody(rng.uniform(0.5, 2, 3)), rng.normal(size=(3, dimension))
+        field = system.field(dimension)
+        coupled = np.empty((q.size, q.size, 1))
+        field.law_jacobian(q.reshape(-1, 1).copy(), np.zeros(1), field.constants, coupled)
+        assert field.width == q.size
+        assert np.allclose(coupled[:, :, 0], system.acceleration_jacobian(q, 0.0), rtol=1e-13)
