@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.continuation import Continuation
-from galvi.decimals import many_digits, rounded
+from galvi.decimals import decimals, many_digits, rounded
 from galvi.kernels import advance, packed
 from galvi.kernels.interpreted import interpreted
 from galvi.kernels.lanes import LANES
@@ -57,10 +56,9 @@ def fastest(
     axes = (0,) * problem.q0.shape[1]
     masses = read_only(system.G * system.masses)
     kernel = packed.compiled_advance(len(axes))
-    moves, ahead, series, growth, sums, c = packed_tables(method)
-    moves = read_only(step * step * moves)
+    moves, ahead, series, growth, sums, c = packed_tables(method, step)
     tableau = kernel_tableau(method)
-    room = aligned(5, problem.q0.size, moves.shape[1])
+    room = aligned(6, problem.q0.size, moves.shape[1])
     slow: list[Call] = []
 
     def call(todo: int) -> int:
@@ -90,24 +88,33 @@ def kernel_tableau(method: Galerkin) -> tuple[Array, ...]:
     )  # fmt: skip
 
 
-@lru_cache(maxsize=32)
-def packed_tables(method: Galerkin) -> tuple[Array, ...]:
-    """The method's table in the layout of galvi.kernels.packed; A^T not yet multiplied by h^2."""
+def packed_tables(method: Galerkin, step: float) -> tuple[Array, ...]:
+    """The method's table, multiplied by the step, in the layout of galvi.kernels.packed."""
     table = method.table
     s = table.c.size
     lanes = np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)  # the last stage is repeated
-    moves = table.A[lanes].T
-    kept = [table.analysis[:r].T @ table.ahead[lanes, :r].T for r in range(1, s + 1)]
     with many_digits():
-        b = np.array(method.rule.exact_weights, dtype=object)
-        beta = b * (1 - np.array(method.rule.exact_nodes, dtype=object))
-        lost = [rounded(x - [type(y)(float(y)) for y in x]) for x in (b, beta)]
-    sums = np.zeros((s, lanes.size))
-    sums[:, :4] = np.stack([table.b, table.beta, *lost], axis=1)
-    numbers: list[Any] = [
-        moves, np.concatenate(kept), table.analysis.T, table.growth, sums, table.c[lanes],
-    ]  # fmt: skip
+        h = decimals(step)
+        c, b, beta, A = (
+            decimals(kept) + decimals(lost)
+            for kept, lost in zip((table.c, table.b, table.beta, table.A), table.lost, strict=True)
+        )
+        moves = _with_lost((h * h * A)[lanes].T)
+        sums = np.stack([*_with_lost(h * b), *_with_lost(h * h * beta)], axis=1)
+        nodes = _with_lost(c[lanes])
+    kept = [table.analysis[:r].T @ table.ahead[lanes, :r].T for r in range(1, s + 1)]
+    columns = np.zeros((s, lanes.size))
+    columns[:, [0, 2, 1, 3]] = sums
+    numbers = (
+        np.concatenate(moves), np.concatenate(kept), table.analysis.T, table.growth, columns, nodes,
+    )  # fmt: skip
     return tuple(read_only(np.array(number)) for number in numbers)
+
+
+def _with_lost(exact: Any) -> Array:
+    """The nearest float64 numbers, and what that rounding lost."""
+    kept = rounded(exact)
+    return np.stack([kept, rounded(exact - decimals(kept))])
 
 
 def aligned(*shape: int) -> Array:

@@ -14,7 +14,9 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.trajectory import Trajectory
 
-ROUND_OFF = 2.0**-55
+# Far below the 2^-53 of a rounding: an iteration error is not random, and so makes energy drift.
+# Outer solar system, degree 8, P/10, 1e4 years: 1.2e-13 with 2^-55 and 6e-15 with 2^-60.
+ROUND_OFF = 2.0**-60
 
 
 def integrate(

@@ -44,6 +44,7 @@ class Table:
     analysis  (s, s)  Legendre coefficients from values at the stages
     ahead     (s, s)  Legendre polynomials at the next step's stages, 1 + c
     growth    (s,)    Legendre polynomials at the next step's end
+    lost      what rounding took from c, b, beta and A, in their shapes
     """
 
     c: Array
@@ -58,6 +59,7 @@ class Table:
     analysis: Array
     ahead: Array
     growth: Array
+    lost: tuple[Array, ...]
 
 
 @lru_cache(maxsize=128)
@@ -79,8 +81,10 @@ def tabulate(space: Space, rule: Rule) -> Table:
         analysis = np.linalg.inv(legendre(2.0 * rule.nodes - 1.0, rule.points - 1))
         ahead = legendre(2.0 * rule.nodes + 1.0, rule.points - 1)
         growth = legendre(np.array([3.0]), rule.points - 1)[0]
-        numbers = (c, b, A, b * (1 - c), psi, end, K, lead, C, analysis, ahead, growth)
-    return Table(*(rounded(number) for number in numbers))
+        beta = b * (1 - c)
+        numbers = (c, b, A, beta, psi, end, K, lead, C, analysis, ahead, growth)
+        lost = tuple(rounded(exact - decimals(rounded(exact))) for exact in (c, b, beta, A))
+    return Table(*(rounded(number) for number in numbers), lost=lost)
 
 
 def _basis(space: Space, t: Any) -> Any:

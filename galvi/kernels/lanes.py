@@ -134,7 +134,8 @@ def combine(typingctx, axes, matrix, start, a, out, body, stages, padded, chunk)
         dimension = signature.args[0].count
         factors, values, results = (lanes.data(signature.args[k], arguments[k]) for k in (1, 3, 4))
         row = builder.mul(body, ir.Constant(body.type, dimension))
-        sums = _sums(lanes, dimension, factors, start, values, row, stages)
+        nothing = [ir.Constant(VECTOR, [0.0] * LANES)] * dimension
+        sums = _sums(lanes, nothing, factors, start, values, row, stages)
         for x, total in enumerate(sums):
             lanes.store(total, results, lanes.plus(row, x))
         return context.get_dummy_value()
@@ -143,24 +144,27 @@ def combine(typingctx, axes, matrix, start, a, out, body, stages, padded, chunk)
 
 
 @intrinsic
-def move(typingctx, axes, matrix, a, base, q, Q, worst, size, body, stages, padded, chunk):
-    """Q <- q + (base + sum_j a_j matrix[j]) for all axes of one body, in eight stages.
+def move(typingctx, axes, matrix, a, base, low, q, Q, worst, size, body, stages, padded, chunk):
+    """Q <- q + (base + (low + sum_j a_j matrix[j])) for all axes of one body, in eight stages.
 
     worst <- max(worst, size |change of Q|), lane by lane; not a number counts as larger.
     """
     whole, real = types.intp, types.float64
-    signature = types.void(axes, matrix, a, base, q, Q, worst, real, whole, whole, whole, whole)
+    signature = types.void(
+        axes, matrix, a, base, low, q, Q, worst, real, whole, whole, whole, whole
+    )
 
     def generate(context, builder, signature, arguments):
-        size, body, stages, padded, chunk = arguments[7:]
+        size, body, stages, padded, chunk = arguments[8:]
         lanes = _Lanes(context, builder, padded, chunk)
         dimension = signature.args[0].count
-        factors, values, bases, origin, places, extremes = (
-            lanes.data(signature.args[k], arguments[k]) for k in range(1, 7)
+        factors, values, bases, lows, origin, places, extremes = (
+            lanes.data(signature.args[k], arguments[k]) for k in range(1, 8)
         )
         row = builder.mul(body, ir.Constant(body.type, dimension))
         zero = ir.Constant(body.type, 0)
-        sums = _sums(lanes, dimension, factors, zero, values, row, stages)
+        small = [lanes.load(lows, lanes.plus(row, x)) for x in range(dimension)]
+        sums = _sums(lanes, small, factors, zero, values, row, stages)
         scale = lanes.spread(size)
         largest = lanes.load(extremes, zero)
         for x, total in enumerate(sums):
@@ -178,14 +182,13 @@ def move(typingctx, axes, matrix, a, base, q, Q, worst, size, body, stages, padd
     return signature, generate
 
 
-def _sums(lanes, dimension, factors, start, values, row, stages):
-    """sum_j values[row + x, j] factors[start + j], one vector for each axis x."""
+def _sums(lanes, first, factors, start, values, row, stages):
+    """first[x] + sum_j values[row + x, j] factors[start + j], one vector for each axis x."""
     builder = lanes.builder
-    zero = ir.Constant(VECTOR, [0.0] * LANES)
-    sums = [lanes.variable(zero) for _ in range(dimension)]
+    sums = [lanes.variable(vector) for vector in first]
     with cgutils.for_range(builder, stages) as loop:
         factor = lanes.load(factors, builder.add(start, loop.index))
-        for x in range(dimension):
+        for x in range(len(first)):
             value = lanes.spread(lanes.number(values, lanes.plus(row, x), loop.index))
             builder.store(lanes.add(builder.load(sums[x]), lanes.mul(value, factor)), sums[x])
     return [builder.load(total) for total in sums]

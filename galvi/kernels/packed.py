@@ -6,13 +6,13 @@ stages s, padded to P, a multiple of LANES.
 
 d = bodies * dimension rows, one for each coordinate
 masses   (bodies,)  G m
-moves    (s, P)     h^2 A^T
+moves    (2 s, P)   h^2 A^T, then what rounding lost of it
 ahead    (s s, P)   for r = 1 .. s: extrapolation that keeps r Legendre terms
 series   (s, s)     Legendre coefficients from stages, transposed
 growth   (s,)       Legendre polynomials at the next step's end
-sums     (s, P)     columns b, beta and what rounding lost of each
-c        (P,)       nodes
-work     (6, d, P)  stages, accelerations, increments without forces, guess, two spare
+sums     (s, P)     columns h b, h^2 beta and what rounding lost of each
+c        (2, P)     nodes, and what rounding lost of them
+work     (6, d, P)  stages, accelerations, h c v, corrections too small for it, guess, changes
 memo     (3 + bodies,)  as in the general kernel, then Legendre terms kept for each body
 """
 
@@ -54,14 +54,14 @@ def pull_all(axes, masses, Q, a):
 
 
 @jit
-def move_all(axes, moves, a, base, q, Q, worst, sizes):
-    """Q <- q + (base + h^2 A a); returns the largest change relative to the bodies' sizes."""
-    bodies, stages, padded = sizes.size, moves.shape[0], Q.shape[1]
+def move_all(axes, moves, a, base, low, q, Q, worst, sizes):
+    """Q <- q + (base + (low + h^2 A a)); returns the largest change relative to the bodies' sizes."""
+    bodies, stages, padded = sizes.size, moves.shape[0] // 2, Q.shape[1]
     for chunk in range(padded // LANES):
         for k in range(LANES):
             worst[0, chunk * LANES + k] = 0.0
         for body in range(bodies):
-            move(axes, moves, a, base, q, Q, worst, sizes[body], body, stages, padded, chunk)
+            move(axes, moves, a, base, low, q, Q, worst, sizes[body], body, stages, padded, chunk)
     change, finite = 0.0, 0.0
     for k in range(padded):
         change = max(change, worst[0, k])
@@ -98,39 +98,42 @@ def finish(axes, sums, h, a, state, out):
     for body in range(d // dimension):
         combine(axes, sums, 0, a, out, body, stages, a.shape[1], 0)
     for i in range(d):
-        kick, bend = out[i, 0] + out[i, 2], out[i, 1] + out[i, 3]
         q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
         drift, drift_low = two_product(h, v)
         moved, moved_low = two_sum(q, drift)
-        rest = moved_low + (q_low + (drift_low + (h * v_low + h * h * bend)))
+        moved, bend_low = two_sum(moved, out[i, 1])
+        rest = moved_low + (bend_low + (q_low + (drift_low + (h * v_low + out[i, 3]))))
         state[0, i], state[1, i] = two_sum(moved, rest)
-        state[2, i], state[3, i] = two_sum(v, v_low + h * kick)
+        kicked, kick_low = two_sum(v, out[i, 0])
+        state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))
 
 
 @jit
-def begin(dimension, c, h, state, base, sizes):
-    """base <- what rounding lost of q + c h v; sizes <- 1 / the body's distance from the origin."""
+def begin(dimension, c, h, state, base, low, sizes):
+    """base <- h c v; low += what it and q lost; sizes <- 1 / distances from the origin."""
     for body in range(sizes.size):
         size = 0.0
         for x in range(dimension):
             i = body * dimension + x
-            drift = h * state[2, i] + h * state[3, i]
-            for k in range(c.size):
-                base[i, k] = state[1, i] + c[k] * drift
+            drift, drift_low = two_product(h, state[2, i])
+            drift_low += h * state[3, i]
+            for k in range(c.shape[1]):
+                base[i, k], lost = two_product(c[0, k], drift)
+                low[i, k] += lost + (state[1, i] + (c[1, k] * drift + c[0, k] * drift_low))
             size = max(size, abs(state[0, i]), abs(state[0, i] + drift))
         sizes[body] = 1.0 / size if size > 0.0 else 1.0
 
 
 @jit
-def iterate(axes, masses, moves, q, base, sizes, tolerance, counts, Q, a, worst):
+def iterate(axes, masses, moves, q, base, low, sizes, tolerance, counts, Q, a, worst):
     """Fixed-point iteration from stages Q, until settled; a holds the last accelerations."""
     previous = np.inf
     growing = 0
     for passes in range(FIXED_POINT_PASSES):
         pull_all(axes, masses, Q, a)
-        change = move_all(axes, moves, a, base, q, Q, worst, sizes)
+        change = move_all(axes, moves, a, base, low, q, Q, worst, sizes)
         counts[ITERATIONS] += 1
-        counts[FORCES] += moves.shape[0]
+        counts[FORCES] += moves.shape[0] // 2
         if not change < np.inf:
             return NOT_FINITE
         if passes > 0:
@@ -148,16 +151,15 @@ def advance(axes, masses, tableau, moves, ahead, series, growth, sums, c, h, tol
             total, every, state, stages, work, memo, counts, saved_q, saved_v, bases,
             curves):  # fmt: skip
     """Do ``todo`` more steps of a run; returns a code as the general kernel does."""
-    bodies, s, padded = masses.size, moves.shape[0], moves.shape[1]
+    bodies, s, padded = masses.size, moves.shape[0] // 2, moves.shape[1]
     dimension, d = len(axes), state.shape[1]
-    Q, a, base, guess, worst = work[0], work[1], work[2], work[3], work[4]
+    Q, a, base, low, guess, worst = work[0], work[1], work[2], work[3], work[4], work[5]
     terms = memo[3:]
     sizes, q, before = np.empty(bodies), np.empty(d), np.empty(state.shape)
     copy_rows(a, stages)
     for step in range(memo[DONE], memo[DONE] + todo):
         if memo[STREAK] > 0:
             return DIVERGED
-        begin(dimension, c, h, state, base, sizes)
         copy_into(before, state)
         for i in range(d):
             q[i] = state[0, i]
@@ -170,8 +172,12 @@ def advance(axes, masses, tableau, moves, ahead, series, growth, sums, c, h, tol
                     start = (terms[body] - 1) * s
                     combine(axes, ahead, start, a, guess, body, s, padded, chunk)
             source = guess
-        move_all(axes, moves, source, base, q, Q, worst, sizes)
-        code = iterate(axes, masses, moves, q, base, sizes, tolerance, counts, Q, a, worst)
+        for body in range(bodies):
+            for chunk in range(padded // LANES):
+                combine(axes, moves, s, source, low, body, s, padded, chunk)
+        begin(dimension, c, h, state, base, low, sizes)
+        move_all(axes, moves, source, base, low, q, Q, worst, sizes)
+        code = iterate(axes, masses, moves, q, base, low, sizes, tolerance, counts, Q, a, worst)
         if code == SOLVED:
             finish(axes, sums, h, a, state, guess)
             if not all_finite(state):
@@ -201,7 +207,7 @@ def compiled_advance(dimension):
     whole, real, matrix = types.int64, types.float64, laws.MATRIX
     signature = whole(
         types.UniTuple(whole, dimension), fixed, TABLEAU, fixed_matrix, fixed_matrix, fixed_matrix,
-        fixed, fixed_matrix, fixed, real, real, whole, whole, whole, whole, matrix, matrix,
+        fixed, fixed_matrix, fixed_matrix, real, real, whole, whole, whole, whole, matrix, matrix,
         laws.BLOCKS, types.int64[::1], types.int64[::1], matrix, matrix, matrix, laws.BLOCKS,
     )  # fmt: skip
     return compiled_for(advance, signature)

@@ -25,7 +25,6 @@ AUTO, FIXED_POINT, NEWTON = 0, 1, 2
 SOLVED, NOT_FINITE, DIVERGED = 0, 1, 2
 
 ITERATIONS, FORCES, HESSIANS, SOLVES = 0, 1, 2, 3
-EPSILON = 2.0**-52
 FLOOR = 1e-11  # a change that no longer shrinks is round-off below this, divergence above
 FIXED_POINT_PASSES = 200
 NEWTON_PASSES = 30
@@ -38,7 +37,7 @@ def settled(change, previous, stall, tolerance):
 
     A change above ``stall`` times the last one is round-off when it is small enough.
     """
-    if change <= max(tolerance, EPSILON):
+    if change <= tolerance:
         return True
     if change >= stall * previous:
         return change <= FLOOR
@@ -68,7 +67,7 @@ def solve_fixed_point(functions, constants, inverse_mass, tableau, h, t, state, 
             growing = growing + 1 if change >= previous else 0
             if growing >= 4 or change > 1e6:
                 return DIVERGED
-        elif change <= EPSILON:
+        elif change <= tolerance:
             return SOLVED
         previous = change
     return DIVERGED
