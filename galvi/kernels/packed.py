@@ -55,7 +55,7 @@ def pull_all(axes, masses, Q, a):
 
 @jit
 def move_all(axes, moves, a, base, low, q, Q, worst, sizes):
-    """Q <- q + (base + (low + h^2 A a)); returns the largest change relative to the bodies' sizes."""
+    """Q <- q + (base + (low + h^2 A a)); returns the largest change relative to the sizes."""
     bodies, stages, padded = sizes.size, moves.shape[0] // 2, Q.shape[1]
     for chunk in range(padded // LANES):
         for k in range(LANES):
