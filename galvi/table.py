@@ -84,7 +84,8 @@ def tabulate(space: Space, rule: Rule) -> Table:
         beta = b * (1 - c)
         numbers = (c, b, A, beta, psi, end, K, lead, C, analysis, ahead, growth)
         lost = tuple(rounded(exact - decimals(rounded(exact))) for exact in (c, b, beta, A))
-    return Table(*[rounded(number) for number in numbers], lost)  # type: ignore[arg-type]
+    arrays: list[Any] = [*(rounded(number) for number in numbers), lost]
+    return Table(*arrays)
 
 
 def _basis(space: Space, t: Any) -> Any:
