@@ -58,7 +58,7 @@ def fastest(
     kernel = packed.compiled_advance(len(axes))
     moves, ahead, series, growth, sums, c = packed_tables(method, step)
     tableau = kernel_tableau(method)
-    room = aligned(6, problem.q0.size, moves.shape[1])
+    room = aligned(7, problem.q0.size, moves.shape[1])
     slow: list[Call] = []
 
     def call(todo: int) -> int:

@@ -65,11 +65,13 @@ class _Lanes:
     def sub(self, x, y):
         return self.builder.fsub(x, y, flags=FUSED)
 
-    def call(self, name, value):
+    def call(self, name, *values):
         function = cgutils.get_or_insert_function(
-            self.builder.module, ir.FunctionType(VECTOR, [VECTOR]), f"llvm.{name}.v{LANES}f64"
+            self.builder.module,
+            ir.FunctionType(VECTOR, [VECTOR] * len(values)),
+            f"llvm.{name}.v{LANES}f64",
         )
-        return self.builder.call(function, [value])
+        return self.builder.call(function, values)
 
     def variable(self, value):
         place = cgutils.alloca_once(self.builder, VECTOR)
@@ -177,6 +179,34 @@ def move(typingctx, axes, matrix, a, base, low, q, Q, worst, size, body, stages,
             largest = builder.select(smaller, largest, change)
             lanes.store(moved, places, this)
         lanes.store(largest, extremes, zero)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def drift(typingctx, c, base, low, row, far, far_low, lost, padded, chunk):
+    """base <- c far and low <- low + what is too small for it, of one row, in eight stages.
+
+    c    (2, P)  nodes, and what rounding lost of them
+    far  h v, ``far_low`` what rounding lost of it, ``lost`` what rounding lost of q
+    """
+    whole, real = types.intp, types.float64
+    signature = types.void(c, base, low, whole, real, real, real, whole, whole)
+
+    def generate(context, builder, signature, arguments):
+        row, far, far_low, lost, padded, chunk = arguments[3:]
+        lanes = _Lanes(context, builder, padded, chunk)
+        nodes, bases, lows = (lanes.data(signature.args[k], arguments[k]) for k in range(3))
+        zero = ir.Constant(row.type, 0)
+        node, node_low = lanes.load(nodes, zero), lanes.load(nodes, lanes.plus(zero, 1))
+        far, far_low, lost = lanes.spread(far), lanes.spread(far_low), lanes.spread(lost)
+        place = builder.fmul(node, far)
+        error = lanes.call("fma", node, far, builder.fneg(place))
+        small = lanes.add(lanes.mul(node_low, far), lanes.mul(node, far_low))
+        small = lanes.add(lanes.add(error, lost), small)
+        lanes.store(place, bases, row)
+        lanes.store(lanes.add(lanes.load(lows, row), small), lows, row)
         return context.get_dummy_value()
 
     return signature, generate

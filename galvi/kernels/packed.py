@@ -12,7 +12,8 @@ series   (s, s)     Legendre coefficients from stages, transposed
 growth   (s,)       Legendre polynomials at the next step's end
 sums     (s, P)     columns h b, h^2 beta and what rounding lost of each
 c        (2, P)     nodes, and what rounding lost of them
-work     (6, d, P)  stages, accelerations, h c v, corrections too small for it, guess, changes
+work     (7, d, P)  stages, last accelerations, h c v, corrections too small for it, guess, changes,
+                    new accelerations
 memo     (3 + bodies,)  as in the general kernel, then Legendre terms kept for each body
 """
 
@@ -26,7 +27,7 @@ from numba import types
 from galvi.kernels import laws
 from galvi.kernels.advance import DONE, HOLDS, LAST_STEP, STREAK, TABLEAU, keep
 from galvi.kernels.jit import compiled_for, jit
-from galvi.kernels.lanes import LANES, attract, combine, move
+from galvi.kernels.lanes import LANES, attract, combine, drift, move
 from galvi.kernels.solve import (
     DIVERGED,
     FIXED_POINT_PASSES,
@@ -99,10 +100,10 @@ def finish(axes, sums, h, a, state, out):
         combine(axes, sums, 0, a, out, body, stages, a.shape[1], 0)
     for i in range(d):
         q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
-        drift, drift_low = two_product(h, v)
-        moved, moved_low = two_sum(q, drift)
+        far, far_low = two_product(h, v)
+        moved, moved_low = two_sum(q, far)
         moved, bend_low = two_sum(moved, out[i, 1])
-        rest = moved_low + (bend_low + (q_low + (drift_low + (h * v_low + out[i, 3]))))
+        rest = moved_low + (bend_low + (q_low + (far_low + (h * v_low + out[i, 3]))))
         state[0, i], state[1, i] = two_sum(moved, rest)
         kicked, kick_low = two_sum(v, out[i, 0])
         state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))
@@ -111,16 +112,16 @@ def finish(axes, sums, h, a, state, out):
 @jit
 def begin(dimension, c, h, state, base, low, sizes):
     """base <- h c v; low += what it and q lost; sizes <- 1 / distances from the origin."""
+    padded = c.shape[1]
     for body in range(sizes.size):
         size = 0.0
         for x in range(dimension):
             i = body * dimension + x
-            drift, drift_low = two_product(h, state[2, i])
-            drift_low += h * state[3, i]
-            for k in range(c.shape[1]):
-                base[i, k], lost = two_product(c[0, k], drift)
-                low[i, k] += lost + (state[1, i] + (c[1, k] * drift + c[0, k] * drift_low))
-            size = max(size, abs(state[0, i]), abs(state[0, i] + drift))
+            far, far_low = two_product(h, state[2, i])
+            far_low += h * state[3, i]
+            for chunk in range(padded // LANES):
+                drift(c, base, low, i, far, far_low, state[1, i], padded, chunk)
+            size = max(size, abs(state[0, i]), abs(state[0, i] + far))
         sizes[body] = 1.0 / size if size > 0.0 else 1.0
 
 
@@ -154,11 +155,12 @@ def advance(axes, masses, tableau, moves, ahead, series, growth, sums, c, h, tol
     bodies, s, padded = masses.size, moves.shape[0] // 2, moves.shape[1]
     dimension, d = len(axes), state.shape[1]
     Q, a, base, low, guess, worst = work[0], work[1], work[2], work[3], work[4], work[5]
-    terms = memo[3:]
+    new, terms = work[6], memo[3:]
     sizes, q, before = np.empty(bodies), np.empty(d), np.empty(state.shape)
     copy_rows(a, stages)
     for step in range(memo[DONE], memo[DONE] + todo):
         if memo[STREAK] > 0:
+            copy_rows(stages, a)
             return DIVERGED
         copy_into(before, state)
         for i in range(d):
@@ -177,17 +179,21 @@ def advance(axes, masses, tableau, moves, ahead, series, growth, sums, c, h, tol
                 combine(axes, moves, s, source, low, body, s, padded, chunk)
         begin(dimension, c, h, state, base, low, sizes)
         move_all(axes, moves, source, base, low, q, Q, worst, sizes)
-        code = iterate(axes, masses, moves, q, base, low, sizes, tolerance, counts, Q, a, worst)
+        code = iterate(axes, masses, moves, q, base, low, sizes, tolerance, counts, Q, new, worst)
         if code == SOLVED:
-            finish(axes, sums, h, a, state, guess)
+            finish(axes, sums, h, new, state, guess)
             if not all_finite(state):
                 code = NOT_FINITE
         if code != SOLVED:
             copy_into(state, before)
+            copy_rows(stages, a)
             return code
-        copy_rows(stages, a)
+        a, new = new, a
+        if bases.shape[0] > 0:
+            copy_rows(stages, a)
         memo[HOLDS], memo[DONE] = LAST_STEP, step + 1
         keep(tableau, h, every, step, total, before, state, stages, saved_q, saved_v, bases, curves)
+    copy_rows(stages, a)
     return SOLVED
 
 
