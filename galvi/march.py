@@ -12,12 +12,13 @@ from galvi.arrays import Array, read_only
 from galvi.calls import fastest
 from galvi.continuation import Continuation
 from galvi.curves import Curves
+from galvi.ending import ending
 from galvi.interruption import noted_interrupts
 from galvi.kernels.advance import GUESS, HOLDS
-from galvi.kernels.solve import NOT_FINITE, SOLVED
+from galvi.kernels.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.trajectory import COMPLETED, Trajectory
+from galvi.trajectory import Trajectory
 from galvi.workspace import Workspace
 
 CALL_SECONDS = 0.1
@@ -68,7 +69,9 @@ def march(
         q=read_only(states[0]),
         p=read_only(problem.system.momentum(states[1])),
         success=done == steps,
-        status=_status(code, done, steps, t_first + done * step),
+        status=ending(
+            problem, code, method.stages, step, done, steps, t_first + done * step, work.state
+        ),
         failed_step=None if done == steps else done + 1,
         counts=_counts(problem, done, work.counts),
         step=step,
@@ -110,23 +113,6 @@ def path_of_smaller_steps(
             rows = [problem.system.acceleration(q, s) for q, s in zip(path, times, strict=True)]
             return np.ascontiguousarray(np.stack(rows).reshape(len(times), -1).T)
     return None
-
-
-def _status(code: int, done: int, steps: int, t: float) -> str:
-    if done == steps:
-        return COMPLETED
-    where = f"at step {done + 1} of {steps}, from t = {t:g}"
-    if code == SOLVED:
-        return f"Interrupted {where}; what was computed is kept."
-    if code == NOT_FINITE:
-        return (
-            f"Stopped {where}: the force or the state became infinite or NaN. "
-            f"Use a smaller step, or look for a collision."
-        )
-    return (
-        f"Stopped {where}: neither fixed-point iteration nor Newton's method solved the stage "
-        f"equations. Use a smaller step or a higher degree."
-    )
 
 
 def _counts(problem: Problem, done: int, counts: Any) -> dict[str, int]:

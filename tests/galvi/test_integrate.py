@@ -10,6 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import galvi
+from galvi.ending import ending
+from galvi.kernels.solve import NOT_FINITE
 
 KEPLER = galvi.problems.kepler(0.6)
 HENON = galvi.problems.henon_heiles()
@@ -134,7 +136,7 @@ def test_a_failing_run_says_where_and_shows_no_number_past_it(save_every):
     assert not run.success
     assert 15 <= run.failed_step <= 30
     assert run.status.startswith(f"Stopped at step {run.failed_step} of 60, from t = ")
-    assert "smaller step" in run.status
+    assert run.status.endswith("bodies 0 and 1 collide. Stop before then, or merge them.")
     done = (run.failed_step - 1) // save_every + 1
     assert np.all(np.isfinite(run.q[:done]))
     assert np.all(np.isnan(run.q[done:])) and np.all(np.isnan(run.p[done:]))
@@ -316,3 +318,25 @@ def test_the_packed_kernel_leaves_to_newton_what_it_cannot_solve():
     assert run.success
     assert run.counts["linear_solves"] > 0
     assert np.ptp(galvi.momentum_map(run)) < 1e-12
+
+
+def test_a_step_too_large_for_a_planet_names_it_and_a_step_that_works():
+    sun = galvi.problems.solar_system()
+    run = galvi.integrate(sun, FOUR, 60.0, 10)
+    assert not run.success and run.failed_step == 1
+    assert "bodies Sun and Mercury pass at a distance of about 4.7e-01" in run.status
+    assert "Use a smaller step or a higher degree" in run.status
+    advised = float(run.status.split("steps of up to about ")[1].split(" ")[0])
+    assert galvi.integrate(sun, FOUR, advised, 10).success
+
+
+def test_a_body_at_infinity_is_named():
+    sun = galvi.problems.solar_system()
+    state = np.zeros((4, 30))
+    state[0], state[2] = sun.q0.ravel(), sun.v0.ravel()
+    state[0, 3] = 1e180
+    status = ending(sun, NOT_FINITE, 4, 10.0, 5, 9, 50.0, state)
+    assert status == (
+        "Stopped at step 6 of 9, from t = 50: body Mercury is 1.0e+180 away. "
+        "Remove it, or stop before then."
+    )
