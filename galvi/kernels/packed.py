@@ -32,12 +32,20 @@ from galvi.kernels.solve import (
     DIVERGED,
     FIXED_POINT_PASSES,
     FORCES,
+    GOING,
     ITERATIONS,
     NOT_FINITE,
     SOLVED,
-    settled,
+    forget,
+    verdict,
 )
-from galvi.kernels.step import all_finite, copy_into, two_product, two_sum
+from galvi.kernels.step import (
+    all_finite,
+    copy_into,
+    terms_to_extrapolate,
+    two_product,
+    two_sum,
+)
 
 RECONSIDER = 16  # steps between choices of how many terms to extrapolate
 
@@ -75,20 +83,14 @@ def choose_terms(series, growth, dimension, a, terms):
     """How many Legendre terms of each body's last accelerations to extrapolate."""
     s = growth.size
     for body in range(terms.size):
-        size = np.zeros(s + 2)
+        sizes = np.zeros(s)
         for x in range(dimension):
             for l in range(s):
                 coefficient = 0.0
                 for j in range(s):
                     coefficient += series[j, l] * a[body * dimension + x, j]
-                size[l] = max(size[l], abs(coefficient) * growth[l])
-        size[s] = size[s + 1] = size[s - 1]
-        best = np.inf
-        for kept in range(1, s + 1):
-            omitted = max(size[kept], size[kept + 1])
-            if omitted <= best:
-                best = omitted
-                terms[body] = kept
+                sizes[l] = max(sizes[l], abs(coefficient))
+        terms[body] = terms_to_extrapolate(sizes, growth)
 
 
 @jit
@@ -126,24 +128,17 @@ def begin(dimension, c, h, state, base, low, sizes):
 
 
 @jit
-def iterate(axes, masses, moves, q, base, low, sizes, tolerance, counts, Q, a, worst):
+def iterate(axes, masses, moves, q, base, low, sizes, tolerance, counts, Q, a, worst, history):
     """Fixed-point iteration from stages Q, until settled; a holds the last accelerations."""
-    previous = np.inf
-    growing = 0
-    for passes in range(FIXED_POINT_PASSES):
+    forget(history)
+    for _passes in range(FIXED_POINT_PASSES):
         pull_all(axes, masses, Q, a)
         change = move_all(axes, moves, a, base, low, q, Q, worst, sizes)
         counts[ITERATIONS] += 1
         counts[FORCES] += moves.shape[0] // 2
-        if not change < np.inf:
-            return NOT_FINITE
-        if passes > 0:
-            if settled(change, previous, 1.0, tolerance):
-                return SOLVED
-            growing = growing + 1 if change >= previous else 0
-            if growing >= 4 or change > 1e6:
-                return DIVERGED
-        previous = change
+        code = verdict(change, tolerance, history)
+        if code != GOING:
+            return code
     return DIVERGED
 
 
@@ -157,6 +152,7 @@ def advance(axes, masses, tableau, moves, ahead, series, growth, sums, c, h, tol
     Q, a, base, low, guess, worst = work[0], work[1], work[2], work[3], work[4], work[5]
     new, terms = work[6], memo[3:]
     sizes, q, before = np.empty(bodies), np.empty(d), np.empty(state.shape)
+    history = np.empty(4)
     copy_rows(a, stages)
     for step in range(memo[DONE], memo[DONE] + todo):
         if memo[STREAK] > 0:
@@ -179,7 +175,9 @@ def advance(axes, masses, tableau, moves, ahead, series, growth, sums, c, h, tol
                 combine(axes, moves, s, source, low, body, s, padded, chunk)
         begin(dimension, c, h, state, base, low, sizes)
         move_all(axes, moves, source, base, low, q, Q, worst, sizes)
-        code = iterate(axes, masses, moves, q, base, low, sizes, tolerance, counts, Q, new, worst)
+        code = iterate(
+            axes, masses, moves, q, base, low, sizes, tolerance, counts, Q, new, worst, history
+        )
         if code == SOLVED:
             finish(axes, sums, h, new, state, guess)
             if not all_finite(state):

@@ -22,61 +22,77 @@ from galvi.kernels.step import (
 )
 
 AUTO, FIXED_POINT, NEWTON = 0, 1, 2
-SOLVED, NOT_FINITE, DIVERGED = 0, 1, 2
+SOLVED, NOT_FINITE, DIVERGED, GOING = 0, 1, 2, 3
 
 ITERATIONS, FORCES, HESSIANS, SOLVES = 0, 1, 2, 3
-FLOOR = 1e-11  # a change that no longer shrinks is round-off below this, divergence above
+FLOOR = 1e-11  # changes that no longer shrink are round-off below this
+TRUSTED = 0.3  # relative size of a first Newton correction that stays near its start
+LINEAR = 1e-8  # relative size of a second correction that shows a linear force
+IDLE = 3.0  # passes without a smaller change that show round-off, or twice that divergence
 FIXED_POINT_PASSES = 200
 NEWTON_PASSES = 30
 NEWTON_STREAK = 16  # steps that start with Newton after it was needed once
 
 
 @jit
-def settled(change, previous, stall, tolerance):
-    """Whether another pass would change nothing that matters.
+def verdict(change, tolerance, history):
+    """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass of fixed-point iteration.
 
-    A change above ``stall`` times the last one is round-off when it is small enough.
+    change   largest relative change of the pass
+    history  (4,) last change and rate, least change, passes since; (inf, 1, inf, 0) at the start
+
+    Errors rotate as they shrink: one small rate, or one change that did not shrink, says nothing.
     """
-    if change <= tolerance:
-        return True
-    if change >= stall * previous:
-        return change <= FLOOR
-    rate = change / previous
-    return change * rate <= tolerance * (1.0 - rate)
+    if not change < np.inf:
+        return NOT_FINITE
+    rate = change / history[0] if history[0] < np.inf else 1.0
+    slower = max(rate, history[1])
+    history[0], history[1] = change, rate
+    if change < history[2]:
+        history[2], history[3] = change, 0.0
+    else:
+        history[3] += 1.0
+    if change <= tolerance or change * slower <= tolerance * (1.0 - slower):
+        return SOLVED
+    if history[3] >= IDLE and history[2] <= FLOOR:
+        return SOLVED
+    if history[3] >= 2.0 * IDLE:
+        return DIVERGED
+    return GOING
 
 
 @jit
-def solve_fixed_point(functions, constants, inverse_mass, tableau, h, t, state, tolerance, patience,
-                      scale, counts, a, Q):  # fmt: skip
-    """Q <- stages of a(Q), until settled; gives up when it cannot settle within ``patience``."""
+def forget(history):
+    """history as at the start of an iteration."""
+    history[0], history[1], history[2], history[3] = np.inf, 1.0, np.inf, 0.0
+
+
+@jit
+def solve_fixed_point(functions, constants, inverse_mass, tableau, h, t, state, tolerance, scale,
+                      counts, a, Q):  # fmt: skip
+    """Q <- stages of a(Q), until another pass would change nothing that matters."""
     kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_hessian = functions
-    moved = np.empty(Q.shape)
-    previous = np.inf
-    growing = 0
-    for passes in range(patience):
+    moved, history = np.empty(Q.shape), np.empty(4)
+    forget(history)
+    for _passes in range(FIXED_POINT_PASSES):
         accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, Q, t, a)
         place_stages(tableau, h, state, a, moved)
-        change = largest_change(Q, moved, scale)
         counts[ITERATIONS] += 1
         counts[FORCES] += Q.shape[1]
-        if not change < np.inf:
-            return NOT_FINITE
-        if passes > 0:
-            if settled(change, previous, 1.0, tolerance):
-                return SOLVED
-            growing = growing + 1 if change >= previous else 0
-            if growing >= 4 or change > 1e6:
-                return DIVERGED
-        elif change <= tolerance:
-            return SOLVED
-        previous = change
+        code = verdict(largest_change(Q, moved, scale), tolerance, history)
+        if code != GOING:
+            return code
     return DIVERGED
 
 
 @jit
 def solve_newton(functions, has_hessian, constants, inverse_mass, width, tableau, h, t, state,
                  tolerance, scale, counts, a, Q):  # fmt: skip
-    """Newton on the curve's coefficients; all passes but one must halve the last change."""
+    """Newton on the curve's coefficients; all passes but one must halve the last change.
+
+    A first correction as large as the motion itself is trusted only when the second is negligible
+    (a linear force): far from the start Newton may find another root.
+    """
     kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_hessian = functions
     d, s = Q.shape
     x = np.empty((d, tableau[5].size))
@@ -98,11 +114,16 @@ def solve_newton(functions, has_hessian, constants, inverse_mass, width, tableau
         change = largest_change(Q, moved, scale)
         if not change < np.inf:
             return NOT_FINITE
-        if passes > 0 and settled(change, previous, 0.5, tolerance):
+        halved = change <= 0.5 * previous
+        if passes == 1 and previous > TRUSTED and change > LINEAR:
+            return DIVERGED
+        if change <= tolerance or (passes > 0 and (
+            (halved and change * change <= tolerance * previous) or (not halved and change <= FLOOR)
+        )):  # fmt: skip
             accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, Q, t, a)
             counts[FORCES] += s
             return SOLVED
-        slow += 1 if change > 0.5 * previous else 0
+        slow += 0 if halved else 1
         if slow >= 2:
             return DIVERGED
         previous = change
@@ -115,7 +136,7 @@ def solve(functions, has_hessian, constants, inverse_mass, width, tableau, h, t,
     """Solve one step from the accelerations in a; returns (code, streak of Newton steps left)."""
     place_stages(tableau, h, state, a, Q)
     scale = np.empty(Q.shape[0])
-    measure_scale(Q, width, scale)
+    measure_scale(h, width, state, scale)
     start = np.empty(a.shape)
     copy_into(start, a)
     newton_first = solver == NEWTON or (solver == AUTO and streak > 0)
@@ -128,9 +149,8 @@ def solve(functions, has_hessian, constants, inverse_mass, width, tableau, h, t,
                 if code == SOLVED:
                     return code, streak - 1 if newton_first else NEWTON_STREAK
         elif solver != NEWTON:
-            patience = FIXED_POINT_PASSES
             code = solve_fixed_point(functions, constants, inverse_mass, tableau, h, t, state,
-                                     tolerance, patience, scale, counts, a, Q)  # fmt: skip
+                                     tolerance, scale, counts, a, Q)  # fmt: skip
             if code == SOLVED:
                 return code, 0
         copy_into(a, start)

@@ -14,31 +14,52 @@ import numpy as np
 
 from galvi.kernels.jit import jit
 
+EPSILON = 2.0**-52
 SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
+
+
+@jit
+def terms_to_extrapolate(sizes, growth):
+    """How many terms of a Legendre series to keep one step ahead, where they are ``growth`` larger.
+
+    sizes  (s,) magnitudes of the coefficients
+
+    Cutting after some terms costs the next two, and keeping them their round-off; a term that
+    outgrows the whole series says that the series does not reach so far.
+    """
+    s = sizes.size
+    largest = 0.0
+    for l in range(s):
+        largest = max(largest, sizes[l])
+    best, terms = np.inf, 1
+    for kept in range(1, s + 1):
+        if kept > 1 and sizes[kept - 1] * growth[kept - 1] > 4.0 * largest:
+            break
+        cost = EPSILON * largest * growth[kept - 1]
+        for l in range(min(kept, s - 2), min(kept + 2, s)):
+            cost = max(cost, sizes[l] * growth[l])
+        if cost <= best:
+            best, terms = cost, kept
+    return terms
 
 
 @jit
 def predict(tableau, a, guess):
     """Extrapolate the last step's accelerations to this step's stages.
 
-    Each row's Legendre series is cut where its terms, which grow by up to 5.8 per degree outside
-    the last step, are smallest.
+    Each row's Legendre series is cut where that costs least.
     """
     analysis, ahead, growth = tableau[8], tableau[9], tableau[10]
     d, s = a.shape
+    sizes = np.empty(s)
     for i in range(d):
         series = np.zeros(s)
         for j in range(s):
             for l in range(s):
                 series[l] += analysis[j, l] * a[i, j]
-        best, terms = np.inf, s
-        for kept in range(1, s + 1):
-            omitted = max(
-                abs(series[min(kept, s - 1)]) * growth[min(kept, s - 1)],
-                abs(series[min(kept + 1, s - 1)]) * growth[min(kept + 1, s - 1)],
-            )
-            if omitted <= best:
-                best, terms = omitted, kept
+        for l in range(s):
+            sizes[l] = abs(series[l])
+        terms = terms_to_extrapolate(sizes, growth)
         for k in range(s):
             guess[i, k] = 0.0
         for l in range(terms):
@@ -75,13 +96,12 @@ def largest_change(Q, moved, scale):
 
 
 @jit
-def measure_scale(Q, width, scale):
-    """scale_i = the largest |Q| in the Newton block of component i over the step, or 1."""
-    for first in range(0, Q.shape[0], width):
+def measure_scale(h, width, state, scale):
+    """scale_i = the largest |q| and |q + h v| in the Newton block of component i, or 1."""
+    for first in range(0, scale.size, width):
         size = 0.0
         for i in range(first, first + width):
-            for k in range(Q.shape[1]):
-                size = max(size, abs(Q[i, k]))
+            size = max(size, abs(state[0, i]), abs(state[0, i] + h * state[2, i]))
         for i in range(first, first + width):
             scale[i] = size if size > 0.0 else 1.0
 
