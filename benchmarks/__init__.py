@@ -1,0 +1,1 @@
+"""What is measured: claims of the papers, work-precision studies, costs and timings."""

@@ -1,0 +1,53 @@
+"""galvi's own methods as contenders: the same three questions as any reference answers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import galvi
+from galvi import Problem, Trajectory
+from references.contender import require
+from references.setting import check_keys, fixed_steps
+
+
+@dataclass(frozen=True)
+class Variational:
+    """A `galvi.Galerkin` method; setting: step, save_every, solver, tolerance.
+
+    No curves are kept unless every step is saved. Errors as in `references.Contender`.
+    """
+
+    method: galvi.Galerkin
+    exact: bool = False
+    missing: str = ""
+
+    @property
+    def name(self) -> str:
+        """For titles and tables, e.g. 'galvi Gauss collocation, 8 stages'."""
+        return f"galvi {self.method.name}"
+
+    def supports(self, problem: Problem) -> bool:
+        """Any problem that galvi can state today."""
+        return isinstance(problem.system, (galvi.Canonical, galvi.NBody))
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Equal steps from t0 to t0 + duration, negative for backwards."""
+        require(self, problem)
+        check_keys(setting, ("step", "save_every", "solver", "tolerance"))
+        steps = fixed_steps(duration, setting)
+        return galvi.integrate(
+            problem,
+            self.method,
+            steps.step,
+            steps.count,
+            save_every=setting.get("save_every", 1),
+            solver=setting.get("solver", "auto"),
+            tolerance=setting.get("tolerance"),
+        )
+
+
+def gauss_collocation(stages: int) -> Variational:
+    """Polynomials of degree s with s Gauss points, order 2 s: the cheapest rule for the order."""
+    return Variational(galvi.Galerkin(galvi.Polynomials(stages), galvi.gauss(stages)))

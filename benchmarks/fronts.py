@@ -1,0 +1,89 @@
+"""Work-precision fronts: what a contender reaches at its best, and times at matched error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+NOT_REACHED = "not reached"
+OURS = "galvi, best"
+TRUTH = "truth"  # status of a row that the others are compared with
+
+
+def front(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows of each problem and contender that no other of its rows beats in error and time.
+
+    Ordered by falling error, so by rising time. Rows without error or time have no place on it.
+    """
+    usable = table[(table["error"] > 0.0) & (table["seconds"] > 0.0)]
+    kept = []
+    for _, rows in usable.groupby(["problem", "contender"], sort=False):
+        best = math.inf
+        for index, seen in rows.sort_values(["seconds", "error"])["error"].items():
+            if seen < best:
+                best = seen
+                kept.append(index)
+    return usable.loc[kept].reset_index(drop=True)
+
+
+def seconds_at(errors: Sequence[float], seconds: Sequence[float], target: float) -> float:
+    """Time at an error, by interpolation of logarithms along a front (falling error, rising time).
+
+    The fastest point's when it is better than asked; NaN when the front ends above the target.
+    """
+    e, s = np.asarray(errors, dtype=np.float64), np.asarray(seconds, dtype=np.float64)
+    if e.size == 0 or e.min() > target:
+        return math.nan
+    return float(np.exp(np.interp(-math.log(target), -np.log(e), np.log(s))))
+
+
+def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
+    """Times at matched errors: one row for each problem, contender and error.
+
+    Columns problem, contender, error, seconds, ratio. ``ratio`` is the contender's time over that
+    of the fastest galvi method at the same error (above 1: galvi is faster); 'not reached' where
+    the contender's front ends above the error, 'galvi: not reached' where only galvi's does. The
+    rows of contender 'galvi, best' say which time that is. The truth of a study stands beside them
+    with its own time.
+    """
+    fronts = front(table)
+    rows = []
+    for problem in fronts["problem"].drop_duplicates():
+        here = fronts[fronts["problem"] == problem]
+        contenders = {
+            name: part.sort_values("error", ascending=False)
+            for name, part in here.groupby("contender", sort=False)
+        }
+        for target in errors:
+            times = {
+                name: seconds_at(part["error"], part["seconds"], target)
+                for name, part in contenders.items()
+            }
+            ours = [t for name, t in times.items() if name.startswith("galvi") and t == t]
+            times = {OURS: min(ours) if ours else math.nan, **times, **_truths(table, problem)}
+            for name, seconds in times.items():
+                rows.append(
+                    {
+                        "problem": problem,
+                        "contender": name,
+                        "error": target,
+                        "seconds": seconds,
+                        "ratio": _ratio(seconds, times[OURS]),
+                    }
+                )
+    return pd.DataFrame(rows, columns=["problem", "contender", "error", "seconds", "ratio"])
+
+
+def _truths(table: pd.DataFrame, problem: str) -> dict[str, float]:
+    """The fastest time of each contender that is the truth here: it is better than any error."""
+    rows = table[(table["problem"] == problem) & (table["status"] == TRUTH)]
+    return rows.groupby("contender")["seconds"].min().to_dict()
+
+
+def _ratio(seconds: float, ours: float) -> float | str:
+    if math.isnan(seconds):
+        return NOT_REACHED
+    return f"galvi: {NOT_REACHED}" if math.isnan(ours) else seconds / ours

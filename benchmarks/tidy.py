@@ -1,0 +1,67 @@
+"""The one long frame that studies return and judges, tables and figures read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from galvi.arrays import Array
+
+# column: (what it is, its dtype)
+COLUMNS: Mapping[str, tuple[str, str]] = {
+    "study": ("name of a group of series, e.g. 'n-refinement'", "object"),
+    "quantity": ("what `value` is, e.g. 'one-step error'", "object"),
+    "n": ("number of basis functions, degree + 1", "float64"),
+    "step": ("step size, in the problem's unit of time", "float64"),
+    "steps": ("number of steps", "float64"),
+    "t": ("time, for histories and orbits", "float64"),
+    "label": ("body, or whose motion it is", "object"),
+    "x": ("place of a body, in the problem's unit of length", "float64"),
+    "y": ("likewise", "float64"),
+    "z": ("likewise", "float64"),
+    "value": ("the number; NaN for a place, or when the run failed", "float64"),
+    "status": ("empty when the run succeeded, else why it ended", "object"),
+    "force_evaluations": ("of the run, one for each stage and pass", "float64"),
+}
+
+
+def row(**values: Any) -> dict[str, Any]:
+    """One observation; what is not given is NaN, or empty for text. KeyError for another name."""
+    unknown = set(values) - set(COLUMNS)
+    if unknown:
+        raise KeyError(f"a tidy row has the columns {', '.join(COLUMNS)}; received {unknown}.")
+    blank = {name: float("nan") if kind == "float64" else "" for name, (_, kind) in COLUMNS.items()}
+    return {**blank, **values}
+
+
+def frame(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
+    """Rows as a frame with exactly the columns above, in their order and of their types."""
+    table = pd.DataFrame(list(rows), columns=list(COLUMNS))
+    return table.astype({name: kind for name, (_, kind) in COLUMNS.items()})
+
+
+def pick(table: pd.DataFrame, **where: Any) -> pd.DataFrame:
+    """The rows whose columns have these values; none when the frame is empty."""
+    if table.empty:
+        return frame([])
+    chosen = pd.Series(True, index=table.index)
+    for name, value in where.items():
+        chosen &= table[name] == value
+    return table[chosen]
+
+
+def series(table: pd.DataFrame, by: str, **where: Any) -> tuple[Array, Array]:
+    """(n increasing or step decreasing, values) of these rows, in the order of refinement."""
+    rows = pick(table, **where).sort_values(by, ascending=by == "n")
+    return rows[by].to_numpy(np.float64), rows["value"].to_numpy(np.float64)
+
+
+def number(table: pd.DataFrame, **where: Any) -> float:
+    """The one value of these rows; NaN when there is none. ValueError when there are several."""
+    values = pick(table, **where)["value"]
+    if len(values) > 1:
+        raise ValueError(f"expected one row with {where}; received {len(values)}.")
+    return float(values.iloc[0]) if len(values) else float("nan")

@@ -1,0 +1,144 @@
+"""Work-precision studies: what an error costs, for galvi's methods and for the peers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.arena import Arena, arenas
+from benchmarks.fronts import TRUTH, front, ratios
+from benchmarks.stopwatch import Timing, interleaved, warmed
+from galvi import Trajectory
+
+__all__ = ["COLUMNS", "front", "ratios", "work_precision"]
+
+COLUMNS = (
+    "problem",
+    "contender",
+    "settings",
+    "error",
+    "seconds",
+    "seconds_low",
+    "seconds_high",
+    "evaluations",
+    "steps",
+    "status",
+    "reference",
+)
+ROUNDS = 3
+
+
+@dataclass
+class _Entry:
+    """One setting of one contender, with what its first run left."""
+
+    contender: str
+    settings: str
+    call: Callable[[], Trajectory]
+    run: Trajectory | None = None
+    why: str = ""
+    warm: float = field(default=0.0)
+
+
+def work_precision(
+    quick: bool = False, report: Callable[[str], None] = lambda sentence: None
+) -> pd.DataFrame:
+    """One row for each problem, contender and setting.
+
+    error         largest distance of a body from the truth at the end, in the problem's unit of
+                  length; NaN for the truth itself and for a run that failed
+    seconds       median over rounds in which all settings take their turn; seconds_low and
+                  seconds_high are the fastest and the slowest round. galvi's table and the compiled
+                  kernels are ready; building REBOUND's simulation (below a millisecond) is included
+    evaluations   of the force at one configuration; NaN when the engine does not count
+    status        empty; 'truth'; a warning about the error; or why the run failed
+    reference     the truth, and how far it can be trusted
+    """
+    tables = [_study(arena, 0.02 if quick else 0.2, report) for arena in arenas(quick)]
+    return pd.concat(tables, ignore_index=True)
+
+
+def _study(arena: Arena, least: float, report: Callable[[str], None]) -> pd.DataFrame:
+    try:
+        truth = arena.truth()
+    except ModuleNotFoundError as error:
+        return _without_truth(arena, str(error))
+    entries = []
+    for label, contender, settings in arena.entries:
+        for setting in settings:
+            report(f"{arena.problem.name}: {label}, {_readable(setting)}")
+            entry = _Entry(
+                label, _readable(setting),
+                lambda c=contender, s=setting: c.run(arena.problem, arena.duration, s),
+            )  # fmt: skip
+            if contender.missing:
+                entry.why = contender.missing
+            else:
+                entry.run, entry.warm = warmed(entry.call)
+            entries.append(entry)
+    timed = [entry for entry in entries if entry.run is not None and entry.run.success]
+    report(f"{arena.problem.name}: {ROUNDS} rounds")
+    timings = dict(
+        zip(
+            map(id, timed),
+            interleaved([e.call for e in timed], ROUNDS, least, [e.warm for e in timed]),
+            strict=True,
+        )
+    )
+    return pd.DataFrame(
+        [_row(arena, entry, truth.end, truth, timings.get(id(entry))) for entry in entries],
+        columns=list(COLUMNS),
+    )
+
+
+def _without_truth(arena: Arena, why: str) -> pd.DataFrame:
+    """The study's rows when the engine of its truth is absent: nothing was measured."""
+    rows = [
+        {"problem": arena.problem.name, "contender": label, "settings": _readable(setting),
+         "status": why, "reference": why}
+        for label, _, settings in arena.entries
+        for setting in settings
+    ]  # fmt: skip
+    numbers = {name: "float64" for name in COLUMNS[3:9]}
+    return pd.DataFrame(rows, columns=list(COLUMNS)).astype(numbers)
+
+
+def _row(
+    arena: Arena, entry: _Entry, end: Any, truth: Any, timing: Timing | None
+) -> dict[str, Any]:
+    nan = float("nan")
+    counts: Mapping[str, int] = entry.run.counts if entry.run is not None else {}
+    error, status = nan, entry.why
+    if entry.run is not None and not entry.run.success:
+        status = entry.run.status
+    elif entry.run is not None and truth.is_from(entry.contender):
+        status = TRUTH
+    elif entry.run is not None:
+        error = float(np.max(np.linalg.norm(entry.run.q[-1] - end, axis=-1)))
+        if error < 10.0 * truth.error:
+            status = "The error is below ten times that of the truth: take it as a bound."
+    return {
+        "problem": arena.problem.name,
+        "contender": entry.contender,
+        "settings": entry.settings,
+        "error": error,
+        "seconds": timing.seconds if timing else nan,
+        "seconds_low": timing.low if timing else nan,
+        "seconds_high": timing.high if timing else nan,
+        "evaluations": float(counts.get("force_evaluations", nan)),
+        "steps": float(counts.get("steps", nan)),
+        "status": status,
+        "reference": truth.description,
+    }
+
+
+def _readable(setting: Mapping[str, Any]) -> str:
+    """E.g. 'step=8.0003 corrector=17'; what every run shares is left out."""
+    shown = {k: v for k, v in setting.items() if k not in ("save_every", "samples")}
+    return " ".join(
+        f"{k}={v:.5g}" if isinstance(v, float) else f"{k}={v}" for k, v in shown.items()
+    )

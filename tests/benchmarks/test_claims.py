@@ -1,0 +1,53 @@
+"""The claims have the verdicts expected of them, on the quick studies."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import pandas as pd
+import pytest
+
+import galvi
+from benchmarks.claim import Claim, Row
+from benchmarks.claims import CLAIMS
+from benchmarks.tidy import COLUMNS
+from benchmarks.verdicts import CONTRADICTED, EXCEEDS, HOLDS, NOT_RUN
+
+BY_ID = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
+
+
+def quick(claim: Claim) -> pd.DataFrame:
+    return claim.study(galvi.Galerkin, True, lambda sentence: None)
+
+
+def test_the_claims_are_numbered_without_a_gap() -> None:
+    assert [claim.id for claim in CLAIMS] == [f"V{k}" for k in range(1, len(CLAIMS) + 1)]
+
+
+@BY_ID
+def test_every_row_has_the_verdict_expected_of_it(claim: Claim) -> None:
+    frame = quick(claim)
+    assert tuple(frame.columns) == tuple(COLUMNS)
+    rows = claim.judge(frame)
+    different = [row for row in rows if row.verdict != row.expected]
+    assert different == []
+    assert rows == claim.judge(frame.sample(frac=1.0, random_state=1)), "judge depends on the order"
+    for row in rows:
+        assert row.id == claim.id
+        assert row.expected in (HOLDS, EXCEEDS, CONTRADICTED)
+        assert isinstance(row.measured, float)
+        assert row.uncertainty is None or row.uncertainty > 0.0
+        empty = [f.name for f in fields(Row) if getattr(row, f.name) == ""]
+        assert empty == []
+
+
+@BY_ID
+def test_nothing_measured_is_never_a_success(claim: Claim) -> None:
+    rows = claim.judge(pd.DataFrame())
+    assert rows and all(row.verdict == NOT_RUN for row in rows)
+
+
+@BY_ID
+def test_rows_of_a_claim_are_told_apart_by_their_quantity(claim: Claim) -> None:
+    quantities = [row.quantity for row in claim.judge(pd.DataFrame())]
+    assert len(set(quantities)) == len(quantities)

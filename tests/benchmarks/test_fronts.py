@@ -1,0 +1,76 @@
+"""Fronts keep what no other setting beats; ratios compare at matched error."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchmarks.fronts import NOT_REACHED, OURS, TRUTH, front, ratios, seconds_at
+
+
+def table(points: dict[str, list[tuple[float, float]]]) -> pd.DataFrame:
+    rows: list[dict[str, Any]] = [
+        {"problem": "p", "contender": name, "error": error, "seconds": seconds, "status": ""}
+        for name, some in points.items()
+        for error, seconds in some
+    ]
+    return pd.DataFrame(rows)
+
+
+POSITIVE = st.floats(1e-15, 1e3)
+
+
+@given(st.lists(st.tuples(POSITIVE, POSITIVE), min_size=1, max_size=20))
+def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other(
+    points: list[tuple[float, float]],
+) -> None:
+    kept = front(table({"a": points}))
+    ends = set(zip(kept["error"], kept["seconds"], strict=True))
+    assert kept["error"].is_monotonic_decreasing and kept["seconds"].is_monotonic_increasing
+    for point in points:
+        beaten = any(e <= point[0] and s <= point[1] for e, s in ends)
+        assert beaten
+    for end in ends:
+        assert not any((e < end[0] and s <= end[1]) or (e <= end[0] and s < end[1])
+                       for e, s in points)  # fmt: skip
+
+
+def test_times_are_interpolated_in_logarithms() -> None:
+    assert seconds_at([1e-2, 1e-6], [1.0, 4.0], 1e-4) == pytest.approx(2.0)
+    assert seconds_at([1e-2, 1e-6], [1.0, 4.0], 1.0) == 1.0
+    assert seconds_at([1e-2, 1e-6], [1.0, 4.0], 1e-6) == pytest.approx(4.0)
+    assert math.isnan(seconds_at([1e-2, 1e-6], [1.0, 4.0], 1e-7))
+    assert math.isnan(seconds_at([], [], 1e-7))
+
+
+def test_ratios_are_taken_to_the_fastest_method_of_galvi() -> None:
+    points = {
+        "galvi low": [(1e-2, 1.0), (1e-4, 8.0)],
+        "galvi high": [(1e-2, 3.0), (1e-8, 5.0)],
+        "peer": [(1e-2, 10.0), (1e-6, 40.0)],
+    }
+    found = ratios(table(points), [1e-2, 1e-8]).set_index(["contender", "error"])
+    assert found.loc[("peer", 1e-2), "ratio"] == pytest.approx(10.0)
+    assert found.loc[(OURS, 1e-8), "seconds"] == pytest.approx(5.0)
+    assert found.loc[("peer", 1e-8), "ratio"] == NOT_REACHED
+    assert found.loc[("galvi low", 1e-8), "ratio"] == NOT_REACHED
+
+
+def test_where_only_a_peer_gets_there_the_table_says_so() -> None:
+    found = ratios(table({"galvi": [(1e-2, 1.0)], "peer": [(1e-9, 2.0)]}), [1e-6])
+    said = found.set_index("contender")["ratio"]
+    assert said["galvi"] == NOT_REACHED
+    assert said["peer"] == f"galvi: {NOT_REACHED}"
+
+
+def test_a_run_that_failed_has_no_place_and_the_truth_stands_beside_the_front() -> None:
+    rows = table({"galvi": [(1e-2, 1.0), (math.nan, 0.1)], "truth": [(math.nan, 7.0)]})
+    rows.loc[rows["contender"] == "truth", "status"] = TRUTH
+    assert len(front(rows)) == 1
+    found = ratios(rows, [1e-1]).set_index("contender")
+    assert found.loc["truth", "ratio"] == pytest.approx(7.0)
