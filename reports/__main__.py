@@ -1,0 +1,9 @@
+"""``python -m reports [verify | compare | build]``."""
+
+import sys
+
+from reports.commands import run
+from reports.suite import load
+
+if __name__ == "__main__":
+    sys.exit(run(load, sys.argv[1:]))

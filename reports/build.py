@@ -1,0 +1,28 @@
+"""`build`: verify, compare, draw, and write the page."""
+
+from __future__ import annotations
+
+from reports.atomic import write
+from reports.compare import Compared, compare
+from reports.drawing import draw, save
+from reports.order import Order
+from reports.origins import note_origin
+from reports.page.content import content
+from reports.page.render import render
+from reports.suite import Suite
+from reports.verification import Checked
+from reports.verify import verify
+
+
+def build(suite: Suite, order: Order) -> tuple[list[Checked], Compared]:
+    """Everything, anew: no number on the page is older than this run."""
+    checked = verify(suite, order)
+    compared = compare(suite, order)
+    gallery = draw(checked, compared)
+    save(gallery, order.out / "figures")
+    provenance = dict(suite.provenance(order.command))
+    page = render(content(checked, compared, gallery, suite.claims, provenance, order))
+    write(order.out / "index.html", page)
+    note_origin(order.out, "index.html", provenance, order.quick)
+    print(f"The page is {order.out / 'index.html'}.")
+    return checked, compared

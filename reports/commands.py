@@ -1,0 +1,100 @@
+"""The command line: which words it knows, and the exit status.
+
+0  done, and every verdict is the expected one
+1  a verdict differs from the expected one, or something was not run
+2  a word was mistyped; nothing was run
+"""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from reports.order import OUT, Order
+from reports.suite import Suite
+from reports.usage import UsageError, choose_claims, sentence
+
+Load = Callable[[], Suite]
+QUICK = typer.Option(False, "--quick", help="Fewer and shorter runs: under a minute.")
+CLAIMS = typer.Option("", "--claims", metavar="V3,V5", help="Only these claims.")
+FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Where to write.")
+
+
+def application(load: Load, command: str) -> typer.Typer:
+    """The commands over the suite that `load` gives; each returns the exit status."""
+    app = typer.Typer(
+        add_completion=False,
+        rich_markup_mode=None,
+        help="Check the papers' claims, compare methods, and write tables, figures and a page.",
+    )
+
+    def order(suite: Suite, quick: bool, out: Path, claims: str = "") -> Order:
+        chosen = choose_claims(claims, [claim.id for claim in suite.claims])
+        if out.exists() and not out.is_dir():
+            raise typer.BadParameter(f"--out expects a folder; received the file {out}.")
+        return Order(quick, chosen, out, command)
+
+    @app.callback(invoke_without_command=True)
+    def everything(
+        context: typer.Context, quick: bool = QUICK, claims: str = CLAIMS, out: Path = FOLDER
+    ) -> int:
+        if context.invoked_subcommand is None:
+            return build_all(quick, claims, out)
+        given = [f"--{name}" for name, value in (("quick", quick), ("claims", claims)) if value]
+        given += ["--out"] if out != OUT else []
+        if given:
+            raise typer.BadParameter(
+                f"{' and '.join(given)} must follow the command, "
+                f"as in: {context.invoked_subcommand} {given[0]}."
+            )
+        return 0
+
+    @app.command("verify", help="Run the claims' checks; exit 1 when a verdict is unexpected.")
+    def verify_claims(quick: bool = QUICK, claims: str = CLAIMS, out: Path = FOLDER) -> int:
+        from reports.verify import verdicts, verify
+
+        suite = load()
+        return int(not verdicts(verify(suite, order(suite, quick, out, claims))).as_expected)
+
+    @app.command("compare", help="Time methods and peers at matched error.")
+    def compare_methods(quick: bool = QUICK, out: Path = FOLDER) -> int:
+        from reports.compare import compare
+
+        suite = load()
+        failures = compare(suite, order(suite, quick, out)).failures
+        for failure in failures:
+            print(failure, file=sys.stderr)
+        return int(bool(failures))
+
+    @app.command("build", help="Both, with figures and the page (what no command does, too).")
+    def build_all(quick: bool = QUICK, claims: str = CLAIMS, out: Path = FOLDER) -> int:
+        from reports.build import build
+        from reports.verify import verdicts
+
+        suite = load()
+        checked, compared = build(suite, order(suite, quick, out, claims))
+        for failure in compared.failures:
+            print(failure, file=sys.stderr)
+        return int(not verdicts(checked).as_expected or bool(compared.failures))
+
+    return app
+
+
+def run(load: Load, arguments: Sequence[str]) -> int:
+    """Do what the arguments ask; the exit status. Usage errors become one sentence on stderr."""
+    command = shlex.join(["python", "-m", "reports", *arguments])
+    app: Any = application(load, command)
+    try:
+        status = app(list(arguments), prog_name="python -m reports", standalone_mode=False)
+    except UsageError as error:
+        print(sentence(error, [one.name for one in app.registered_commands]), file=sys.stderr)
+        return 2
+    except (KeyboardInterrupt, typer.Abort):
+        print("Interrupted; the files of finished parts are whole.", file=sys.stderr)
+        return 130
+    return int(status or 0)

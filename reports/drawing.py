@@ -1,0 +1,94 @@
+"""Pictures of everything that was measured, and a sentence for each that could not be drawn."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from reports.atomic import write
+from reports.compare import Compared
+from reports.figures.catalogue import FIGURES
+from reports.figures.figure import Figure, Picture, picture
+from reports.figures.step_cost import step_cost
+from reports.figures.work_precision import work_precision
+from reports.numerals import capital
+from reports.verification import Checked
+
+
+@dataclass(frozen=True, eq=False)
+class Gallery:
+    """Pictures by the name of their figure, and why others are missing, likewise."""
+
+    pictures: dict[str, Picture]
+    missing: dict[str, str]
+
+
+def slug(problem: str) -> str:
+    """The name of a problem's figure."""
+    return "work-precision-" + re.sub(r"[^a-z0-9]+", "-", problem.lower()).strip("-")
+
+
+def comparison_figure(problem: str, contenders: Sequence[str]) -> Figure:
+    """Errors against times on one problem; each of the contenders has its look on all problems."""
+    return Figure(
+        name=slug(problem),
+        title=f"{capital(problem)}: error against time",
+        draw=work_precision,
+        options={
+            "ylabel": "error of the position at the end",
+            "contenders": tuple(contenders),
+        },
+        caption="In the problem's unit of length. Medians, with the fastest and the slowest round. "
+        "Blue: galvi; dashed: peers; hollow: runs that another of the same contender beats. Where "
+        "a peer's run serves as the truth, a dotted upright line marks its time.",
+        size=(6.4, 4.8),
+    )
+
+
+COST_FIGURE = Figure(
+    name="step-cost",
+    title="Time for one step",
+    draw=step_cost,
+    caption="Of galvi's methods, at steps of the length they are meant for.",
+    size=(6.4, 4.6),
+)
+
+
+def draw(checked: Sequence[Checked], compared: Compared) -> Gallery:
+    """Every figure of the catalogue, one for each compared problem, one of the costs."""
+    gallery = Gallery({}, {})
+    for figure in FIGURES:
+        source = figure.read(checked)
+        _add(gallery, figure, None if source is None else source.frame)
+    if compared.work_precision is not None:
+        contenders = compared.work_precision["contender"].drop_duplicates()
+        for problem, runs in compared.work_precision.groupby("problem", sort=False):
+            _add(gallery, comparison_figure(str(problem), contenders), runs)
+    _add(gallery, COST_FIGURE, compared.cost)
+    return gallery
+
+
+def save(gallery: Gallery, folder: Path) -> None:
+    """NAME.svg and NAME.png; what an earlier build left of a figure that is missing now goes."""
+    for name, one in gallery.pictures.items():
+        write(folder / f"{name}.svg", one.svg)
+        write(folder / f"{name}.png", one.png)
+    for name in gallery.missing:
+        for kind in ("svg", "png"):
+            (folder / f"{name}.{kind}").unlink(missing_ok=True)
+
+
+def _add(gallery: Gallery, figure: Figure, frame: pd.DataFrame | None) -> None:
+    heading = figure.source or figure.title
+    if frame is None:
+        gallery.missing[figure.name] = f"{heading} is not drawn: what it shows was not run."
+        return
+    try:
+        gallery.pictures[figure.name] = picture(figure, frame)
+    except Exception as error:
+        why = str(error) or type(error).__name__
+        gallery.missing[figure.name] = f"{heading} is not drawn: {why}"

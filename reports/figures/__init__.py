@@ -1,0 +1,1 @@
+"""Figures: what each shows as data, and one function for each kind of plot."""

@@ -1,0 +1,187 @@
+"""The figures of H in V1 to V9 (2.3 to 2.14), each as data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from benchmarks.claims import v1, v2, v3, v4, v5, v6, v7, v9
+from benchmarks.claims.kepler_orbit import FLOOR
+from reports.figures.convergence import convergence_in_h, convergence_in_n
+from reports.figures.figure import Figure
+from reports.figures.history import history
+from reports.figures.orbits import orbits
+from reports.figures.rate import Rate
+
+N = "n-refinement"
+HOLLOW = (
+    "Solid line: fit over the filled points; hollow points are not small yet, unstable or round-off"
+)
+DASHED = f"{HOLLOW}; dashed, a little above: the rate claimed."
+POSITION = "largest error of the position"
+RELATIVE_ENERGY = "largest relative energy error"
+RELATIVE_MOMENTUM = "largest relative error of angular momentum"
+
+
+def _orders(
+    study: str,
+    quantity: str,
+    ns: tuple[int, ...],
+    floor: float,
+    claimed: Callable[[int], float | None],
+) -> tuple[Rate, ...]:
+    return tuple(Rate(study, quantity, f"$n={n}$", floor, claimed=claimed(n), n=n) for n in ns)
+
+
+def _in_h(name: str, number: str, what: str, claim: str, how: str, ylabel: str, rates: tuple):
+    return Figure(
+        name=name,
+        source=f"H fig. {number}",
+        title=f"{what}, {how}",
+        claims=(claim,),
+        draw=convergence_in_h,
+        options={"rates": rates, "ylabel": ylabel},
+        caption=f"Kepler, e = 0.6, h-refinement. {DASHED if rates[0].claimed else HOLLOW + '.'}",
+        size=(6.4, 4.4),
+    )
+
+
+def _ceiling(n: int) -> float:
+    return 2.0 * math.ceil(n / 2)
+
+
+def _half(n: int) -> float:
+    return n / 2 + 2
+
+
+def _unclaimed(n: int) -> None:
+    return None
+
+
+FIGURES: tuple[Figure, ...] = (
+    Figure(
+        name="fig-2-03",
+        source="H fig. 2.3",
+        title="Harmonic oscillator, 100 steps of h = 20",
+        claims=("V1",),
+        draw=convergence_in_n,
+        options={
+            "rates": (
+                Rate(N, "one-step error", "one-step", v1.FLOOR),
+                Rate(N, "curve error", "curve", v1.FLOOR),
+            ),
+            "ylabel": POSITION,
+            "top": 1e2,
+        },
+        caption=f"A step is three periods long. {HOLLOW}.",
+    ),
+    Figure(
+        name="fig-2-04",
+        source="H fig. 2.4",
+        title="Harmonic oscillator: energy error, 100 steps of h = 20",
+        claims=("V2",),
+        draw=convergence_in_n,
+        options={
+            "rates": (Rate(N, v2.QUANTITY, "energy", v2.FLOOR),),
+            "ylabel": RELATIVE_ENERGY,
+            "top": 1e2,
+        },
+        caption=f"{HOLLOW}.",
+    ),
+    Figure(
+        name="fig-2-05",
+        source="H fig. 2.5",
+        title=f"Harmonic oscillator: energy error in time, n = {v2.WATCHED}, h = 20",
+        claims=("V2",),
+        draw=history,
+        options={"quantity": v2.QUANTITY, "ylabel": "relative energy error"},
+        caption="At step ends. What grows with time leaves the band.",
+    ),
+    Figure(
+        name="fig-2-06",
+        source="H fig. 2.6",
+        title="Kepler, e = 0.6, 100 steps of h = 2",
+        claims=("V4", "V3"),
+        draw=convergence_in_n,
+        options={
+            "rates": (
+                Rate(N, "one-step error", "one-step", FLOOR, claimed=v3.CLAIMED),
+                Rate(N, "curve error", "curve", FLOOR, claimed=v4.CLAIMED, start=v4.FROM),
+            ),
+            "ylabel": POSITION,
+        },
+        caption=f"{DASHED} The curve's own, slower rate shows once the error that accumulates at "
+        "step ends is below it.",
+        size=(6.4, 4.4),
+    ),
+    *(
+        Figure(
+            name=f"fig-2-0{number}",
+            source=f"H fig. 2.{number}",
+            title=f"Kepler, e = 0.6: {quantity}, 100 steps of h = 2",
+            claims=("V5",),
+            draw=convergence_in_n,
+            options={
+                "rates": (Rate(N, quantity, "curve", FLOOR, claimed=v5.CLAIMED),),
+                "ylabel": ylabel,
+            },
+            caption=DASHED,
+        )
+        for (quantity, (_, _)), number, ylabel in zip(
+            v5.SOURCES.items(), (7, 8), (RELATIVE_ENERGY, RELATIVE_MOMENTUM), strict=True
+        )
+    ),
+    *(
+        _in_h(name, "2.9", "Kepler: one-step error", "V6", how, POSITION,
+              _orders(study, "one-step error", v6.NS, v6.FLOOR, _ceiling))
+        for name, how, study in (
+            ("fig-2-09", "10 steps", v6.FIXED_NUMBER),
+            ("fig-2-09-fixed-time", "fixed final time T = 2", v6.FIXED_TIME),
+        )
+    ),
+    *(
+        _in_h(name, "2.10", "Kepler: energy along the curve", "V7", how, RELATIVE_ENERGY,
+              _orders(study, v7.ENERGY, v7.NS, v7.FLOOR, _unclaimed))
+        for name, how, study in (
+            ("fig-2-10", "10 steps", "h-refinement, 10 steps"),
+            ("fig-2-10-fixed-time", "fixed final time T = 2", v7.FIXED_TIME),
+        )
+    ),
+    *(
+        _in_h(name, "2.11", "Kepler: angular momentum along the curve", "V7", how,
+              RELATIVE_MOMENTUM, _orders(study, v7.ANGULAR, v7.NS, v7.FLOOR, _half))
+        for name, how, study in (
+            ("fig-2-11", "100 steps", "h-refinement, 100 steps"),
+            ("fig-2-11-fixed-time", "fixed final time T = 2", v7.FIXED_TIME),
+        )
+    ),
+    *(
+        Figure(
+            name=f"fig-2-{number}",
+            source=f"H fig. 2.{number}",
+            title=f"Kepler: {quantity} in time, n = 8, h = 2, 1000 steps",
+            claims=("V8",),
+            draw=history,
+            options={"quantity": quantity, "ylabel": f"relative {quantity}"},
+            caption="At step ends, from (q, p). What grows with time leaves the band for good; "
+            "round-off wanders about it.",
+        )
+        for quantity, number in (("energy error", 12), ("angular momentum error", 13))
+    ),
+    Figure(
+        name="fig-2-14",
+        source="H fig. 2.14",
+        title=f"Inner planets from 2000-01-01, {v9.STEPS} steps of {v9.STEP:g} days, n = {v9.N}",
+        claims=("V9",),
+        draw=orbits,
+        options={
+            "curve": "position on the curve",
+            "ends": "position at step ends",
+            "bodies": v9.INNER,
+            "centre": "Sun",
+        },
+        caption="Lines: the Galerkin curves; dots: the ends of the steps, farther apart than a "
+        "year of Mercury. Places are relative to the Sun, in the equatorial plane of the ICRF.",
+        size=(6.0, 6.0),
+    ),
+)  # fmt: skip

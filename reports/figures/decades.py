@@ -1,0 +1,26 @@
+"""Ticks of logarithmic axes that can be read."""
+
+from __future__ import annotations
+
+from matplotlib.axis import Axis
+from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
+
+
+def decades(axis: Axis, most: int = 9) -> None:
+    """At most so many ticks, each a power of ten, and no minor ones."""
+    axis.set_major_locator(LogLocator(base=10.0, numticks=most))
+    axis.set_minor_locator(NullLocator())
+
+
+def round_numbers(axis: Axis) -> None:
+    """Ticks at 1, 2 and 5 of each decade, written out: for axes of a few decades."""
+    axis.set_major_locator(LogLocator(base=10.0, subs=(1.0, 2.0, 5.0), numticks=20))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_locator(NullLocator())
+    axis.set_minor_formatter(NullFormatter())
+
+
+def readable(axis: Axis) -> None:
+    """Round numbers where the axis spans less than three decades, powers of ten where more."""
+    low, high = sorted(axis.get_view_interval())
+    (round_numbers if high < 1000.0 * low else decades)(axis)

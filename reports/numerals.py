@@ -1,0 +1,61 @@
+"""Numbers as a reader wants them: few digits, powers of ten, nothing where nothing is known."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+NARROW_SPACE = "\u202f"
+MINUS = "\u2212"
+TIMES = "\u2009\u00d7"
+
+
+def known(number: Any) -> bool:
+    """Whether this is a finite number; None, NaN and infinities are not."""
+    return isinstance(number, (int, float)) and math.isfinite(number)
+
+
+def capital(text: str) -> str:
+    """With a capital at the beginning, the rest as it is."""
+    return text[:1].upper() + text[1:]
+
+
+def readable(number: Any, digits: int = 3) -> str:
+    """0.553, 12.4, 3.1·10⁻¹⁰; "" for what is not known."""
+    if not known(number):
+        return ""
+    if number == 0:
+        return "0"
+    mantissa, exponent = f"{number:.{digits - 1}e}".split("e")
+    power = int(exponent)
+    if -3 <= power < 5:
+        rounded = float(f"{number:.{digits - 1}e}")
+        return f"{rounded:.{max(0, digits - 1 - power)}f}".replace("-", MINUS)
+    return f"{mantissa}·10{str(power).translate(SUPERSCRIPT)}".replace("-", MINUS)
+
+
+def plain(number: Any, digits: int = 3) -> str:
+    """The same for a terminal or Markdown, in ASCII: 0.553, 3.1e-10; "" for what is not known."""
+    if not known(number):
+        return ""
+    return f"{number:.{digits}g}"
+
+
+def with_uncertainty(number: Any, uncertainty: Any) -> str:
+    """0.5534 ± 0.0012: the number to the place of the uncertainty's second digit."""
+    if not known(number) or not known(uncertainty) or not uncertainty > 0:
+        return readable(number)
+    second_digit = 1 - math.floor(math.log10(uncertainty))
+    if not 0 <= second_digit <= 6:
+        return f"{readable(number)} ± {readable(uncertainty, 2)}"
+    return f"{number:.{second_digit}f} ± {uncertainty:.{second_digit}f}".replace("-", MINUS)
+
+
+def seconds(number: Any) -> str:
+    """A time with its unit: 3.2 ms, 1.25 s; "" for what is not known."""
+    if not known(number):
+        return ""
+    units = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6))
+    unit, size = next((one for one in units if abs(number) >= one[1]), units[-1])
+    return f"{readable(number / size)}{NARROW_SPACE}{unit}"

@@ -1,0 +1,43 @@
+"""index.html from what was measured: figures and style inside it, nothing fetched, no scripts."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from benchmarks.claim import Row
+from reports.figures.figure import Picture
+from reports.numerals import seconds, with_uncertainty
+from reports.page.typeset import typeset
+
+HERE = Path(__file__).parent
+
+
+def render(content: dict[str, Any]) -> str:
+    """Fill the template; a name that the content lacks is an error."""
+    environment = Environment(
+        loader=FileSystemLoader(HERE),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters.update(
+        data_uri=_data_uri, measured=_measured, seconds=seconds, typeset=typeset
+    )
+    environment.globals["zip"] = zip
+    css = (HERE / "page.css").read_text(encoding="utf-8")
+    return environment.get_template("page.html.j2").render(css=Markup(css), **content)
+
+
+def _data_uri(picture: Picture) -> str:
+    return "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode()
+
+
+def _measured(row: Row) -> str:
+    """The number with its uncertainty; "not run" where there is none."""
+    return with_uncertainty(row.measured, row.uncertainty) or "not run"

@@ -1,0 +1,90 @@
+"""A claim on the page: its pictures beside its rows, with what they share said once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from benchmarks.claim import Claim, Row
+from reports.drawing import Gallery
+from reports.figures.catalogue import FIGURES
+from reports.figures.figure import Picture
+from reports.verification import Checked
+
+TOLD = {
+    "claimed": "claimed",
+    "bound": "bound",
+    "setup": "set-up",
+    "reference": "reference",
+    "source": "source",
+}
+MANY = 6  # rows from which they are a table below the pictures
+
+
+@dataclass(frozen=True)
+class Section:
+    """What the template shows of a claim.
+
+    headings  of what differs between rows
+    checks    each row with its texts under these headings
+    shared    what is told of all rows, (heading, text)
+    undrawn   a sentence for each picture that is missing
+    many      whether the rows are a table below the pictures
+    """
+
+    claim: Claim
+    headings: tuple[str, ...]
+    checks: tuple[tuple[Row, tuple[str, ...]], ...]
+    shared: tuple[tuple[str, str], ...]
+    seconds: float
+    pictures: tuple[Picture, ...]
+    undrawn: tuple[str, ...]
+    many: bool
+
+
+def section(one: Checked, gallery: Gallery) -> Section:
+    """Pictures are those that draw from the claim, or that the claim names as its own."""
+    names = [
+        figure.name
+        for figure in FIGURES
+        if one.claim.id in figure.claims or figure.source in one.claim.figures
+    ]
+    shared, own = {}, {}
+    for name, heading in TOLD.items():
+        same, texts = told_once([getattr(row, name) for row in one.rows])
+        shared |= {heading: same} if same else {}
+        own |= {heading: texts} if any(texts) else {}
+    return Section(
+        claim=one.claim,
+        headings=tuple(own),
+        checks=tuple(
+            (row, tuple(texts[k] for texts in own.values())) for k, row in enumerate(one.rows)
+        ),
+        shared=tuple(shared.items()),
+        seconds=one.seconds,
+        pictures=tuple(gallery.pictures[name] for name in names if name in gallery.pictures),
+        undrawn=tuple(gallery.missing[name] for name in names if name in gallery.missing),
+        many=len(one.rows) >= MANY,
+    )
+
+
+def reasons(rows: Sequence[Row]) -> list[tuple[Row, int]]:
+    """Each row with the number of lines its reason spans; 0 where the one above tells it."""
+    spans: list[int] = []
+    start = 0
+    for k, row in enumerate(rows):
+        if k and (row.id, row.reason) == (rows[start].id, rows[start].reason):
+            spans.append(0)
+            spans[start] += 1
+        else:
+            spans.append(1)
+            start = k
+    return list(zip(rows, spans, strict=True))
+
+
+def told_once(texts: Sequence[str]) -> tuple[str, list[str]]:
+    """The parts, separated by semicolons, that all texts have, and what is left of each."""
+    parts = [text.split("; ") for text in texts]
+    same = [part for part in parts[0] if all(part in other for other in parts)] if parts else []
+    rest = ["; ".join(part for part in one if part not in same) for one in parts]
+    return "; ".join(same), rest

@@ -1,0 +1,37 @@
+"""Plain-text mathematics as a page shows it: x^2 raised, 1e-9 as a power of ten, no broken sums."""
+
+from __future__ import annotations
+
+import re
+
+from markupsafe import Markup, escape
+
+POWER = re.compile(r"\^(\((?:[^()]|\([^()]*\))*\)|-?[A-Za-z0-9./*]*[A-Za-z0-9])")
+TEN = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)(?!\w)")
+JOINED = re.compile(r"(?<=[\w)\]|]) ([+=/*±≤≥]|&lt;|&gt;) (?=[\w(\[|]|-\d)")
+LESS = re.compile(r"(?<![A-Za-z]{2}) - (?=[\w(\[|])")
+UNBROKEN = "\u00a0"
+MINUS = "\u2212"
+
+
+def typeset(text: str) -> Markup:
+    """Escaped, then with powers raised and signs in place; anything else stays as it is."""
+    html = str(escape(text))
+    html = html.replace("&#39;", "'").replace("fig. ", f"fig.{UNBROKEN}").replace(" -+ ", " ± ")
+    html = html.replace("&lt;= ", "≤ ").replace("&gt;= ", "≥ ")
+    html = JOINED.sub(rf"{UNBROKEN}\1{UNBROKEN}", html)
+    html = LESS.sub(f"{UNBROKEN}{MINUS}{UNBROKEN}", html)
+    html = TEN.sub(_ten, html)
+    return Markup(POWER.sub(_raised, html))
+
+
+def _raised(match: re.Match[str]) -> str:
+    inside = match.group(1)
+    if inside.startswith("("):
+        inside = inside[1:-1]
+    return f"<sup>{inside.replace('-', MINUS)}</sup>"
+
+
+def _ten(match: re.Match[str]) -> str:
+    digits, power = match.group(1), str(int(match.group(2))).replace("-", MINUS)
+    return f"10<sup>{power}</sup>" if digits == "1" else f"{digits}·10<sup>{power}</sup>"

@@ -1,0 +1,42 @@
+"""A table in three forms: CSV to compute with, Markdown and LaTeX to read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from reports.atomic import write
+from reports.numerals import plain
+
+
+def as_csv(frame: pd.DataFrame) -> str:
+    """Numbers in full, so that reading them back gives the same ones."""
+    return frame.to_csv(index=False, lineterminator="\n")
+
+
+def write_table(
+    folder: Path, name: str, frame: pd.DataFrame, read: pd.DataFrame | None = None
+) -> None:
+    """Write name.csv from frame, name.md and name.tex from `read` (default: frame, few digits)."""
+    shown = _text(frame if read is None else read)
+    write(folder / f"{name}.csv", as_csv(frame))
+    escaped = shown.map(lambda cell: cell.replace("|", "\\|"))
+    markdown = escaped.to_markdown(index=False, disable_numparse=True)
+    write(folder / f"{name}.md", f"{markdown}\n")
+    write(folder / f"{name}.tex", shown.to_latex(index=False, escape=True))
+
+
+def _text(frame: pd.DataFrame) -> pd.DataFrame:
+    """Every cell as text; what is not known is empty."""
+    return frame.map(_cell).astype(object)
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value)
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return plain(value)
+    return "" if value is None or value is pd.NA else str(value)

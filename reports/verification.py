@@ -1,0 +1,86 @@
+"""Run the studies of the claims and judge them; a study that raises spoils its own claim only."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import pandas as pd
+
+from benchmarks.claim import Claim, Row
+from benchmarks.tidy import frame
+from reports.progress import Studies
+
+NOT_RUN = "not run"
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """A claim with what came of it.
+
+    frame    the study's tidy frame; None when the study raised
+    rows     the judge's rows; those of a claim whose study raised are "not run", with the exception
+    seconds  the study took
+    """
+
+    claim: Claim
+    frame: pd.DataFrame | None
+    rows: tuple[Row, ...]
+    seconds: float
+
+
+def check(claims: Iterable[Claim], make_method: Any, quick: bool) -> list[Checked]:
+    """Study and judge each claim; progress on stderr."""
+    claims = tuple(claims)
+    with Studies(len(claims)) as studies:
+        return [_check(claim, make_method, quick, studies) for claim in claims]
+
+
+def _check(claim: Claim, make_method: Any, quick: bool, studies: Studies) -> Checked:
+    start = time.perf_counter()
+    measured = None
+    try:
+        with studies(claim.id, claim.title) as report:
+            measured = claim.study(make_method, quick, report)
+            rows = tuple(_explained(row, measured) for row in claim.judge(measured))
+    except Exception as error:
+        rows = _spoiled(claim, error)
+    return Checked(claim, measured, rows, time.perf_counter() - start)
+
+
+def _explained(row: Row, measured: pd.DataFrame) -> Row:
+    """A row that could not be judged tells what its study's runs say of it; others stay."""
+    if row.verdict != NOT_RUN or row.expected == NOT_RUN:
+        return row
+    said = dict.fromkeys(text for text in measured.get("status", ()) if text)
+    why = " ".join(said) or "There are too few numbers to judge by."
+    return replace(row, reason=f"{why} Expected was {row.expected}: {row.reason}")
+
+
+def _spoiled(claim: Claim, error: Exception) -> tuple[Row, ...]:
+    """The rows that the claim has when nothing was measured, with what the exception says."""
+    why = f"{type(error).__name__}: {' '.join(str(error).split()) or 'no message'}"
+    try:
+        rows = claim.judge(frame([]))
+    except Exception:
+        rows = []
+    blank = Row(
+        id=claim.id,
+        quantity=claim.title,
+        source="",
+        setup="",
+        claimed="",
+        bound="",
+        measured=None,
+        uncertainty=None,
+        expected="",
+        reason="",
+        reference="",
+        verdict=NOT_RUN,
+    )
+    return tuple(
+        replace(row, measured=None, uncertainty=None, verdict=NOT_RUN, reason=why)
+        for row in rows or [blank]
+    )

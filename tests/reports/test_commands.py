@@ -1,0 +1,153 @@
+"""The command line: exit statuses, what is written, one sentence for what was mistyped."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from reports.commands import run
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_verify_exits_0_when_every_verdict_is_the_expected_one(make_suite, tmp_path, capsys):
+    assert run(make_suite, ["verify", "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr()
+    assert "1 claim in 1 check: 1 holds; every verdict is the expected one." in printed.out
+    assert printed.err.startswith("[1/1] V1 title of V1: ")
+    assert len(printed.err.splitlines()) == 1
+
+
+def test_verify_exits_1_when_a_verdict_differs(make_suite, make_claim, make_row, tmp_path, capsys):
+    wrong = make_claim("V1", (make_row(verdict="contradicted"), make_row()))
+    assert run(lambda: make_suite(wrong), ["verify", "--out", str(tmp_path)]) == 1
+    assert "1 differs from what was expected (V1)." in capsys.readouterr().out
+
+
+def test_an_expected_contradiction_is_a_success(make_suite, make_claim, make_row, tmp_path):
+    false = make_claim("V1", (make_row(verdict="contradicted", expected="contradicted"),))
+    assert run(lambda: make_suite(false), ["verify", "--out", str(tmp_path)]) == 0
+
+
+def test_a_study_that_raises_spoils_its_own_claim_only(make_suite, make_claim, tmp_path, capsys):
+    broken = make_claim("V1", raises=RuntimeError("no engine here"))
+    suite = make_suite(broken, make_claim("V2"))
+    assert run(lambda: suite, ["verify", "--out", str(tmp_path)]) == 1
+    rows = pd.read_csv(tmp_path / "claims.csv", keep_default_na=False)
+    assert list(rows["verdict"]) == ["not run", "holds"]
+    assert list(rows["measured"]) == ["", "0.25"]
+    assert rows["reason"][0] == "RuntimeError: no engine here"
+    assert list(rows["expected"]) == ["holds", "holds"]
+    assert "V1 base of the error was not run: RuntimeError: no engine" in capsys.readouterr().out
+
+
+def test_a_row_that_was_not_run_is_listed_and_not_green(
+    make_suite, make_claim, make_row, tmp_path, capsys
+):
+    absent = make_row(verdict="not run", measured=float("nan"), reason="REBOUND is not installed.")
+    suite = make_suite(make_claim("V1", (absent,)))
+    assert run(lambda: suite, ["verify", "--out", str(tmp_path)]) == 1
+    printed = capsys.readouterr().out
+    assert "was not run: There are too few numbers to judge by. Expected was holds:" in printed
+    assert "REBOUND is not installed." in printed.replace("\n", " ")
+    assert "nan" not in printed
+
+
+def test_only_the_chosen_claims_run(make_suite, make_claim, tmp_path):
+    suite = make_suite(*(make_claim(name) for name in ("V1", "V2", "V3")))
+    assert run(lambda: suite, ["verify", "--claims", "V3,V1", "--out", str(tmp_path)]) == 0
+    assert list(pd.read_csv(tmp_path / "claims.csv")["id"]) == ["V1", "V3"]
+
+
+def test_compare_writes_both_tables_and_their_origin(make_suite, tmp_path):
+    assert run(make_suite, ["compare", "--quick", "--out", str(tmp_path)]) == 0
+    assert len(pd.read_csv(tmp_path / "work_precision.csv")) == 6
+    assert len(pd.read_csv(tmp_path / "cost.csv")) == 2
+    origins = json.loads((tmp_path / "provenance.json").read_text())
+    assert set(origins) == {"work_precision.csv", "cost.csv"}
+    assert origins["cost.csv"]["setting"] == "quick"
+    assert origins["cost.csv"]["command"].startswith("python -m reports compare --quick")
+
+
+def test_a_comparison_that_raises_is_named_and_leaves_the_other(make_suite, tmp_path, capsys):
+    def broken(quick, report):
+        raise ValueError("the clock stopped")
+
+    suite = make_suite(work_precision=broken)
+    assert run(lambda: suite, ["compare", "--out", str(tmp_path)]) == 1
+    assert "work-precision: not run (ValueError: the clock stopped)." in capsys.readouterr().err
+    assert (tmp_path / "cost.csv").exists()
+    assert not (tmp_path / "work_precision.csv").exists()
+
+
+@pytest.mark.parametrize("words", [[], ["build"]])
+def test_no_command_means_build(make_suite, tmp_path, words):
+    assert run(make_suite, [*words, "--out", str(tmp_path)]) == 0
+    for name in ("claims.csv", "work_precision.csv", "cost.csv", "provenance.json", "index.html"):
+        assert (tmp_path / name).stat().st_size > 0
+    for table in ("claims", "convergence", "ratios", "choices", "cost"):
+        for kind in ("csv", "md", "tex"):
+            assert (tmp_path / "tables" / f"{table}.{kind}").stat().st_size > 0
+    for kind in ("svg", "png"):
+        assert (tmp_path / "figures" / f"fig-2-03.{kind}").stat().st_size > 0
+    assert (tmp_path / "frames" / "V1.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "nearest"),
+    [
+        (["vrify"], "verify"),
+        (["zzz"], "build"),
+        (["verify", "--qick"], "--quick"),
+        (["--qick"], "--quick"),
+        (["verify", "--xyz"], "--out"),
+        (["verify", "--claims", "V33"], "V3"),
+        (["build", "--claims", "W1,V3"], "V1"),
+        (["compare", "--clams", "V1"], "--quick"),
+    ],
+)
+def test_a_mistyped_word_gives_status_2_and_names_the_nearest(
+    make_suite, make_claim, tmp_path, monkeypatch, capsys, words, nearest
+):
+    monkeypatch.chdir(tmp_path)
+    suite = make_suite(make_claim("V1"), make_claim("V3"))
+    assert run(lambda: suite, words) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert len(printed.err.splitlines()) == 1
+    assert "did you mean" in printed.err
+    if words != ["zzz"] and "--xyz" not in words and "--clams" not in words:
+        assert repr(nearest) in printed.err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["verify", "--claims", ","], ["verify", "--out"], ["--quick", "verify"], ["verify", "x"]],
+)
+def test_other_misuse_gives_status_2_and_one_sentence(make_suite, words, capsys):
+    assert run(make_suite, words) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_an_out_that_is_a_file_is_refused(make_suite, tmp_path, capsys):
+    (tmp_path / "file").write_text("mine")
+    assert run(make_suite, ["verify", "--out", str(tmp_path / "file")]) == 2
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_the_module_is_the_command_and_help_succeeds():
+    def python(*words: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "reports", *words]
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+
+    wrong, help = python("biuld"), python("--help")
+    assert (wrong.returncode, help.returncode) == (2, 0)
+    assert "did you mean 'build'" in wrong.stderr
+    for word in ("verify", "compare", "build", "--quick", "--claims", "--out"):
+        assert word in help.stdout

@@ -1,0 +1,80 @@
+"""Every figure of the catalogue draws, from good frames and from bad ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.claims import CLAIMS
+from benchmarks.tidy import frame
+from reports.drawing import COST_FIGURE, comparison_figure
+from reports.figures.catalogue import FIGURES
+from reports.figures.end_labels import spread
+from reports.figures.figure import picture
+from reports.figures.nothing import NothingToDraw
+from reports.figures.palette import contender_looks, looks
+
+NAMES = [figure.name for figure in FIGURES]
+
+
+@pytest.mark.parametrize("figure", FIGURES, ids=NAMES)
+def test_a_figure_draws_without_warnings(figure, drawn_frames):
+    drawn = picture(figure, drawn_frames[figure.name])
+    assert drawn.svg.startswith(b"<?xml") and drawn.png.startswith(b"\x89PNG")
+    assert drawn.title.startswith(figure.source)
+
+
+@pytest.mark.parametrize("figure", FIGURES, ids=NAMES)
+def test_a_figure_of_failed_runs_says_that_there_is_nothing_to_draw(figure, drawn_frames):
+    failed = drawn_frames[figure.name].assign(value=np.nan, x=np.nan, y=np.nan)
+    for table in (failed, frame([])):
+        with pytest.raises(NothingToDraw):
+            picture(figure, table)
+
+
+def test_the_same_frame_gives_the_same_bytes(drawn_frames):
+    first, again = (picture(FIGURES[0], drawn_frames[NAMES[0]]) for _ in range(2))
+    assert (first.svg, first.png) == (again.svg, again.png)
+
+
+def test_every_figure_of_the_claims_is_drawn_once_at_least():
+    assert {source for claim in CLAIMS for source in claim.figures} == {f.source for f in FIGURES}
+    assert {f"H fig. 2.{k}" for k in range(3, 15)} == {figure.source for figure in FIGURES}
+    assert {name for figure in FIGURES for name in figure.claims} <= {c.id for c in CLAIMS}
+    assert len(set(NAMES)) == len(NAMES)
+
+
+@pytest.mark.parametrize("figure", FIGURES, ids=NAMES)
+def test_the_rate_beside_a_line_is_the_one_that_the_claim_states(figure, drawn_frames):
+    table = drawn_frames[figure.name]
+    judge = next(claim.judge for claim in CLAIMS if claim.id == figure.claims[0])
+    stated = [row.measured for row in judge(table) if row.measured is not None]
+    for rate in figure.options.get("rates", ()):
+        if figure.name == "fig-2-06" and rate.quantity == "one-step error":
+            continue  # V3 states it
+        assert rate.fit(table).rate in stated
+
+
+def test_comparisons_and_costs_draw_without_warnings(make_suite):
+    suite = make_suite()
+    runs = suite.work_precision(True, print)
+    assert picture(comparison_figure("kepler e=0.6", list(runs["contender"])), runs).svg
+    assert picture(COST_FIGURE, suite.cost(True, print)).svg
+    with pytest.raises(NothingToDraw):
+        picture(comparison_figure("kepler", ["a"]), runs[runs["status"] == "truth"])
+    with pytest.raises(NothingToDraw):
+        picture(COST_FIGURE, suite.cost(True, print).tail(1))
+
+
+def test_no_two_contenders_look_alike():
+    names = [f"{who} {k}" for who in ("galvi", "peer") for k in range(12)]
+    seen = contender_looks(names, lambda name: name.startswith("galvi"))
+    assert len({(look["color"], look["marker"]) for look in seen.values()}) == len(names)
+    assert len({tuple(look.values()) for look in looks(map(str, range(20))).values()}) == 20
+
+
+def test_labels_do_not_overlap_and_stay_below_the_top_where_there_is_room():
+    places = spread([0.0, 1.0, 1.0, 99.0, 100.0], [10.0] * 5, 0.0, 100.0)
+    assert np.all(np.diff(places) >= 10.0 - 1e-12)
+    assert places[-1] <= 100.0
+    assert spread([10.0, 50.0], [10.0, 10.0], 0.0, 100.0) == [10.0, 50.0]

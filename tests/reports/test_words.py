@@ -1,0 +1,115 @@
+"""Numbers and plain-text mathematics as people read them."""
+
+from __future__ import annotations
+
+import math
+
+import pandas as pd
+import pytest
+
+from reports.choices import choices, readable_choices
+from reports.numerals import plain, readable, seconds, with_uncertainty
+from reports.page.section import reasons, told_once
+from reports.page.typeset import typeset
+from reports.winners import winners
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (0, "0"),
+        (0.55342, "0.553"),
+        (12.44, "12.4"),
+        (-0.5, "\u22120.500"),
+        (99999.0, "1.00·10⁵"),
+        (3.14159e-10, "3.14·10⁻¹⁰"),
+        (math.nan, ""),
+        (math.inf, ""),
+        (None, ""),
+    ],
+)
+def test_a_number_has_three_digits_or_none(number, text):
+    assert readable(number) == text
+
+
+def test_uncertainty_sets_the_digits():
+    assert with_uncertainty(0.553421, 0.00123) == "0.5534 ± 0.0012"
+    assert with_uncertainty(5.0, 0.25) == "5.00 ± 0.25"
+    assert with_uncertainty(3.0, None) == "3.00"
+    assert with_uncertainty(3.0, 0.0) == "3.00"
+    assert with_uncertainty(1e-12, 2e-14) == "1.00·10⁻¹² ± 2.0·10⁻¹⁴"
+    assert with_uncertainty(None, 0.1) == ""
+
+
+def test_times_have_the_unit_that_fits():
+    assert [seconds(t) for t in (2.0, 0.0123, 4.5e-6, math.nan)] == [
+        "2.00\u202fs",
+        "12.3\u202fms",
+        "4.50\u202fµs",
+        "",
+    ]
+    assert plain(1.23456e-7) == "1.23e-07"
+
+
+@pytest.mark.parametrize(
+    ("text", "html"),
+    [
+        ("O(0.56^n) or so", "O(0.56<sup>n</sup>) or so"),
+        ("O(h^(n/2 + 2))", "O(h<sup>n/2\u00a0+\u00a02</sup>)"),
+        ("h = 2^(-j/2), j", "h\u00a0=\u00a02<sup>\u2212j/2</sup>, j"),
+        ("at most 1e-10", "at most 10<sup>\u221210</sup>"),
+        ("2.5e-3 of it", "2.5·10<sup>\u22123</sup> of it"),
+        ("0.56 -+ 0.005", "0.56\u00a0±\u00a00.005"),
+        ("1e-3 <b>", "10<sup>\u22123</sup> &lt;b&gt;"),
+        ("on 2000-01-01", "on 2000-01-01"),
+        ("order 2 (n - 1)", "order 2 (n\u00a0\u2212\u00a01)"),
+        ("this - and that", "this - and that"),
+    ],
+)
+def test_plain_mathematics_is_set(text, html):
+    assert typeset(text) == html
+
+
+def test_what_all_rows_share_is_told_once(make_row):
+    assert told_once(["a; b; n = 3", "a; b; n = 4"]) == ("a; b", ["n = 3", "n = 4"])
+    assert told_once([]) == ("", [])
+    rows = [make_row(), make_row(), make_row(reason="another"), make_row()]
+    assert [span for _, span in reasons(rows)] == [2, 0, 1, 1]
+
+
+def matched(*times: tuple[str, float]) -> pd.DataFrame:
+    return pd.DataFrame(
+        [
+            {"problem": "kepler", "contender": who, "error": 1e-6, "seconds": time, "ratio": 1.0}
+            for who, time in times
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    ("ours", "peer", "said"),
+    [
+        (1.0, 0.5, "Kepler: peer wins at 10⁻⁶ (2.0 times faster)."),
+        (0.5, 1.0, "Kepler: galvi is fastest at 10⁻⁶."),
+        (1.0, 1.05, "Kepler: galvi is level with peer at 10⁻⁶."),
+        (1.05, 1.0, "Kepler: galvi is level with peer at 10⁻⁶."),
+        (math.nan, 1.0, "Kepler: peer wins at 10⁻⁶ (galvi does not reach it)."),
+        (1.0, math.nan, "Kepler: galvi is fastest at 10⁻⁶."),
+        (math.nan, math.nan, "Kepler: nobody reaches 10⁻⁶."),
+    ],
+)
+def test_who_wins_is_said_from_the_times(ours, peer, said):
+    table = matched(("galvi, best", ours), ("galvi degree 8", ours), ("peer", peer))
+    assert winners(table) == [said]
+
+
+def test_a_choice_is_a_run_that_was_made_and_reached_the_error(make_suite):
+    runs = make_suite().work_precision(True, print)
+    table = choices(runs, (1e-4, 1e-8, 1e-12))
+    best = table[table["of"] == "all"]
+    assert list(best["contender"]) == ["SciPy DOP853", "galvi degree 8, Gauss 8", "Taylor"]
+    ours = table[table["of"] == "galvi"]
+    assert list(ours["settings"]) == ["step=1", "step=1", ""]
+    text = readable_choices(table, "kepler e=0.6")
+    assert list(text["error"]) == ["1.0·10⁻⁵", "1.0·10⁻⁹", "1.0·10⁻⁹", "truth", ""]
+    assert text["contender"].iloc[-1] == "not reached"
