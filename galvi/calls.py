@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from galvi.kernels.solve import AUTO, FIXED_POINT, NEWTON
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
+from galvi.table import Table
 from galvi.workspace import Workspace
 
 SOLVERS = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
@@ -30,7 +32,7 @@ def general(
     """A function that does so many more steps in the general kernel and returns its code."""
     field = problem.system.field(problem.q0.shape[-1])
     kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
-    tableau = kernel_tableau(method)
+    tableau = kernel_tableau(method.table)
 
     def call(todo: int) -> int:
         return int(kernel(
@@ -56,8 +58,8 @@ def fastest(
     axes = (0,) * problem.q0.shape[1]
     masses = read_only(system.G * system.masses)
     kernel = packed.compiled_advance(len(axes))
-    moves, ahead, series, growth, sums, c = packed_tables(method, step)
-    tableau = kernel_tableau(method)
+    moves, ahead, series, growth, sums, c = packed_tables(method.table, step)
+    tableau = kernel_tableau(method.table)
     room = aligned(7, problem.q0.size, moves.shape[1])
     slow: list[Call] = []
 
@@ -75,9 +77,9 @@ def fastest(
     return call
 
 
-def kernel_tableau(method: Galerkin) -> tuple[Array, ...]:
-    """The method's table in the order and layout of galvi.kernels.step."""
-    table = method.table
+@lru_cache(maxsize=32)
+def kernel_tableau(table: Table) -> tuple[Array, ...]:
+    """A table in the order and layout of galvi.kernels.step."""
 
     def turned(matrix: Array) -> Array:
         return read_only(matrix.T)
@@ -88,9 +90,9 @@ def kernel_tableau(method: Galerkin) -> tuple[Array, ...]:
     )  # fmt: skip
 
 
-def packed_tables(method: Galerkin, step: float) -> tuple[Array, ...]:
-    """The method's table, multiplied by the step, in the layout of galvi.kernels.packed."""
-    table = method.table
+@lru_cache(maxsize=32)
+def packed_tables(table: Table, step: float) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.kernels.packed."""
     s = table.c.size
     lanes = np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)  # the last stage is repeated
     with many_digits():

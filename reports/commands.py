@@ -82,6 +82,15 @@ def application(load: Load, command: str) -> typer.Typer:
             print(failure, file=sys.stderr)
         return int(not verdicts(checked).as_expected or bool(compared.failures))
 
+    @app.command("readme", help="Renew the results table and the picture of README.md.")
+    def renew_readme(out: Path = FOLDER) -> int:
+        from reports.readme import renew
+
+        if not (out / "index.html").is_file():
+            raise typer.BadParameter(f"{out} holds no report yet; run build first.")
+        renew(Path("README.md"), out)
+        return 0
+
     return app
 
 
