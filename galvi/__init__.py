@@ -4,6 +4,7 @@ from galvi import problems
 from galvi.integrate import integrate, resume
 from galvi.invariants import energy, linear_momentum, momentum_map
 from galvi.method import Galerkin
+from galvi.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.potentials.central_force import CentralForce
 from galvi.potentials.linear_spring import LinearSpring
 from galvi.potentials.spring_chain import SpringChain
@@ -26,6 +27,7 @@ __all__ = [
     "Galerkin",
     "LinearSpring",
     "NBody",
+    "OrbitalElements",
     "Polynomials",
     "Problem",
     "Rule",
@@ -34,11 +36,13 @@ __all__ = [
     "clenshaw_curtis",
     "energy",
     "gauss",
+    "heliocentric",
     "integrate",
     "linear_momentum",
     "load",
     "lobatto",
     "momentum_map",
+    "orbital_elements",
     "problems",
     "resume",
     "round_trip_error",

@@ -67,6 +67,33 @@ def ephemeris(epoch: float = EPOCH) -> dict[str, Array]:
     return rows
 
 
+def states(days: Array, bodies: int = len(BODIES)) -> tuple[Array, Array]:
+    """Positions (au) and velocities (au/day) of the first bodies, both (saved, bodies, 3).
+
+    days  (saved,) since EPOCH; ValueError outside the years that DE421 covers
+    """
+    if missing():
+        raise ModuleNotFoundError(missing())
+    import de421
+    from jplephem.ephem import Ephemeris
+
+    source = Ephemeris(de421)
+    days = np.asarray(days, dtype=np.float64)
+    first, last = source.jalpha - EPOCH, source.jomega - EPOCH
+    if days.min() < first or days.max() > last:
+        raise ValueError(
+            f"DE421 covers {first:.0f} to {last:.0f} days from JD {EPOCH}; received "
+            f"{days.min():g} to {days.max():g}. Choose a shorter duration."
+        )
+    whole = np.floor(days)
+    rows = []
+    for series, _ in list(BODIES.values())[:bodies]:
+        q, v = source.position_and_velocity(series, EPOCH + whole, days - whole)
+        rows.append(np.array([q, v]) / source.AU)
+    q, v = np.array(rows).transpose(1, 3, 0, 2)
+    return q, v
+
+
 def table(rows: dict[str, Array]) -> str:
     """The text of the data file, 17 significant digits a number."""
     lines = [",".join([body, *(f"{x:.16e}" for x in row)]) for body, row in rows.items()]

@@ -6,10 +6,12 @@ heliocentric coordinates need), its constant G, its three dimensions and its mes
 
 from __future__ import annotations
 
+import ctypes
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -75,7 +77,8 @@ class Simulation:
 def simulation(problem: Problem, integrator: str, options: Mapping[str, Any]) -> Simulation:
     """The problem at REBOUND's time 0, with options set on its integrator.
 
-    A fixed centre is a particle of mass mu / m at rest that the massless body does not pull.
+    The engine's masses are G m and its G is 1, because WHFast512 takes no other. A fixed centre is
+    a particle of mass mu / m at rest that the massless body does not pull.
     Raises ValueError for a value that REBOUND does not take.
     """
     import rebound
@@ -90,8 +93,7 @@ def simulation(problem: Problem, integrator: str, options: Mapping[str, Any]) ->
     system: Any = problem.system
     q, v = np.atleast_2d(problem.q0), np.atleast_2d(problem.v0)
     if isinstance(system, NBody):
-        sim.G = system.G
-        masses = system.masses
+        masses = system.G * system.masses
         heaviest = int(np.argmax(masses))
         order = [heaviest, *(i for i in range(masses.size) if i != heaviest)]
         place = np.argsort(order)
@@ -104,6 +106,26 @@ def simulation(problem: Problem, integrator: str, options: Mapping[str, Any]) ->
         vx, vy, vz = np.pad(v[i], (0, 3 - q.shape[1]))
         sim.add(m=masses[i], x=x, y=y, z=z, vx=vx, vy=vy, vz=vz)
     return Simulation(engine=sim, place=place, dimension=q.shape[1])
+
+
+@contextmanager
+def arithmetic_kept() -> Iterator[None]:
+    """Undo what the engine does to this thread's floating-point modes.
+
+    WHFast512 (5.2.2) sets flush-to-zero and leaves it set: from then on the whole process would
+    round subnormal numbers to zero.
+    """
+    library, modes = _c_library(), ctypes.create_string_buffer(256)  # fenv_t, with room
+    library.fegetenv(modes)
+    try:
+        yield
+    finally:
+        library.fesetenv(modes)
+
+
+@lru_cache(maxsize=1)
+def _c_library() -> Any:
+    return ctypes.CDLL(None)
 
 
 @contextmanager

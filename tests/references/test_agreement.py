@@ -10,7 +10,16 @@ import numpy as np
 import pytest
 
 import galvi
-from references import REFERENCES, Contender, whfast
+from references import (
+    REFERENCES,
+    Contender,
+    bulirsch_stoer,
+    heyoka_taylor,
+    leapfrog,
+    saba,
+    whfast,
+    whfast512,
+)
 from references.ias15 import GLOBAL, IAS15
 from references.kepler import KEPLER
 from references.oscillator import OSCILLATOR
@@ -29,7 +38,14 @@ GOOD: Mapping[str, tuple[dict[str, Any], float]] = {
     "SciPy RK45 (ode45)": ({"tolerance": 1e-9}, 1e-7),  # 4e-9
     "SciPy DOP853": (dict(TIGHT), 1e-13),  # 2e-14
     "REBOUND IAS15": ({}, 1e-14),  # 1e-16
+    "REBOUND BS": (dict(bulirsch_stoer.BEST), 1e-12),  # 1e-14
     "REBOUND WHFast": ({"step": 0.1, **whfast.BEST}, 1e-13),  # 5e-15
+    "REBOUND WHFast512": ({"step": 0.1, **whfast512.BEST}, 1e-13),  # 5e-15
+    "REBOUND SABA": ({"step": 0.1, **saba.BEST}, 1e-13),  # 8e-16
+    "REBOUND leapfrog": ({"step": 0.005, **leapfrog.BEST}, 1e-12),  # 4e-15
+    "REBOUND JANUS": ({"step": 0.005, "order": 8}, 1e-12),  # 4e-14
+    "heyoka": ({**heyoka_taylor.BEST, "compact_mode": True}, 1e-14),  # 1e-16
+    "heyoka, quadruple precision": ({}, 1e-15),  # 0
 }
 
 

@@ -16,6 +16,7 @@ from references import REFERENCES, Contender, reference
 
 ORBIT = galvi.problems.kepler(0.3)
 SPRING = galvi.problems.harmonic_oscillator()
+PLANETS = galvi.problems.solar_system(pluto=False)
 UNKNOWN = galvi.Problem(galvi.Canonical(1.0, lambda q: float(q @ q) ** 2), [1.0], [0.0])
 NAMES = [contender.name for contender in REFERENCES]
 every = pytest.mark.parametrize("contender", REFERENCES, ids=NAMES)
@@ -29,13 +30,22 @@ FIXED_STEP = {
     "symplectic Euler",
     "Stormer-Verlet",
     "REBOUND WHFast",
+    "REBOUND WHFast512",
+    "REBOUND SABA",
+    "REBOUND leapfrog",
+    "REBOUND JANUS",
 }
+CATALOGUES = {"stored truth": 5844.0, "JPL DE421": -5844.0}  # a duration at whose eighths they are
 
 
 def setting(contender: Contender, duration: float, pieces: int) -> dict[str, float]:
     """The least that asks for `pieces` states after the start."""
     fixed = contender.name in FIXED_STEP
     return {"step": duration / pieces} if fixed else {"samples": pieces}
+
+
+def solvable(contender: Contender) -> galvi.Problem:
+    return next(p for p in (SPRING, ORBIT, PLANETS) if contender.supports(p))
 
 
 def test_every_contender_of_every_module_is_registered():
@@ -59,16 +69,22 @@ def test_an_unknown_name_is_answered_with_the_nearest():
 
 def test_the_truths_are_those_we_know():
     exact = {contender.name for contender in REFERENCES if contender.exact}
-    assert exact == {"oscillator, closed form", "Kepler, closed form", "REBOUND IAS15"}
+    assert exact == {
+        "oscillator, closed form",
+        "Kepler, closed form",
+        "stored truth",
+        "REBOUND IAS15",
+        "heyoka, quadruple precision",
+    }
 
 
 @every_present
 def test_a_run_says_when_and_how_it_was_made(contender):
-    problem = next(p for p in (SPRING, ORBIT) if contender.supports(p))
+    problem, duration = solvable(contender), CATALOGUES.get(contender.name, -1.0)
     late = galvi.Problem(problem.system, problem.q0, problem.v0, t0=5.0)
-    run = contender.run(late, -1.0, setting(contender, -1.0, 8))
+    run = contender.run(late, duration, setting(contender, duration, 8))
     assert run.success and run.status.startswith("Completed") and run.failed_step is None
-    np.testing.assert_allclose(run.t, 5.0 - np.arange(9) / 8.0, rtol=1e-15)
+    np.testing.assert_allclose(run.t, 5.0 + duration * np.arange(9) / 8.0, rtol=1e-15)
     assert run.q.shape == run.p.shape == (9, *problem.q0.shape)
     assert np.array_equal(run.q[0], problem.q0) and np.array_equal(run.p[0], problem.p0)
     assert not run.q.flags.writeable
@@ -79,7 +95,7 @@ def test_a_run_says_when_and_how_it_was_made(contender):
 
 @every_present
 def test_an_unknown_key_is_answered_with_the_nearest(contender):
-    problem = next(p for p in (SPRING, ORBIT) if contender.supports(p))
+    problem = solvable(contender)
     word, meant = ("steq", "step") if contender.name in FIXED_STEP else ("sample", "samples")
     with pytest.raises(ValueError, match=f"received '{word}'. Did you mean '{meant}'"):
         contender.run(problem, 1.0, {word: 1})
@@ -87,7 +103,7 @@ def test_an_unknown_key_is_answered_with_the_nearest(contender):
 
 @every_present
 def test_zero_and_infinite_durations_are_refused(contender):
-    problem = next(p for p in (SPRING, ORBIT) if contender.supports(p))
+    problem = solvable(contender)
     for duration in (0.0, float("nan"), float("inf")):
         with pytest.raises(ValueError, match="duration must"):
             contender.run(problem, duration, setting(contender, 1.0, 1))
@@ -120,7 +136,8 @@ def test_a_gradient_that_replaces_the_known_force_is_not_taken_for_it():
 
 
 def test_engines_are_imported_only_when_they_are_used():
-    code = "import sys, references; print({'rebound', 'jplephem', 'de421'} & set(sys.modules))"
+    engines = {"rebound", "jplephem", "de421", "heyoka"}
+    code = f"import sys, references; print({engines} & set(sys.modules))"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout.strip() == "set()"
 

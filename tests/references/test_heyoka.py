@@ -1,0 +1,66 @@
+"""heyoka in double and quadruple precision."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import galvi
+from references.heyoka_taylor import BEST, HEYOKA, HEYOKA_QUADRUPLE
+from references.kepler import KEPLER
+from references.truth import STORED_TRUTH
+
+needs_heyoka = pytest.mark.skipif(bool(HEYOKA.missing), reason=HEYOKA.missing or "present")
+needs_real128 = pytest.mark.skipif(
+    bool(HEYOKA_QUADRUPLE.missing), reason=HEYOKA_QUADRUPLE.missing or "present"
+)
+QUICK = {"compact_mode": True}
+
+
+@needs_heyoka
+def test_it_finds_the_planets_and_says_with_what():
+    problem = galvi.problems.outer_solar_system()
+    truth = STORED_TRUTH.run(problem, 36_525.0, {})
+    for setting in ({}, BEST):
+        run = HEYOKA.run(problem, 36_525.0, {**setting, **QUICK})
+        assert np.abs(run.q[-1] - truth.q[-1]).max() < 1e-11  # 4e-13
+        assert "heyoka 7" in run.method and "double" in run.method
+        assert f"tolerance={setting.get('tolerance', 2.0**-52)}" in run.method
+    assert run.counts["steps"] > 100
+
+
+@needs_heyoka
+def test_a_second_run_is_the_first_one_again():
+    problem = galvi.problems.kepler(0.5)
+    first, second = (HEYOKA.run(problem, 20.0, {"samples": 4, **QUICK}) for _ in range(2))
+    assert np.array_equal(first.q, second.q)
+    other = galvi.Problem(problem.system, 1.1 * problem.q0, problem.v0)
+    moved = HEYOKA.run(other, 20.0, QUICK)
+    assert np.abs(moved.q[-1] - KEPLER.run(other, 20.0, {}).q[-1]).max() < 1e-11
+
+
+@needs_real128
+def test_quadruple_precision_is_exact_in_double_at_any_eccentricity():
+    for e in (0.3, 0.99, 0.999999):  # the last four times through pericentre, 1e-6 off the centre
+        problem = galvi.problems.kepler(e)
+        run = HEYOKA_QUADRUPLE.run(problem, 30.0, {"samples": 8})
+        exact = KEPLER.run(problem, 30.0, {"samples": 8})
+        np.testing.assert_allclose(run.q, exact.q, rtol=4e-16, atol=4e-16)
+
+
+@needs_heyoka
+@pytest.mark.parametrize("nudge", [0.0, 1e-8])
+def test_a_collision_is_not_passed_off_as_a_result(nudge):
+    q0, v0 = [[-0.5, 0.0], [0.5, 0.0]], [[0.0, 0.0], [0.0, nudge]]
+    problem = galvi.Problem(galvi.NBody([1.0, 1.0]), q0, v0)
+    run = HEYOKA.run(problem, 2.0, {"samples": 8, **QUICK})
+    assert not run.success and run.failed_step == 4 and "bodies met" in run.status
+    assert np.all(np.isfinite(run.q[:4])) and np.all(np.isnan(run.q[4:]))
+
+
+def test_without_heyoka_there_is_a_sentence(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "heyoka", None)
+    for contender in (HEYOKA, HEYOKA_QUADRUPLE):
+        assert contender.missing.endswith("Install heyoka, which has wheels for Linux on x86-64.")
+        with pytest.raises(ModuleNotFoundError, match="cannot run"):
+            contender.run(galvi.problems.kepler(), 1.0, {})
