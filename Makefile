@@ -1,6 +1,7 @@
 # Every target that runs Python first makes .venv, once, and again when its requirements change.
 PYTHON ?= python3
 WORKERS ?= 2
+EXTRAS ?= suite,dev
 BIN := .venv/bin
 STAMP := .venv/installed
 
@@ -40,5 +41,5 @@ $(STAMP): pyproject.toml constraints.txt
 	         "name another, as in: make $(or $(firstword $(MAKECMDGOALS)),install) PYTHON=path/to/python3" >&2; \
 	    exit 1; }
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[suite,dev]' -c constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[$(EXTRAS)]' -c constraints.txt
 	@touch $@
