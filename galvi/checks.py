@@ -25,10 +25,9 @@ def whole(name: str, value: Any, at_least: int = 1, at_most: int | None = None) 
 
 def real(name: str, value: Any, remedy: str = "") -> float:
     """``value`` as a finite float, or ValueError."""
-    try:
+    number = float("nan")
+    if np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf":
         number = float(value)
-    except (TypeError, ValueError):
-        number = float("nan")
     if not math.isfinite(number):
         raise ValueError(_sentence(f"{name} must be a finite real number", repr(value), remedy))
     return number
@@ -45,11 +44,12 @@ def positive(name: str, value: Any, remedy: str = "") -> float:
 def array(name: str, value: Any, shape: Sequence[int] | None = None, remedy: str = "") -> Array:
     """``value`` as a read-only float64 array of finite numbers, or ValueError."""
     try:
-        numbers = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(
-            _sentence(f"{name} must be an array of real numbers", repr(value), remedy)
-        ) from None
+        given = np.asarray(value)
+    except ValueError:
+        given = np.array(None)
+    if given.dtype.kind not in "iuf":
+        raise ValueError(_sentence(f"{name} must be an array of real numbers", repr(value), remedy))
+    numbers = np.array(given, dtype=np.float64)
     if shape is not None and numbers.shape != tuple(shape):
         raise ValueError(
             _sentence(f"{name} must have shape {tuple(shape)}", f"shape {numbers.shape}", remedy)

@@ -10,6 +10,8 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.spaces.space import Space
 
+EPSILON = float(np.finfo(np.float64).eps)
+
 
 @dataclass(frozen=True, eq=False)
 class Curves:
@@ -51,14 +53,19 @@ class Curves:
             raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
         steps = len(self.bases)
         place = (np.atleast_1d(times) - self.t0) / self.step
-        slack = 1e-12 * max(1.0, steps)
+        largest = max(abs(self.t0), abs(self.t0 + steps * self.step)) / abs(self.step)
+        slack = 4.0 * EPSILON * (largest + steps) + 1e-14
         if not np.all((place >= -slack) & (place <= steps + slack)):
             last = self.t0 + steps * self.step
             raise ValueError(
-                f"t must lie inside the run, from {self.t0:g} to {last:g}; received {t!r}."
+                f"t must lie inside the run, from {self.t0!r} to {last!r}; received {t!r}."
             )
+        joint = np.round(place)
+        place = np.where(np.abs(place - joint) <= slack, joint, place)
         index = np.clip(np.floor(place).astype(np.intp), 0, steps - 1)
-        return index, np.clip(place - index, 0.0, 1.0), times.ndim == 0
+        past = (place == index) & np.isnan(self.coefficients[index, 0, 0]) & (index > 0)
+        index = np.where(past, index - 1, index)  # the last state before a failure ends its curve
+        return index, place - index, times.ndim == 0
 
     def _shaped(self, flat: Array, single: bool) -> Array:
         states: Array = flat.reshape(len(flat), *self.shape)

@@ -11,16 +11,22 @@ from galvi.systems.nbody import NBody
 from galvi.trajectory import COMPLETED
 
 FAR = 1e100  # lengths; squares of larger ones overflow
+TRIED = {
+    "auto": "neither fixed-point iteration nor Newton's method solved",
+    "fixed_point": "fixed-point iteration did not solve",
+    "newton": "Newton's method did not solve",
+}
 SOLVABLE = 0.5  # step / sqrt(r^3 / G(m_i + m_j)) that each stage adds to what can be solved
 
 
 def ending(
-    problem: Problem, code: int, stages: int, step: float, done: int, steps: int, t: float,
-    state: Array,
+    problem: Problem, code: int, solver: str, stages: int, step: float, done: int, steps: int,
+    t: float, state: Array,
 ) -> str:  # fmt: skip
     """The status of a run that did ``done`` of ``steps`` steps and stands at time t in ``state``.
 
     code    of the last kernel call
+    solver  that the run was allowed
     stages  of the method
     state   (4, d), see galvi.continuation
     """
@@ -29,26 +35,33 @@ def ending(
     where = f"at step {done + 1} of {steps}, from t = {t:g}"
     if code == SOLVED:
         return f"Interrupted {where}; what was computed is kept."
-    if isinstance(problem.system, NBody):
-        return f"Stopped {where}: {_encounter(problem, stages, step, state)}"
+    if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
+        with np.errstate(all="ignore"):
+            return f"Stopped {where}: {_encounter(problem, problem.system, stages, step, state)}"
     if code == NOT_FINITE:
         return (
             f"Stopped {where}: the force or the state became infinite or NaN. "
             f"Use a smaller step, or keep away from the force's singularity."
         )
     return (
-        f"Stopped {where}: neither fixed-point iteration nor Newton's method solved the stage "
-        f"equations. Use a smaller step or a higher degree."
+        f"Stopped {where}: {TRIED[solver]} the stage equations. Use a smaller step or a higher "
+        f"degree{'' if solver == 'auto' else ', or the solver auto'}."
     )
 
 
-def _encounter(problem: Problem, stages: int, step: float, state: Array) -> str:
+def _encounter(
+    problem: Problem, system: NBody, stages: int, step: float, state: Array
+) -> str:  # fmt: skip
     """Which bodies the step failed for: one that is lost, or the pair that sets the pace."""
     q, v = (state[row].reshape(problem.q0.shape) for row in (0, 2))
-    masses, G = problem.system.masses, problem.system.G  # type: ignore[attr-defined]
-    names = problem.parameters.get("bodies", range(len(masses)))
+    masses, G = system.masses, system.G
+    names = problem.parameters.get("bodies")
+    if not isinstance(names, (tuple, list)) or len(names) != len(masses):
+        names = range(len(masses))
     distance = np.max(np.abs(q), axis=1)
     lost = int(np.argmax(distance))
+    if abs(step) > FAR or np.max(np.abs(v)) > FAR:
+        return "steps and velocities above 1e100 overflow. Use other units, or a smaller step."
     if not distance[lost] < FAR:
         return f"body {names[lost]} is {distance[lost]:.1e} away. Remove it, or stop before then."
     i, j = np.triu_indices(len(masses), 1)

@@ -12,7 +12,9 @@ from galvi.continuation import Continuation
 from galvi.march import march
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.systems.canonical import Canonical
 from galvi.trajectory import Trajectory
+from galvi.workspace import check_room
 
 # Far below the 2^-53 of a rounding: an iteration error is not random, and so makes energy drift.
 # Outer solar system, degree 8, P/10, 1e4 years: 1.2e-13 with 2^-55 and 6e-15 with 2^-60.
@@ -54,14 +56,21 @@ def integrate(
     for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
         if not isinstance(value, kind):
             raise TypeError(f"{name} must be a galvi.{kind.__name__}; received {value!r}.")
-    if solver not in SOLVERS:
+    if problem.t0 + h == problem.t0:
+        raise ValueError(
+            f"step must change the time; received {step!r} at t0 = {problem.t0!r}, where times are "
+            f"{np.spacing(problem.t0):.1e} apart. Shift t0 towards 0, or use a larger step."
+        )
+    if not isinstance(solver, str) or solver not in SOLVERS:
         raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {solver!r}.")
+    save_every = checks.whole("save_every", save_every)
     tol = ROUND_OFF if tolerance is None else checks.positive("tolerance", tolerance)
     _check_force(problem)
+    check_room(problem, method, total, save_every, curves)
     start = Continuation.at_start(problem, method.stages, solver, tol)
     return march(
         problem, method, h, total, start,
-        save_every=checks.whole("save_every", save_every), curves=curves, progress=progress,
+        save_every=save_every, curves=curves, progress=progress,
     )  # fmt: skip
 
 
@@ -76,15 +85,16 @@ def resume(
 ) -> Trajectory:
     """Continue a run from its end, with its step, method, solver and tolerance.
 
-    The result starts where ``run`` ends and is bit-identical to the same part of one long run.
-    Raises ValueError for a run that failed or that a reference made.
+    The result starts where ``run`` ends, also where Ctrl-C ended it, and its states are
+    bit-identical to the same part of one long run. Raises ValueError for a run that failed or that
+    a reference made.
     """
-    if run.continuation is None or run.step is None:
+    if not isinstance(run, Trajectory) or run.continuation is None or run.step is None:
         raise ValueError(
             f"only a run of galvi.integrate with its problem can be resumed; received {run!r}."
         )
-    if not run.success:
-        raise ValueError(f"a run that ended early cannot be resumed; its status: {run.status}")
+    if not run.success and not run.interrupted:
+        raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
     return march(
         run.problem, run.method, run.step, _number_of_steps(run.step, steps, duration),
         run.continuation, save_every=checks.whole("save_every", save_every), curves=curves,
@@ -109,7 +119,10 @@ def _number_of_steps(step: float, steps: int | None, duration: float | None) -> 
 
 
 def _check_force(problem: Problem) -> None:
-    force: Any = problem.system.acceleration(problem.q0, problem.t0)
+    with np.errstate(all="ignore"):
+        if isinstance(problem.system, Canonical):
+            problem.system.check_functions(problem.q0, problem.t0)
+        force: Any = problem.system.acceleration(problem.q0, problem.t0)
     if not np.all(np.isfinite(force)):
         raise ValueError(
             f"the force must be finite at the start; received {force.tolist()} at q0. Check the "

@@ -48,6 +48,8 @@ def linear_momentum(run: Trajectory, t: Any = None) -> Array:
 
 
 def _states(run: Trajectory, t: Any) -> tuple[Array, Array, Array]:
+    if not isinstance(run, Trajectory):
+        raise TypeError(f"run must be a galvi.Trajectory; received {run!r}.")
     if t is None:
         return run.t, run.q, run.p
     return np.asarray(t, dtype=np.float64), run(t), run.problem.system.momentum(run.velocity(t))

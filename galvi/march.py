@@ -60,6 +60,8 @@ def march(
             bar.update(work.done - before)
             quick = time.perf_counter() - clock < 0.5 * CALL_SECONDS
             chunk = max(1, chunk * 2 if quick else chunk // 2)
+        if stopped() and work.done == steps:
+            raise KeyboardInterrupt
     done, shape = work.done, problem.q0.shape
     states = work.saved.reshape(2, -1, *shape)
     t_first = problem.t0 + start.first * step
@@ -69,8 +71,17 @@ def march(
         q=read_only(states[0]),
         p=read_only(problem.system.momentum(states[1])),
         success=done == steps,
+        interrupted=done < steps and code == SOLVED,
         status=ending(
-            problem, code, method.stages, step, done, steps, t_first + done * step, work.state
+            problem,
+            code,
+            start.solver,
+            method.stages,
+            step,
+            done,
+            steps,
+            t_first + done * step,
+            work.state,
         ),
         failed_step=None if done == steps else done + 1,
         counts=_counts(problem, done, work.counts),

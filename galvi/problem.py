@@ -24,7 +24,8 @@ class Problem:
     parameters  the numbers the problem was made from, for records
     units       one line: the units of length, time and mass
 
-    Raises ValueError when a shape does not match or a number is not finite.
+    Raises ValueError when a shape does not match or a number is not finite, TypeError for something
+    that is no system.
     """
 
     system: System
@@ -36,13 +37,23 @@ class Problem:
     units: str = ""
 
     def __post_init__(self) -> None:
+        if isinstance(self.system, type) or not hasattr(self.system, "acceleration"):
+            raise TypeError(
+                f"system must be a system such as galvi.NBody(masses); received {self.system!r}."
+            )
         q0 = checks.array("q0", self.q0)
         v0 = checks.array("v0", self.v0, q0.shape, "v0 has the shape of q0.")
         self.system.check(q0, v0)
         object.__setattr__(self, "q0", q0)
         object.__setattr__(self, "v0", v0)
         object.__setattr__(self, "t0", checks.real("t0", self.t0))
+        if not isinstance(self.parameters, Mapping):
+            raise TypeError(f"parameters must be a dict of names; received {self.parameters!r}.")
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        content = (self.system, self.q0, self.v0, self.t0, self.name, dict(self.parameters))
+        return Problem, (*content, self.units)
 
     @property
     def p0(self) -> Array:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+import zipfile
 from dataclasses import fields, is_dataclass
 from decimal import Decimal
 from pathlib import Path
@@ -36,6 +37,7 @@ VALUES = (
 )  # fmt: skip
 NAMES = {kind.__name__: kind for kind in VALUES}
 VERSION = 1
+UNREADABLE = (KeyError, ValueError, TypeError, AttributeError, EOFError, OSError)
 
 
 def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
@@ -43,8 +45,14 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
 
     Raises ValueError for a run that was not made by galvi.
     """
-    if run.continuation is None:
+    if not isinstance(run, Trajectory) or run.continuation is None:
         raise ValueError(f"only a run of galvi.integrate can be saved; received {run!r}.")
+    method = _written(run.method)
+    if "unknown" in json.dumps(method):
+        raise ValueError(
+            f"a run can be saved when its space and rule are galvi's own; received {run.method!r}. "
+            f"Save run.t, run.q and run.p with numpy.savez instead."
+        )
     target = Path(path)
     problem, end = run.problem, run.continuation
     facts = {
@@ -52,8 +60,9 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         "problem": {"name": problem.name, "t0": problem.t0, "units": problem.units,
                     "parameters": _parameters(problem)},
         "system": _written(problem.system),
-        "method": _written(run.method),
-        "success": run.success, "status": run.status, "failed_step": run.failed_step,
+        "method": method,
+        "success": run.success, "interrupted": run.interrupted, "status": run.status,
+        "failed_step": run.failed_step,
         "counts": dict(run.counts), "step": run.step, "first": end.first, "solver": end.solver,
         "tolerance": end.tolerance, "curves": None if run.curves is None else run.curves.t0,
     }  # fmt: skip
@@ -68,6 +77,7 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         with os.fdopen(handle, "wb") as stream:
             contents: dict[str, Any] = {"facts": np.array(json.dumps(facts)), **arrays}
             np.savez(stream, **contents)
+        os.chmod(partial, 0o644)
         os.replace(partial, target)
     except BaseException:
         os.unlink(partial)
@@ -82,15 +92,19 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
     Raises ValueError when the file is not a saved run, when a problem is needed, or when the one
     given does not start where the run's did.
     """
+    if problem is not None and not isinstance(problem, Problem):
+        raise TypeError(f"problem must be a galvi.Problem; received {problem!r}.")
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         facts = json.loads(str(arrays.pop("facts")))
         version = facts["version"]
-    except (KeyError, ValueError, EOFError, OSError) as error:
-        if isinstance(error, FileNotFoundError):
-            raise
-        raise ValueError(f"{path} must be a run written by galvi.save; {error}.") from error
+    except FileNotFoundError:
+        raise
+    except (*UNREADABLE, zipfile.BadZipFile) as error:
+        raise ValueError(
+            f"{path} must be a run written by galvi.save; it cannot be read as one ({error})."
+        ) from error
     if version != VERSION:
         raise ValueError(f"{path} must have format {VERSION}; received format {version}.")
     method = _read(facts["method"])
@@ -105,6 +119,9 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         raise ValueError(
             f"problem must start where the run in {path} did; received another q0, v0 or t0."
         )
+    written = facts["system"]
+    if "unknown" not in json.dumps(written) and _written(problem.system) != written:
+        raise ValueError(f"problem must have the system of the run in {path}; it has another one.")
     curves = None
     if facts["curves"] is not None:
         curves = Curves(
@@ -118,7 +135,7 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
     return Trajectory(
         problem, read_only(arrays["t"]), read_only(arrays["q"]), read_only(arrays["p"]),
         facts["success"], facts["status"], facts["failed_step"], facts["counts"], facts["step"],
-        method, curves, end,
+        method, curves, end, facts["interrupted"],
     )  # fmt: skip
 
 
@@ -166,4 +183,4 @@ def _plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, (tuple, list)):
         return [_plain(item) for item in value]
-    return value if isinstance(value, (bool, int, float, str)) else repr(value)
+    return value if value is None or isinstance(value, (bool, int, float, str)) else repr(value)

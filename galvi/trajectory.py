@@ -35,6 +35,7 @@ class Trajectory:
     method        the method or reference that made it
     curves        the Galerkin curve of each step; None when not kept
     continuation  what `galvi.resume` needs; None for references
+    interrupted   whether Ctrl-C ended it; it can be resumed
     """
 
     problem: Problem
@@ -49,6 +50,7 @@ class Trajectory:
     method: Any = None
     curves: Curves | None = None
     continuation: Continuation | None = None
+    interrupted: bool = False
 
     def __call__(self, t: Any) -> Array:
         """Configuration on the curve at t: shape (...) for a scalar, (k, ...) for t of shape (k,).

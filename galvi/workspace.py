@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,25 @@ from galvi.arrays import Array
 from galvi.continuation import Continuation
 from galvi.kernels.advance import DONE
 from galvi.method import Galerkin
+from galvi.problem import Problem
+
+
+def check_room(
+    problem: Problem, method: Galerkin, steps: int, save_every: int, curves: bool | None
+) -> None:
+    """ValueError when what the run would keep is more than this machine's memory."""
+    d, m = problem.q0.size, method.space.dimension - 1
+    with_curves = save_every == 1 if curves is None else curves
+    needed = 8.0 * d * (2 * (steps / save_every + 2) + (steps * (1 + m) if with_curves else 0))
+    if not hasattr(os, "sysconf"):
+        return
+    memory = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    if needed > memory:
+        raise ValueError(
+            f"{steps} steps would keep {needed / 2**30:.3g} GiB, more than the "
+            f"{memory / 2**30:.3g} GiB of this machine. Keep fewer with save_every, and "
+            f"curves=False."
+        )
 
 
 @dataclass(frozen=True, eq=False)

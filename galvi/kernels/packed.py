@@ -124,6 +124,10 @@ def begin(dimension, c, h, state, base, low, sizes):
             for chunk in range(padded // LANES):
                 drift(c, base, low, i, far, far_low, state[1, i], padded, chunk)
             size = max(size, abs(state[0, i]), abs(state[0, i] + far))
+        sizes[body] = size
+    largest = sizes.max()
+    for body in range(sizes.size):
+        size = sizes[body] if sizes[body] > 0.0 else largest
         sizes[body] = 1.0 / size if size > 0.0 else 1.0
 
 

@@ -110,7 +110,8 @@ def solve_newton(functions, has_hessian, constants, inverse_mass, width, tableau
         counts[SOLVES] += d // width
         if not (all_finite(a) and all_finite(jacobian.reshape(d, width * s))):
             return NOT_FINITE
-        newton_update(tableau, h, width, state, a, jacobian, x, moved)
+        if not newton_update(tableau, h, width, state, a, jacobian, x, moved):
+            return DIVERGED
         change = largest_change(Q, moved, scale)
         if not change < np.inf:
             return NOT_FINITE

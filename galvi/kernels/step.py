@@ -85,11 +85,16 @@ def place_stages(tableau, h, state, a, Q):
 
 @jit
 def largest_change(Q, moved, scale):
-    """max |moved - Q| / scale, or NaN when something is not finite; then Q <- moved."""
+    """max |moved - Q| / scale, or NaN when something is not finite; then Q <- moved.
+
+    Where the scale is 0, at rest in the origin, changes are relative to the place itself.
+    """
     change, total = 0.0, 0.0
     for i in range(Q.shape[0]):
         for k in range(Q.shape[1]):
-            change = max(change, abs(moved[i, k] - Q[i, k]) / scale[i])
+            size = scale[i] if scale[i] > 0.0 else abs(moved[i, k])
+            if size > 0.0:
+                change = max(change, abs(moved[i, k] - Q[i, k]) / size)
             total += abs(moved[i, k])
             Q[i, k] = moved[i, k]
     return change if total < np.inf else np.nan
@@ -97,13 +102,13 @@ def largest_change(Q, moved, scale):
 
 @jit
 def measure_scale(h, width, state, scale):
-    """scale_i = the largest |q| and |q + h v| in the Newton block of component i, or 1."""
+    """scale_i = the largest |q| and |q + h v| in the Newton block of component i."""
     for first in range(0, scale.size, width):
         size = 0.0
         for i in range(first, first + width):
             size = max(size, abs(state[0, i]), abs(state[0, i] + h * state[2, i]))
         for i in range(first, first + width):
-            scale[i] = size if size > 0.0 else 1.0
+            scale[i] = size
 
 
 @jit
@@ -124,6 +129,7 @@ def curve_coefficients(tableau, h, state, a, x):
 def newton_update(tableau, h, width, state, a, jacobian, x, Q):
     """One Newton correction of the coefficients x (d, m) block by block, and the new stages Q.
 
+    Returns whether the equations could be solved.
     Residual r = x - h v lead - h^2 C a(q + psi x); derivative I - h^2 C diag_j(da_j) psi.
     """
     psi, C = tableau[4], tableau[6]
@@ -145,7 +151,12 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
                             total += C[l, k] * jacobian[first + i, j, k] * psi[n, k]
                         matrix[row, j * m + n] = -h * h * total
                 matrix[row, row] += 1.0
-        step = np.linalg.solve(matrix, step)
+        if not all_finite(matrix):
+            return False
+        try:
+            step = np.linalg.solve(matrix, step)
+        except Exception:  # numba knows no other way to catch a singular matrix
+            return False
         for i in range(width):
             for l in range(m):
                 x[first + i, l] += step[i * m + l]
@@ -155,6 +166,7 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
             for l in range(m):
                 total += psi[l, k] * x[i, l]
             Q[i, k] = state[0, i] + (state[1, i] + total)
+    return True
 
 
 @jit

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, cast
 
 import numpy as np
@@ -13,7 +13,7 @@ from galvi import checks
 from galvi.arrays import Array, read_only
 from galvi.kernels import laws
 from galvi.potentials.potential import Potential
-from galvi.systems.differences import differenced_gradient, differenced_hessian
+from galvi.systems.differences import CALLS, differenced_gradient, differenced_hessian
 from galvi.systems.field import Field
 
 Function = Callable[..., Any]
@@ -38,7 +38,7 @@ class Canonical:
     potential: Function
     gradient: Function | None = None
     hessian: Function | None = None
-    explicit_time: bool = False
+    explicit_time: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", _positive_mass(self.mass))
@@ -46,6 +46,11 @@ class Canonical:
             function = getattr(self, name)
             if not callable(function) and (name == "potential" or function is not None):
                 raise TypeError(f"{name} must be a function of q; received {function!r}.")
+        if self.explicit_time and isinstance(self.potential, Potential):
+            raise ValueError(
+                f"explicit_time means functions of (q, t); {self.potential!r} takes q alone. "
+                f"Leave explicit_time out, or give a potential(q, t)."
+            )
 
     def check(self, q: Array, v: Array) -> None:
         """ValueError unless q is (d,) and the mass and the functions fit d."""
@@ -58,6 +63,24 @@ class Canonical:
                 f"mass must be a scalar or have {q.size} rows like q0; received shape "
                 f"{self.mass.shape}."
             )
+
+    def check_functions(self, q: Array, t: float) -> None:
+        """ValueError unless the given functions return what they should at (q, t), finite."""
+        value = np.asarray(self.potential(*self._arguments(q, t)))
+        if value.ndim:
+            raise ValueError(
+                f"potential must return a number; received an array of shape {value.shape}."
+            )
+        found = [("gradient", self.potential_gradient(q, t))]
+        if self.hessian is not None:
+            found.append(("hessian", self.potential_hessian(q, t)))
+        for name, numbers in found:
+            if not np.all(np.isfinite(numbers)):
+                raise ValueError(
+                    f"the force must be finite at the start; received the {name} "
+                    f"{numbers.tolist()} at q0. Check the {name}"
+                    + ("." if self._known_gradient else ", which is differenced, or give one.")
+                )
 
     def momentum(self, v: Array) -> Array:
         """p = M v, v of shape (..., d)."""
@@ -74,7 +97,10 @@ class Canonical:
         leading = q.shape[:-1]
         times = np.broadcast_to(t, leading).ravel()
         rows = q.reshape(-1, q.shape[-1])
-        values = [self.potential(*self._arguments(x, s)) for x, s in zip(rows, times, strict=True)]
+        values = [
+            self.potential(*self._arguments(x, s)) if np.all(np.isfinite(x)) else np.nan
+            for x, s in zip(rows, times, strict=True)
+        ]
         return np.array(values, dtype=np.float64).reshape(leading)
 
     def potential_gradient(self, q: Array, t: float) -> Array:
@@ -96,7 +122,11 @@ class Canonical:
     @property
     def potential_calls_per_force(self) -> int:
         """Potentials evaluated, for each component, to difference one gradient; else 0."""
-        return 0 if self.gradient is not None or isinstance(self.potential, Potential) else 8
+        return 0 if self._known_gradient else CALLS
+
+    @property
+    def _known_gradient(self) -> bool:
+        return self.gradient is not None or isinstance(self.potential, Potential)
 
     def field(self, dimension: int) -> Field:
         """For the kernels: the law or the user's functions, one Newton block for everything."""
@@ -113,7 +143,9 @@ class Canonical:
             )
         gradient = self._gradient()
         hessian = self._hessian(differenced=False)
-        compiled = all(_compiles(f, self.explicit_time) for f in (gradient, hessian) if f)
+        compiled = _compiles(gradient, self.explicit_time, laws.VECTOR) and (
+            hessian is None or _compiles(hessian, self.explicit_time, laws.MATRIX)
+        )
         if not compiled:
             gradient = self._wrapped(gradient, (dimension,), "gradient")
             hessian = hessian and self._wrapped(hessian, (dimension, dimension), "hessian")
@@ -187,7 +219,7 @@ def _positive_mass(mass: Any) -> Array:
     return mass
 
 
-def _compiles(function: Function, explicit_time: bool) -> bool:
+def _compiles(function: Function, explicit_time: bool, expected: Any) -> bool:
     """Whether the function is jitted and returns what the kernel's function type promises."""
     if not isinstance(function, CPUDispatcher):
         return False
@@ -197,4 +229,4 @@ def _compiles(function: Function, explicit_time: bool) -> bool:
         returned = cast(Any, function.overloads[arguments]).signature.return_type
     except Exception:  # numba's typing errors have no common public base; Python mode still works
         return False
-    return returned in (laws.VECTOR, laws.MATRIX)
+    return bool(returned == expected)

@@ -72,6 +72,8 @@ def test_known_methods_are_recognised_by_their_numbers(degree, rule, name):
         (3, galvi.lobatto(4), 6),
         (3, galvi.lobatto(3), 4),
         (4, galvi.clenshaw_curtis(5), 6),
+        (4, galvi.clenshaw_curtis(4), 2),
+        (6, galvi.clenshaw_curtis(7), 6),
     ],
 )
 def test_the_order_is_that_of_the_space_or_of_the_rule_whichever_is_less(degree, rule, order):

@@ -52,6 +52,9 @@ def test_degree_s_with_gauss_s_has_order_2s_no_less_and_no_more(degree):
         (3, galvi.lobatto(4), (20, 64)),
         (3, galvi.lobatto(3), (32, 128)),
         (4, galvi.clenshaw_curtis(5), (16, 64)),
+        (4, galvi.clenshaw_curtis(4), (96, 256)),
+        (5, galvi.clenshaw_curtis(6), (24, 96)),
+        (6, galvi.clenshaw_curtis(7), (16, 40)),
     ],
     ids=lambda value: getattr(value, "name", None),
 )

@@ -46,7 +46,9 @@ def test_curves_are_kept_when_asked_for_or_when_every_step_is():
 
 def test_times_outside_the_run_are_refused():
     for t in (-0.1, 12.1, float("nan")):
-        with pytest.raises(ValueError, match="t must lie inside the run, from 0 to 12; received"):
+        with pytest.raises(
+            ValueError, match=r"t must lie inside the run, from 0\.0 to 12\.0; received"
+        ):
             RUN(t)
     with pytest.raises(ValueError, match=r"scalar or of shape \(k,\)"):
         RUN(np.zeros((2, 2)))

@@ -1,0 +1,219 @@
+"""Corners that were once wrong without a word, and input that once gave a stack trace."""
+
+import copy
+import pickle
+
+import numba
+import numpy as np
+import pytest
+
+import galvi
+
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+KEPLER = galvi.problems.kepler(0.3)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-3, 1e-10, 1e8])
+def test_a_differenced_gradient_follows_the_length_scale(size):
+    """A Kepler orbit of any size, V without gradient; times scale as size^(3/2)."""
+
+    @numba.njit
+    def potential(q):
+        return -1.0 / np.sqrt(q[0] ** 2 + q[1] ** 2)
+
+    start = galvi.problems.kepler(0.9)
+    bare = galvi.Problem(galvi.Canonical(1.0, potential), size * start.q0, start.v0 / np.sqrt(size))
+    exact = galvi.Problem(galvi.Canonical(1.0, galvi.CentralForce(1.0)), bare.q0, bare.v0)
+    step = 0.01 * size**1.5
+    runs = [galvi.integrate(problem, EIGHT, step, 100) for problem in (bare, exact)]
+    assert np.allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-9 * size)
+
+
+def test_a_differenced_gradient_sees_a_scale_much_below_the_coordinates():
+    def potential(q):
+        return 1.0 / (q[1] - q[0]) + (q[1] - q[0])
+
+    system = galvi.Canonical(1.0, potential)
+    q = np.array([100.0, 101.2])
+    slope = 1.0 - 1.0 / 1.2**2
+    assert np.allclose(system.potential_gradient(q, 0.0), [-slope, slope], atol=1e-9)
+
+
+@pytest.mark.parametrize("force", [1.0, 1e-10, 1e-25])
+def test_a_body_at_rest_in_the_origin_is_solved_to_round_off(force):
+    """q'' = -q + force cos 2 t from rest in 0: q = force (cos t - cos 2 t) / 3."""
+    system = galvi.Canonical(
+        1.0, lambda q, t: 0.0, lambda q, t: q - force * np.cos(2 * t), explicit_time=True
+    )
+    run = galvi.integrate(galvi.Problem(system, [0.0], [0.0]), EIGHT, 1.0, 3)
+    exact = force * (np.cos(run.t) - np.cos(2 * run.t)) / 3
+    assert np.allclose(run.q[:, 0], exact, rtol=0, atol=1e-9 * force)
+
+
+def test_a_force_without_potential_is_seen_not_to_be_symplectic():
+    turning = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    system = galvi.Canonical(1.0, galvi.LinearSpring(), lambda q: turning @ q)
+    problem = galvi.Problem(system, [1.0, 0.0], [0.0, 1.0])
+    assert galvi.symplecticity_defect(problem, EIGHT, 0.3) > 1e-3
+
+
+def test_a_gradient_may_return_its_own_buffer():
+    buffer = np.zeros(2)
+
+    def gradient(q):
+        buffer[:] = q / np.linalg.norm(q) ** 3
+        return buffer
+
+    system = galvi.Canonical(1.0, galvi.CentralForce(1.0), gradient)
+    mine = galvi.Problem(system, KEPLER.q0, KEPLER.v0)
+    found, exact = (galvi.step_derivative(problem, EIGHT, 0.3) for problem in (mine, KEPLER))
+    assert np.allclose(found, exact, atol=1e-8)
+
+
+@pytest.mark.parametrize("step", [0.1, 0.03, 0.01])
+def test_every_step_end_is_on_the_curve_also_far_from_t_0(step):
+    far = galvi.Problem(KEPLER.system, KEPLER.q0, KEPLER.v0, t0=2451544.5)
+    for steps in (1, 7, 40):
+        run = galvi.integrate(far, EIGHT, step, steps)
+        assert np.allclose(run(run.t), run.q, rtol=0, atol=1e-14)
+        assert np.array_equal(run(run.t[-1]), run(run.t)[-1])
+
+
+def test_at_a_joint_the_velocity_is_the_later_curves():
+    low = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    far = galvi.Problem(KEPLER.system, KEPLER.q0, KEPLER.v0, t0=1000.1)
+    run = galvi.integrate(far, low, 0.3, 40)
+    psi = low.space.derivative(np.zeros(1))[0, 1:]
+    later = run.curves.coefficients @ psi / 0.3
+    assert np.array_equal(run.velocity(run.t[:-1]), later)
+
+
+def test_problems_and_runs_can_be_pickled_and_copied():
+    run = galvi.integrate(galvi.problems.solar_system(), EIGHT, 10.0, 3)
+    for again in (pickle.loads(pickle.dumps(run)), copy.deepcopy(run)):
+        assert np.array_equal(again.q, run.q)
+        assert again.problem.parameters == run.problem.parameters
+        assert np.array_equal(galvi.resume(again, 2).q, galvi.resume(run, 2).q)
+
+
+def test_a_step_without_solution_is_a_status_not_a_stack_trace():
+    unstable = galvi.Canonical(1.0, lambda q: -0.5 * q @ q, lambda q: -q)
+    midpoint = galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(1))
+    run = galvi.integrate(galvi.Problem(unstable, [1.0], [0.0]), midpoint, 2.0, 3)
+    assert not run.success and run.failed_step == 1
+    run = galvi.integrate(
+        galvi.Problem(galvi.NBody([1.0]), [[0.0, 0.0]], [[1e300, 0.0]]), EIGHT, 1e10, 3
+    )
+    assert not run.success
+
+
+def test_the_status_names_only_what_was_tried():
+    stiff = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(1e6)), [1.0], [0.0])
+    run = galvi.integrate(stiff, EIGHT, 1.0, 3, solver="fixed_point")
+    assert "Newton" not in run.status and "or the solver auto" in run.status
+
+
+@pytest.mark.parametrize("bodies", [2, ("Sun",), "sun", None])
+def test_a_failing_run_reads_no_more_than_names_from_the_parameters(bodies):
+    system, zero = galvi.NBody([0.5, 0.5]), np.zeros((2, 2))
+    problem = galvi.Problem(system, [[-0.5, 0.0], [0.5, 0.0]], zero, parameters={"bodies": bodies})
+    assert "bodies 0 and 1 collide" in galvi.integrate(problem, EIGHT, 0.1, 60).status
+
+
+def test_a_saved_run_is_not_loaded_with_another_system(tmp_path):
+    galvi.save(galvi.integrate(KEPLER, EIGHT, 0.1, 3), tmp_path / "run.npz")
+    other = galvi.Canonical(5.0, galvi.CentralForce(9.0))
+    with pytest.raises(ValueError, match="must have the system of the run"):
+        galvi.load(tmp_path / "run.npz", galvi.Problem(other, KEPLER.q0, KEPLER.v0))
+    with pytest.raises(TypeError, match=r"problem must be a galvi\.Problem; received 5"):
+        galvi.load(tmp_path / "run.npz", 5)
+
+
+def test_damaged_files_are_refused_in_one_sentence(tmp_path):
+    path = tmp_path / "run.npz"
+    galvi.save(galvi.integrate(KEPLER, EIGHT, 0.1, 3), path)
+    whole = path.read_bytes()
+    for damaged in (whole[: len(whole) // 2], b"", b"PK"):
+        path.write_bytes(damaged)
+        with pytest.raises(ValueError, match=r"must be a run written by galvi\.save"):
+            galvi.load(path)
+    np.save(tmp_path / "array.npy", np.zeros(3))
+    with pytest.raises(ValueError, match=r"must be a run written by galvi\.save"):
+        galvi.load(tmp_path / "array.npy")
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "sentence"),
+    [
+        (lambda: galvi.Problem(5, [1.0], [0.0]), TypeError, "system must be a system such as"),
+        (
+            lambda: galvi.Problem(galvi.Canonical, [1.0], [0.0]),
+            TypeError,
+            "system must be a system such as",
+        ),
+        (
+            lambda: galvi.Problem(KEPLER.system, KEPLER.q0, KEPLER.v0, parameters=3),
+            TypeError,
+            "parameters must be a dict",
+        ),
+        (
+            lambda: galvi.Problem(KEPLER.system, np.array([1 + 2j, 0]), [0.0, 1.0]),
+            ValueError,
+            "q0 must be an array of real numbers",
+        ),
+        (
+            lambda: galvi.Problem(KEPLER.system, ["1", "0"], [0.0, 1.0]),
+            ValueError,
+            "q0 must be an array of real numbers",
+        ),
+        (lambda: galvi.integrate(KEPLER, EIGHT, True, 3), ValueError, "step must be a finite real"),
+        (lambda: galvi.integrate(KEPLER, EIGHT, "1", 3), ValueError, "step must be a finite real"),
+        (
+            lambda: galvi.integrate(KEPLER, EIGHT, 0.1, 3, solver=["a"]),
+            ValueError,
+            "solver must be",
+        ),
+        (lambda: galvi.integrate(KEPLER, EIGHT, 0.1, 10**13), ValueError, "steps would keep"),
+        (lambda: galvi.resume(5, 3), ValueError, "only a run of galvi"),
+        (lambda: galvi.save(5, "x"), ValueError, "only a run of galvi"),
+        (lambda: galvi.energy(5), TypeError, r"run must be a galvi\.Trajectory"),
+        (
+            lambda: galvi.integrate(
+                galvi.Problem(KEPLER.system, KEPLER.q0, KEPLER.v0, t0=1e17), EIGHT, 0.1, 3
+            ),
+            ValueError,
+            "step must change the time",
+        ),
+        (
+            lambda: galvi.Canonical(1.0, galvi.LinearSpring(), explicit_time=True),
+            ValueError,
+            r"explicit_time means functions of \(q, t\)",
+        ),
+        (
+            lambda: galvi.integrate(
+                galvi.Problem(galvi.Canonical(1.0, lambda q: q), [1.0], [0.0]), EIGHT, 0.1, 3
+            ),
+            ValueError,
+            "potential must return a number; received an array of shape",
+        ),
+        (
+            lambda: galvi.integrate(
+                galvi.Problem(
+                    galvi.Canonical(
+                        1.0, galvi.LinearSpring(), lambda q: q, numba.njit(lambda q: q)
+                    ),
+                    [1.0],
+                    [0.0],
+                ),
+                EIGHT,
+                0.1,
+                3,
+            ),
+            ValueError,
+            r"hessian must return an array of shape \(1, 1\)",
+        ),
+    ],
+)
+def test_what_once_gave_a_stack_trace_gives_a_sentence(call, error, sentence):
+    with pytest.raises(error, match=sentence):
+        call()
