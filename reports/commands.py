@@ -37,6 +37,10 @@ def application(load: Load, command: str) -> typer.Typer:
         chosen = choose_claims(claims, [claim.id for claim in suite.claims])
         if out.exists() and not out.is_dir():
             raise typer.BadParameter(f"--out expects a folder; received the file {out}.")
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
         return Order(quick, chosen, out, command)
 
     @app.callback(invoke_without_command=True)

@@ -1,0 +1,34 @@
+"""The textbook's formulas and galvi's own agree, having been written apart."""
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks import textbook
+
+METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
+
+
+@pytest.mark.parametrize(
+    ("problem", "step"),
+    [
+        (galvi.problems.harmonic_oscillator(), 0.5),
+        (galvi.problems.kepler(0.4), 0.2),
+        (galvi.problems.solar_system(), 5.0),
+    ],
+    ids=lambda value: getattr(value, "name", None),
+)
+def test_invariants_are_those_of_galvi(problem, step):
+    run = galvi.integrate(problem, METHOD, step, 20)
+    v = problem.system.velocity(run.p)
+    assert np.allclose(textbook.energy(problem, run.q, v), galvi.energy(run), rtol=1e-13)
+    if problem.q0.shape[-1] > 1:
+        found = textbook.angular_momentum(problem, run.q, v)
+        exact = galvi.momentum_map(run)
+        assert np.allclose(found, exact, rtol=1e-12, atol=1e-14 * np.abs(exact).max())
+
+
+def test_a_system_without_a_formula_is_refused():
+    problem = galvi.problems.henon_heiles()
+    with pytest.raises(TypeError, match="there is no textbook energy here"):
+        textbook.energy(problem, problem.q0[None], problem.v0[None])
