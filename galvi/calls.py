@@ -104,7 +104,9 @@ def packed_tables(table: Table, step: float) -> tuple[Array, ...]:
         moves = _with_lost((h * h * A)[lanes].T)
         sums = np.stack([*_with_lost(h * b), *_with_lost(h * h * beta)], axis=1)
         nodes = _with_lost(c[lanes])
-    kept = [table.analysis[:r].T @ table.ahead[lanes, :r].T for r in range(1, s + 1)]
+    kept = [
+        table.analysis[:r].T @ table.ahead[lanes, :r].T for r in range(1, table.growth.size + 1)
+    ]
     columns = np.zeros((s, lanes.size))
     columns[:, [0, 2, 1, 3]] = sums
     numbers = (

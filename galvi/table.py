@@ -27,6 +27,7 @@ from galvi.spaces.legendre import legendre
 from galvi.spaces.space import Space
 
 CONSISTENT = 1e-13
+FARTHEST = 26  # the next Legendre polynomial multiplies round-off by more than 1e18 a step ahead
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +43,8 @@ class Table:
     lead      (m,)    K^-1 e, curve coefficients from the velocity
     C         (m, s)  curve coefficients from accelerations
     analysis  (s, s)  Legendre coefficients from values at the stages
-    ahead     (s, s)  Legendre polynomials at the next step's stages, 1 + c
-    growth    (s,)    Legendre polynomials at the next step's end
+    ahead     (s, l)  Legendre polynomials at the next step's stages, 1 + c; l = min(s, FARTHEST)
+    growth    (l,)    Legendre polynomials at the next step's end
     lost      what rounding took from c, b, beta and A, in their shapes
     """
 
@@ -79,8 +80,9 @@ def tabulate(space: Space, rule: Rule) -> Table:
         _check_consistent(space, rule, np.append(alpha - c, beta_p - 1))
         A = psi @ C
         analysis = np.linalg.inv(legendre(2.0 * rule.nodes - 1.0, rule.points - 1))
-        ahead = legendre(2.0 * rule.nodes + 1.0, rule.points - 1)
-        growth = legendre(np.array([3.0]), rule.points - 1)[0]
+        most = min(rule.points, FARTHEST) - 1
+        ahead = legendre(2.0 * rule.nodes + 1.0, most)
+        growth = legendre(np.array([3.0]), most)[0]
         beta = b * (1 - c)
         numbers = (c, b, A, beta, psi, end, K, lead, C, analysis, ahead, growth)
         lost = tuple(rounded(exact - decimals(rounded(exact))) for exact in (c, b, beta, A))

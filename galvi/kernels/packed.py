@@ -7,9 +7,9 @@ stages s, padded to P, a multiple of LANES.
 d = bodies * dimension rows, one for each coordinate
 masses   (bodies,)  G m
 moves    (2 s, P)   h^2 A^T, then what rounding lost of it
-ahead    (s s, P)   for r = 1 .. s: extrapolation that keeps r Legendre terms
+ahead    (l s, P)   for r = 1 .. l: extrapolation that keeps r Legendre terms
 series   (s, s)     Legendre coefficients from stages, transposed
-growth   (s,)       Legendre polynomials at the next step's end
+growth   (l,)       Legendre polynomials at the next step's end
 sums     (s, P)     columns h b, h^2 beta and what rounding lost of each
 c        (2, P)     nodes, and what rounding lost of them
 work     (7, d, P)  stages, last accelerations, h c v, corrections too small for it, guess, changes,
@@ -81,7 +81,7 @@ def move_all(axes, moves, a, base, low, q, Q, worst, sizes):
 @jit
 def choose_terms(series, growth, dimension, a, terms):
     """How many Legendre terms of each body's last accelerations to extrapolate."""
-    s = growth.size
+    s = series.shape[0]
     for body in range(terms.size):
         sizes = np.zeros(s)
         for x in range(dimension):

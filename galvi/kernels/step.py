@@ -4,7 +4,7 @@ d components, s stages, m curve coefficients; notation of galvi.table. Rows are 
 
 state    (4, d)  q, what rounding lost of q, v, what rounding lost of v
 tableau  c (s,), b (s,), beta (s,), A^T (s, s), psi^T (m, s), lead (m,), C (m, s), C^T (s, m),
-         analysis^T (s, s), ahead^T (s, s), growth (s,)
+         analysis^T (s, s), ahead^T (l, s), growth (l,)
 a        (d, s)  accelerations at the stages
 """
 
@@ -22,14 +22,15 @@ SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
 def terms_to_extrapolate(sizes, growth):
     """How many terms of a Legendre series to keep one step ahead, where they are ``growth`` larger.
 
-    sizes  (s,) magnitudes of the coefficients
+    sizes   (s,)  magnitudes of the coefficients
+    growth  (l,)  l at most s
 
     Cutting after some terms costs the next two, and keeping them their round-off; a term that
     outgrows the whole series says that the series does not reach so far.
     """
-    s = sizes.size
+    s = growth.size
     largest = 0.0
-    for l in range(s):
+    for l in range(sizes.size):
         largest = max(largest, sizes[l])
     best, terms = np.inf, 1
     for kept in range(1, s + 1):

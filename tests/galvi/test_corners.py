@@ -217,3 +217,11 @@ def test_damaged_files_are_refused_in_one_sentence(tmp_path):
 def test_what_once_gave_a_stack_trace_gives_a_sentence(call, error, sentence):
     with pytest.raises(error, match=sentence):
         call()
+
+
+def test_a_rule_of_many_points_costs_no_more_than_its_points():
+    sun = galvi.problems.solar_system()
+    method = galvi.Galerkin(galvi.Polynomials(20), galvi.gauss(300))
+    few = galvi.Galerkin(galvi.Polynomials(20), galvi.gauss(40))
+    runs = [galvi.integrate(sun, each, 20.0, 3) for each in (method, few)]
+    assert np.allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-12)
