@@ -68,7 +68,9 @@ def test_plain_jitted_and_known_forces_move_alike():
         return (1.0 + 0.1 * np.sin(t)) * q
 
     timed = [
-        galvi.Canonical([1.0, 3.0], lambda q, t: 0.0, gradient, lambda q, t: np.eye(2), True)
+        galvi.Canonical(
+            [1.0, 3.0], lambda q, t: 0.0, gradient, lambda q, t: np.eye(2), explicit_time=True
+        )
         for gradient in (pull, njit(pull))
     ]
     plain, jitted = (
