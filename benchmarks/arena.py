@@ -13,14 +13,17 @@ import galvi
 from benchmarks.contenders import gauss_collocation
 from galvi import Problem
 from galvi.arrays import Array
-from references import Contender, ias15, whfast
+from references import Contender, heyoka_taylor, ias15, saba, whfast, whfast512
 from references.euler import SYMPLECTIC_EULER
 from references.kepler import KEPLER
 from references.scipy_ivp import DOP853, ODE45
 from references.stormer_verlet import STORMER_VERLET
+from references.truth import STORED_TRUTH
 
 Setting = Mapping[str, Any]
 Entry = tuple[str, Contender, Sequence[Setting]]
+EPS = float(np.finfo(float).eps)
+WISDOM = (10, 15, 20, 30, 60, 120)  # steps a period, and a third, for Wisdom and Holman's maps
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +64,7 @@ class Arena:
 
 def arenas(quick: bool) -> tuple[Arena, ...]:
     """The studies of the report: shorter runs and fewer settings when quick."""
-    return kepler(10 if quick else 100, quick), solar_system(10 if quick else 100, quick)
+    return kepler(10 if quick else 100, quick), outer_solar_system(quick), solar_system(quick)
 
 
 def kepler(periods: int, quick: bool) -> Arena:
@@ -70,7 +73,7 @@ def kepler(periods: int, quick: bool) -> Arena:
 
     def truth() -> Truth:
         end = KEPLER.run(problem, duration, {"samples": 1}).q[-1]
-        error = 4.0 * float(np.finfo(float).eps) * duration * 2.0
+        error = 4.0 * EPS * duration * 2.0
         return Truth(end, error, KEPLER.name)
 
     def steps(*per_period: int) -> list[Setting]:
@@ -105,46 +108,94 @@ def kepler(periods: int, quick: bool) -> Arena:
     )
 
 
-def solar_system(years: int, quick: bool) -> Arena:
-    """Sun, 8 planets and Pluto. The truth is IAS15, checked against its other step criterion."""
-    problem, duration = galvi.problems.solar_system(), 365.25 * years
+def outer_solar_system(quick: bool) -> Arena:
+    """Sun with the inner planets, Jupiter to Pluto: 10,000 years, or 1000 when quick."""
+    return _planets(
+        galvi.problems.outer_solar_system(),
+        365_250.0 if quick else 3_652_500.0,
+        4332.6,
+        quick,
+        (
+            ("Stormer-Verlet", STORMER_VERLET, (100, 300), {}),
+            ("symplectic Euler", SYMPLECTIC_EULER, (300,), {}),
+        ),
+    )
+
+
+def solar_system(quick: bool) -> Arena:
+    """Sun and 8 planets: 200 years, or 20 when quick."""
+    return _planets(
+        galvi.problems.solar_system(pluto=False),
+        7_305.0 if quick else 73_050.0,
+        87.97,
+        quick,
+        (
+            ("REBOUND WHFast512", whfast512.WHFAST512, WISDOM, whfast512.BEST),
+            ("Stormer-Verlet", STORMER_VERLET, (100, 300), {}),
+            ("symplectic Euler", SYMPLECTIC_EULER, (300,), {}),
+        ),
+    )
+
+
+def _planets(
+    problem: Problem, duration: float, period: float, quick: bool, others: Sequence[Any]
+) -> Arena:
+    """galvi, REBOUND, heyoka and SciPy on planets; the truth is the stored one.
+
+    duration  on which the truth is kept, in days
+    period    of the fastest planet, days, to which numbers of steps refer
+    others    (label, contender, steps a period, options), for this problem only
+    """
 
     def truth() -> Truth:
-        runs = [
-            ias15.IAS15.run(problem, duration, {"samples": 1, **options})
-            for options in (ias15.DEFAULT, ias15.GLOBAL)
-        ]
-        gap = float(np.max(np.linalg.norm(runs[0].q[-1] - runs[1].q[-1], axis=-1)))
-        text = f"REBOUND IAS15 (PRS23), from which GLOBAL is {gap:.0e} au away"
-        return Truth(runs[0].q[-1], gap, text, source="REBOUND IAS15")
+        kept = STORED_TRUTH.run(problem, duration, {"samples": 1})
+        speed = np.max(np.abs(problem.system.velocity(kept.p[-1])))
+        error = EPS * (float(np.max(np.abs(kept.q[-1]))) + duration * float(speed))
+        text = f"{kept.method}; to the rounding of positions and times, {error:.0e} au"
+        return Truth(kept.q[-1], error, text)
 
-    def steps(*days: float, **options: Any) -> list[Setting]:
-        return [{**_fixed(duration, round(duration / h)), **options} for h in days]
+    def steps(*per_period: float, **options: Any) -> list[Setting]:
+        # Never a whole number of steps a period: errors that resonate with it say little.
+        counts = [round(duration * (k + 1.0 / 3.0) / period) for k in per_period]
+        return [{**_fixed(duration, count), **options} for count in counts]
 
-    tolerances = (1e-6, 1e-9) if quick else (1e-6, 1e-9, 1e-12)
+    def adaptive(**options: Any) -> Setting:
+        return {"samples": 1, **options}
+
+    best = [
+        {**one, "kernel": kernel}
+        for kernel in (("LAZY",) if quick else ("LAZY", "DEFAULT"))
+        for one in steps(*WISDOM, **whfast.BEST)
+    ]
+    looser = [
+        {**mode, "epsilon": epsilon}
+        for mode in (ias15.DEFAULT, ias15.GLOBAL)
+        for epsilon in ((1e-5,) if quick else (1e-7, 1e-5, 1e-3))
+    ]
+    taylor = [heyoka_taylor.DEFAULT, heyoka_taylor.BEST]
+    taylor += [] if quick else [{**heyoka_taylor.DEFAULT, "tolerance": 1e-12}]
     return Arena(
         problem,
         duration,
         (
             *(
-                (_ours(s), gauss_collocation(s), steps(*days))
-                for s, days in {
-                    4: (16.0, 8.0, 4.0, 2.0, 1.0),
-                    8: (32.0, 22.0, 16.0, 11.0, 8.0),
-                    16: (64.0, 48.0, 32.0, 24.0, 16.0),
+                (_ours(s), gauss_collocation(s), steps(*per_period))
+                for s, per_period in {
+                    6: (6, 8, 12, 16, 20, 24),
+                    8: (4, 6, 8, 10, 12, 16),
+                    12: (2, 3, 4, 5, 6, 8),
+                    16: (1.5, 2, 2.5, 3, 4),
                 }.items()
             ),
-            (
-                "REBOUND IAS15",
-                ias15.IAS15,
-                [{"samples": 1, **ias15.DEFAULT}, {"samples": 1, **ias15.GLOBAL}],
-            ),
-            ("REBOUND WHFast, best", whfast.WHFAST, steps(8.0, 6.0, 4.0, 2.0, **whfast.BEST)),
-            ("REBOUND WHFast, default", whfast.WHFAST, steps(8.0, 2.0, 0.5, **whfast.DEFAULT)),
-            ("SciPy DOP853", DOP853, _adaptive("tolerance", tolerances)),
-            ("SciPy RK45 (ode45)", ODE45, _adaptive("tolerance", tolerances[:2])),
-            ("Stormer-Verlet", STORMER_VERLET, steps(4.0, 1.0, 0.25)),
-            ("symplectic Euler", SYMPLECTIC_EULER, steps(1.0, 0.25)),
+            ("REBOUND IAS15", ias15.IAS15, [adaptive(**ias15.DEFAULT)]),
+            ("REBOUND IAS15, GLOBAL", ias15.IAS15, [adaptive(**ias15.GLOBAL)]),
+            ("REBOUND IAS15, looser", ias15.IAS15, [adaptive(**options) for options in looser]),
+            ("REBOUND WHFast, best", whfast.WHFAST, best),
+            ("REBOUND WHFast, default", whfast.WHFAST, steps(30, 120, **whfast.DEFAULT)),
+            ("REBOUND SABA(10,6,4)", saba.SABA, steps(3, 5, 7, 10, 20, **saba.BEST)),
+            ("heyoka", heyoka_taylor.HEYOKA, [adaptive(**options) for options in taylor]),
+            ("SciPy DOP853", DOP853, _adaptive("tolerance", (1e-9,) if quick else (1e-9, 1e-12))),
+            *((label, contender, steps(*k, **more)) for label, contender, k, more in others),
         ),
         truth,
     )

@@ -18,6 +18,7 @@ ENGINES = (
     "llvmlite",
     "pandas",
     "rebound",
+    "heyoka",
     "jplephem",
     "de421",
     "pytest-benchmark",

@@ -58,7 +58,7 @@ def work_precision(
     status        empty; 'truth'; a warning about the error; or why the run failed
     reference     the truth, and how far it can be trusted
     """
-    tables = [_study(arena, 0.02 if quick else 0.2, report) for arena in arenas(quick)]
+    tables = [_study(arena, 0.01 if quick else 0.2, report) for arena in arenas(quick)]
     return pd.concat(tables, ignore_index=True)
 
 

@@ -1,4 +1,4 @@
-"""Each reference on a problem it supports: ten revolutions, or a year of the planets."""
+"""Each reference on a problem it supports: ten revolutions, or so many of the fastest planet."""
 
 from __future__ import annotations
 
@@ -10,15 +10,19 @@ import pytest
 import galvi
 from benchmarks.timings.annotate import timed_run
 from references import REFERENCES, Contender
-from references.ias15 import IAS15
 from references.kepler import KEPLER
 from references.oscillator import OSCILLATOR
+from references.truth import STORED_TRUTH
 
 PROBLEMS: dict[str, tuple[galvi.Problem, float, Contender]] = {
     "oscillator": (galvi.problems.harmonic_oscillator(), 10 * math.tau, OSCILLATOR),
     "kepler": (galvi.problems.kepler(0.6), 10 * math.tau, KEPLER),
-    "solar system": (galvi.problems.solar_system(), 365.0, IAS15),
-}
+    "solar system": (galvi.problems.solar_system(), 1000.0, STORED_TRUTH),
+    "solar system without Pluto": (
+        galvi.problems.solar_system(pluto=False), 730.5, STORED_TRUTH,
+    ),
+    "outer solar system": (galvi.problems.outer_solar_system(), 36_525.0, STORED_TRUTH),
+}  # fmt: skip
 STEPS = 1000
 
 

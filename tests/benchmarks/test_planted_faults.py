@@ -11,9 +11,10 @@ import pytest
 
 import galvi
 from benchmarks.claim import Claim, Row
-from benchmarks.claims import CLAIMS
+from benchmarks.claims import CLAIMS, v11
 from benchmarks.verdicts import CONTRADICTED, HOLDS
 from galvi import Problem
+from references.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
 
 CLAIM = {claim.id: claim for claim in CLAIMS}
 Change = Callable[[Any], dict[str, Any]]
@@ -75,6 +76,8 @@ def contradicted(found: list[Row]) -> list[str]:
         ("V8", velocity_weights, "angular momentum error, n = 8"),
         ("V9", position_weights, "Mercury, distance to IAS15 at the end [au], n = 41"),
         ("V9", velocity_weights, "energy error, n = 25"),
+        ("V10", position_weights, "farthest planet from IAS15 at the end [au], n = 25"),
+        ("V10", velocity_weights, "energy error, n = 25"),
     ],
 )
 def test_a_table_that_is_slightly_wrong_is_caught(
@@ -84,7 +87,8 @@ def test_a_table_that_is_slightly_wrong_is_caught(
 
 
 def reversed_clock(problem: Problem) -> Problem:
-    return Problem(problem.system, problem.q0, -problem.v0, problem.t0, problem.name)
+    start = problem.q0, -problem.v0
+    return Problem(problem.system, *start, problem.t0, problem.name, problem.parameters)
 
 
 def stronger_force(problem: Problem) -> Problem:
@@ -98,7 +102,7 @@ def stronger_force(problem: Problem) -> Problem:
     return Problem(changed, problem.q0, problem.v0, problem.t0, problem.name, problem.parameters)
 
 
-@pytest.mark.parametrize("claim", ["V3", "V6", "V9"])
+@pytest.mark.parametrize("claim", ["V3", "V6", "V9", "V10"])
 @pytest.mark.parametrize("change", [reversed_clock, stronger_force])
 def test_a_wrong_motion_is_caught_by_the_truth(
     claim: str, change: Callable[[Problem], Problem], monkeypatch: pytest.MonkeyPatch
@@ -119,3 +123,61 @@ def test_invariants_alone_do_not_see_a_wrong_motion(
         galvi, "integrate", lambda problem, *rest: true_to_itself(change(problem), *rest)
     )
     assert [row.verdict for row in rows(CLAIM["V8"])] == [HOLDS, HOLDS]
+
+
+@pytest.mark.parametrize(
+    ("label", "instead", "quantities"),
+    [
+        (
+            v11.SYMPLECTIC,
+            EXPLICIT_EULER,
+            ["largest relative energy error, symplectic Euler"],
+        ),
+        (
+            v11.IMPLICIT,
+            EXPLICIT_EULER,
+            [
+                "energy before the solve stops, relative change, implicit Euler",
+                "share of steps in which the energy rises, implicit Euler",
+            ],
+        ),
+        (
+            v11.EXPLICIT,
+            SYMPLECTIC_EULER,
+            [
+                "energy at the end, relative change, explicit Euler",
+                "share of steps in which the energy rises, explicit Euler",
+            ],
+        ),
+    ],
+    ids=["symplectic is explicit", "implicit is explicit", "explicit is symplectic"],
+)
+def test_a_method_of_euler_that_is_another_is_caught(
+    label: str, instead: Any, quantities: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sound = v11.methods()
+    some = {key: sound[key] for key in sound if key != v11.BLIND}
+    monkeypatch.setattr(v11, "methods", lambda: {**some, label: (instead, {})})
+    assert set(quantities) <= set(contradicted(rows(CLAIM["V11"])))
+
+
+def test_a_wrong_sign_of_the_velocity_is_caught_in_v11(monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = v11.methods()
+    found = {
+        label: (_Changed(contender, reversed_clock), options)
+        for label, (contender, options) in sound.items()
+        if label != v11.BLIND
+    }
+    monkeypatch.setattr(v11, "methods", lambda: found)
+    orders = [quantity for quantity in contradicted(rows(CLAIM["V11"])) if "order" in quantity]
+    assert len(orders) == 3
+
+
+class _Changed:
+    """A contender that solves a changed problem."""
+
+    def __init__(self, contender: Any, change: Callable[[Problem], Problem]) -> None:
+        self.contender, self.change = contender, change
+
+    def run(self, problem: Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        return self.contender.run(self.change(problem), duration, setting)

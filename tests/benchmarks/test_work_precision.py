@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from benchmarks import stopwatch, work_precision
-from benchmarks.arena import Arena, Truth, arenas, kepler
+from benchmarks.arena import Arena, Truth, arenas, kepler, outer_solar_system, solar_system
 from benchmarks.cost import COLUMNS as COST
 from benchmarks.cost import cost_table
 
@@ -78,6 +78,40 @@ def test_the_arenas_name_each_contender_once_and_use_whole_steps(quick: bool) ->
                     assert (arena.duration / setting["step"]) == pytest.approx(
                         setting["save_every"], rel=1e-12
                     )
+
+
+@pytest.mark.parametrize("make", [outer_solar_system, solar_system])
+def test_planets_meet_every_peer_at_its_default_and_its_best(make: Any) -> None:
+    arena = make(quick=True)
+    entries = {label: settings for label, _, settings in arena.entries}
+    assert {f"galvi degree {s}, Gauss {s}" for s in (6, 8, 12, 16)} <= set(entries)
+    assert entries["REBOUND IAS15"][0]["adaptive_mode"] == "PRS23"
+    assert entries["REBOUND IAS15, GLOBAL"][0]["adaptive_mode"] == "GLOBAL"
+    assert all(one["safe_mode"] == 0 for one in entries["REBOUND WHFast, best"])
+    assert all(one["safe_mode"] == 1 for one in entries["REBOUND WHFast, default"])
+    assert {"REBOUND SABA(10,6,4)", "heyoka", "SciPy DOP853"} <= set(entries)
+    assert ("REBOUND WHFast512" in entries) == (make is solar_system)
+
+
+@pytest.mark.parametrize("quick", [True, False])
+def test_the_truth_of_the_planets_is_better_than_any_contender_and_none_of_galvi_s(
+    quick: bool,
+) -> None:
+    for make in (outer_solar_system, solar_system):
+        truth = make(quick).truth()
+        assert "quadruple" in truth.description or "real128" in truth.description
+        assert truth.error < 1e-11 and truth.source == ""
+
+
+def test_planets_are_timed_against_the_stored_truth(monkeypatch: pytest.MonkeyPatch) -> None:
+    few = ("galvi degree 12, Gauss 12", "REBOUND IAS15", "REBOUND WHFast, default")
+    arena = solar_system(quick=True)
+    arena = replace(arena, entries=tuple(e for e in arena.entries if e[0] in few))
+    monkeypatch.setattr(work_precision, "arenas", lambda quick: (arena,))
+    best = work_precision.work_precision(quick=True).groupby("contender")["error"].min()
+    assert best[few[0]] < 1e-10  # 3e-12 when this was written
+    if few[1] in best.dropna():
+        assert best[few[1]] < 1e-10 < best[few[2]]
 
 
 def test_calls_take_turns_and_short_ones_are_repeated(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,54 @@
+"""Schwarzschild's term turns a planet's perihelion as Einstein says."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks.orbit_shape import angle, period
+from benchmarks.relativity import LIGHT, displacement, path
+
+GM, AXIS, ECCENTRICITY = 2.9591e-4, 0.387098, 0.205630  # Mercury's
+SECONDS = 648_000.0 / math.pi
+YEAR = math.tau * math.sqrt(AXIS**3 / GM)
+
+
+def start() -> tuple[np.ndarray, np.ndarray]:
+    """At perihelion, on the x axis."""
+    speed = math.sqrt(GM / AXIS * (1.0 + ECCENTRICITY) / (1.0 - ECCENTRICITY))
+    return np.array([AXIS * (1.0 - ECCENTRICITY), 0.0, 0.0]), np.array([0.0, speed, 0.0])
+
+
+def perihelion(light: float, around: float) -> np.ndarray:
+    """Where the body is nearest, by a parabola through fine samples near a time."""
+    times = around + np.linspace(-0.5, 0.5, 201)
+    places = path(GM, *start(), np.concatenate([[0.0], times]), light)[1:]
+    distance = np.linalg.norm(places, axis=-1)
+    bend, slope, _ = np.polyfit(times - around, distance, 2)
+    nearest = -0.5 * slope / bend
+    return np.array([np.interp(nearest, times - around, x) for x in places.T])
+
+
+def test_mercury_s_perihelion_advances_by_43_arc_seconds_a_century() -> None:
+    revolutions = 20
+    relativistic = perihelion(LIGHT, revolutions * YEAR)
+    turned = angle(start()[0], relativistic) * SECONDS / (revolutions * YEAR / 36_525.0)
+    assert turned == pytest.approx(42.98, rel=0.01)
+    assert angle(start()[0], perihelion(math.inf, revolutions * YEAR)) * SECONDS < 0.01
+
+
+def test_the_displacement_is_nothing_without_the_term_and_falls_with_the_speed_of_light() -> None:
+    times = np.array([100.0, 1000.0])
+    usual = displacement(GM, *start(), times)
+    assert np.all(usual > 1e-7)
+    apart = path(GM, *start(), times, 10.0 * LIGHT) - path(GM, *start(), times, math.inf)
+    assert np.linalg.norm(apart, axis=-1) == pytest.approx(usual / 100.0, rel=1e-3)
+
+
+def test_a_light_second_is_a_light_second() -> None:
+    seconds = 86_400.0 / LIGHT
+    assert seconds == pytest.approx(499.004784, abs=1e-5)
+    assert period(galvi.problems.solar_system(), 1) == pytest.approx(YEAR, rel=1e-3)
