@@ -6,7 +6,7 @@ BIN := .venv/bin
 STAMP := .venv/installed
 
 .DEFAULT_GOAL := help
-.PHONY: install test check report bench clean help
+.PHONY: install test check report studies bench clean help
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -25,6 +25,9 @@ check: $(STAMP) ## lint, formatting, types, import contracts
 
 report: $(STAMP) ## verify, compare and show: tables, figures and a page in reports/out
 	$(BIN)/python -m reports
+
+studies: $(STAMP) ## run the long studies: hours, in parts; one that was stopped goes on
+	$(BIN)/python -m reports studies
 
 bench: $(STAMP) ## time steps, trajectories and references, and keep the result
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only --benchmark-autosave

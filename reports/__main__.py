@@ -1,4 +1,4 @@
-"""``python -m reports [verify | compare | build]``."""
+"""``python -m reports [verify | compare | build | studies | readme]``."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""`build`: verify, compare, draw, and write the page."""
+"""`build`: verify, compare, study, draw, and write the page."""
 
 from __future__ import annotations
 
@@ -9,20 +9,22 @@ from reports.order import Order
 from reports.origins import note_origin
 from reports.page.content import content
 from reports.page.render import render
+from reports.studied import Studied, study_all
 from reports.suite import Suite
 from reports.verification import Checked
 from reports.verify import verify
 
 
-def build(suite: Suite, order: Order) -> tuple[list[Checked], Compared]:
-    """Everything, anew: no number on the page is older than this run."""
+def build(suite: Suite, order: Order) -> tuple[list[Checked], Compared, list[Studied]]:
+    """Everything, anew, beside the stored rows of long studies, which say when they were made."""
     checked = verify(suite, order)
     compared = compare(suite, order)
-    gallery = draw(checked, compared)
+    studied = study_all(suite, order)
+    gallery = draw(checked, compared, studied)
     save(gallery, order.out / "figures")
     provenance = dict(suite.provenance(order.command))
-    page = render(content(checked, compared, gallery, suite.claims, provenance, order))
+    page = render(content(checked, compared, studied, gallery, suite.claims, provenance, order))
     write(order.out / "index.html", page)
     note_origin(order.out, "index.html", provenance, order.quick)
     print(f"The page is {order.out / 'index.html'}.")
-    return checked, compared
+    return checked, compared, studied

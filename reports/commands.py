@@ -81,10 +81,21 @@ def application(load: Load, command: str) -> typer.Typer:
         from reports.verify import verdicts
 
         suite = load()
-        checked, compared = build(suite, order(suite, quick, out, claims))
-        for failure in compared.failures:
+        checked, compared, studied = build(suite, order(suite, quick, out, claims))
+        failures = [*compared.failures, *(one.failure for one in studied if one.failure)]
+        for failure in failures:
             print(failure, file=sys.stderr)
-        return int(not verdicts(checked).as_expected or bool(compared.failures))
+        return int(not verdicts(checked).as_expected or bool(failures))
+
+    @app.command("studies", help="The long studies: hours, in parts; goes on where it was.")
+    def long_studies(out: Path = FOLDER) -> int:
+        from reports.studies import run_studies
+
+        suite = load()
+        failures = run_studies(suite, order(suite, False, out))
+        for failure in failures:
+            print(failure, file=sys.stderr)
+        return int(bool(failures))
 
     @app.command("readme", help="Renew the results table and the picture of README.md.")
     def renew_readme(out: Path = FOLDER) -> int:

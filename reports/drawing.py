@@ -16,6 +16,7 @@ from reports.figures.figure import Figure, Picture, picture
 from reports.figures.step_cost import step_cost
 from reports.figures.work_precision import work_precision
 from reports.numerals import capital
+from reports.studied import Studied
 from reports.verification import Checked
 
 
@@ -58,8 +59,10 @@ COST_FIGURE = Figure(
 )
 
 
-def draw(checked: Sequence[Checked], compared: Compared) -> Gallery:
-    """Every figure of the catalogue, one for each compared problem, one of the costs."""
+def draw(
+    checked: Sequence[Checked], compared: Compared, studied: Sequence[Studied] = ()
+) -> Gallery:
+    """Every figure of the catalogue and of the studies, one for each compared problem, the cost."""
     gallery = Gallery({}, {})
     for figure in FIGURES:
         source = figure.read(checked)
@@ -69,6 +72,9 @@ def draw(checked: Sequence[Checked], compared: Compared) -> Gallery:
         for problem, runs in compared.work_precision.groupby("problem", sort=False):
             _add(gallery, comparison_figure(str(problem), contenders), runs)
     _add(gallery, COST_FIGURE, compared.cost)
+    for one in studied:
+        for figure in one.study.figures:
+            _add(gallery, figure, one.frame)
     return gallery
 
 

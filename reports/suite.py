@@ -6,11 +6,26 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import pandas as pd
+from benchmarks.claim import Claim
+from reports.study import Measure, Study
 
-from benchmarks.claim import Claim, Report
 
-Measure = Callable[[bool, Report], pd.DataFrame]
+@dataclass(frozen=True)
+class Table:
+    """A study that is shown as a table.
+
+    name      of its files, e.g. "ephemeris"
+    title     its heading on the page
+    text      what the reader should know, in a few sentences
+    measure   (quick, report) -> frame
+    headings  column: what stands above it on the page
+    """
+
+    name: str
+    title: str
+    text: str
+    measure: Measure
+    headings: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -20,6 +35,8 @@ class Suite:
     make_method     what claims build their methods with, `galvi.Galerkin`
     work_precision  (quick, report) -> errors and times of contenders
     cost            (quick, report) -> what a step costs
+    tables          further studies, each shown as a table
+    studies         those with sections of their own
     provenance      command -> versions, commit, machine, date
     """
 
@@ -28,14 +45,48 @@ class Suite:
     work_precision: Measure
     cost: Measure
     provenance: Callable[[str], Mapping[str, str]]
+    tables: tuple[Table, ...] = ()
+    studies: tuple[Study, ...] = ()
 
 
 def load() -> Suite:
     """The real one; imported when called, so that a mistyped word is answered at once."""
     import galvi
+    from benchmarks import ephemeris, high_eccentricity
     from benchmarks.claims import CLAIMS
     from benchmarks.cost import cost_table
     from benchmarks.provenance import provenance
     from benchmarks.work_precision import work_precision
+    from reports.own_sections import STUDIES
 
-    return Suite(CLAIMS, galvi.Galerkin, work_precision, cost_table, provenance)
+    sky = Table(
+        "ephemeris",
+        "Point masses against JPL's ephemeris",
+        ephemeris.EXPLANATION,
+        ephemeris.ephemeris_table,
+        {
+            "body": "body",
+            "days": "days",
+            "difference_au": "from DE421 [au]",
+            "difference_arcsec": "seen from the Sun [″]",
+            "relativity_au": "relativity alone [au]",
+            "integration_error_au": "error of the run [au]",
+        },
+    )
+    stress = Table(
+        "high_eccentricity",
+        "Through the pericentre at high eccentricity",
+        high_eccentricity.EXPLANATION,
+        high_eccentricity.high_eccentricity_table,
+        {
+            "eccentricity": "eccentricity",
+            "contender": "contender",
+            "settings": "setting",
+            "error": "error",
+            "energy_error": "energy error",
+            "evaluations": "force evaluations",
+            "status": "status",
+        },
+    )
+    tables = (sky, stress)
+    return Suite(CLAIMS, galvi.Galerkin, work_precision, cost_table, provenance, tables, STUDIES)

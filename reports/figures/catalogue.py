@@ -1,16 +1,19 @@
-"""The figures of H in V1 to V9 (2.3 to 2.14), each as data."""
+"""The figures of H in V1 to V11 (1.1 and 2.3 to 2.15), each as data."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 
-from benchmarks.claims import v1, v2, v3, v4, v5, v6, v7, v9
+from benchmarks.claims import v1, v2, v3, v4, v5, v6, v7, v9, v10, v11
 from benchmarks.claims.kepler_orbit import FLOOR
+from benchmarks.long_steps import CURVE, ENDS
 from reports.figures.convergence import convergence_in_h, convergence_in_n
+from reports.figures.energies import energies
 from reports.figures.figure import Figure
 from reports.figures.history import history
 from reports.figures.orbits import orbits
+from reports.figures.paths import Panel, paths
 from reports.figures.rate import Rate
 
 N = "n-refinement"
@@ -59,6 +62,44 @@ def _unclaimed(n: int) -> None:
 
 
 FIGURES: tuple[Figure, ...] = (
+    Figure(
+        name="fig-1-01",
+        source="H fig. 1.1",
+        title="Inner planets by three methods of order 1",
+        claims=("V11",),
+        draw=paths,
+        options={
+            "panels": (
+                Panel(v11.EXPLICIT, (v11.EXPLICIT,), 9.0),
+                Panel(v11.IMPLICIT, (v11.IMPLICIT, v11.BLIND), 3.0),
+                Panel(v11.SYMPLECTIC, (v11.SYMPLECTIC,), 1.8),
+            ),
+            "bodies": v11.INNER,
+        },
+        caption=f"{v11.YEARS:g} years in steps of {v11.STEP:g} years, relative to the Sun, in the "
+        "equatorial plane of the ICRF; note the scales. Implicit Euler comes as far as the "
+        "crosses, where its solve stops converging; thin lines: what follows when that is "
+        "ignored, out of the frame.",
+        size=(9.6, 3.5),
+    ),
+    Figure(
+        name="fig-1-01-energy",
+        source="H fig. 1.1",
+        title="Solar system: energy by three methods of order 1",
+        claims=("V11",),
+        draw=energies,
+        options={
+            "quantity": v11.ENERGY,
+            "labels": {
+                v11.EXPLICIT: "explicit Euler:\nrises",
+                v11.SYMPLECTIC: "symplectic Euler:\nstays",
+                v11.IMPLICIT: "implicit Euler:\nfalls, then stops",
+            },
+            "unit": v11.DAYS,
+        },
+        caption="Relative change of the energy, upwards when it rises; logarithmic outside the "
+        "shaded band. Implicit Euler ends at the cross, where its solve stops converging.",
+    ),
     Figure(
         name="fig-2-03",
         source="H fig. 2.3",
@@ -175,13 +216,30 @@ FIGURES: tuple[Figure, ...] = (
         claims=("V9",),
         draw=orbits,
         options={
-            "curve": "position on the curve",
-            "ends": "position at step ends",
+            "curve": CURVE,
+            "ends": ENDS,
             "bodies": v9.INNER,
             "centre": "Sun",
         },
         caption="Lines: the Galerkin curves; dots: the ends of the steps, farther apart than a "
         "year of Mercury. Places are relative to the Sun, in the equatorial plane of the ICRF.",
+        size=(6.0, 6.0),
+    ),
+    Figure(
+        name="fig-2-15",
+        source="H fig. 2.15",
+        title=f"Outer planets from 2000-01-01, {v10.STEPS} steps of five years, n = {v10.N}",
+        claims=("V10",),
+        draw=orbits,
+        options={
+            "curve": CURVE,
+            "ends": ENDS,
+            "bodies": v10.OUTER,
+            "centre": "Sun and inner planets",
+        },
+        caption="Lines: the Galerkin curves over 500 years; dots: the ends of the steps. Places "
+        "are relative to the Sun and the inner planets, which are one body here, in the "
+        "equatorial plane of the ICRF.",
         size=(6.0, 6.0),
     ),
 )  # fmt: skip

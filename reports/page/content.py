@@ -17,9 +17,36 @@ from reports.numerals import capital
 from reports.order import Order
 from reports.page.grid import Grid, grid
 from reports.page.section import reasons, section
+from reports.studied import Studied
+from reports.study_table import readable_table
 from reports.verification import Checked
 from reports.verify import verdicts
 from reports.winners import winners
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A further study: its heading, its text, its table and the anchor of its place."""
+
+    name: str
+    title: str
+    text: str
+    rows: Grid
+
+
+@dataclass(frozen=True)
+class OwnSection:
+    """A study with its pictures; rows None when it was not run.
+
+    notes  sentences on what is missing
+    """
+
+    name: str
+    title: str
+    text: str
+    pictures: tuple[Picture, ...]
+    rows: Grid | None
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -38,6 +65,7 @@ class Duel:
 def content(
     checked: Sequence[Checked],
     compared: Compared,
+    studied: Sequence[Studied],
     gallery: Gallery,
     known: Sequence[Claim],
     provenance: dict[str, str],
@@ -59,10 +87,31 @@ def content(
         "duels": _duels(compared, gallery),
         "cost": None if compared.cost is None else grid(*readable_cost(compared.cost)),
         "cost_picture": gallery.pictures.get(COST_FIGURE.name),
+        "tables": [
+            Shown(table.name.replace("_", "-"), table.title, table.text,
+                  grid(*readable_table(frame, table.headings)))
+            for table, frame in compared.tables
+        ],
+        "studies": [_own_section(one, gallery) for one in studied],
         "failures": compared.failures,
         "provenance": list(provenance.items()),
         "reproduce": f"make install\n.venv/bin/{order.command}",
-    }
+    }  # fmt: skip
+
+
+def _own_section(one: Studied, gallery: Gallery) -> OwnSection:
+    names = [figure.name for figure in one.study.figures]
+    undrawn = () if one.frame is None else tuple(
+        gallery.missing[name] for name in names if name in gallery.missing
+    )  # fmt: skip
+    return OwnSection(
+        one.study.name,
+        one.study.title,
+        one.study.text,
+        tuple(gallery.pictures[name] for name in names if name in gallery.pictures),
+        None if one.frame is None else grid(*one.study.table(one.frame)),
+        (*filter(None, (one.failure, one.note)), *undrawn),
+    )
 
 
 def _duels(compared: Compared, gallery: Gallery) -> list[Duel]:

@@ -13,9 +13,11 @@ from benchmarks.claim import Claim, Row
 from benchmarks.tidy import frame, row
 from reports.figures.catalogue import FIGURES
 from reports.figures.convergence import convergence_in_h, convergence_in_n
+from reports.figures.energies import energies
 from reports.figures.figure import Figure
 from reports.figures.history import history
-from reports.suite import Suite
+from reports.figures.paths import paths
+from reports.suite import Suite, Table
 
 ROW = Row(
     id="V1",
@@ -97,6 +99,22 @@ def cost(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
     return pd.DataFrame([one, {**one, "seconds_per_step": np.nan, "status": "It failed."}])
 
 
+def sky(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+    """Two bodies, one without a number."""
+    return pd.DataFrame(
+        {"body": ["Sun", "Mars"], "days": [1000, 1000], "away": [np.nan, 1.2345e-7], "note": ""}
+    )
+
+
+SKY = Table(
+    "sky_and_model",
+    "Model against sky",
+    "Far below 1e-6 au.",
+    sky,
+    {"body": "body", "days": "days", "away": "distance [au]", "note": "note"},
+)
+
+
 def provenance(command: str) -> Mapping[str, str]:
     return {**PROVENANCE, "command": command}
 
@@ -106,7 +124,7 @@ def make_suite() -> Callable[..., Suite]:
     """A suite of the given claims, by default one that holds."""
 
     def make(*claims: Claim, **others: object) -> Suite:
-        parts = {"work_precision": work_precision, "cost": cost, **others}
+        parts = {"work_precision": work_precision, "cost": cost, "tables": (SKY,), **others}
         return Suite(claims or (claim(),), None, provenance=provenance, **parts)
 
     return make
@@ -118,6 +136,10 @@ def frame_for(figure: Figure) -> pd.DataFrame:
         rows = [one for rate in figure.options["rates"] for one in _errors(rate)]
     elif figure.draw is history:
         rows = _history(figure.options["quantity"])
+    elif figure.draw is energies:
+        rows = _energies(figure.options)
+    elif figure.draw is paths:
+        rows = _paths(figure.options)
     else:
         rows = _orbits(figure.options)
     return frame(rows)
@@ -142,6 +164,25 @@ def _history(quantity: str) -> list[dict[str, object]]:
     return [
         row(study="history", quantity=quantity, t=2.0 * k, value=0.01 * np.sin(k))
         for k in range(100)
+    ]
+
+
+def _energies(options: Mapping[str, object]) -> list[dict[str, object]]:
+    """One falls and ends early, the others go on."""
+    return [
+        row(study=study, quantity=options["quantity"], t=10.0 * t, value=(k - 1) * 1e-3 * t)
+        for k, study in enumerate(options["labels"])
+        for t in range(40 if k else 20)
+    ]
+
+
+def _paths(options: Mapping[str, object]) -> list[dict[str, object]]:
+    return [
+        row(study=study, quantity="position", label=body, t=t, x=k + np.cos(t), y=np.sin(t), z=0.0)
+        for panel in options["panels"]
+        for k, study in enumerate(panel.studies)
+        for body in options["bodies"]
+        for t in np.linspace(0.0, 6.0, 50)
     ]
 
 

@@ -69,7 +69,8 @@ def test_compare_writes_both_tables_and_their_origin(make_suite, tmp_path):
     assert len(pd.read_csv(tmp_path / "work_precision.csv")) == 6
     assert len(pd.read_csv(tmp_path / "cost.csv")) == 2
     origins = json.loads((tmp_path / "provenance.json").read_text())
-    assert set(origins) == {"work_precision.csv", "cost.csv"}
+    assert len(pd.read_csv(tmp_path / "sky_and_model.csv")) == 2
+    assert set(origins) == {"work_precision.csv", "cost.csv", "sky_and_model.csv"}
     assert origins["cost.csv"]["setting"] == "quick"
     assert origins["cost.csv"]["command"].startswith("python -m reports compare --quick")
 
@@ -90,7 +91,7 @@ def test_no_command_means_build(make_suite, tmp_path, words):
     assert run(make_suite, [*words, "--out", str(tmp_path)]) == 0
     for name in ("claims.csv", "work_precision.csv", "cost.csv", "provenance.json", "index.html"):
         assert (tmp_path / name).stat().st_size > 0
-    for table in ("claims", "convergence", "ratios", "choices", "cost"):
+    for table in ("claims", "convergence", "ratios", "choices", "cost", "sky_and_model"):
         for kind in ("csv", "md", "tex"):
             assert (tmp_path / "tables" / f"{table}.{kind}").stat().st_size > 0
     for kind in ("svg", "png"):

@@ -101,7 +101,16 @@ def test_every_picture_is_in_the_page_and_described(page):
 
 def test_comparisons_say_who_wins_and_who_did_not_get_there(page):
     assert "SciPy DOP853 wins at 10⁻⁴" in page
-    assert "galvi is fastest at 10⁻⁶, 10⁻⁸" in page
+    assert "galvi is fastest at 10⁻⁶, 10⁻⁷, 10⁻⁸, 10⁻⁹" in page
     assert "not reached" in page
     assert "The run failed: use smaller steps." in page
     assert "Taylor cannot be judged by itself" in page
+
+
+def test_a_further_study_is_a_table_with_its_text(page):
+    place = page[page.index('<h2 id="sky-and-model">Model against sky</h2>') :]
+    assert "Far below 10<sup>\u22126</sup> au." in place
+    assert '<td>Mars</td><td class="number">1000</td><td class="number">1.23·10⁻⁷</td>' in place
+    assert '<td>Sun</td><td class="number">1000</td><td class="number"></td>' in place
+    assert "note" not in place[place.index("<thead>") : place.index("</thead>")]
+    assert "<code>sky_and_model.csv</code>" in place

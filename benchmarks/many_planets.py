@@ -1,0 +1,67 @@
+"""Planetary systems of any number of bodies, alike in all but that number."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+import galvi
+from galvi import NBody, Problem
+
+SPACING = 1.1  # of neighbouring orbits: 11 mutual Hill radii of the heaviest, so none come close
+LIGHTER = 1e-3  # than Jupiter, Saturn, Uranus, Neptune, whose masses take turns
+ROUND = 0.02  # eccentricity and inclination, in radians
+SEED = 1986
+
+
+def many_planets(bodies: int) -> Problem:
+    """A Sun and bodies - 1 light planets, the innermost where Jupiter is, each next farther out.
+
+    The same planets start in the same places in every system that has them, up to its barycentre.
+    Units are those of `galvi.problems.solar_system`. ValueError for fewer than two bodies.
+    """
+    if bodies < 2:
+        raise ValueError(f"bodies must be at least 2, a Sun and a planet; received {bodies}.")
+    giants = galvi.problems.outer_solar_system()
+    sun, *heavy = giants.system.masses[:5]  # type: ignore[attr-defined]
+    gap = giants.q0[1] - giants.q0[0]
+    numbers = np.arange(bodies - 1)
+    masses = LIGHTER * np.array(heavy)[numbers % len(heavy)]
+    axes = float(np.linalg.norm(gap)) * SPACING**numbers
+    angles = np.stack(
+        [np.random.default_rng([SEED, int(k)]).uniform(0.0, math.tau, 3) for k in numbers]
+    )
+    planets = [_orbit(axis, sun, angle) for axis, angle in zip(axes, angles, strict=True)]
+    q = np.vstack([np.zeros(3), *(place for place, _ in planets)])
+    v = np.vstack([np.zeros(3), *(velocity for _, velocity in planets)])
+    every = np.append(sun, masses)
+    q -= every @ q / every.sum()
+    v -= every @ v / every.sum()
+    return Problem(NBody(every), q, v, name=f"{bodies} bodies", units=giants.units)
+
+
+def innermost_period(problem: Problem) -> float:
+    """Of the first planet about the Sun, of the axis that `many_planets` gave it."""
+    giants = galvi.problems.outer_solar_system()
+    axis = float(np.linalg.norm(giants.q0[1] - giants.q0[0]))
+    sun = float(problem.system.masses[0])  # type: ignore[attr-defined]
+    return math.tau * math.sqrt(axis**3 / sun)
+
+
+def _orbit(axis: float, gm: float, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Place and velocity at pericentre, at angles (longitude, node, argument)."""
+    node, argument, turn = angles
+    across = np.array([math.cos(argument + turn), math.sin(argument + turn), 0.0])
+    along = np.array([-across[1], across[0], 0.0])
+    tilt = np.array(
+        [[1.0, 0.0, 0.0], [0.0, math.cos(ROUND), -math.sin(ROUND)],
+         [0.0, math.sin(ROUND), math.cos(ROUND)]]
+    )  # fmt: skip
+    swing = np.array(
+        [[math.cos(node), -math.sin(node), 0.0], [math.sin(node), math.cos(node), 0.0],
+         [0.0, 0.0, 1.0]]
+    )  # fmt: skip
+    turned = swing @ tilt
+    speed = math.sqrt(gm / axis * (1.0 + ROUND) / (1.0 - ROUND))
+    return axis * (1.0 - ROUND) * turned @ across, speed * turned @ along

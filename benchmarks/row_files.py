@@ -1,0 +1,93 @@
+"""Rows kept on disk as soon as they are known: a file is whole or not there, and says if damaged.
+
+The last line of each .csv is a comment with the digest of what stands above it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+MARK = "# sha256 "
+DAMAGED = ".damaged"
+
+
+@dataclass(frozen=True)
+class RowFiles:
+    """The .csv files of one folder, all with the same columns.
+
+    folder   made when first written to
+    columns  of every file, with the type of each: str, int or float
+    report   is told, in a sentence, of each file that is set aside
+    """
+
+    folder: Path
+    columns: Mapping[str, type]
+    report: Callable[[str], None] = print
+
+    def path(self, name: str, kind: str = ".csv") -> Path:
+        """Of a file that goes by this name."""
+        return self.folder / f"{name}{kind}"
+
+    def write(self, name: str, frame: pd.DataFrame) -> None:
+        """Put the frame in the place of what was there."""
+        text = frame[list(self.columns)].to_csv(index=False, lineterminator="\n")
+        self.folder.mkdir(parents=True, exist_ok=True)
+        handle, partial = tempfile.mkstemp(prefix=f".{name}.", dir=self.folder)
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+                file.write(f"{text}{MARK}{_digest(text)}\n")
+            os.chmod(partial, 0o644)
+            os.replace(partial, self.path(name))
+        except BaseException:
+            os.unlink(partial)
+            raise
+
+    def read(self, name: str) -> pd.DataFrame | None:
+        """The rows, each number as it was; None when there is no file, or a damaged one."""
+        path = self.path(name)
+        try:
+            text, _, digest = path.read_text(encoding="utf-8").rpartition(MARK)
+        except FileNotFoundError:
+            return None
+        except (OSError, UnicodeDecodeError) as error:
+            self.set_aside(path, str(error))
+            return None
+        if not text or digest.strip() != _digest(text):
+            self.set_aside(path, "its contents are not what was written")
+            return None
+        frame = pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
+        if tuple(frame.columns) != tuple(self.columns):
+            self.set_aside(path, "it has other columns")
+            return None
+        for column, kind in self.columns.items():
+            if kind is not str:
+                frame[column] = [kind(text or "nan") for text in frame[column]]
+        return frame
+
+    def all(self) -> pd.DataFrame:
+        """The rows of every good file."""
+        names = sorted(path.stem for path in self.folder.glob("*.csv"))
+        frames = [frame for frame in map(self.read, names) if frame is not None]
+        if not frames:
+            return pd.DataFrame(columns=list(self.columns))
+        return pd.concat(frames, ignore_index=True)
+
+    def set_aside(self, path: Path, why: str) -> None:
+        """Rename a file so that it is neither read again nor lost."""
+        aside, k = path.with_name(path.name + DAMAGED), 1
+        while aside.exists():
+            aside, k = path.with_name(f"{path.name}{DAMAGED}.{k}"), k + 1
+        os.replace(path, aside)
+        self.report(f"{path.name} is set aside as {aside.name}: {why}.")
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,261 @@
+"""Random walks and drifts are told apart, tiny energies exact, and no row of a study is lost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pandas as pd
+import pytest
+
+import galvi
+from benchmarks import brouwer, long_brouwer
+from benchmarks.brouwer import COLUMNS, KEPT, Sample, gauss
+from benchmarks.exact_energy import exactly, relative_energy_error
+from benchmarks.growth import growth
+from references.double_double import DoubleDouble
+
+T = np.array(KEPT, dtype=float)
+STEP = 1e-17
+
+
+def walks(runs: int, seed: int, drift: float = 0.0) -> np.ndarray:
+    """Errors (runs, times) that move by STEP at random, 50 times in each unit of time."""
+    moves = np.random.default_rng(seed).standard_normal((runs, 100, 50)).sum(axis=2)
+    return STEP * np.cumsum(moves, axis=1)[:, np.array(KEPT) - 1] + drift * T
+
+
+def drawn(seeds: range, drift: float = 0.0) -> list:
+    return [growth(T, walks(32, seed, drift)) for seed in seeds]
+
+
+def test_a_random_walk_has_exponent_one_half_within_its_uncertainty() -> None:
+    fits = drawn(range(20))
+    apart = np.array([(fit.exponent - 0.5) / fit.uncertainty for fit in fits])
+    assert np.sqrt(np.mean(apart**2)) < 1.6  # 1 if the uncertainty is right
+    assert np.mean([fit.exponent for fit in fits]) == pytest.approx(0.5, abs=0.02)
+    assert not any(fit.drifts for fit in fits)
+    assert {fit.runs for fit in fits} == {32}
+
+
+def test_a_drift_below_the_walk_s_own_size_is_caught() -> None:
+    at_end = STEP * np.sqrt(50.0 * T[-1])
+    fits = drawn(range(5), drift=2.0 * at_end / T[-1])
+    assert all(fit.drifts and fit.drift > 0.0 for fit in fits)
+    assert all(fit.exponent > 0.6 for fit in fits)
+
+
+def test_an_offset_and_a_common_oscillation_are_no_drift() -> None:
+    errors = walks(32, 3) + 1e-16 * (1.0 + np.sin(40.0 * T))
+    assert not growth(T, errors).drifts
+
+
+def test_what_a_state_s_rounding_hides_is_left_out_of_the_fit() -> None:
+    rng = np.random.default_rng(4)
+    floor = 3e-16
+    hidden = walks(200, 5) + floor * rng.standard_normal((200, T.size))
+    assert growth(T, hidden).exponent < 0.35
+    seen = growth(T, walks(200, 5) + 1e-17 * rng.standard_normal((200, T.size)), floor=1e-16)
+    assert seen.first > T[0] and seen.exponent == pytest.approx(0.5, abs=0.1)
+
+
+@pytest.mark.parametrize("errors", [np.zeros((1, T.size)), np.full((4, T.size), np.nan)])
+def test_one_run_or_a_failed_one_gives_no_exponent(errors: np.ndarray) -> None:
+    fit = growth(T, errors)
+    assert np.isnan(fit.exponent) and not fit.drifts
+
+
+def test_the_energy_of_a_state_with_what_its_rounding_lost_is_exact() -> None:
+    problem = galvi.problems.outer_solar_system()
+    rng = np.random.default_rng(6)
+    state = [x * (1.0 + 1e-12 * rng.standard_normal(x.shape)) for x in (problem.q0, problem.v0)]
+    low = [1e-17 * x * rng.standard_normal(x.shape) for x in state]
+    found = relative_energy_error(problem, *map(DoubleDouble, state, low))
+    masses = [mpmath.mpf(float(m)) for m in problem.system.masses]
+    with mpmath.workdps(50):
+
+        def energy(q: list, v: list) -> mpmath.mpf:
+            kinetic = sum(m * sum(x * x for x in u) / 2 for m, u in zip(masses, v, strict=True))
+            for i, j in zip(*np.triu_indices(len(masses), 1), strict=True):
+                gap = [a - b for a, b in zip(q[i], q[j], strict=True)]
+                kinetic -= masses[i] * masses[j] / mpmath.norm(gap)
+            return kinetic
+
+        def digits(high: np.ndarray, rest: np.ndarray) -> list:
+            pairs = zip(high.tolist(), rest.tolist(), strict=True)
+            return [[mpmath.mpf(a) + mpmath.mpf(b) for a, b in zip(*p, strict=True)] for p in pairs]
+
+        start = energy(*(digits(x, 0.0 * x) for x in (problem.q0, problem.v0)))
+        truth = (energy(*map(digits, state, low)) - start) / abs(start)
+    assert float(found) == pytest.approx(float(truth), rel=1e-13, abs=1e-28)
+    assert abs(float(relative_energy_error(problem, exactly(problem.q0), exactly(problem.v0)))) == 0
+
+
+def test_the_runs_differ_by_1e_12_and_each_is_always_the_same() -> None:
+    problem = galvi.problems.outer_solar_system()
+    one, again, other = brouwer.member(0), brouwer.member(0), brouwer.member(1)
+    assert np.array_equal(one.q0, again.q0) and not np.array_equal(one.q0, other.q0)
+    for x, y in ((one.q0, problem.q0), (one.v0, problem.v0)):
+        assert 1e-13 < np.abs(x / y - 1.0).max() < 5e-12
+
+
+@dataclass(frozen=True)
+class Few:
+    """Ensembles of a hundred years, by one walker."""
+
+    walker: brouwer.Galerkin
+    runs: int = 8
+    years: float = 1000.0
+
+    def growth(self):
+        rows = [
+            brouwer.row(self.walker, self.years, k, sample)
+            for k in range(self.runs)
+            for sample in self.walker.samples(brouwer.member(k), self.years, None, print)
+        ]
+        return brouwer.growths(pd.DataFrame(rows, columns=list(COLUMNS)))[0][1]
+
+
+def test_a_method_whose_end_weights_are_off_by_1e_15_is_caught_as_a_drift() -> None:
+    sound = gauss(8, 10)
+    method = galvi.Galerkin(sound.method.space, sound.method.rule)
+    table = method.table
+    method.__dict__["table"] = replace(table, beta=table.beta * (1.0 + 1e-15))
+    wrong = Few(brouwer.Galerkin(method, 10)).growth()
+    right = Few(sound).growth()
+    assert wrong.drifts and abs(wrong.exponent - 1.0) < 0.1
+    assert not right.drifts
+    assert abs(wrong.drift) > 20.0 * abs(right.drift)
+
+
+class Stop(Exception):
+    """The study is killed."""
+
+
+def read(folder: Path):
+    frame = long_brouwer.stored(folder, print).drop(columns="date")
+    return frame.sort_values(["contender", "settings", "member", "sample"], ignore_index=True)
+
+
+def study(folder: Path, told: list[str], stop: int | None = None) -> None:
+    """Three runs of two methods over 20 years; killed at the sample of this number."""
+    seen = 0
+
+    def report(sentence: str) -> None:
+        nonlocal seen
+        told.append(sentence)
+        seen += sentence.endswith("years")
+        if stop is not None and seen == stop:
+            raise Stop
+
+    walkers = (gauss(6, 10), gauss(4, 20))
+    for part in long_brouwer.parts(folder, report, 200.0, 3, walkers, code="0123456789ab"):
+        if not part.done():
+            part.run(report)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory):
+    folder = tmp_path_factory.mktemp("whole")
+    study(folder, [])
+    return read(folder)
+
+
+def test_the_rows_of_a_study_are_all_there(whole) -> None:
+    assert len(whole) == 2 * 3 * len(KEPT)
+    assert whole["error"].abs().max() < 1e-8 and (whole["commit"] == "0123456789ab").all()
+
+
+@pytest.mark.parametrize("stops", [(5,), (len(KEPT),), (len(KEPT) + 3, 4, 1, 30), (1, 1, 1)])
+def test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled(
+    tmp_path: Path, whole, stops: tuple[int, ...]
+) -> None:
+    for stop in stops:
+        with pytest.raises(Stop):
+            study(tmp_path, [], stop)
+    study(tmp_path, [])
+    assert read(tmp_path).equals(whole)
+    assert not list(tmp_path.rglob("*.npz"))
+    told: list[str] = []
+    study(tmp_path, told)
+    assert told == []
+
+
+def damaged(path: Path) -> Iterator[None]:
+    text = path.read_text()
+    yield path.write_text(text[: len(text) // 2])
+    yield path.write_text(text.replace("e-", "e-1", 1))
+    yield path.write_bytes(b"\xff\xfe\x00")
+    yield path.write_text("")
+
+
+@pytest.mark.parametrize("way", range(4))
+def test_a_damaged_file_is_set_aside_reported_and_made_anew(
+    tmp_path: Path, whole, way: int
+) -> None:
+    study(tmp_path, [])
+    path = sorted(tmp_path.rglob("*.csv"))[0]
+    for _ in zip(range(way + 1), damaged(path), strict=False):
+        pass
+    told: list[str] = []
+    study(tmp_path, told)
+    assert any("is set aside as" in sentence and path.name in sentence for sentence in told)
+    assert path.with_name(path.name + ".damaged").exists()
+    assert read(tmp_path).equals(whole)
+
+
+def test_a_damaged_or_foreign_run_is_set_aside_and_the_study_starts_it_anew(
+    tmp_path: Path, whole
+) -> None:
+    for spoil in (lambda path: path.write_bytes(b"no run"), lambda path: foreign(path)):
+        with pytest.raises(Stop):
+            study(tmp_path, [], 5)
+        (saved,) = tmp_path.rglob("*.npz")
+        spoil(saved)
+        told: list[str] = []
+        study(tmp_path, told)
+        assert any("anew" in sentence for sentence in told)
+        assert read(tmp_path).equals(whole)
+        for path in tmp_path.rglob("*.csv"):
+            path.unlink()
+
+
+def foreign(path: Path) -> None:
+    galvi.save(galvi.integrate(brouwer.member(0), gauss(4, 10).method, 1.0, 3), path)
+
+
+def test_rows_of_another_version_stay_and_say_of_which(tmp_path: Path) -> None:
+    for code in ("aaaaaaaaaaaa", "bbbbbbbbbbbb"):
+        for part in long_brouwer.parts(tmp_path, print, 200.0, 2, (gauss(4, 20),), code=code):
+            part.run(lambda sentence: None)
+    told = [told for told, _ in brouwer.growths(long_brouwer.stored(tmp_path, print))]
+    assert [each["commit"] for each in told] == ["aaaaaaaaaaaa", "bbbbbbbbbbbb"]
+    assert all(len(each["date"]) == 10 for each in told)
+
+
+def test_a_version_of_changed_files_is_not_that_of_the_commit() -> None:
+    digits, plus, digest = long_brouwer.version().partition("+")
+    assert len(digits) in (7, 12) and (not plus or len(digest) == 8)
+
+
+def test_a_run_that_fails_is_a_row_with_its_status() -> None:
+    problem = replace(brouwer.member(0), v0=0.0 * brouwer.member(0).v0)
+    seen = list(gauss(4, 20).samples(problem, 1e4, None, print))
+    assert np.isnan(seen[-1].error) and seen[-1].status.startswith("Stopped")
+    assert len(seen) < len(KEPT)
+
+
+def test_galvi_and_ias15_walk_over_a_hundred_years() -> None:
+    sample = {
+        walker.label: list(walker.samples(brouwer.member(0), 100.0, None, print))
+        for walker in brouwer.WALKERS
+    }
+    assert {len(each) for each in sample.values()} == {len(KEPT)}
+    for label, each in sample.items():
+        assert max(abs(one.error) for one in each) < 5e-15, label
+    ours = sample["galvi degree 8, Gauss 8"]
+    assert any(one.error != one.error_of_rounded for one in ours)
+    assert isinstance(ours[0], Sample)

@@ -1,0 +1,100 @@
+"""Systems of any number of bodies stay apart; cost, errors and the machine's limit agree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import galvi
+from benchmarks import pair_limit, scaling
+from benchmarks.contenders import gauss_collocation
+from benchmarks.many_planets import innermost_period, many_planets
+from benchmarks.scaling import COLUMNS, TARGET, Entry
+from galvi.orbits import heliocentric
+
+
+@pytest.fixture(scope="module")
+def table() -> pd.DataFrame:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scaling, "WORK", 60)
+        return scaling.scaling(quick=True, bodies=(3, 12), orbits=4)
+
+
+def test_every_setting_of_every_contender_has_its_row(table: pd.DataFrame) -> None:
+    assert tuple(table.columns) == COLUMNS
+    assert len(table) == 2 * len(scaling.ENTRIES)
+    assert (table["seconds_low"] <= table["seconds_per_orbit"]).all()
+    assert (table["seconds_per_orbit"] <= table["seconds_high"]).all()
+    assert set(table["status"]) == {"", "truth"}
+    assert table.loc[table["status"] == "truth", "error"].isna().all()
+    assert table.loc[table["status"] == "", "error"].notna().all()
+
+
+def test_one_run_stands_for_each_contender_and_it_reaches_the_error(table: pd.DataFrame) -> None:
+    for _, rows in table.groupby(["bodies", "contender"]):
+        (chosen,) = rows[rows["matched"]].to_dict("records")
+        assert chosen["error"] <= TARGET or chosen["status"] == "truth"
+        within = rows[(rows["error"] <= TARGET) | (rows["status"] == "truth")]
+        assert chosen["seconds_per_orbit"] == within["seconds_per_orbit"].min()
+
+
+def test_pairs_a_second_are_counted_and_no_run_beats_the_machine(table: pd.DataFrame) -> None:
+    ours = table[table["contender"].str.startswith("galvi")]
+    pairs = ours["bodies"] * (ours["bodies"] - 1) / 2
+    rate = ours["evaluations_per_orbit"] * pairs / ours["seconds_per_orbit"]
+    assert rate.to_numpy() == pytest.approx(ours["pairs_per_second"].to_numpy())
+    assert ((ours["share"] > 0.0) & (ours["share"] < 1.0)).all()
+    assert ours["limit_pairs_per_second"].nunique() == 1
+    peers = table[~table["contender"].str.startswith("galvi")]
+    assert peers[["evaluations_per_orbit", "pairs_per_second", "share"]].isna().all(axis=None)
+
+
+def test_a_peer_that_is_not_installed_has_rows_that_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Absent:
+        missing = "Install the engine."
+
+    entries = (Entry("galvi degree 8, Gauss 8", gauss_collocation(8), 6), Entry("Other", Absent()))
+    monkeypatch.setattr(scaling, "ENTRIES", entries)
+    rows = scaling.scaling(quick=True, bodies=(3,), orbits=2)
+    assert list(rows["status"]) == ["", "Install the engine."]
+    assert rows["seconds_per_orbit"].isna().tolist() == [False, True]
+
+
+@pytest.mark.parametrize("bodies", [3, 30, 100])
+def test_a_system_is_bound_barycentric_and_without_close_encounters(bodies: int) -> None:
+    problem = many_planets(bodies)
+    masses = problem.system.masses
+    assert problem.q0.shape == (bodies, 3)
+    for x in (problem.q0, problem.v0):
+        assert np.abs(masses @ x).max() < 1e-15 * np.abs(masses[:, None] * x).sum()
+    assert np.array_equal(many_planets(bodies).q0, problem.q0)
+    period = innermost_period(problem)
+    run = galvi.integrate(problem, gauss_collocation(8).method, period / 8.3, 240, save_every=8)
+    distance = np.linalg.norm(heliocentric(run)[0][:, 1:], axis=-1)
+    start = np.sort(distance.mean(axis=0))
+    assert run.success and np.ptp(distance / start, axis=0).max() < 0.06
+    gaps = np.linalg.norm(run.q[:, :, None] - run.q[:, None], axis=-1) + 1e9 * np.eye(bodies)
+    assert gaps.min() > 0.04 * start[0]
+
+
+def test_the_same_planets_are_in_every_system_that_has_them() -> None:
+    few, many = many_planets(5), many_planets(9)
+    assert np.array_equal(few.system.masses, many.system.masses[:5])
+    gap = [problem.q0[1:5] - problem.q0[0] for problem in (few, many)]
+    assert gap[0] == pytest.approx(gap[1], rel=1e-12, abs=1e-12)
+
+
+def test_a_system_needs_a_planet() -> None:
+    with pytest.raises(ValueError, match="at least 2"):
+        many_planets(1)
+
+
+def test_the_limit_s_kernel_does_what_a_pair_needs() -> None:
+    squares = np.linspace(0.5, 90.0, 64)
+    pulls = np.zeros(64)
+    pair_limit.pull_pairs(squares, pulls, 1)
+    assert pulls == pytest.approx(squares**-1.5, rel=1e-15)
+    call, pairs = pair_limit.call_and_pairs()
+    assert pairs == pair_limit.PAIRS * pair_limit.PASSES
+    call()
