@@ -8,7 +8,7 @@ from benchmarks.brouwer import growths
 from benchmarks.growth import Growth
 from reports.numerals import known, readable, with_uncertainty
 
-NUMBERS = ("years", "runs", "RMS error at the end", "exponent", "drift in its standard errors")
+NUMBERS = ("years", "runs", "RMS error", "exponent", "drift / its error")
 
 
 def brouwer_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
@@ -19,9 +19,9 @@ def brouwer_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
             "setting": told["settings"],
             "years": readable(told["years"], 1),
             "runs": str(seen.runs),
-            "RMS error at the end": readable(seen.final),
+            "RMS error": readable(seen.final),
             "exponent": with_uncertainty(seen.exponent, seen.uncertainty) or "not resolved",
-            "drift in its standard errors": readable(seen.sigmas, 2),
+            "drift / its error": readable(seen.sigmas, 2),
             "verdict": _verdict(seen),
             "commit": told["commit"],
             "date": told["date"],

@@ -19,9 +19,9 @@ ROUND_OFF = Study(
     "Unbiased rounding moves the energy at random: its RMS over the runs grows as t^(1/2), and its "
     "mean does not drift. Exponents are fitted over the later two decades of time, with the "
     "standard error over ensembles drawn anew from the same runs; a drift is what the scatter of "
-    "the runs would give less than once in 10000 times. Energies are computed with 32 digits, galvi's with what the "
-    "rounding of its state lost, which it keeps; REBOUND hands out rounded states, and times at "
-    "which that rounding hides its error are left out of its fit.",
+    "the runs would give less than once in 10000 times. Energies are computed with 32 digits, "
+    "galvi's with what the rounding of its state lost, which it keeps; REBOUND hands out rounded "
+    "states, and times at which that rounding hides its error are left out of its fit.",
     measure=brouwer,
     figures=(
         Figure(

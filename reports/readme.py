@@ -1,15 +1,16 @@
-"""The README's results table and picture, from what `build` wrote."""
+"""The README's tables and picture, from what `build` wrote."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from reports.atomic import write
 from reports.numerals import plain
 
-BEGIN, END = "<!-- results: python -m reports readme -->", "<!-- end of results -->"
+RESULTS, SPEED = "results", "speed"
 PICTURE = "reports/inner_planets.png"
 HEADLINES = (
     ("V1", "smallest curve error"),
@@ -22,7 +23,19 @@ HEADLINES = (
     ("V8", "angular momentum error, n = 8"),
     ("V9", "Mercury, distance to IAS15 at the end [au], n = 25"),
     ("V9", "energy error, n = 25"),
+    ("V10", "farthest planet from IAS15 at the end [au], n = 25"),
+    ("V11", "largest relative energy error, symplectic Euler"),
 )
+PEERS = (
+    "REBOUND IAS15",
+    "REBOUND WHFast, best",
+    "REBOUND WHFast512",
+    "REBOUND SABA",
+    "heyoka",
+    "SciPy DOP853",
+)
+SYSTEMS = ("outer solar system", "solar system without Pluto")
+ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
 
 
 def results(claims: pd.DataFrame) -> str:
@@ -44,21 +57,56 @@ def results(claims: pd.DataFrame) -> str:
     return "\n".join(lines)
 
 
-def table_of(page: str) -> str:
+def speed(ratios: pd.DataFrame) -> str:
+    """Times of the peers over galvi's best at equal error, from ratios.csv, as a Markdown table."""
+    columns = [(system, error) for system in SYSTEMS for error in ERRORS]
+    titles = [f"{system}, {error:.0e}" for system, error in columns]
+    lines = [f"| | {' | '.join(titles)} |", "|---" * (len(columns) + 1) + "|"]
+    for peer in PEERS:
+        cells = [_ratio(ratios, peer, system, error) for system, error in columns]
+        lines.append(f"| {peer} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _ratio(ratios: pd.DataFrame, peer: str, system: str, error: float) -> str:
+    """The best of the peer's lines; '-' when it took no part."""
+    found = ratios[
+        (ratios["problem"] == system)
+        & ratios["contender"].str.startswith(peer)
+        & np.isclose(ratios["error"].astype(float), error, rtol=1e-6)
+    ]["ratio"]
+    if found.empty:
+        return "-"
+    numbers = pd.to_numeric(found, errors="coerce").dropna()
+    return "not reached" if numbers.empty else f"{numbers.min():.2g}"
+
+
+def marks(name: str) -> tuple[str, str]:
+    """What stands before and after a written table of a page."""
+    return f"<!-- {name}: python -m reports readme -->", f"<!-- end of {name} -->"
+
+
+def table_of(page: str, name: str) -> str:
     """What stands between the marks of a page. Raises ValueError when a mark is missing."""
-    _, begin, rest = page.partition(BEGIN)
-    table, end, _ = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"README.md must hold the marks {BEGIN} and {END}.")
+    begin, end = marks(name)
+    _, found, rest = page.partition(begin)
+    table, closed, _ = rest.partition(end)
+    if not found or not closed:
+        raise ValueError(f"README.md must hold the marks {begin} and {end}.")
     return table.strip()
 
 
+def _with(page: str, name: str, table: str) -> str:
+    table_of(page, name)
+    begin, end = marks(name)
+    before, _, rest = page.partition(begin)
+    _, _, after = rest.partition(end)
+    return f"{before}{begin}\n{table}\n{end}{after}"
+
+
 def renew(readme: Path, out: Path) -> None:
-    """Write the table of ``out/claims.csv`` into ``readme``, and renew its picture."""
-    page = readme.read_text()
-    table_of(page)
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    table = results(pd.read_csv(out / "claims.csv"))
-    write(readme, f"{before}{BEGIN}\n{table}\n{END}{after}")
+    """Write the tables of a report into ``readme``, and renew its picture."""
+    page = _with(readme.read_text(), RESULTS, results(pd.read_csv(out / "claims.csv")))
+    page = _with(page, SPEED, speed(pd.read_csv(out / "tables" / "ratios.csv")))
+    write(readme, page)
     write(readme.parent / PICTURE, (out / "figures" / "fig-2-14.png").read_bytes())

@@ -30,14 +30,15 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
     if not seen:
         raise NothingToDraw("no ensemble of runs is complete.")
     styles = contender_looks([told["contender"] for told, _, _ in seen], is_ours)
-    handles: dict[str, Line2D] = {}
+    settings: dict[str, dict[str, None]] = {}
     for told, t, errors in seen:
-        style = styles[told["contender"]]
-        axes.plot(t, np.abs(errors).T, color=style["color"], linewidth=0.4, alpha=0.13)
-        handles.setdefault(
-            told["contender"],
-            Line2D([], [], label=f"{told['contender']}\n{told['settings']}", **style),
-        )
+        color = styles[told["contender"]]["color"]
+        axes.plot(t, np.abs(errors).T, color=color, linewidth=0.4, alpha=0.13)
+        settings.setdefault(told["contender"], {})[told["settings"]] = None
+    handles = [
+        Line2D([], [], label="\n".join([name, *settings[name]]), **style)
+        for name, style in styles.items()
+    ]
     for told, t, errors in seen:
         axes.plot(t, rms(errors), markersize=3.5, **styles[told["contender"]])
     _guides(axes, seen, reading_floor(frame))
@@ -48,7 +49,7 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
     decades(axes.xaxis)
     decades(axes.yaxis)
     axes.legend(
-        handles=list(handles.values()), loc="upper left", bbox_to_anchor=(1.01, 1.0),
+        handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0),
         borderaxespad=0.0, labelspacing=0.9,
     )  # fmt: skip
 

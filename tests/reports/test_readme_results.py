@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.claims import CLAIMS
-from reports.readme import BEGIN, HEADLINES, results, table_of
+from reports.readme import HEADLINES, RESULTS, SPEED, marks, results, speed, table_of
 
 README = Path(__file__).parents[2] / "README.md"
 
@@ -19,7 +19,7 @@ def expected_rows():
 
 def test_every_headline_is_a_row_of_the_claims_and_has_its_verdict():
     rows = expected_rows()
-    lines = table_of(README.read_text()).splitlines()[2:]
+    lines = table_of(README.read_text(), RESULTS).splitlines()[2:]
     assert len(lines) == len(HEADLINES)
     for line, headline in zip(lines, HEADLINES, strict=True):
         claim, quantity, claimed, measured, verdict = (
@@ -37,5 +37,21 @@ def test_a_headline_that_is_gone_is_named():
 
 
 def test_a_page_without_marks_is_refused():
-    with pytest.raises(ValueError, match=f"must hold the marks {BEGIN}"):
-        table_of("no marks")
+    begin, _ = marks(RESULTS)
+    with pytest.raises(ValueError, match=f"must hold the marks {begin}"):
+        table_of("no marks", RESULTS)
+
+
+def test_ratios_are_shown_with_what_was_not_reached_and_who_took_no_part():
+    ratios = pd.DataFrame(
+        {
+            "problem": ["outer solar system"] * 3,
+            "contender": ["REBOUND IAS15", "REBOUND IAS15, GLOBAL", "heyoka"],
+            "error": [1e-4, 1e-4, 1e-4],
+            "ratio": ["27.1", "37.2", "not reached"],
+        }
+    )
+    lines = speed(ratios).splitlines()
+    assert lines[2].startswith("| REBOUND IAS15 | 27 | - |")
+    assert any(line.startswith("| heyoka | not reached | - |") for line in lines)
+    assert len(table_of(README.read_text(), SPEED).splitlines()) == len(lines)
