@@ -6,10 +6,13 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.kernels.solve import NOT_FINITE, SOLVED
+from galvi.potentials.potential import Potential
 from galvi.problem import Problem
+from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.trajectory import COMPLETED
 
+OFF = 0.1  # change of the energy over |T| + |V| that no usable run has
 FAR = 1e100  # lengths; squares of larger ones overflow
 TRIED = {
     "auto": "neither fixed-point iteration nor Newton's method solved",
@@ -31,7 +34,7 @@ def ending(
     state   (4, d), see galvi.continuation
     """
     if done == steps:
-        return COMPLETED
+        return _completed(problem, state)
     where = f"at step {done + 1} of {steps}, from t = {t:g}"
     if code == SOLVED:
         return f"Interrupted {where}; what was computed is kept."
@@ -46,6 +49,31 @@ def ending(
     return (
         f"Stopped {where}: {TRIED[solver]} the stage equations. Use a smaller step or a higher "
         f"degree{'' if solver == 'auto' else ', or the solver auto'}."
+    )
+
+
+def _completed(problem: Problem, state: Array) -> str:
+    """Completed, with a word when the energy of a known potential says that it went wrong."""
+    system = problem.system
+    known = isinstance(system, NBody) or (
+        isinstance(system, Canonical) and isinstance(system.potential, Potential)
+    )
+    if not known:
+        return COMPLETED
+    with np.errstate(all="ignore"):
+        energies = []
+        for q, v in ((problem.q0, problem.v0), (state[0], state[2])):
+            q, v = q.reshape(problem.q0.shape), v.reshape(problem.q0.shape)
+            kinetic = 0.5 * float(np.sum(v * system.momentum(v)))
+            energies.append((kinetic, float(system.potential_energy(q, np.zeros(())))))
+        size = sum(abs(part) for part in energies[0])
+        change = abs(sum(energies[1]) - sum(energies[0]))
+    if change <= OFF * size:
+        return COMPLETED
+    return (
+        f"Completed, but the energy changed by {change / size if size else np.inf:.2g} times |T| + "
+        f"|V| at the start: the step is too large for this motion. Use a smaller step or a higher "
+        f"degree."
     )
 
 

@@ -30,10 +30,11 @@ def test_the_closed_form_returns_to_where_it_began(eccentricity: float) -> None:
 def test_every_setting_has_an_error_or_says_why_not(table: pd.DataFrame) -> None:
     assert tuple(table.columns) == high_eccentricity.COLUMNS
     assert not table.duplicated(["eccentricity", "contender", "settings"]).any()
-    failed = table["status"] != ""
-    assert (table["error"].isna() == failed).all()
-    assert (table["energy_error"].isna() == failed).all()
-    assert table.loc[failed, "status"].str.len().min() > 20
+    silent = table["status"] == ""
+    assert table.loc[silent, ["error", "energy_error"]].notna().all(axis=None)
+    assert table.loc[silent, "error"].max() < 0.5  # what is off by more says so
+    assert (table["error"].isna() == table["energy_error"].isna()).all()
+    assert table.loc[~silent, "status"].str.len().min() > 20
 
 
 def test_enough_steps_pass_where_they_can_be_had(table: pd.DataFrame) -> None:

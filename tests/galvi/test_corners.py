@@ -225,3 +225,18 @@ def test_a_rule_of_many_points_costs_no_more_than_its_points():
     few = galvi.Galerkin(galvi.Polynomials(20), galvi.gauss(40))
     runs = [galvi.integrate(sun, each, 20.0, 3) for each in (method, few)]
     assert np.allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-12)
+
+
+def test_a_run_that_went_wrong_without_failing_says_so():
+    """e = 0.99 in 101 steps a period: solved, finite, and off by 25 semi-major axes."""
+    problem = galvi.problems.kepler(0.99)
+    method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    wrong = galvi.integrate(problem, method, 2 * np.pi / 101, 101)
+    assert wrong.success
+    assert wrong.status.startswith("Completed, but the energy changed by ")
+    assert "Use a smaller step or a higher degree" in wrong.status
+    right = galvi.integrate(problem, method, 2 * np.pi / 10001, 10001, save_every=10001)
+    assert right.status == "Completed."
+    pair = galvi.NBody([1.0, 1e-3])
+    near = galvi.Problem(pair, [[0.0, 0.0], [0.01, 0.0]], [[0.0, 0.0], [0.0, 14.1]])
+    assert "energy changed" in galvi.integrate(near, method, 2 * np.pi / 101, 101).status
