@@ -42,6 +42,24 @@ def accelerations(Q, t, constants, out):
 
 
 @jit
+def pull_slope(Q, i, j, k, dimension, mass, slope):
+    """slope <- mass (3 g g^T / |g|^2 - I) / |g|^3, g from body i to body j at stage k.
+
+    The derivative, by the place of i, of the pull of j on i; (dimension, dimension).
+    """
+    square = 0.0
+    for x in range(dimension):
+        gap = Q[j * dimension + x, k] - Q[i * dimension + x, k]
+        square += gap * gap
+    pull = mass / (square * np.sqrt(square))
+    for x in range(dimension):
+        along = 3.0 * (Q[j * dimension + x, k] - Q[i * dimension + x, k]) / square
+        for y in range(dimension):
+            slope[x, y] = pull * along * (Q[j * dimension + y, k] - Q[i * dimension + y, k])
+        slope[x, x] -= pull
+
+
+@jit
 def own_jacobians(Q, t, constants, out):
     """Derivative of each body's acceleration by its own position, (N * dimension, dimension, s).
 
@@ -51,23 +69,15 @@ def own_jacobians(Q, t, constants, out):
     dimension = int(constants[0])
     bodies = constants.size - 1
     out[:, :, :] = 0.0
-    gap = np.empty(dimension)
+    slope = np.empty((dimension, dimension))
     for k in range(Q.shape[1]):
         for i in range(bodies):
             for j in range(bodies):
-                if i == j:
-                    continue
-                square = 0.0
-                for x in range(dimension):
-                    gap[x] = Q[j * dimension + x, k] - Q[i * dimension + x, k]
-                    square += gap[x] * gap[x]
-                pull = constants[1 + j] / (square * np.sqrt(square))
-                for x in range(dimension):
-                    for y in range(dimension):
-                        term = 3.0 * gap[x] * gap[y] / square
-                        if x == y:
-                            term -= 1.0
-                        out[i * dimension + x, y, k] += pull * term
+                if i != j:
+                    pull_slope(Q, i, j, k, dimension, constants[1 + j], slope)
+                    for x in range(dimension):
+                        for y in range(dimension):
+                            out[i * dimension + x, y, k] += slope[x, y]
 
 
 @jit
@@ -78,24 +88,14 @@ def all_jacobians(Q, t, constants, out):
     """
     dimension = int(constants[0])
     bodies = constants.size - 1
-    gap = np.empty(dimension)
+    out[:, :, :] = 0.0
+    slope = np.empty((dimension, dimension))
     for k in range(Q.shape[1]):
-        for i in range(out.shape[0]):
-            for j in range(out.shape[1]):
-                out[i, j, k] = 0.0
         for i in range(bodies):
             for j in range(bodies):
-                if i == j:
-                    continue
-                square = 0.0
-                for x in range(dimension):
-                    gap[x] = Q[j * dimension + x, k] - Q[i * dimension + x, k]
-                    square += gap[x] * gap[x]
-                pull = constants[1 + j] / (square * np.sqrt(square))
-                for x in range(dimension):
-                    for y in range(dimension):
-                        term = pull * 3.0 * gap[x] * gap[y] / square
-                        if x == y:
-                            term -= pull
-                        out[i * dimension + x, i * dimension + y, k] += term
-                        out[i * dimension + x, j * dimension + y, k] -= term
+                if i != j:
+                    pull_slope(Q, i, j, k, dimension, constants[1 + j], slope)
+                    for x in range(dimension):
+                        for y in range(dimension):
+                            out[i * dimension + x, i * dimension + y, k] += slope[x, y]
+                            out[i * dimension + x, j * dimension + y, k] -= slope[x, y]

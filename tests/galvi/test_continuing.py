@@ -1,0 +1,83 @@
+"""Runs that go on: in parts, from a file, after Ctrl-C."""
+
+import signal
+import threading
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import galvi
+
+KEPLER = galvi.problems.kepler(0.6)
+HENON = galvi.problems.henon_heiles()
+CHAIN = galvi.problems.fermi_pasta_ulam_tsingou(masses=6, beta=0.3)
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+
+
+def same(one, two):
+    return np.array_equal(one.q, two.q) and np.array_equal(one.p, two.p)
+
+
+def test_ctrl_c_keeps_what_was_computed():
+    timer = threading.Timer(0.5, signal.raise_signal, args=[signal.SIGINT])
+    galvi.integrate(KEPLER, FOUR, 0.01, 2)
+    timer.start()
+    run = galvi.integrate(KEPLER, FOUR, 0.01, 50_000_000, save_every=1000)
+    timer.join()
+    assert not run.success
+    assert run.status.startswith("Interrupted at step ")
+    assert run.counts["steps"] == run.failed_step - 1 > 100
+    assert run.interrupted
+    more = galvi.resume(run, 100)
+    assert more.success and more.t[0] == pytest.approx(0.01 * run.counts["steps"])
+    done = run.counts["steps"] // 1000
+    assert np.isfinite(run.q[: done + 1]).all() and np.isnan(run.q[done + 1 :]).all()
+
+
+@given(first=st.integers(1, 59), save_every=st.integers(1, 7))
+def test_a_run_in_two_parts_is_one_long_run_to_the_bit(first, save_every):
+    whole = galvi.integrate(KEPLER, FOUR, 0.31, 60)
+    part = galvi.integrate(KEPLER, FOUR, 0.31, first, save_every=save_every)
+    rest = galvi.resume(part, 60 - first)
+    assert np.array_equal(rest.q, whole.q[first:])
+    assert np.array_equal(rest.p, whole.p[first:])
+    assert np.array_equal(rest.t, whole.t[first:])
+    assert np.allclose(rest(rest.t[0] + 0.1), whole(rest.t[0] + 0.1), rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("problem", [KEPLER, CHAIN, galvi.problems.solar_system()], ids=str)
+@pytest.mark.parametrize("solver", ["auto", "newton"])
+def test_a_saved_run_comes_back_and_goes_on_to_the_bit(problem, solver, tmp_path):
+    step = 5.0 if isinstance(problem.system, galvi.NBody) else 0.3
+    whole = galvi.integrate(problem, FOUR, step, 40, solver=solver)
+    galvi.save(galvi.integrate(problem, FOUR, step, 25, solver=solver), tmp_path / "run.npz")
+    part = galvi.load(tmp_path / "run.npz")
+    assert part.method == FOUR
+    assert same(galvi.resume(part, 15), galvi.resume(galvi.integrate(
+        problem, FOUR, step, 25, solver=solver), 15))  # fmt: skip
+    assert np.array_equal(galvi.resume(part, 15).q, whole.q[25:])
+    assert np.array_equal(part(step * 7.3), whole(step * 7.3))
+    assert np.array_equal(galvi.energy(part), galvi.energy(whole)[:26])
+
+
+def test_a_saved_run_of_functions_asks_for_its_problem(tmp_path):
+    path = tmp_path / "run.npz"
+    whole = galvi.integrate(HENON, FOUR, 0.3, 20)
+    galvi.save(galvi.integrate(HENON, FOUR, 0.3, 10), path)
+    with pytest.raises(ValueError, match=r"needs its problem, because .* use galvi.load\(path, pr"):
+        galvi.load(path)
+    with pytest.raises(ValueError, match="received another q0, v0 or t0"):
+        galvi.load(path, galvi.problems.henon_heiles(0.12))
+    assert np.array_equal(galvi.resume(galvi.load(path, HENON), 10).q, whole.q[10:])
+
+
+def test_files_that_are_no_runs_are_refused(tmp_path):
+    path = tmp_path / "not.npz"
+    path.write_bytes(b"something else")
+    with pytest.raises(ValueError, match=r"must be a run written by galvi.save"):
+        galvi.load(path)
+    with pytest.raises(FileNotFoundError):
+        galvi.load(tmp_path / "absent.npz")

@@ -1,0 +1,65 @@
+"""Point masses: the packed kernel against the general one, and what a failing step says."""
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.ending import ending
+from galvi.kernels.solve import NOT_FINITE
+
+KEPLER = galvi.problems.kepler(0.6)
+HENON = galvi.problems.henon_heiles()
+CHAIN = galvi.problems.fermi_pasta_ulam_tsingou(masses=6, beta=0.3)
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+
+
+@pytest.mark.parametrize("stages", [3, 8, 11, 24])
+@pytest.mark.parametrize("plane", [True, False])
+def test_the_packed_kernel_does_what_the_general_one_does(stages, plane, monkeypatch):
+    sun = galvi.problems.solar_system()
+    if plane:
+        sun = galvi.Problem(sun.system, sun.q0[:, :2], sun.v0[:, :2])
+    method = galvi.Galerkin(galvi.Polynomials(stages), galvi.gauss(stages))
+    step = 1.0 * stages
+    packed = galvi.integrate(sun, method, step, 40)
+    monkeypatch.setattr("galvi.march.fastest", galvi.calls.general)
+    general = galvi.integrate(sun, method, step, 40)
+    # Round-off grows along Mercury's orbit; 1e-13 after 40 steps of 3 days, 2e-12 of 24 days.
+    assert np.allclose(packed.q, general.q, rtol=0, atol=1e-11)
+    assert np.allclose(packed.q[:3], general.q[:3], rtol=0, atol=2e-14)
+    assert np.allclose(packed(7.7), general(7.7), rtol=0, atol=1e-14)
+    assert abs(packed.counts["iterations"] - general.counts["iterations"]) < 40
+
+
+def test_the_packed_kernel_leaves_to_newton_what_it_cannot_solve():
+    """Two bodies at the step of a whole period: fixed point from a straight line diverges."""
+    q, v = np.array([[-0.5, 0.0], [0.5, 0.0]]), np.array([[0.0, -0.5], [0.0, 0.5]])
+    pair = galvi.Problem(galvi.NBody([0.5, 0.5]), q, v)
+    method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
+    run = galvi.integrate(pair, method, 2 * np.pi, 6)
+    assert run.success
+    assert run.counts["linear_solves"] > 0
+    assert np.ptp(galvi.momentum_map(run)) < 1e-12
+
+
+def test_a_step_too_large_for_a_planet_names_it_and_a_step_that_works():
+    sun = galvi.problems.solar_system()
+    run = galvi.integrate(sun, FOUR, 60.0, 10)
+    assert not run.success and run.failed_step == 1
+    assert "bodies Sun and Mercury pass at a distance of about 4.7e-01" in run.status
+    assert "Use a smaller step or a higher degree" in run.status
+    advised = float(run.status.split("steps of up to about ")[1].split(" ")[0])
+    assert galvi.integrate(sun, FOUR, advised, 10).success
+
+
+def test_a_body_at_infinity_is_named():
+    sun = galvi.problems.solar_system()
+    state = np.zeros((4, 30))
+    state[0], state[2] = sun.q0.ravel(), sun.v0.ravel()
+    state[0, 3] = 1e180
+    status = ending(sun, NOT_FINITE, "auto", 4, 10.0, 5, 9, 50.0, state)
+    assert status == (
+        "Stopped at step 6 of 9, from t = 50: body Mercury is 1.0e+180 away. "
+        "Remove it, or stop before then."
+    )
