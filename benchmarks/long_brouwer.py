@@ -16,9 +16,10 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.brouwer import COLUMNS, KEPT, RUNS, WALKERS, Peer, Sample, Walker, member, row
+from benchmarks.brouwer import COLUMNS, RUNS, WALKERS, member, row
 from benchmarks.provenance import ROOT, commit
 from benchmarks.row_files import RowFiles
+from benchmarks.walkers import KEPT, Peer, Sample, Walker
 
 YEARS = 1e6
 FOLDER = "brouwer"  # below that of all studies

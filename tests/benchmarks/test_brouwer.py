@@ -13,9 +13,10 @@ import pytest
 
 import galvi
 from benchmarks import brouwer, long_brouwer
-from benchmarks.brouwer import COLUMNS, KEPT, Sample, gauss
+from benchmarks.brouwer import COLUMNS, gauss
 from benchmarks.exact_energy import exactly, relative_energy_error
 from benchmarks.growth import growth
+from benchmarks.walkers import KEPT, Galerkin, Sample
 from references.double_double import DoubleDouble
 
 T = np.array(KEPT, dtype=float)
@@ -106,7 +107,7 @@ def test_the_runs_differ_by_1e_12_and_each_is_always_the_same() -> None:
 class Few:
     """Ensembles of a hundred years, by one walker."""
 
-    walker: brouwer.Galerkin
+    walker: Galerkin
     runs: int = 8
     years: float = 1000.0
 
@@ -124,7 +125,7 @@ def test_a_method_whose_end_weights_are_off_by_1e_15_is_caught_as_a_drift() -> N
     method = galvi.Galerkin(sound.method.space, sound.method.rule)
     table = method.table
     method.__dict__["table"] = replace(table, beta=table.beta * (1.0 + 1e-15))
-    wrong = Few(brouwer.Galerkin(method, 10)).growth()
+    wrong = Few(Galerkin(method, 10)).growth()
     right = Few(sound).growth()
     assert wrong.drifts and abs(wrong.exponent - 1.0) < 0.1
     assert not right.drifts

@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.brouwer import COLUMNS, KEPT
+from benchmarks.brouwer import COLUMNS
 from benchmarks.scaling import COLUMNS as SCALING
+from benchmarks.walkers import KEPT
 from reports.brouwer_table import brouwer_table
 from reports.commands import run
 from reports.figures.figure import picture
