@@ -52,14 +52,8 @@ def member(number: int) -> Problem:
     """The outer solar system with every coordinate and velocity off by about 1e-12 of itself."""
     problem = galvi.problems.outer_solar_system()
     off = np.random.default_rng([SEED, number]).standard_normal((2, *problem.q0.shape))
-    return galvi.Problem(
-        problem.system,
-        problem.q0 * (1.0 + SIZE * off[0]),
-        problem.v0 * (1.0 + SIZE * off[1]),
-        problem.t0,
-        problem.name,
-        problem.parameters,
-        problem.units,
+    return problem.starting_at(
+        problem.q0 * (1.0 + SIZE * off[0]), problem.v0 * (1.0 + SIZE * off[1])
     )
 
 

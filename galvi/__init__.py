@@ -1,6 +1,7 @@
 """High-order Galerkin variational integrators for Lagrangian mechanics."""
 
 from galvi import problems
+from galvi.ensemble import integrate_many
 from galvi.integrate import integrate, resume
 from galvi.invariants import energy, linear_momentum, momentum_map
 from galvi.method import Galerkin
@@ -9,6 +10,8 @@ from galvi.potentials.central_force import CentralForce
 from galvi.potentials.linear_spring import LinearSpring
 from galvi.potentials.spring_chain import SpringChain
 from galvi.problem import Problem
+from galvi.recommend import recommend
+from galvi.recommendation import Recommendation
 from galvi.round_trip import round_trip_error
 from galvi.rules.clenshaw_curtis import clenshaw_curtis
 from galvi.rules.gauss import gauss
@@ -30,6 +33,7 @@ __all__ = [
     "OrbitalElements",
     "Polynomials",
     "Problem",
+    "Recommendation",
     "Rule",
     "SpringChain",
     "Trajectory",
@@ -38,12 +42,14 @@ __all__ = [
     "gauss",
     "heliocentric",
     "integrate",
+    "integrate_many",
     "linear_momentum",
     "load",
     "lobatto",
     "momentum_map",
     "orbital_elements",
     "problems",
+    "recommend",
     "resume",
     "round_trip_error",
     "save",

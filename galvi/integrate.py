@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -50,6 +52,30 @@ def integrate(
     Raises ValueError or TypeError for bad input, before any work; what a user's function raises
     passes through.
     """
+    run = prepared(
+        problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
+        solver=solver, tolerance=tolerance,
+    )  # fmt: skip
+    return run(progress=progress)
+
+
+def prepared(
+    problem: Problem,
+    method: Galerkin,
+    step: float,
+    steps: int | None = None,
+    *,
+    duration: float | None = None,
+    save_every: int = 1,
+    curves: bool | None = None,
+    solver: str = "auto",
+    tolerance: float | None = None,
+    runs: int = 1,
+) -> Callable[..., Trajectory]:
+    """The run that `integrate` does, checked and not begun; it takes march's other arguments.
+
+    runs  how many such runs are to fit in memory
+    """
     h = checks.real("step", step)
     if h == 0.0:
         raise ValueError("step must not be zero; received 0. Give the step size in units of time.")
@@ -67,12 +93,9 @@ def integrate(
     save_every = checks.whole("save_every", save_every)
     tol = ROUND_OFF if tolerance is None else checks.positive("tolerance", tolerance)
     _check_force(problem)
-    check_room(problem, method, total, save_every, curves)
+    check_room(problem, method, total, save_every, curves, runs)
     start = Continuation.at_start(problem, method.stages, solver, tol)
-    return march(
-        problem, method, h, total, start,
-        save_every=save_every, curves=curves, progress=progress,
-    )  # fmt: skip
+    return partial(march, problem, method, h, total, start, save_every=save_every, curves=curves)
 
 
 def resume(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from galvi.trajectory import Trajectory
 from galvi.workspace import Workspace
 
 CALL_SECONDS = 0.1
+GROWTH = 64.0  # of the steps in a call from one to the next, at most
 SUBSTEPS = (4, 16, 64, 256)
 
 
@@ -36,8 +38,11 @@ def march(
     curves: bool | None = None,
     progress: bool | None = None,
     rescue: bool = True,
+    interrupted: Callable[[], bool] | None = None,
 ) -> Trajectory:
     """Do ``steps`` steps from ``start``; arguments as for `galvi.integrate`, already checked.
+
+    interrupted  says whether to stop; None means that Ctrl-C stops it
 
     When neither fixed point nor Newton solves a step, the step is tried once more from the path of
     a run with smaller steps (``rescue``); only then the run ends.
@@ -46,7 +51,8 @@ def march(
     work = Workspace.of(start, method, steps, save_every, with_curves)
     call = fastest(problem, method, step, steps, save_every, start, work)
     code, chunk = SOLVED, 1
-    with noted_interrupts() as stopped, tqdm(total=steps, disable=not progress, unit="step") as bar:
+    with noted_interrupts() as pressed, tqdm(total=steps, disable=not progress, unit="step") as bar:
+        stopped = interrupted or pressed
         while code == SOLVED and work.done < steps and not stopped():
             before, clock = work.done, time.perf_counter()
             code = call(min(chunk, steps - before))
@@ -58,9 +64,9 @@ def march(
                     work.stages[:] = guess
                     code = call(1)
             bar.update(work.done - before)
-            quick = time.perf_counter() - clock < 0.5 * CALL_SECONDS
-            chunk = max(1, chunk * 2 if quick else chunk // 2)
-        if stopped() and work.done == steps:
+            more = 0.5 * CALL_SECONDS / max(time.perf_counter() - clock, 1e-9)
+            chunk = max(1, int(chunk * min(max(more, 0.5), GROWTH)))
+        if pressed() and work.done == steps:
             raise KeyboardInterrupt
     done, shape = work.done, problem.q0.shape
     states = work.saved.reshape(2, -1, *shape)

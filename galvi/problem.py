@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -54,6 +54,10 @@ class Problem:
     def __reduce__(self) -> tuple[Any, ...]:
         content = (self.system, self.q0, self.v0, self.t0, self.name, dict(self.parameters))
         return Problem, (*content, self.units)
+
+    def starting_at(self, q0: Any, v0: Any) -> Problem:
+        """The same problem from another configuration and velocity, for `galvi.integrate_many`."""
+        return replace(self, q0=q0, v0=v0)
 
     @property
     def p0(self) -> Array:

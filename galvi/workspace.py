@@ -16,18 +16,20 @@ from galvi.problem import Problem
 
 
 def check_room(
-    problem: Problem, method: Galerkin, steps: int, save_every: int, curves: bool | None
+    problem: Problem, method: Galerkin, steps: int, save_every: int, curves: bool | None, runs: int
 ) -> None:
-    """ValueError when what the run would keep is more than this machine's memory."""
+    """ValueError when what so many runs would keep is more than this machine's memory."""
     d, m = problem.q0.size, method.space.dimension - 1
     with_curves = save_every == 1 if curves is None else curves
-    needed = 8.0 * d * (2 * (steps / save_every + 2) + (steps * (1 + m) if with_curves else 0))
+    rows = 2 * (steps / save_every + 2) + (steps * (1 + m) if with_curves else 0)
+    needed = 8.0 * d * rows * runs
     if not hasattr(os, "sysconf"):
         return
     memory = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     if needed > memory:
+        many = f"{runs} runs of " if runs > 1 else ""
         raise ValueError(
-            f"{steps} steps would keep {needed / 2**30:.3g} GiB, more than the "
+            f"{many}{steps} steps would keep {needed / 2**30:.3g} GiB, more than the "
             f"{memory / 2**30:.3g} GiB of this machine. Keep fewer with save_every, and "
             f"curves=False."
         )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.claim import Claim
+from benchmarks.targets import Target
 from reports.study import Measure, Study
 
 
@@ -37,6 +38,7 @@ class Suite:
     cost            (quick, report) -> what a step costs
     tables          further studies, each shown as a table
     studies         those with sections of their own
+    targets         what the times of `work_precision` are held against
     provenance      command -> versions, commit, machine, date
     """
 
@@ -47,15 +49,17 @@ class Suite:
     provenance: Callable[[str], Mapping[str, str]]
     tables: tuple[Table, ...] = ()
     studies: tuple[Study, ...] = ()
+    targets: tuple[Target, ...] = ()
 
 
 def load() -> Suite:
     """The real one; imported when called, so that a mistyped word is answered at once."""
     import galvi
-    from benchmarks import ephemeris, high_eccentricity
+    from benchmarks import ephemeris, high_eccentricity, recommendation, start_up
     from benchmarks.claims import CLAIMS
     from benchmarks.cost import cost_table
     from benchmarks.provenance import provenance
+    from benchmarks.targets import TARGETS
     from benchmarks.work_precision import work_precision
     from reports.own_sections import STUDIES
 
@@ -88,5 +92,41 @@ def load() -> Suite:
             "status": "status",
         },
     )
-    tables = (sky, stress)
-    return Suite(CLAIMS, galvi.Galerkin, work_precision, cost_table, provenance, tables, STUDIES)
+    advice = Table(
+        "recommendation",
+        "Which degree and step for an error: promises and findings",
+        recommendation.EXPLANATION,
+        recommendation.recommendation_table,
+        {
+            "problem": "problem",
+            "asked": "error asked",
+            "measured_over": "measured over",
+            "degree": "degree",
+            "step": "step",
+            "predicted": "predicted",
+            "found": "found",
+            "evaluations": "force evaluations",
+            "seconds": "time [s]",
+            "scan_seconds": "time of the scan [s]",
+            "promise": "promise",
+        },
+    )
+    fresh = Table(
+        "start_up",
+        "The first call of a fresh process, and the memory of long runs",
+        start_up.EXPLANATION,
+        start_up.start_up_table,
+        {
+            "problem": "problem",
+            "import": "import galvi [s]",
+            "cold": "first run, cold [s]",
+            "warm": "first run, warm [s]",
+            "import_in_numpys": "import galvi / import numpy",
+            "warm_in_numpys": "warm / import numpy",
+            "few_steps": "memory, few steps [MiB]",
+            "many_steps": "memory, many steps [MiB]",
+        },
+    )
+    tables = (sky, stress, advice, fresh)
+    measured = (work_precision, cost_table, provenance)
+    return Suite(CLAIMS, galvi.Galerkin, *measured, tables, STUDIES, TARGETS)

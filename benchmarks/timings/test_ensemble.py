@@ -1,0 +1,55 @@
+"""Many initial conditions: what a second thread gains, in rounds that take turns with the first's.
+
+Long runs gain nearly a factor of two on two free cores; runs of a millisecond are mostly Python, in
+which threads wait for each other, and must lose nothing.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks.contenders import gauss_collocation
+from benchmarks.provenance import commit, versions
+from benchmarks.stopwatch import interleaved
+
+ROUNDS = 5
+METHOD = gauss_collocation(8).method
+CASES: dict[str, tuple[galvi.Problem, float, int, int]] = {
+    "32 of the outer planets, 20,000 steps": (
+        galvi.problems.outer_solar_system(), 400.0, 20_000, 32,
+    ),
+    "16 of Kepler, 20,000 steps": (galvi.problems.kepler(0.6), 0.25, 20_000, 16),
+    "16 with user's functions, 20,000 steps": (galvi.problems.henon_heiles(), 0.25, 20_000, 16),
+    "1000 of Kepler, 20 steps": (galvi.problems.kepler(0.6), 0.25, 20, 1000),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_an_ensemble(benchmark: Any, case: str) -> None:
+    problem, step, steps, members = CASES[case]
+    off = 1e-6 * np.random.default_rng(1).standard_normal((members, *problem.q0.shape))
+    starts = [problem.starting_at(problem.q0 * (1.0 + x), problem.v0) for x in off]
+
+    def run(threads: int) -> tuple[galvi.Trajectory, ...]:
+        return galvi.integrate_many(starts, METHOD, step, steps, save_every=steps, threads=threads)
+
+    alone = galvi.integrate(starts[-1], METHOD, step, steps, save_every=steps)
+    one, two = interleaved([functools.partial(run, n) for n in (1, 2)], ROUNDS, least=0.0)
+    runs = benchmark.pedantic(run, (2,), rounds=1)
+    assert all(run.success for run in runs)
+    assert np.array_equal(runs[-1].q, alone.q)
+    benchmark.extra_info.update(
+        one_thread_over_two=one.seconds / two.seconds,
+        counts={name: sum(run.counts[name] for run in runs) for name in runs[0].counts},
+        status=runs[0].status,
+        settings={"threads": "2", "step": str(step), "steps": str(steps)},
+        problem=problem.name,
+        versions=versions(),
+        commit=commit(),
+    )
+    print(f"{case}: one thread over two {one.seconds / two.seconds:.2f}")

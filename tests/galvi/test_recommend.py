@@ -1,0 +1,147 @@
+"""The recommended degree and step: promises kept against closed forms, and clear refusals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import galvi
+from references.kepler import KEPLER
+from references.oscillator import OSCILLATOR
+
+ORBIT = galvi.problems.kepler(0.6)
+SPRING = galvi.problems.harmonic_oscillator()
+STILL = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring()), [0.0], [0.0])
+ERRORS = (1e-3, 1e-5, 1e-7, 1e-9)
+
+
+def recommend(problem, error, duration, **options):
+    """By evaluations, so that every machine and run finds the same."""
+    return galvi.recommend(problem, error, duration, by="evaluations", **options)
+
+
+def found(problem, choice, truth):
+    run = galvi.integrate(problem, choice.method, choice.step, duration=choice.duration)
+    end = truth.run(problem, choice.duration, {"samples": 1}).q[-1]
+    return np.linalg.norm(run.q[-1] - end)
+
+
+@pytest.mark.parametrize(
+    ("problem", "truth", "duration"), [(ORBIT, KEPLER, 300.0), (SPRING, OSCILLATOR, 500.0)]
+)
+def test_the_error_asked_for_is_kept_and_costs_more_the_smaller_it_is(problem, truth, duration):
+    choices = [recommend(problem, error, duration) for error in ERRORS]
+    for error, choice in zip(ERRORS, choices, strict=True):
+        assert choice.reached and choice.measured == duration
+        assert choice.status == "Its error was measured over the whole duration."
+        assert choice.error <= error
+        assert found(problem, choice, truth) <= 1.1 * choice.error  # 1.01 when this was written
+        assert choice.steps * choice.step == pytest.approx(duration, rel=1e-14)
+    costs = [choice.evaluations for choice in choices]
+    assert costs == sorted(costs) and costs[-1] > costs[0]
+
+
+@pytest.mark.parametrize("error", ERRORS)
+def test_an_error_extrapolated_from_a_part_is_kept_too(error):
+    choice = recommend(ORBIT, error, 2000.0, measured=100.0)
+    assert choice.reached and choice.measured == 100.0
+    assert "over the first 100 and extrapolated" in choice.status
+    assert found(ORBIT, choice, KEPLER) <= error
+
+
+def test_the_same_is_recommended_every_time_by_evaluations():
+    one, other = (recommend(ORBIT, 1e-6, 200.0) for _ in range(2))
+    assert (one.method, one.steps, one.error) == (other.method, other.steps, other.error)
+    assert [(c.degree, c.steps, c.error, c.evaluations) for c in one.scanned] == [
+        (c.degree, c.steps, c.error, c.evaluations) for c in other.scanned
+    ]
+
+
+def test_it_is_the_cheapest_of_what_was_scanned_for_each_degree_asked_for():
+    choice = recommend(ORBIT, 1e-6, 200.0, degrees=[3, 7])
+    good = [c for c in choice.scanned if c.error <= 0.7e-6]
+    assert {c.degree for c in choice.scanned} == {3, 7}
+    assert choice.evaluations == min(c.evaluations for c in good)
+    assert choice.method == galvi.Galerkin(galvi.Polynomials(7), galvi.gauss(7))
+
+
+def test_by_time_the_seconds_are_those_of_the_run():
+    choice = galvi.recommend(ORBIT, 1e-6, 200.0, budget=2.0)
+    assert choice.reached and 0.0 < choice.seconds < 1.0
+    assert found(ORBIT, choice, KEPLER) <= 1e-6
+
+
+def test_an_error_below_round_off_is_refused_with_what_can_be_reached():
+    choice = recommend(ORBIT, 1e-15, 200.0, degrees=(8, 12))
+    assert not choice.reached
+    assert choice.status.startswith("An error of 1e-15 was not reached: rounding decides for d")
+    assert f"The least found is {choice.error:.1e}" in choice.status
+    assert 1e-15 < choice.error < 1e-11  # 2e-12 when this was written
+    assert found(ORBIT, choice, KEPLER) <= 3.0 * choice.error
+
+
+def test_a_start_at_the_apocentre_does_not_mislead():
+    """There steps a hundred times too long look fine."""
+    e = 0.9
+    speed = math.sqrt((1.0 - e) / (1.0 + e))
+    problem = galvi.Problem(ORBIT.system, [-(1.0 + e), 0.0], [0.0, -speed])
+    choice = recommend(problem, 1e-6, 8.0 * math.pi)
+    assert choice.reached and found(problem, choice, KEPLER) <= 1e-6
+
+
+def test_what_fails_is_kept_with_its_reason():
+    fall = galvi.Problem(galvi.NBody([0.5, 0.5]), [[-0.5, 0.0], [0.5, 0.0]], np.zeros((2, 2)))
+    choice = recommend(fall, 1e-6, 3.0, degrees=[8], budget=5e4)
+    assert not choice.reached and choice.error == math.inf
+    assert choice.status.startswith("No run that was tried is of use: ")
+    assert all(c.error == math.inf and c.status for c in choice.scanned)
+
+
+def test_the_budget_ends_the_scan():
+    small = recommend(ORBIT, 1e-5, 1e5, budget=2e6)
+    assert small.reached and small.measured < 1e4 and "extrapolated" in small.status
+    with pytest.raises(ValueError, match=r"budget must allow for some runs; received 10\.0"):
+        recommend(ORBIT, 1e-8, 1e6, budget=10)
+    cut = recommend(ORBIT, 1e-6, 1e3, budget=4e6, measured=1e3)
+    assert "The budget ended before the search for degree" in cut.status
+
+
+def test_plain_python_functions_get_a_recommendation():
+    swing = galvi.Canonical(1.0, lambda q: -np.cos(q[0]), lambda q: np.sin(q))
+    choice = recommend(galvi.Problem(swing, [2.0], [0.0]), 1e-6, 20.0, degrees=(4, 8))
+    assert choice.reached
+
+
+def test_what_stands_still_needs_one_step():
+    choice = recommend(STILL, 1e-9, 100.0)
+    assert (choice.steps, choice.step, choice.error) == (1, 100.0, 0.0)
+
+
+def test_it_says_what_it_recommends_in_words():
+    text = str(recommend(STILL, 1e-9, 100.0))
+    assert text.startswith("Gauss collocation, 4 stages, 1 steps of 100: error 0 after 100, for ")
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"error": 0.0}, "error must be positive; received 0.0. Give it in the problem's unit"),
+        ({"error": float("nan")}, "error must be a finite real number; received nan"),
+        ({"duration": -1.0}, "duration must be positive; received -1.0"),
+        ({"by": "luck"}, "by must be one of time, evaluations; received 'luck'"),
+        ({"degrees": ()}, "degrees must be some whole numbers"),
+        ({"degrees": (4, 61)}, "each of degrees must be a whole number from 1 to 60; received 61"),
+        ({"budget": 0}, "budget must be positive"),
+        ({"measured": -2.0}, "measured must be positive"),
+    ],
+)
+def test_bad_input_gets_one_clear_sentence(changes, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        galvi.recommend(**({"problem": ORBIT, "error": 1e-6, "duration": 10.0} | changes))
+
+
+def test_something_that_is_no_problem_is_named():
+    with pytest.raises(TypeError, match=r"problem must be a galvi\.Problem; received 'kepler'"):
+        galvi.recommend("kepler", 1e-6, 10.0)
