@@ -23,7 +23,9 @@ from references.truth import STORED_TRUTH
 Setting = Mapping[str, Any]
 Entry = tuple[str, Contender, Sequence[Setting]]
 EPS = float(np.finfo(float).eps)
-WISDOM = (10, 15, 20, 30, 60, 120)  # steps a period, and a third, for Wisdom and Holman's maps
+# Steps a period, and a third, for Wisdom and Holman's maps: to where rounding stops WHFast on the
+# outer planets (10,000 years: 4.5e-9 with 120, 1.5e-9 with 240, 4.0e-9 with 480).
+WISDOM = (10, 15, 20, 30, 60, 120, 240)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +66,8 @@ class Arena:
 
 def arenas(quick: bool) -> tuple[Arena, ...]:
     """The studies of the report: shorter runs and fewer settings when quick."""
-    return kepler(10 if quick else 100, quick), outer_solar_system(quick), solar_system(quick)
+    shared = kepler(10 if quick else 100, quick), outer_solar_system(quick), solar_system(quick)
+    return shared if quick else (*shared, applegate(quick))
 
 
 def kepler(periods: int, quick: bool) -> Arena:
@@ -137,13 +140,32 @@ def solar_system(quick: bool) -> Arena:
     )
 
 
+def applegate(quick: bool) -> Arena:
+    """Applegate's outer planets: 10,000 years of 365 days, or 1000 when quick.
+
+    Every contender of `outer_solar_system`, on the few settings of its quick form: the planets are
+    the same, from other masses and another start.
+    """
+    return _planets(
+        galvi.problems.applegate(),
+        1_000.0 if quick else 10_000.0,
+        4332.6 / 365.0,
+        True,
+        (
+            ("Stormer-Verlet", STORMER_VERLET, (100,), {}),
+            ("symplectic Euler", SYMPLECTIC_EULER, (300,), {}),
+        ),
+    )
+
+
 def _planets(
-    problem: Problem, duration: float, period: float, quick: bool, others: Sequence[Any]
+    problem: Problem, duration: float, period: float, few: bool, others: Sequence[Any]
 ) -> Arena:
     """galvi, REBOUND, heyoka and SciPy on planets; the truth is the stored one.
 
-    duration  on which the truth is kept, in days
-    period    of the fastest planet, days, to which numbers of steps refer
+    duration  on which the truth is kept, in the problem's unit of time
+    period    of the fastest planet, likewise, to which numbers of steps refer
+    few       fewer settings of the peers, their defaults and their best among them
     others    (label, contender, steps a period, options), for this problem only
     """
 
@@ -164,16 +186,16 @@ def _planets(
 
     best = [
         {**one, "kernel": kernel}
-        for kernel in (("LAZY",) if quick else ("LAZY", "DEFAULT"))
+        for kernel in (("LAZY",) if few else ("LAZY", "DEFAULT"))
         for one in steps(*WISDOM, **whfast.BEST)
     ]
     looser = [
         {**mode, "epsilon": epsilon}
         for mode in (ias15.DEFAULT, ias15.GLOBAL)
-        for epsilon in ((1e-5,) if quick else (1e-7, 1e-5, 1e-3))
+        for epsilon in ((1e-5,) if few else (1e-7, 1e-5, 1e-3))
     ]
     taylor = [heyoka_taylor.DEFAULT, heyoka_taylor.BEST]
-    taylor += [] if quick else [{**heyoka_taylor.DEFAULT, "tolerance": 1e-12}]
+    taylor += [] if few else [{**heyoka_taylor.DEFAULT, "tolerance": 1e-12}]
     return Arena(
         problem,
         duration,
@@ -194,7 +216,7 @@ def _planets(
             ("REBOUND WHFast, default", whfast.WHFAST, steps(30, 120, **whfast.DEFAULT)),
             ("REBOUND SABA(10,6,4)", saba.SABA, steps(3, 5, 7, 10, 20, **saba.BEST)),
             ("heyoka", heyoka_taylor.HEYOKA, [adaptive(**options) for options in taylor]),
-            ("SciPy DOP853", DOP853, _adaptive("tolerance", (1e-9,) if quick else (1e-9, 1e-12))),
+            ("SciPy DOP853", DOP853, _adaptive("tolerance", (1e-9,) if few else (1e-9, 1e-12))),
             *((label, contender, steps(*k, **more)) for label, contender, k, more in others),
         ),
         truth,

@@ -77,6 +77,22 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["problem", "contender", "error", "seconds", "ratio"])
 
 
+def at_smallest(table: pd.DataFrame) -> pd.DataFrame:
+    """Each contender at the smallest error of its front: round-off, when its settings go so far.
+
+    Columns as of `ratios`; ``error`` differs from row to row, and galvi is asked for the same.
+    """
+    found = []
+    for problem in table["problem"].drop_duplicates():
+        here = table[table["problem"] == problem]
+        ends = front(here).groupby("contender", sort=False)["error"].min().to_dict()
+        ours = [error for name, error in ends.items() if name.startswith("galvi")]
+        ends |= {OURS: min(ours)} if ours else {}
+        times = ratios(here, sorted(set(ends.values())))
+        found.append(times[times["error"] == times["contender"].map(ends)])
+    return pd.concat(found, ignore_index=True) if found else ratios(table, ())
+
+
 def _truths(table: pd.DataFrame, problem: str) -> dict[str, float]:
     """The fastest time of each contender that is the truth here: it is better than any error."""
     rows = table[(table["problem"] == problem) & (table["status"] == TRUTH)]

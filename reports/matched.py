@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.fronts import NOT_REACHED, OURS, ratios
+from benchmarks.fronts import NOT_REACHED, OURS, at_smallest, ratios
 from reports.numerals import TIMES, known, readable, seconds
 
-TARGETS = (1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+ERRORS = (1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 5e-11)
+SMALLEST = "its smallest error"
 OURS_BEGIN = "galvi"
 
 
@@ -18,19 +19,31 @@ def is_ours(contender: str) -> bool:
 
 def matched(frame: pd.DataFrame) -> pd.DataFrame:
     """problem, contender, error, seconds, ratio; see `benchmarks.fronts.ratios`."""
-    return ratios(frame, TARGETS)
+    return ratios(frame, ERRORS)
 
 
-def readable_ratios(table: pd.DataFrame, problem: str) -> pd.DataFrame:
-    """A line for each contender, a column for each error: ratio and time, or "not reached"."""
+def smallest(frame: pd.DataFrame) -> pd.DataFrame:
+    """The same at the smallest error of each contender; see `benchmarks.fronts.at_smallest`."""
+    return at_smallest(frame)
+
+
+def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd.DataFrame:
+    """A line for each contender, a column for each error: ratio and time, or "not reached".
+
+    The last column, from `smallest`, is at the contender's own smallest error.
+    """
     rows = table[table["problem"] == problem]
+    own = ends[ends["problem"] == problem].set_index("contender") if len(ends) else ends
     lines = []
     for contender, times in rows.groupby("contender", sort=False):
         line = {"contender": contender}
         for _, seen in times.iterrows():
             line[heading(seen["error"])] = _cell(seen, str(contender))
+        if contender in own.index:
+            end = own.loc[contender]
+            line[SMALLEST] = f"{readable(end['error'], 2)}: {_cell(end, str(contender))}"
         lines.append(line)
-    return pd.DataFrame(lines)
+    return pd.DataFrame(lines).fillna("")
 
 
 def heading(error: float) -> str:

@@ -9,9 +9,10 @@ from matplotlib.lines import Line2D
 
 from benchmarks.brouwer import ensembles, reading_floor
 from benchmarks.growth import rms
+from reports.figures.contender_looks import contender_looks
 from reports.figures.decades import decades
 from reports.figures.nothing import NothingToDraw
-from reports.figures.palette import GUIDE, contender_looks
+from reports.figures.palette import GUIDE
 from reports.matched import is_ours
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.axes import Axes
 
+from reports.figures.contender_looks import contender_looks
 from reports.figures.decades import decades, round_numbers
 from reports.figures.nothing import NothingToDraw
-from reports.figures.palette import GUIDE, contender_looks
+from reports.figures.palette import GUIDE
 from reports.matched import is_ours
 
 

@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from benchmarks.fronts import front
+from reports.figures.contender_looks import contender_looks
 from reports.figures.decades import decades, readable
 from reports.figures.nothing import NothingToDraw
-from reports.figures.palette import GUIDE, contender_looks
+from reports.figures.palette import GUIDE
 from reports.matched import is_ours
 
 

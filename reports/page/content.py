@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import pandas as pd
+
 from benchmarks.claim import Claim
 from reports.choices import readable_choices
 from reports.compare import Compared
@@ -19,6 +21,7 @@ from reports.page.grid import Grid, grid
 from reports.page.section import reasons, section
 from reports.studied import Studied
 from reports.study_table import readable_table
+from reports.targets_table import QUICK, TEXT, readable_targets, summary
 from reports.verification import Checked
 from reports.verify import verdicts
 from reports.winners import winners
@@ -47,6 +50,14 @@ class OwnSection:
     pictures: tuple[Picture, ...]
     rows: Grid | None
     notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Aims:
+    """The targets: what is said of them all, and a line for each."""
+
+    text: str
+    rows: Grid
 
 
 @dataclass(frozen=True)
@@ -85,6 +96,7 @@ def content(
         "rows": reasons(seen.rows),
         "sections": [section(one, gallery) for one in checked],
         "duels": _duels(compared, gallery),
+        "targets": _aims(compared.targets, order.quick),
         "cost": None if compared.cost is None else grid(*readable_cost(compared.cost)),
         "cost_picture": gallery.pictures.get(COST_FIGURE.name),
         "tables": [
@@ -114,13 +126,20 @@ def _own_section(one: Studied, gallery: Gallery) -> OwnSection:
     )
 
 
+def _aims(frame: pd.DataFrame, quick: bool) -> Aims | None:
+    if frame.empty:
+        return None
+    text = " ".join(filter(None, (TEXT, summary(frame), QUICK if quick else "")))
+    return Aims(text, grid(*readable_targets(frame)))
+
+
 def _duels(compared: Compared, gallery: Gallery) -> list[Duel]:
     if compared.work_precision is None:
         return []
     duels = []
     for problem, runs in compared.work_precision.groupby("problem", sort=False):
         name = str(problem)
-        ratios = readable_ratios(compared.ratios, name)
+        ratios = readable_ratios(compared.ratios, compared.smallest, name)
         chosen = readable_choices(compared.choices, name)
         noted = runs[(runs["status"] != "") & (runs["status"] != "truth")]
         duels.append(

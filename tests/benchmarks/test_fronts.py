@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.fronts import NOT_REACHED, OURS, TRUTH, front, ratios, seconds_at
+from benchmarks.fronts import NOT_REACHED, OURS, TRUTH, at_smallest, front, ratios, seconds_at
 
 
 def table(points: dict[str, list[tuple[float, float]]]) -> pd.DataFrame:
@@ -66,6 +66,26 @@ def test_where_only_a_peer_gets_there_the_table_says_so() -> None:
     said = found.set_index("contender")["ratio"]
     assert said["galvi"] == NOT_REACHED
     assert said["peer"] == f"galvi: {NOT_REACHED}"
+
+
+def test_each_contender_is_asked_for_the_smallest_error_that_it_reaches() -> None:
+    points = {
+        "galvi low": [(1e-2, 1.0), (1e-4, 8.0)],
+        "galvi high": [(1e-2, 3.0), (1e-8, 5.0)],
+        "near": [(1e-2, 10.0), (1e-6, 40.0), (1e-5, 80.0)],
+        "far": [(1e-9, 50.0)],
+        "failed": [(math.nan, 1.0)],
+    }
+    found = at_smallest(table(points)).set_index("contender")
+    assert found["error"].to_dict() == {
+        OURS: 1e-8, "galvi low": 1e-4, "galvi high": 1e-8, "near": 1e-6, "far": 1e-9,
+    }  # fmt: skip
+    assert found.loc["near", "ratio"] == pytest.approx(40.0 / seconds_at(
+        [1e-2, 1e-8], [3.0, 5.0], 1e-6
+    ))  # fmt: skip
+    assert found.loc["far", "ratio"] == f"galvi: {NOT_REACHED}"
+    assert found.loc[OURS, "seconds"] == pytest.approx(5.0)
+    assert at_smallest(table({"galvi": [(math.nan, 1.0)]})).empty
 
 
 def test_a_run_that_failed_has_no_place_and_the_truth_stands_beside_the_front() -> None:

@@ -10,7 +10,15 @@ import pandas as pd
 import pytest
 
 from benchmarks import stopwatch, work_precision
-from benchmarks.arena import Arena, Truth, arenas, kepler, outer_solar_system, solar_system
+from benchmarks.arena import (
+    Arena,
+    Truth,
+    applegate,
+    arenas,
+    kepler,
+    outer_solar_system,
+    solar_system,
+)
 from benchmarks.cost import COLUMNS as COST
 from benchmarks.cost import cost_table
 
@@ -80,7 +88,7 @@ def test_the_arenas_name_each_contender_once_and_use_whole_steps(quick: bool) ->
                     )
 
 
-@pytest.mark.parametrize("make", [outer_solar_system, solar_system])
+@pytest.mark.parametrize("make", [outer_solar_system, solar_system, applegate])
 def test_planets_meet_every_peer_at_its_default_and_its_best(make: Any) -> None:
     arena = make(quick=True)
     entries = {label: settings for label, _, settings in arena.entries}
@@ -93,11 +101,30 @@ def test_planets_meet_every_peer_at_its_default_and_its_best(make: Any) -> None:
     assert ("REBOUND WHFast512" in entries) == (make is solar_system)
 
 
+def test_applegate_s_planets_meet_every_contender_of_the_outer_planets() -> None:
+    ours, theirs = (
+        {label: settings for label, _, settings in make(False).entries}
+        for make in (applegate, outer_solar_system)
+    )
+    assert set(ours) == set(theirs)
+    assert all(len(ours[label]) <= len(theirs[label]) for label in ours)
+    assert ours["heyoka"] == theirs["heyoka"][: len(ours["heyoka"])]
+    assert {one["tolerance"] for one in ours["heyoka"]} == {2.0**-52, 1e-18}
+    steps = {make: make(False).duration / make(False).entries[0][2][0]["step"]
+             for make in (applegate, outer_solar_system)}  # fmt: skip
+    assert steps[applegate] == pytest.approx(steps[outer_solar_system], rel=1e-3)  # a day: 7e-4
+
+
+def test_the_quick_report_leaves_applegate_out() -> None:
+    names = [[arena.problem.name for arena in arenas(quick)] for quick in (True, False)]
+    assert names[1] == [*names[0], "outer solar system after Applegate"]
+
+
 @pytest.mark.parametrize("quick", [True, False])
 def test_the_truth_of_the_planets_is_better_than_any_contender_and_none_of_galvi_s(
     quick: bool,
 ) -> None:
-    for make in (outer_solar_system, solar_system):
+    for make in (outer_solar_system, solar_system, applegate):
         truth = make(quick).truth()
         assert "quadruple" in truth.description or "real128" in truth.description
         assert truth.error < 1e-11 and truth.source == ""

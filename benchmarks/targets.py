@@ -1,0 +1,53 @@
+"""How much faster galvi is meant to be than its peers: numbers set before any was measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+SOURCE = "issue 4, 'N bodies at the speed of the machine and to the last bit': Targets"
+OUTER, WHOLE = "outer solar system", "solar system without Pluto"
+IAS15 = ("REBOUND IAS15", "REBOUND IAS15, GLOBAL", "REBOUND IAS15, looser")
+
+
+@dataclass(frozen=True)
+class Target:
+    """One of them.
+
+    problem     its name
+    contenders  labels in the work-precision study; the fastest of them at the error counts
+    error       of the position at the end, in au; None for the smallest that the contenders reach
+    ratio       of the peer's time to galvi's, at least; None when galvi is to reach the error,
+                however long it takes
+    """
+
+    problem: str
+    contenders: tuple[str, ...]
+    error: float | None
+    ratio: float | None
+
+
+def _each(
+    problem: str, contender: str, asked: tuple[tuple[float, float], ...]
+) -> tuple[Target, ...]:
+    return tuple(Target(problem, (contender,), error, ratio) for error, ratio in asked)
+
+
+TARGETS = (
+    Target(OUTER, IAS15, 1e-9, 18.0),
+    *_each(OUTER, "heyoka", ((1e-9, 6.0),)),
+    *_each(
+        OUTER,
+        "REBOUND WHFast, best",  # "at 1e-7 and below": at each decade that is compared at
+        ((1e-6, 1.7), (1e-7, 2.5), (1e-8, 2.5), (1e-9, 2.5), (1e-10, 2.5)),
+    ),
+    Target(OUTER, IAS15[:1], None, None),
+    Target(WHOLE, IAS15, 5e-11, 12.0),
+    *_each(WHOLE, "heyoka", ((1e-9, 7.0),)),
+    *_each(
+        WHOLE,
+        "REBOUND WHFast, best",
+        ((1e-6, 0.6), (1e-7, 1.0), (1e-8, 1.0), (1e-9, 1.0), (1e-10, 1.0)),
+    ),
+    *_each(WHOLE, "REBOUND WHFast512", ((1e-9, 0.4),)),
+    Target(WHOLE, IAS15[:1], None, None),
+)
