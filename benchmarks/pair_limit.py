@@ -12,7 +12,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from galvi.kernels.jit import jit
-from galvi.kernels.lanes import DOUBLE, LANES, VECTOR
+from galvi.kernels.vectors import DOUBLE, LANES, VECTOR
 
 PAIRS = 1024  # squared distances, 16 KiB with the results
 PASSES = 500

@@ -58,16 +58,17 @@ def fastest(
     axes = (0,) * problem.q0.shape[1]
     masses = read_only(system.G * system.masses)
     kernel = packed.compiled_advance(len(axes))
-    moves, ahead, series, growth, sums, c = packed_tables(method.table, step)
+    ahead, series, growth, sums, c = packed_tables(method.table, step)
     tableau = kernel_tableau(method.table)
-    room = aligned(7, problem.q0.size, moves.shape[1])
+    room = aligned(6, problem.q0.size, series.shape[1])
+    spare = aligned(7, max(problem.q0.size, method.stages, LANES))
     slow: list[Call] = []
 
     def call(todo: int) -> int:
         code = int(kernel(
-            axes, masses, tableau, moves, ahead, series, growth, sums, c, step, start.tolerance,
-            start.first, todo, steps, every, work.state, work.stages, room, work.memo, work.counts,
-            work.saved[0], work.saved[1], work.bases, work.coefficients,
+            axes, masses, tableau, ahead, series, growth, sums, c, step, start.tolerance,
+            start.first, todo, steps, every, work.state, work.stages, room, spare, work.memo,
+            work.counts, work.saved[0], work.saved[1], work.bases, work.coefficients,
         ))  # fmt: skip
         if code:
             slow[:] = slow or [general(*arguments)]
@@ -104,13 +105,14 @@ def packed_tables(table: Table, step: float) -> tuple[Array, ...]:
         moves = _with_lost((h * h * A)[lanes].T)
         sums = np.stack([*_with_lost(h * b), *_with_lost(h * h * beta)], axis=1)
         nodes = _with_lost(c[lanes])
-    kept = [
-        table.analysis[:r].T @ table.ahead[lanes, :r].T for r in range(1, table.growth.size + 1)
-    ]
+    ahead = [*moves]
+    for r in range(1, table.growth.size + 1):
+        extrapolated = table.analysis[:r].T @ table.ahead[:, :r].T
+        ahead += [extrapolated @ kept for kept in moves]
     columns = np.zeros((s, lanes.size))
     columns[:, [0, 2, 1, 3]] = sums
     numbers = (
-        np.concatenate(moves), np.concatenate(kept), table.analysis.T, table.growth, columns, nodes,
+        np.concatenate(ahead), table.analysis.T[:, lanes], table.growth, columns, nodes,
     )  # fmt: skip
     return tuple(read_only(np.array(number)) for number in numbers)
 

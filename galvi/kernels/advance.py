@@ -16,7 +16,7 @@ import numpy as np
 from numba import types
 
 from galvi.kernels import laws
-from galvi.kernels.jit import compiled_for, jit
+from galvi.kernels.jit import bare, compiled_for, jit
 from galvi.kernels.solve import NOT_FINITE, SOLVED, solve
 from galvi.kernels.step import all_finite, complete_step, copy_into, curve_coefficients, predict
 
@@ -24,20 +24,19 @@ NOTHING, LAST_STEP, GUESS = 0, 1, 2
 HOLDS, STREAK, DONE = 0, 1, 2
 
 
-@jit
+@bare
 def keep(tableau, h, every, step, total, before, state, a, saved_q, saved_v, bases, curves):
     """Store what is kept of the (step + 1)-th step, from the state before to the state after."""
-    last = saved_q.shape[0] - 1
-    for i in range(state.shape[1]):
-        if bases.shape[0] > 0:
-            bases[step, i] = before[0, i]
-        if (step + 1) % every == 0:
-            saved_q[(step + 1) // every, i] = state[0, i]
-            saved_v[(step + 1) // every, i] = state[2, i]
-        if step + 1 == total:
-            saved_q[last, i] = state[0, i]
-            saved_v[last, i] = state[2, i]
+    row, rest = divmod(step + 1, every)
+    if step + 1 == total:
+        row, rest = saved_q.shape[0] - 1, 0
+    if rest == 0:
+        for i in range(state.shape[1]):
+            saved_q[row, i] = state[0, i]
+            saved_v[row, i] = state[2, i]
     if bases.shape[0] > 0:
+        for i in range(state.shape[1]):
+            bases[step, i] = before[0, i]
         curve_coefficients(tableau, h, before, a, curves[step])
 
 

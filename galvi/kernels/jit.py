@@ -17,24 +17,33 @@ from galvi.kernels.cache import KernelCache
 _ONE_AT_A_TIME = threading.RLock()
 
 
-def jit(function):
-    """``function`` compiled when first called, for the types it is called with."""
-    dispatcher: Any = numba.njit(error_model="numpy", nogil=True)(function)
+def jit(function, **options):
+    """``function`` compiled when first called, for the types it is called with; options of njit."""
+    dispatcher: Any = numba.njit(error_model="numpy", nogil=True, **options)(function)
     if hasattr(dispatcher, "_cache"):  # not so when numba is told not to compile
         with suppress(RuntimeError):  # no folder to keep it in: every process compiles anew
             dispatcher._cache = KernelCache(function)
     return dispatcher
 
 
-def compiled_for(dispatcher, signature):
-    """A dispatcher of the same function that takes these types and no others."""
+def bare(function):
+    """As ``jit`` for a function that makes no arrays, to be called from another many times a step.
+
+    It does not count references to the arrays it uses (``_nrt``, not public in numba), and is
+    inlined: handing arrays over takes as long as a pass over few bodies does.
+    """
+    return jit(function, _nrt=False, forceinline=True)
+
+
+def compiled_for(dispatcher, signature, compiler=jit):
+    """A dispatcher of the same function, by ``jit`` or ``bare``, for these types and no others."""
     with _ONE_AT_A_TIME:
-        return _compiled_for(dispatcher, signature)
+        return _compiled_for(dispatcher, signature, compiler)
 
 
 @cache
-def _compiled_for(dispatcher, signature):
-    fixed = jit(dispatcher.py_func)
+def _compiled_for(dispatcher, signature, compiler):
+    fixed = compiler(dispatcher.py_func)
     fixed.compile(signature)
     fixed.disable_compile()
     return fixed

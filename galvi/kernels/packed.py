@@ -1,19 +1,20 @@
 """Many steps of point masses under gravity: `galvi.kernels.advance` in vector instructions.
 
-The same method, prediction, stopping rule and compensated updates; a step that fixed-point
-iteration cannot solve is left to the general kernel. One compilation serves every number of
-stages s, padded to P, a multiple of LANES.
+The same method, prediction, stopping rule and compensated updates, with fewer passes over all
+bodies (`galvi.kernels.passes`); a step that fixed-point iteration cannot solve is left to the
+general kernel. One compilation serves every number of stages s, padded to P, a multiple of LANES.
 
 d = bodies * dimension rows, one for each coordinate
 masses   (bodies,)  G m
-moves    (2 s, P)   h^2 A^T, then what rounding lost of it
-ahead    (l s, P)   for r = 1 .. l: extrapolation that keeps r Legendre terms
-series   (s, s)     Legendre coefficients from stages, transposed
+ahead    (2 (l + 1) s, P)  h^2 A^T, then what rounding lost of it; then for r = 1 .. l both of them
+                    after an extrapolation to the next step that keeps r Legendre terms
+series   (s, P)     Legendre coefficients from stages, transposed
 growth   (l,)       Legendre polynomials at the next step's end
 sums     (s, P)     columns h b, h^2 beta and what rounding lost of each
 c        (2, P)     nodes, and what rounding lost of them
-work     (7, d, P)  stages, last accelerations, h c v, corrections too small for it, guess, changes,
+work     (6, d, P)  stages, last accelerations, h c v, corrections too small for it, scratch,
                     new accelerations
+spare    (7, at least d and s)  state before the step, sizes, the iteration's history, scratch
 memo     (3 + bodies,)  as in the general kernel, then Legendre terms kept for each body
 """
 
@@ -26,166 +27,120 @@ from numba import types
 
 from galvi.kernels import laws
 from galvi.kernels.advance import DONE, HOLDS, LAST_STEP, STREAK, TABLEAU, keep
-from galvi.kernels.jit import compiled_for, jit
-from galvi.kernels.lanes import LANES, attract, combine, drift, move
-from galvi.kernels.solve import (
-    DIVERGED,
-    FIXED_POINT_PASSES,
-    FORCES,
-    GOING,
-    ITERATIONS,
-    NOT_FINITE,
-    SOLVED,
-    forget,
-    verdict,
-)
-from galvi.kernels.step import (
-    all_finite,
-    copy_into,
-    terms_to_extrapolate,
-    two_product,
-    two_sum,
-)
+from galvi.kernels.jit import bare, compiled_for
+from galvi.kernels.lanes import LANES, combine, drift, fused
+from galvi.kernels.passes import iterate, move_one
+from galvi.kernels.solve import DIVERGED, NOT_FINITE, SOLVED
+from galvi.kernels.step import copy_into, terms_to_extrapolate, two_sum
 
 RECONSIDER = 16  # steps between choices of how many terms to extrapolate
 
 
-@jit
-def pull_all(axes, masses, Q, a):
-    """a <- gravitational accelerations at all stages."""
-    bodies, padded = masses.size, Q.shape[1]
-    for row in range(a.shape[0]):
-        for k in range(padded):
-            a[row, k] = 0.0
-    for chunk in range(padded // LANES):
-        for i in range(bodies - 1, 0, -1):  # light pairs first, the sums grow
-            attract(axes, Q, a, masses, i - 1, i, bodies, padded, chunk)
+@bare
+def choose_terms(axes, series, growth, a, out, terms, sizes):
+    """How many Legendre terms of each body's last accelerations to extrapolate.
 
-
-@jit
-def move_all(axes, moves, a, base, low, q, Q, worst, sizes):
-    """Q <- q + (base + (low + h^2 A a)); returns the largest change relative to the sizes."""
-    bodies, stages, padded = sizes.size, moves.shape[0] // 2, Q.shape[1]
-    for chunk in range(padded // LANES):
-        for k in range(LANES):
-            worst[0, chunk * LANES + k] = 0.0
-        for body in range(bodies):
-            move(axes, moves, a, base, low, q, Q, worst, sizes[body], body, stages, padded, chunk)
-    change, finite = 0.0, 0.0
-    for k in range(padded):
-        change = max(change, worst[0, k])
-        finite += worst[0, k]
-    return change if finite < np.inf else np.nan
-
-
-@jit
-def choose_terms(series, growth, dimension, a, terms):
-    """How many Legendre terms of each body's last accelerations to extrapolate."""
-    s = series.shape[0]
+    ``out`` (d, P) and ``sizes`` (s,) are scratch.
+    """
+    s, padded, dimension = series.shape[0], series.shape[1], len(axes)
     for body in range(terms.size):
-        sizes = np.zeros(s)
-        for x in range(dimension):
-            for l in range(s):
-                coefficient = 0.0
-                for j in range(s):
-                    coefficient += series[j, l] * a[body * dimension + x, j]
-                sizes[l] = max(sizes[l], abs(coefficient))
+        for chunk in range(padded // LANES):
+            combine(axes, series, 0, a, out, body, s, padded, chunk)
+        for l in range(s):
+            sizes[l] = 0.0
+            for x in range(dimension):
+                sizes[l] = max(sizes[l], abs(out[body * dimension + x, l]))
         terms[body] = terms_to_extrapolate(sizes, growth)
 
 
-@jit
+@bare
+def place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q):
+    """The start of a step: base, low, sizes = 1 / distances from the origin, and first stages Q.
+
+    a holds the last step's accelerations, or with no ``terms`` the guess itself. Returns the body
+    that goes farthest in a step for its distance, other than the star.
+    """
+    dimension, padded, bodies = len(axes), c.shape[1], masses.size
+    largest, most, swift = 0.0, 0.0, 1 if star == 0 else 0
+    for body in range(bodies):
+        for chunk in range(padded // LANES):
+            start = (2 * terms[body] + 1) * s
+            combine(axes, ahead, start, a, low, body, s, padded, chunk)
+        size, way = 0.0, 0.0
+        for x in range(dimension):
+            i = body * dimension + x
+            far = h * state[2, i]
+            far_low = fused(h, state[2, i], -far) + h * state[3, i]
+            for chunk in range(padded // LANES):
+                drift(c, base, low, i, far, far_low, state[1, i], padded, chunk)
+            way = max(way, abs(far))
+            size = max(size, abs(state[0, i]), abs(state[0, i] + far))
+        sizes[body] = size
+        largest = max(largest, size)
+        if body != star and way > most * size:
+            swift, most = body, way / size
+    for body in range(bodies):
+        size = sizes[body] if sizes[body] > 0.0 else largest
+        sizes[body] = 1.0 / size if size > 0.0 else 1.0
+        move_one(
+            axes, ahead, 2 * terms[body] * s, s, a, base, low, state, Q, 0.0, sizes[body], body
+        )
+    return swift
+
+
+@bare
 def finish(axes, sums, h, a, state, out):
-    """The end of the step, as galvi.kernels.step.complete_step; ``out`` is scratch, (d, P)."""
+    """The end of the step, as galvi.kernels.step.complete_step; ``out`` is scratch, (d, P).
+
+    Returns whether the state is finite.
+    """
     d, stages = a.shape[0], sums.shape[0]
-    dimension = len(axes)
+    dimension, total = len(axes), 0.0
     for body in range(d // dimension):
         combine(axes, sums, 0, a, out, body, stages, a.shape[1], 0)
     for i in range(d):
         q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
-        far, far_low = two_product(h, v)
+        far = h * v
         moved, moved_low = two_sum(q, far)
         moved, bend_low = two_sum(moved, out[i, 1])
-        rest = moved_low + (bend_low + (q_low + (far_low + (h * v_low + out[i, 3]))))
+        rest = fused(h, v, -far) + (h * v_low + out[i, 3])
+        rest = moved_low + (bend_low + (q_low + rest))
         state[0, i], state[1, i] = two_sum(moved, rest)
         kicked, kick_low = two_sum(v, out[i, 0])
         state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))
+        total += abs(state[0, i]) + abs(state[2, i])
+    return total < np.inf
 
 
-@jit
-def begin(dimension, c, h, state, base, low, sizes):
-    """base <- h c v; low += what it and q lost; sizes <- 1 / distances from the origin."""
-    padded = c.shape[1]
-    for body in range(sizes.size):
-        size = 0.0
-        for x in range(dimension):
-            i = body * dimension + x
-            far, far_low = two_product(h, state[2, i])
-            far_low += h * state[3, i]
-            for chunk in range(padded // LANES):
-                drift(c, base, low, i, far, far_low, state[1, i], padded, chunk)
-            size = max(size, abs(state[0, i]), abs(state[0, i] + far))
-        sizes[body] = size
-    largest = sizes.max()
-    for body in range(sizes.size):
-        size = sizes[body] if sizes[body] > 0.0 else largest
-        sizes[body] = 1.0 / size if size > 0.0 else 1.0
-
-
-@jit
-def iterate(axes, masses, moves, q, base, low, sizes, tolerance, counts, Q, a, worst, history):
-    """Fixed-point iteration from stages Q, until settled; a holds the last accelerations."""
-    forget(history)
-    for _passes in range(FIXED_POINT_PASSES):
-        pull_all(axes, masses, Q, a)
-        change = move_all(axes, moves, a, base, low, q, Q, worst, sizes)
-        counts[ITERATIONS] += 1
-        counts[FORCES] += moves.shape[0] // 2
-        code = verdict(change, tolerance, history)
-        if code != GOING:
-            return code
-    return DIVERGED
-
-
-@jit
-def advance(axes, masses, tableau, moves, ahead, series, growth, sums, c, h, tolerance, first, todo,
-            total, every, state, stages, work, memo, counts, saved_q, saved_v, bases,
+@bare
+def advance(axes, masses, tableau, ahead, series, growth, sums, c, h, tolerance, first, todo, total,
+            every, state, stages, work, spare, memo, counts, saved_q, saved_v, bases,
             curves):  # fmt: skip
     """Do ``todo`` more steps of a run; returns a code as the general kernel does."""
-    bodies, s, padded = masses.size, moves.shape[0] // 2, moves.shape[1]
-    dimension, d = len(axes), state.shape[1]
-    Q, a, base, low, guess, worst = work[0], work[1], work[2], work[3], work[4], work[5]
-    new, terms = work[6], memo[3:]
-    sizes, q, before = np.empty(bodies), np.empty(d), np.empty(state.shape)
-    history = np.empty(4)
+    bodies, s, d = masses.size, series.shape[0], state.shape[1]
+    Q, a, base, low, scratch, new = work[0], work[1], work[2], work[3], work[4], work[5]
+    before, sizes, history, terms = spare[:4, :d], spare[4, :bodies], spare[5, :4], memo[3:]
+    star = 0
+    for body in range(bodies):
+        if masses[body] > masses[star]:
+            star = body
     copy_rows(a, stages)
     for step in range(memo[DONE], memo[DONE] + todo):
         if memo[STREAK] > 0:
             copy_rows(stages, a)
             return DIVERGED
         copy_into(before, state)
-        for i in range(d):
-            q[i] = state[0, i]
-        source = a
-        if memo[HOLDS] == LAST_STEP:
-            if (first + step) % RECONSIDER == 0 or terms[0] == 0:
-                choose_terms(series, growth, dimension, a, terms)
-            for body in range(bodies):
-                for chunk in range(padded // LANES):
-                    start = (terms[body] - 1) * s
-                    combine(axes, ahead, start, a, guess, body, s, padded, chunk)
-            source = guess
-        for body in range(bodies):
-            for chunk in range(padded // LANES):
-                combine(axes, moves, s, source, low, body, s, padded, chunk)
-        begin(dimension, c, h, state, base, low, sizes)
-        move_all(axes, moves, source, base, low, q, Q, worst, sizes)
+        if memo[HOLDS] != LAST_STEP:
+            terms[:] = 0
+        elif (first + step) % RECONSIDER == 0 or terms[0] == 0:
+            choose_terms(axes, series, growth, a, scratch, terms, spare[6, :s])
+        swift = place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q)
         code = iterate(
-            axes, masses, moves, q, base, low, sizes, tolerance, counts, Q, new, worst, history
-        )
-        if code == SOLVED:
-            finish(axes, sums, h, new, state, guess)
-            if not all_finite(state):
-                code = NOT_FINITE
+            axes, masses, star, swift, ahead, s, state, base, low, sizes, tolerance, counts, Q, new,
+            scratch, history,
+        )  # fmt: skip
+        if code == SOLVED and not finish(axes, sums, h, new, state, scratch):
+            code = NOT_FINITE
         if code != SOLVED:
             copy_into(state, before)
             copy_rows(stages, a)
@@ -199,7 +154,7 @@ def advance(axes, masses, tableau, moves, ahead, series, growth, sums, c, h, tol
     return SOLVED
 
 
-@jit
+@bare
 def copy_rows(target, source):
     """The first columns of target <- source, as many as both have."""
     for i in range(target.shape[0]):
@@ -214,8 +169,9 @@ def compiled_advance(dimension):
     fixed_matrix = types.Array(types.float64, 2, "C", readonly=True)
     whole, real, matrix = types.int64, types.float64, laws.MATRIX
     signature = whole(
-        types.UniTuple(whole, dimension), fixed, TABLEAU, fixed_matrix, fixed_matrix, fixed_matrix,
-        fixed, fixed_matrix, fixed_matrix, real, real, whole, whole, whole, whole, matrix, matrix,
-        laws.BLOCKS, types.int64[::1], types.int64[::1], matrix, matrix, matrix, laws.BLOCKS,
+        types.UniTuple(whole, dimension), fixed, TABLEAU, fixed_matrix, fixed_matrix, fixed,
+        fixed_matrix, fixed_matrix, real, real, whole, whole, whole, whole, matrix, matrix,
+        laws.BLOCKS, matrix, types.int64[::1], types.int64[::1], matrix, matrix, matrix,
+        laws.BLOCKS,
     )  # fmt: skip
-    return compiled_for(advance, signature)
+    return compiled_for(advance, signature, bare)

@@ -10,7 +10,7 @@ import numpy as np
 
 from galvi.kernels.accelerations import accelerations
 from galvi.kernels.jacobians import jacobians
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import bare, jit
 from galvi.kernels.step import (
     all_finite,
     copy_into,
@@ -34,7 +34,7 @@ NEWTON_PASSES = 30
 NEWTON_STREAK = 16  # steps that start with Newton after it was needed once
 
 
-@jit
+@bare
 def verdict(change, tolerance, history):
     """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass of fixed-point iteration.
 
@@ -61,7 +61,7 @@ def verdict(change, tolerance, history):
     return GOING
 
 
-@jit
+@bare
 def forget(history):
     """history as at the start of an iteration."""
     history[0], history[1], history[2], history[3] = np.inf, 1.0, np.inf, 0.0

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import bare, jit
 
 EPSILON = 2.0**-52
 SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
 
 
-@jit
+@bare
 def terms_to_extrapolate(sizes, growth):
     """How many terms of a Legendre series to keep one step ahead, where they are ``growth`` larger.
 
@@ -112,7 +112,7 @@ def measure_scale(h, width, state, scale):
             scale[i] = size
 
 
-@jit
+@bare
 def curve_coefficients(tableau, h, state, a, x):
     """x = h v lead + h^2 C a, (d, m)."""
     lead, C = tableau[5], tableau[7]
@@ -170,7 +170,7 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
     return True
 
 
-@jit
+@bare
 def copy_into(target, source):
     """target <- source, (d, s)."""
     for i in range(source.shape[0]):
@@ -178,7 +178,7 @@ def copy_into(target, source):
             target[i, k] = source[i, k]
 
 
-@jit
+@bare
 def all_finite(values):
     """Whether every entry of (d, s) is finite."""
     total = 0.0
@@ -188,7 +188,7 @@ def all_finite(values):
     return total < np.inf
 
 
-@jit
+@bare
 def two_sum(x, y):
     """x + y = sum + error exactly (Knuth)."""
     total = x + y
@@ -196,7 +196,7 @@ def two_sum(x, y):
     return total, (x - (total - part)) + (y - part)
 
 
-@jit
+@bare
 def two_product(x, y):
     """x y = product + error exactly (Dekker)."""
     product = x * y
