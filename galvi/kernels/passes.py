@@ -3,7 +3,8 @@
 Arrays as in `galvi.kernels.packed`: moves holds h^2 A^T first, Q, a, base, low, held are (d, P).
 After the first pass over all bodies come some over two alone, the star and the body that moves
 fastest for its distance. Extrapolation predicts that body worst, and by far: of Sun and planets
-the innermost to 1e-4, the next to 1e-10. What the passes find is a better guess, nothing more.
+the innermost to 1e-4, the next to 1e-10 (`benchmarks.solver_ideas`). What the passes find is a
+better guess, nothing more.
 Iterations count the passes over all bodies; those over two, PAIR_PASSES pairs a step, are not
 counted as force evaluations.
 """
@@ -22,7 +23,7 @@ from galvi.kernels.solve import (
     verdict,
 )
 
-PAIR_PASSES = 3  # 2 to 4 are equally good within 5 %
+PAIR_PASSES = 3  # 2 and 4 are slower for some problems: CONTRIBUTING.md, 'Ideas for the solver'
 
 
 @bare
