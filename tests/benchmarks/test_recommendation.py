@@ -35,10 +35,10 @@ def test_promises_are_kept_for_every_problem_and_error() -> None:
     assert (whole["found"] <= 1.1 * whole["predicted"]).all()  # 1.01 when this was written
 
 
-def test_a_recommender_that_forgets_that_errors_grow_is_caught(
+def test_a_recommender_that_believes_that_errors_shrink_is_caught(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(importlib.import_module("galvi.scan"), "POWERS", (0.0, 0.0))
+    monkeypatch.setattr(importlib.import_module("galvi.scan"), "POWERS", (-2.0, -2.0))
     rows = table()
     assert set(rows.loc[rows["measured_over"] == "all of it", "promise"]) == {KEPT}
     assert BROKEN in set(rows.loc[rows["measured_over"] != "all of it", "promise"])
