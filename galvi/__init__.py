@@ -1,14 +1,25 @@
 """High-order Galerkin variational integrators for Lagrangian mechanics."""
 
 from galvi import problems
+from galvi.attitude import orthogonality_defect, rotations
+from galvi.charts.cayley import Cayley
+from galvi.charts.exponential import Exponential
 from galvi.ensemble import integrate_many
+from galvi.groups.matrices import nearest_rotation
+from galvi.groups.product import Product
+from galvi.groups.rn import Rn
+from galvi.groups.se3 import SE3
+from galvi.groups.so2 import SO2
+from galvi.groups.so3 import SO3
 from galvi.integrate import integrate, resume
 from galvi.invariants import energy, linear_momentum, momentum_map
 from galvi.method import Galerkin
 from galvi.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.potentials.central_force import CentralForce
 from galvi.potentials.linear_spring import LinearSpring
+from galvi.potentials.pendulum import PendulumWeight
 from galvi.potentials.spring_chain import SpringChain
+from galvi.potentials.uniform_gravity import UniformGravity
 from galvi.problem import Problem
 from galvi.recommend import recommend
 from galvi.recommendation import Recommendation
@@ -21,22 +32,37 @@ from galvi.spaces.polynomials import Polynomials
 from galvi.storage import load, save
 from galvi.symplecticity import step_derivative, symplecticity_defect
 from galvi.systems.canonical import Canonical
+from galvi.systems.free_body import FreeBody
+from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
+from galvi.systems.rigid_body import RigidBody
 from galvi.trajectory import Trajectory
 
 __all__ = [
+    "SE3",
+    "SO2",
+    "SO3",
     "Canonical",
+    "Cayley",
     "CentralForce",
+    "Exponential",
+    "FreeBody",
     "Galerkin",
+    "Lagrangian",
     "LinearSpring",
     "NBody",
     "OrbitalElements",
+    "PendulumWeight",
     "Polynomials",
     "Problem",
+    "Product",
     "Recommendation",
+    "RigidBody",
+    "Rn",
     "Rule",
     "SpringChain",
     "Trajectory",
+    "UniformGravity",
     "clenshaw_curtis",
     "energy",
     "gauss",
@@ -47,10 +73,13 @@ __all__ = [
     "load",
     "lobatto",
     "momentum_map",
+    "nearest_rotation",
     "orbital_elements",
+    "orthogonality_defect",
     "problems",
     "recommend",
     "resume",
+    "rotations",
     "round_trip_error",
     "save",
     "step_derivative",

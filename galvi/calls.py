@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from galvi.kernels.solve import AUTO, FIXED_POINT, NEWTON
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
+from galvi.systems.system import VectorSystem
 from galvi.table import Table
 from galvi.workspace import Workspace
 
@@ -30,7 +31,7 @@ def general(
     work: Workspace,
 ) -> Call:  # fmt: skip
     """A function that does so many more steps in the general kernel and returns its code."""
-    field = problem.system.field(problem.q0.shape[-1])
+    field = cast(VectorSystem, problem.system).field(problem.q0.shape[-1])
     kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
     tableau = kernel_tableau(method.table)
 
@@ -100,19 +101,43 @@ def packed_tables(table: Table, step: float) -> tuple[Array, ...]:
         h = decimals(step)
         c, b, beta, A = (
             decimals(kept) + decimals(lost)
-            for kept, lost in zip((table.c, table.b, table.beta, table.A), table.lost, strict=True)
+            for kept, lost in zip(
+                (table.c, table.b, table.beta, table.A), table.lost[:4], strict=True
+            )
         )
         moves = _with_lost((h * h * A)[lanes].T)
         sums = np.stack([*_with_lost(h * b), *_with_lost(h * h * beta)], axis=1)
         nodes = _with_lost(c[lanes])
     ahead = [*moves]
-    for r in range(1, table.growth.size + 1):
-        extrapolated = table.analysis[:r].T @ table.ahead[:, :r].T
-        ahead += [extrapolated @ kept for kept in moves]
+    with np.errstate(all="ignore"):  # steps whose square overflows are told of by their status
+        for r in range(1, table.growth.size + 1):
+            extrapolated = table.analysis[:r].T @ table.ahead[:, :r].T
+            ahead += [extrapolated @ kept for kept in moves]
     columns = np.zeros((s, lanes.size))
     columns[:, [0, 2, 1, 3]] = sums
     numbers = (
         np.concatenate(ahead), table.analysis.T[:, lanes], table.growth, columns, nodes,
+    )  # fmt: skip
+    return tuple(read_only(np.array(number)) for number in numbers)
+
+
+@lru_cache(maxsize=32)
+def collocation_tables(table: Table, step: float) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.kernels.packed_body."""
+    s = table.c.size
+    lanes = np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)
+    with many_digits():
+        h, b = decimals(step), decimals(table.b) + decimals(table.lost[1])
+        A = decimals(table.integral) + decimals(table.lost[4])
+        B = b - (A.T * b) / b[:, None]
+        moves, turns = (np.concatenate(_with_lost((h * M)[lanes].T)) for M in (A, B))
+        kicks = _with_lost(h * b)
+    ahead = [
+        table.analysis[:r].T @ table.ahead[lanes, :r].T for r in range(1, table.growth.size + 1)
+    ]
+    numbers = (
+        moves, turns, kicks, np.concatenate(ahead), table.analysis.T[:, lanes], table.growth,
+        step * table.fit,
     )  # fmt: skip
     return tuple(read_only(np.array(number)) for number in numbers)
 

@@ -10,17 +10,28 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 
+LARGEST = 2**62  # of whole numbers: the kernels count in 64 bits
+LONG = 256  # bits of the longest whole number that is shown in full
+
 
 def whole(name: str, value: Any, at_least: int = 1, at_most: int | None = None) -> int:
-    """``value`` as an int, or ValueError when it is not a whole number in the stated range."""
-    limit = f"of at least {at_least}" if at_most is None else f"from {at_least} to {at_most}"
-    number = float("nan")
-    if not isinstance(value, bool) and isinstance(value, (int, float, np.integer, np.floating)):
-        number = float(value)
-    whole_number = math.isfinite(number) and number == math.floor(number)
-    if not whole_number or number < at_least or (at_most is not None and number > at_most):
-        raise ValueError(f"{name} must be a whole number {limit}; received {value!r}.")
-    return int(value)
+    """``value`` as an int, or ValueError when it is not a whole number in the stated range.
+
+    at_most  None means LARGEST, which is stated only to whom it concerns
+    """
+    most = LARGEST if at_most is None else at_most
+    numbers = (int, float, np.integer, np.floating)
+    is_number = isinstance(value, numbers) and not isinstance(value, bool)
+    number = int(value) if is_number and (isinstance(value, int) or math.isfinite(value)) else None
+    if number is None or number != value or not at_least <= number <= most:
+        beyond = is_number and value > most
+        limit = f"of at least {at_least}"
+        if beyond or at_most is not None:
+            limit = f"from {at_least} to {most}"
+        long = isinstance(value, int) and value.bit_length() > LONG
+        received = f"a number of {value.bit_length()} bits" if long else repr(value)
+        raise ValueError(f"{name} must be a whole number {limit}; received {received}.")
+    return number
 
 
 def real(name: str, value: Any, remedy: str = "") -> float:
@@ -39,6 +50,16 @@ def positive(name: str, value: Any, remedy: str = "") -> float:
     if number <= 0.0:
         raise ValueError(_sentence(f"{name} must be positive", repr(value), remedy))
     return number
+
+
+def returned(name: str, value: Any) -> float:
+    """What a user's function returned as a float, finite or not; ValueError for no real number."""
+    number = np.asarray(value)
+    if number.ndim:
+        raise ValueError(f"{name} must return a number; received an array of shape {number.shape}.")
+    if number.dtype.kind not in "iuf":
+        raise ValueError(f"{name} must return a real number; received {value!r}.")
+    return float(number)
 
 
 def array(name: str, value: Any, shape: Sequence[int] | None = None, remedy: str = "") -> Array:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.charts.chart import Chart
+from galvi.kernels.group_advance import LEFT_CHART
 from galvi.kernels.solve import NOT_FINITE, SOLVED
 from galvi.potentials.potential import Potential
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
+from galvi.systems.system import VectorSystem
 from galvi.trajectory import COMPLETED
 
 OFF = 0.1  # change of the energy over |T| + |V| that no usable run has
+NEAR_LIMIT = 0.8  # of a chart's limit, from which a step that is not solved is said to leave it
 FAR = 1e100  # lengths; squares of larger ones overflow
 TRIED = {
     "auto": "neither fixed-point iteration nor Newton's method solved",
@@ -52,6 +58,46 @@ def ending(
     )
 
 
+def ending_on_group(
+    chart: Chart, code: int, solver: str, step: float, done: int, steps: int, t: float, turn: float,
+    slopes: bool,
+) -> str:  # fmt: skip
+    """The status of a run on a group; arguments as for `ending`.
+
+    turn    angle, radians, by which the step that failed turns; 0 where nothing turns
+    slopes  whether the derivatives of the Lagrangian are known, not differenced
+    """
+    if done == steps:
+        return COMPLETED
+    where = f"at step {done + 1} of {steps}, from t = {t:g}"
+    if code == SOLVED:
+        return f"Interrupted {where}; what was computed is kept."
+    if not turn < FAR:
+        return (
+            f"Stopped {where}: velocities above 1e100 overflow. Use other units, or a smaller step."
+        )
+    if turn >= NEAR_LIMIT * chart.limit or code == LEFT_CHART:
+        limit, name = chart.limit, type(chart).__name__
+        other = "" if limit > 4.0 else ", or chart=galvi.Exponential(), which ends at 2 pi"
+        return (
+            f"Stopped {where}: the step turns by {turn:.4g} radians, and the chart {name} ends at "
+            f"{limit:.4g}. Use a step of at most {0.5 * abs(step) * limit / turn:.2g}{other}."
+        )
+    if code == NOT_FINITE:
+        return (
+            f"Stopped {where}: the force or the state became infinite or NaN, or the equations "
+            f"singular. Use a smaller step, or keep away from the force's singularity."
+        )
+    tried, other = TRIED["newton"], "" if slopes else ", or give the Lagrangian its slopes"
+    if solver == "fixed_point":
+        tried, other = TRIED[solver], ", or the solver auto"
+    return (
+        f"Stopped {where}: {tried} the stage equations"
+        f"{f' of a step that turns by {turn:.3g} radians' if turn else ''}. "
+        f"Use a smaller step or a higher degree{other}."
+    )
+
+
 def _completed(problem: Problem, state: Array) -> str:
     """Completed, with a word when the energy of a known potential says that it went wrong."""
     system = problem.system
@@ -65,7 +111,9 @@ def _completed(problem: Problem, state: Array) -> str:
         for q, v in ((problem.q0, problem.v0), (state[0], state[2])):
             q, v = q.reshape(problem.q0.shape), v.reshape(problem.q0.shape)
             kinetic = 0.5 * float(np.sum(v * system.momentum(v)))
-            energies.append((kinetic, float(system.potential_energy(q, np.zeros(())))))
+            energies.append(
+                (kinetic, float(cast(VectorSystem, system).potential_energy(q, np.zeros(()))))
+            )
         size = sum(abs(part) for part in energies[0])
         change = abs(sum(energies[1]) - sum(energies[0]))
     if change <= OFF * size:

@@ -19,14 +19,16 @@ from typing import Any
 from tqdm import tqdm
 
 from galvi import checks
-from galvi.integrate import prepared
+from galvi.integrate import number_of_steps, prepared
 from galvi.interruption import noted_interrupts
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.trajectory import Trajectory
+from galvi.workspace import check_room
 
 SHORT = 0.003  # seconds; of shorter runs most is Python, in which threads only wait for each other
-PATIENCE = 8  # short runs in a row after which a thread leaves the rest to the first one
+PATIENCE = 8  # short runs in a row after which a thread leaves them to one of the threads
+NAP = 0.03  # seconds between two looks of a thread at rest
 
 
 def integrate_many(
@@ -71,10 +73,13 @@ def integrate_many(
         with _told_apart(k):
             run = prepared(
                 problem, method, step, steps, duration=duration, save_every=save_every,
-                curves=curves, solver=solver, tolerance=tolerance, runs=len(given),
+                curves=curves, solver=solver, tolerance=tolerance,
             )  # fmt: skip
             runs.append(run)
-            compiled = compiled and problem.system.field(problem.q0.shape[-1]).compiled
+            compiled = compiled and _compiled(problem)
+    if given:
+        total = number_of_steps(float(step), steps, duration)
+        check_room(given, method, total, save_every, curves)
     return _all_of(runs, min(threads, len(runs)) if compiled else 1, progress)
 
 
@@ -86,6 +91,7 @@ def _all_of(
     raised: dict[int, Exception] = {}
     first_raised = len(runs)
     numbers, one_at_a_time = iter(range(len(runs))), threading.Lock()
+    short_runs = _ShortRuns()
 
     with (
         noted_interrupts() as pressed,
@@ -95,10 +101,10 @@ def _all_of(
         def stopped(k: int) -> bool:
             return pressed() or first_raised < k
 
-        def take_turns(leaves: bool) -> None:
+        def take_turns() -> None:
             nonlocal first_raised
             quick = 0
-            while not (raised or (leaves and quick == PATIENCE)):
+            while not raised and (quick < PATIENCE or short_runs.wait_for_them()):
                 with one_at_a_time:
                     k = next(numbers, None)
                 if k is None:
@@ -113,11 +119,17 @@ def _all_of(
                 with one_at_a_time:
                     bar.update()
 
+        def take_all() -> None:
+            try:
+                take_turns()
+            finally:
+                short_runs.over.set()
+
         if threads < 2:
-            take_turns(leaves=False)
+            take_all()
         else:
             with ThreadPoolExecutor(threads) as pool:
-                turns = [pool.submit(take_turns, leaves=k > 0) for k in range(threads)]
+                turns = [pool.submit(take_all) for _ in range(threads)]
             for turn in turns:
                 turn.result()
         if raised:
@@ -129,6 +141,27 @@ def _all_of(
     return results
 
 
+class _ShortRuns:
+    """Who does them: one thread at a time, and another one when that has met a longer run."""
+
+    def __init__(self) -> None:
+        self.over = threading.Event()
+        self._one_at_a_time = threading.Lock()
+        self._thread: int | None = None
+        self._since = 0.0  # when it last began one
+
+    def wait_for_them(self) -> bool:
+        """Rest until this thread is to do the next run; False when no more are left."""
+        while not self.over.is_set():
+            with self._one_at_a_time:
+                this, now = threading.get_ident(), time.perf_counter()
+                if self._thread in (None, this) or now - self._since > NAP:
+                    self._thread, self._since = this, now
+                    return True
+            self.over.wait(NAP)
+        return False
+
+
 @contextmanager
 def _told_apart(k: int) -> Iterator[None]:
     try:
@@ -136,6 +169,14 @@ def _told_apart(k: int) -> Iterator[None]:
     except Exception as error:
         error.add_note(f"This was problems[{k}].")
         raise
+
+
+def _compiled(problem: Problem) -> bool:
+    """Whether other threads can run beside it."""
+    system: Any = problem.system
+    if hasattr(system, "group"):
+        return bool(system.group_field().compiled)
+    return bool(system.field(problem.q0.shape[-1]).compiled)
 
 
 def _processors() -> int:

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from galvi import checks
 from galvi.calls import SOLVERS
 from galvi.continuation import Continuation
+from galvi.group_calls import by_fixed_point
+from galvi.group_march import march_on_group
 from galvi.march import march
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.rigid_body import RigidBody
+from galvi.systems.system import VectorSystem
 from galvi.trajectory import Trajectory
 from galvi.workspace import check_room
 
@@ -44,7 +49,7 @@ def integrate(
     duration    length of time, positive and a whole number of steps
     save_every  k keeps steps 0, k, 2 k, ... and the last
     curves      keep every step's Galerkin curve; None means only when save_every is 1
-    solver      "auto", "fixed_point" or "newton"
+    solver      "auto", "fixed_point" or "newton"; on groups "fixed_point" is for some rigid bodies
     tolerance   change relative to |q| at which a step's iteration stops; None means round-off
     progress    True shows a progress bar
 
@@ -56,6 +61,9 @@ def integrate(
         problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
         solver=solver, tolerance=tolerance,
     )  # fmt: skip
+    check_room(
+        (problem,), method, number_of_steps(float(step), steps, duration), save_every, curves
+    )
     return run(progress=progress)
 
 
@@ -70,16 +78,15 @@ def prepared(
     curves: bool | None = None,
     solver: str = "auto",
     tolerance: float | None = None,
-    runs: int = 1,
 ) -> Callable[..., Trajectory]:
-    """The run that `integrate` does, checked and not begun; it takes march's other arguments.
+    """The run that `integrate` does, not begun; it takes march's other arguments.
 
-    runs  how many such runs are to fit in memory
+    All is checked but whether it fits in memory, maybe beside others: see `check_room`.
     """
     h = checks.real("step", step)
     if h == 0.0:
         raise ValueError("step must not be zero; received 0. Give the step size in units of time.")
-    total = _number_of_steps(h, steps, duration)
+    total = number_of_steps(h, steps, duration)
     for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
         if not isinstance(value, kind):
             raise TypeError(f"{name} must be a galvi.{kind.__name__}; received {value!r}.")
@@ -92,10 +99,17 @@ def prepared(
         raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {solver!r}.")
     save_every = checks.whole("save_every", save_every)
     tol = ROUND_OFF if tolerance is None else checks.positive("tolerance", tolerance)
+    on_group = hasattr(problem.system, "group")
+    if on_group and solver == "fixed_point" and not by_fixed_point(problem, method):
+        raise ValueError(
+            f"on a group, the solver fixed_point is for a RigidBody, free or in UniformGravity, "
+            f"with as many points as the degree; received {problem!r} with {method.name}. Use the "
+            f"solver auto."
+        )
     _check_force(problem)
-    check_room(problem, method, total, save_every, curves, runs)
     start = Continuation.at_start(problem, method.stages, solver, tol)
-    return partial(march, problem, method, h, total, start, save_every=save_every, curves=curves)
+    go = march_on_group if on_group else march
+    return partial(go, problem, method, h, total, start, save_every=save_every, curves=curves)
 
 
 def resume(
@@ -119,21 +133,26 @@ def resume(
         )
     if not run.success and not run.interrupted:
         raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
-    return march(
-        run.problem, run.method, run.step, _number_of_steps(run.step, steps, duration),
+    go = march_on_group if hasattr(run.problem.system, "group") else march
+    return go(
+        run.problem, run.method, run.step, number_of_steps(run.step, steps, duration),
         run.continuation, save_every=checks.whole("save_every", save_every), curves=curves,
         progress=progress,
     )  # fmt: skip
 
 
-def _number_of_steps(step: float, steps: int | None, duration: float | None) -> int:
+def number_of_steps(step: float, steps: int | None, duration: float | None) -> int:
+    """Steps, or the duration in steps; ValueError when that is no whole number."""
     if (steps is None) == (duration is None):
         raise ValueError("give either steps or duration; received " + (
             "neither." if steps is None else "both."))  # fmt: skip
     if steps is not None:
         return checks.whole("steps", steps)
     length = checks.positive("duration", duration, "For backwards, make the step negative.")
-    whole = round(length / abs(step))
+    ratio = length / abs(step)
+    if ratio > checks.LARGEST:
+        checks.whole("duration over step", ratio)
+    whole = round(ratio)
     if whole < 1 or abs(whole * abs(step) - length) > 1e-9 * length:
         raise ValueError(
             f"duration must be a whole number of steps; received {length!r} with step {step!r}, "
@@ -143,10 +162,15 @@ def _number_of_steps(step: float, steps: int | None, duration: float | None) -> 
 
 
 def _check_force(problem: Problem) -> None:
+    system = problem.system
     with np.errstate(all="ignore"):
-        if isinstance(problem.system, Canonical):
-            problem.system.check_functions(problem.q0, problem.t0)
-        force: Any = problem.system.acceleration(problem.q0, problem.t0)
+        if isinstance(system, Lagrangian):
+            system.check_functions(problem.q0, problem.v0, problem.t0)
+        elif isinstance(system, (Canonical, RigidBody)):
+            system.check_functions(problem.q0, problem.t0)
+        if hasattr(system, "group"):
+            return
+        force: Any = cast(VectorSystem, system).acceleration(problem.q0, problem.t0)
     if not np.all(np.isfinite(force)):
         raise ValueError(
             f"the force must be finite at the start; received {force.tolist()} at q0. Check the "

@@ -1,29 +1,27 @@
-"""The loop around the kernel: a bounded number of steps a call, rescue, progress, what is kept."""
+"""A run on a vector space: its kernel, the rescue of a step, and what is kept."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
-from tqdm import tqdm
 
 from galvi.arrays import Array, read_only
 from galvi.calls import fastest
+from galvi.chunks import in_chunks
 from galvi.continuation import Continuation
 from galvi.curves import Curves
 from galvi.ending import ending
-from galvi.interruption import noted_interrupts
 from galvi.kernels.advance import GUESS, HOLDS
 from galvi.kernels.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.systems.nbody import NBody
+from galvi.systems.system import VectorSystem
 from galvi.trajectory import Trajectory
 from galvi.workspace import Workspace
 
-CALL_SECONDS = 0.1
-GROWTH = 64.0  # of the steps in a call from one to the next, at most
 SUBSTEPS = (4, 16, 64, 256)
 
 
@@ -50,24 +48,19 @@ def march(
     with_curves = save_every == 1 if curves is None else curves
     work = Workspace.of(start, method, steps, save_every, with_curves)
     call = fastest(problem, method, step, steps, save_every, start, work)
-    code, chunk = SOLVED, 1
-    with noted_interrupts() as pressed, tqdm(total=steps, disable=not progress, unit="step") as bar:
-        stopped = interrupted or pressed
-        while code == SOLVED and work.done < steps and not stopped():
-            before, clock = work.done, time.perf_counter()
-            code = call(min(chunk, steps - before))
-            if code != SOLVED and rescue and start.solver != "fixed_point":
-                t = problem.t0 + (start.first + work.done) * step
-                guess = path_of_smaller_steps(problem, method, step, t, work)
-                if guess is not None:
-                    work.memo[HOLDS] = GUESS
-                    work.stages[:] = guess
-                    code = call(1)
-            bar.update(work.done - before)
-            more = 0.5 * CALL_SECONDS / max(time.perf_counter() - clock, 1e-9)
-            chunk = max(1, int(chunk * min(max(more, 0.5), GROWTH)))
-        if pressed() and work.done == steps:
-            raise KeyboardInterrupt
+
+    def recover(code: int) -> int:
+        if not rescue or start.solver == "fixed_point":
+            return code
+        t = problem.t0 + (start.first + work.done) * step
+        guess = path_of_smaller_steps(problem, method, step, t, work)
+        if guess is None:
+            return code
+        work.memo[HOLDS] = GUESS
+        work.stages[:] = guess
+        return call(1)
+
+    code = in_chunks(call, recover, work, steps, progress, interrupted)
     done, shape = work.done, problem.q0.shape
     states = work.saved.reshape(2, -1, *shape)
     t_first = problem.t0 + start.first * step
@@ -127,13 +120,14 @@ def path_of_smaller_steps(
             times = t + method.table.c * step
             path = run(times)
             work.counts[1] += len(times)
-            rows = [problem.system.acceleration(q, s) for q, s in zip(path, times, strict=True)]
+            system = cast(VectorSystem, problem.system)
+            rows = [system.acceleration(q, s) for q, s in zip(path, times, strict=True)]
             return np.ascontiguousarray(np.stack(rows).reshape(len(times), -1).T)
     return None
 
 
 def _counts(problem: Problem, done: int, counts: Any) -> dict[str, int]:
-    iterations, forces, hessians, solves = (int(count) for count in counts)
+    iterations, forces, hessians, solves, pairs = (int(count) for count in counts)
     result = {
         "steps": done,
         "iterations": iterations,
@@ -141,6 +135,9 @@ def _counts(problem: Problem, done: int, counts: Any) -> dict[str, int]:
         "hessian_evaluations": hessians,
         "linear_solves": solves,
     }
+    if isinstance(problem.system, NBody):
+        bodies = problem.system.masses.size
+        result["pair_evaluations"] = forces * (bodies * (bodies - 1) // 2) + pairs
     differenced = getattr(problem.system, "potential_calls_per_force", 0)
     if differenced:
         result["potential_evaluations"] = forces * differenced * problem.q0.size

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
+from galvi.charts.cayley import Cayley
+from galvi.charts.chart import Chart
 from galvi.classical import classical_name
 from galvi.rules.rule import Rule
 from galvi.spaces.space import Space
@@ -19,6 +21,7 @@ class Galerkin:
 
     space  e.g. ``Polynomials(8)``
     rule   e.g. ``gauss(8)``
+    chart  of the groups that a problem lives on; on vector spaces it changes nothing
 
     Raises ValueError for an ill-posed pair (the free particle has no unique motion, M lemma 1) and,
     with another sentence, for an inconsistent one (it does not move in a straight line).
@@ -26,16 +29,18 @@ class Galerkin:
 
     space: Space
     rule: Rule
+    chart: Chart = field(default_factory=Cayley)
 
     def __post_init__(self) -> None:
         for name, kind, example in (
             ("space", "basis", "Polynomials(8)"),
             ("rule", "exact_nodes", "gauss(8)"),
+            ("chart", "farthest", "Cayley()"),
         ):
-            if not hasattr(getattr(self, name), kind):
+            value = getattr(self, name)
+            if isinstance(value, type) or not hasattr(value, kind):
                 raise TypeError(
-                    f"{name} must be a {name} such as galvi.{example}; "
-                    f"received {getattr(self, name)!r}."
+                    f"{name} must be a {name} such as galvi.{example}; received {value!r}."
                 )
         tabulate(self.space, self.rule)
 
@@ -63,7 +68,10 @@ class Galerkin:
 
     @cached_property
     def symmetric(self) -> bool:
-        """Whether a step forward and a step backward cancel.
+        """Whether a step forward and a step backward cancel, on vector spaces.
+
+        Not so on groups, where a chart has its base at a step's start: what is left is of order
+        2 s + 1, and nothing for degree 1 with the exponential chart.
 
         A*_kj = A_kj - beta_j + (1 - c_k) b_j of the adjoint equals A with its stages reversed.
         """

@@ -9,6 +9,7 @@ from typing import Any
 
 from galvi import checks
 from galvi.arrays import Array
+from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.system import System
 
 
@@ -16,9 +17,10 @@ from galvi.systems.system import System
 class Problem:
     """Everything an integrator or a reference receives.
 
-    system      what moves, e.g. ``Canonical(...)`` or ``NBody(...)``
-    q0          configuration at t0, in the system's shape: (d,) or (bodies, 2 or 3)
-    v0          velocity at t0, same shape
+    system      what moves, e.g. ``Canonical(...)``, ``NBody(...)`` or ``RigidBody(...)``
+    q0          configuration at t0, in the system's shape: (d,), (bodies, 2 or 3), or an element of
+                a Lie group, e.g. a rotation matrix (3, 3)
+    v0          velocity at t0: of q0's shape, or on a Lie group the body velocity, e.g. (3,)
     t0          initial time
     name        for titles and tables; nothing ever decides by it
     parameters  the numbers the problem was made from, for records
@@ -37,12 +39,14 @@ class Problem:
     units: str = ""
 
     def __post_init__(self) -> None:
-        if isinstance(self.system, type) or not hasattr(self.system, "acceleration"):
+        if isinstance(self.system, type) or not hasattr(self.system, "velocity_shape"):
             raise TypeError(
                 f"system must be a system such as galvi.NBody(masses); received {self.system!r}."
             )
         q0 = checks.array("q0", self.q0)
-        v0 = checks.array("v0", self.v0, q0.shape, "v0 has the shape of q0.")
+        shape = self.system.velocity_shape(q0.shape)
+        remedy = "v0 has the shape of q0." if shape == q0.shape else "v0 is the body velocity."
+        v0 = checks.array("v0", self.v0, shape, remedy)
         self.system.check(q0, v0)
         object.__setattr__(self, "q0", q0)
         object.__setattr__(self, "v0", v0)
@@ -61,7 +65,9 @@ class Problem:
 
     @property
     def p0(self) -> Array:
-        """Conjugate momentum at t0, dL/dv(q0, v0), shape of q0."""
+        """Conjugate momentum at t0, dL/dv(q0, v0), shape of v0."""
+        if isinstance(self.system, Lagrangian):
+            return self.system.momentum(self.v0, self.q0, self.t0)
         return self.system.momentum(self.v0)
 
     def __repr__(self) -> str:

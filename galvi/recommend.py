@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from galvi import checks
 from galvi.problem import Problem
 from galvi.recommendation import Candidate, Recommendation
-from galvi.scan import EVALUATIONS, POWERS, TIME, WITH_CHECK, Scan, collocation
+from galvi.scan import EVALUATIONS, TIME, WITH_CHECK, Scan, collocation
 from galvi.step_search import BUDGET_ENDED, fewest_steps
+from galvi.whole_run import doubt
 
 DEGREES = (8, 12, 6, 16, 4)
 ALLOWED = {TIME: 10.0, EVALUATIONS: 2e7}
@@ -49,9 +50,11 @@ def recommend(
 
     For each degree the largest step within the error is searched; each run is judged by a better
     one (see `galvi.scan`) and the cheapest by two. An error that is extrapolated is taken to grow
-    as t^1.5, or as fast as it was seen to. What fails is kept in ``scanned`` with its reason. When
+    as t^1.5, or as fast as it was seen to, and is relied on only after one run over the whole
+    duration (see `galvi.whole_run`). What fails is kept in ``scanned`` with its reason. When
     nothing reaches the error the result says so (``reached``, ``status``) and is the most accurate
-    found. Raises ValueError or TypeError for bad input, and what a user's function raises.
+    found. On groups methods have the exponential chart. Raises ValueError or TypeError for bad
+    input, and what a user's function raises.
     """
     if not isinstance(problem, Problem):
         raise TypeError(f"problem must be a galvi.Problem; received {problem!r}.")
@@ -59,8 +62,10 @@ def recommend(
     length = checks.positive("duration", duration, "Give the length of the run.")
     if not isinstance(by, str) or by not in ALLOWED:
         raise ValueError(f"by must be one of {', '.join(ALLOWED)}; received {by!r}.")
-    if isinstance(degrees, str) or not isinstance(degrees, Sequence) or not degrees:
-        raise ValueError(f"degrees must be some whole numbers, as (6, 8); received {degrees!r}.")
+    if not isinstance(degrees, (tuple, list, range)) or not degrees:
+        raise ValueError(
+            f"degrees must be a tuple or list of whole numbers, as (6, 8); received {degrees!r}."
+        )
     some = [checks.whole("each of degrees", s, 1, MOST) for s in degrees]
     room = ALLOWED[by] if budget is None else checks.positive("budget", budget)
     part = length if measured is None else min(length, checks.positive("measured", measured))
@@ -78,10 +83,11 @@ def recommend(
             whys.setdefault(why, []).append(s)
     scan.budget = room
     if not scan.tried:
-        raise ValueError(
-            f"budget must allow for some runs; received {room!r}, and one over a time of "
-            f"{scan.measured:.3g} would take more. Raise it, or measure a shorter part."
-        )
+        nothing = Candidate(
+            some[0], steps, length / steps, math.inf, 0.0, math.nan, math.nan, math.nan,
+            f"One over a time of {scan.measured:.3g} takes more than the budget, {room:g}.",
+        )  # fmt: skip
+        return _answer(scan, nothing, asked, BUDGET_ENDED)
     good = [one for one in scan.tried if one.error <= MARGIN * asked]
     if not good:
         return _not_reached(scan, asked, whys)
@@ -140,16 +146,33 @@ def _confirmed(scan: Scan, choice: Candidate, asked: float, extend: bool) -> Rec
         if error <= asked or not scan.affords(choice.degree, choice.steps, WITH_CHECK):
             break
     best = min(found, key=lambda one: one.error)
+    if best.error > asked:
+        best = min(best, _most_accurate(scan, {(one.degree, one.steps) for one in found}),
+                   key=lambda one: one.error)  # fmt: skip
     why = "" if best.error <= asked else "what seemed to reach it did not when judged again"
     return _answer(scan, best, asked, why)
 
 
+def _most_accurate(scan: Scan, known: Collection[tuple[int, int]] = ()) -> Candidate:
+    """Of what was tried but for the known, judged twice over the same length as all else is."""
+    ranked = sorted(scan.tried, key=lambda one: (one.error, -one.steps))
+    best = ranked[0]
+    judged: list[Candidate] = []
+    for one in ranked:
+        dear = judged and not scan.affords(one.degree, one.steps, WITH_CHECK)
+        if dear or not math.isfinite(one.error) or len(judged) == CONFIRMATIONS:
+            break
+        if (one.degree, one.steps) not in known:
+            again = one
+            if one.measured < scan.length(one.degree, one.steps):
+                again = scan.measure(one.degree, one.steps)
+            judged.append(replace(again, error=max(again.error, scan.second_opinion(again))))
+    return min(judged, key=lambda one: one.error, default=replace(best, error=math.inf))
+
+
 def _not_reached(scan: Scan, asked: float, whys: dict[str, list[int]]) -> Recommendation:
-    best = min(scan.tried, key=lambda one: (one.error, -one.steps))
-    if math.isfinite(best.error):
-        best = replace(best, error=max(best.error, scan.second_opinion(best)))
     why = [f"{why} for {_named(some)}" for why, some in whys.items()]
-    return _answer(scan, best, asked, "; ".join(why))
+    return _answer(scan, _most_accurate(scan), asked, "; ".join(why))
 
 
 def _named(degrees: list[int]) -> str:
@@ -157,22 +180,29 @@ def _named(degrees: list[int]) -> str:
 
 
 def _answer(scan: Scan, best: Candidate, asked: float, why: str) -> Recommendation:
-    reached = best.error <= asked and not why
-    if reached and scan.measured >= scan.duration:
-        status = "Its error was measured over the whole duration."
-    elif reached:
-        status = f"Its error was measured over the first {scan.measured:.4g} and extrapolated."
-        if best.growth > POWERS[1]:
-            status += f" It grew as t^{best.growth:.1f}, too fast to rely on that: raise budget."
-    elif math.isfinite(best.error):
-        status = (
-            f"An error of {asked:g} was not reached: {why}. The least found is {best.error:.1e}. "
-            f"Ask for more than that, for a shorter duration, or raise budget."
+    reached, error, whole = best.error <= asked, best.error, best.measured >= scan.duration
+    doubts = "" if whole or not math.isfinite(error) else doubt(scan, best)
+    status = "" if reached else f"An error of {asked:g} was not reached: {why}. "
+    if not math.isfinite(error):
+        said = best.status or "With half the step it goes elsewhere."
+        status = f"No run that was tried is of use: {why}. The last said: {said}"
+    elif doubts:
+        reached, error = False, math.inf
+        status += (
+            f"What was found, {best.error:.1e}, cannot be relied on. It comes from too short a "
+            f"part, the first {best.measured:.4g} of {scan.duration:.4g}: {doubts}. Raise budget "
+            f"or measured, or ask for a shorter duration."
         )
+    elif not reached:
+        status += (
+            f"The least found is {error:.1e}. Ask for more than that, for a shorter duration, or "
+            f"raise budget."
+        )
+    elif whole:
+        status = "Its error was measured over the whole duration."
     else:
-        status = f"No run that was tried is of use: {why}. The last said: {best.status}"
+        status = f"Its error was measured over the first {best.measured:.4g} and extrapolated."
     return Recommendation(
-        collocation(best.degree), best.step, best.steps, scan.duration, asked, best.error,
-        best.seconds, best.evaluations, reached, status, min(scan.measured, scan.duration),
-        tuple(scan.tried),
+        collocation(scan.problem, best.degree), best.step, best.steps, scan.duration, asked, error,
+        best.seconds, best.evaluations, reached, status, best.measured, tuple(scan.tried),
     )  # fmt: skip

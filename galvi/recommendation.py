@@ -15,6 +15,7 @@ class Candidate:
     steps, step  N and h, with N h the duration
     error        largest distance from a better run at any time, in the problem's unit of length;
                  what was measured, times (duration / measured)^power; infinite for a failure
+    measured     how much of the duration was run to find it
     growth       power of time that the measured error grew with over its last three quarters
     seconds      of one run; measured once, and by interleaved runs for those that could be chosen
     evaluations  of the force; one of its Jacobian counts as many as there are coordinates
@@ -25,6 +26,7 @@ class Candidate:
     steps: int
     step: float
     error: float
+    measured: float
     growth: float
     seconds: float
     evaluations: float
@@ -45,10 +47,11 @@ class Recommendation:
     step, steps  h and N, with N h the duration
     duration     length of time that it is meant for
     asked        the error asked for
-    error        estimated, over the duration; see `Candidate`
+    error        estimated, over the duration, see `Candidate`; infinite where nothing is known
     seconds      that the run takes on this machine
     evaluations  of the force in the run, see `Candidate`
-    reached      whether ``error`` is at most ``asked``; if not, this is the most accurate found
+    reached      whether ``error`` is at most ``asked`` and can be relied on; if not, this is the
+                 most accurate found
     status       a sentence: what the error rests on, or why it was not reached and the remedy
     measured     how much of the duration the error was measured over, the rest is extrapolated
     scanned      all that was tried, in order

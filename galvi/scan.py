@@ -14,6 +14,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.charts.exponential import Exponential
+from galvi.group_calls import by_fixed_point
 from galvi.integrate import integrate
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -28,14 +30,18 @@ POWERS = (1.5, 3.0)  # of time, between which an error that is not measured is t
 WITH_CHECK = 2.5  # cost of a run and its check over that of the run
 DOUBLINGS = 60
 LEAST = 512  # force evaluations of a pass over what is measured: some 4 to 10 periods
+FINEST = 2**50  # steps in a duration
+FAR = 1e100  # times what is measured: powers of more may overflow
 USELESS = 0.1  # error over the size of the motion
 ROUNDED = 1e-8  # of a position: below it an error is taken as one of rounding
 TIME, EVALUATIONS = "time", "evaluations"
 
 
-def collocation(degree: int) -> Galerkin:
-    """The cheapest rule for the order 2 s."""
-    return Galerkin(Polynomials(degree), gauss(degree))
+def collocation(problem: Problem, degree: int) -> Galerkin:
+    """The cheapest rule for the order 2 s; on a group with the chart that reaches farthest."""
+    space, rule = Polynomials(degree), gauss(degree)
+    on_group = hasattr(problem.system, "group")
+    return Galerkin(space, rule, Exponential()) if on_group else Galerkin(space, rule)
 
 
 def distances(one: Array, other: Array) -> Array:
@@ -51,7 +57,8 @@ class Scan:
 
     problem   what is integrated
     duration  that errors and costs are stated for
-    measured  length of the part that is integrated, at most the duration
+    measured  length of the part that is integrated, at most the duration, if it is not shorter
+              than LEAST evaluations
     by        "time" or "evaluations": what cost, budget and spent are in
     budget    that runs may cost together
     spent     so far
@@ -69,6 +76,12 @@ class Scan:
     size: float = 0.0
     _per_step: dict[int, float] = field(default_factory=dict)  # of each degree, with its check
 
+    @property
+    def most(self) -> int:
+        """Steps in the duration, of which each still changes the time."""
+        apart = float(np.spacing(abs(self.problem.t0) + self.duration))
+        return int(min(FINEST, max(1.0, 0.25 * self.duration / apart)))
+
     def affords(self, degree: int, steps: int, runs: float = 1.0) -> bool:
         """Whether a run with its check, so many times, is expected to fit into the budget."""
         known = self._per_step
@@ -83,14 +96,19 @@ class Scan:
         share = min(1.0, self.measured / self.duration)
         return min(steps, max(math.ceil(LEAST / degree), math.ceil(share * steps)))
 
+    def length(self, degree: int, steps: int) -> float:
+        """Of the part that is measured with so many steps in the duration."""
+        return self.duration * (self.part(degree, steps) / steps)
+
     def run(
-        self, degree: int, steps: int, part: int, finer: int = 1, solver: str = "auto"
-    ) -> tuple[Trajectory, float, float]:
+        self, degree: int, steps: int, part: int, finer: int = 1, solver: str = "auto",
+        samples: int = SAMPLES,
+    ) -> tuple[Trajectory, float, float]:  # fmt: skip
         """The first ``part`` steps, each in ``finer`` ones, with its seconds and evaluations."""
         began = time.perf_counter()
         run = integrate(
-            self.problem, collocation(degree), self.duration / (steps * finer), part * finer,
-            save_every=max(1, part // SAMPLES) * finer, curves=False, solver=solver,
+            self.problem, collocation(self.problem, degree), self.duration / (steps * finer),
+            part * finer, save_every=max(1, part // samples) * finer, curves=False, solver=solver,
         )  # fmt: skip
         seconds = time.perf_counter() - began
         counts, size = run.counts, self.problem.v0.size
@@ -104,13 +122,18 @@ class Scan:
         Outside the budget, so that what is compiled and loaded on the way does not count.
         """
         size, spent, steps = float(np.max(np.abs(self.problem.q0))), self.spent, 1
+        method = collocation(self.problem, degree)
+        plain = not hasattr(self.problem.system, "group") or by_fixed_point(self.problem, method)
+        solver = "fixed_point" if plain else "auto"
         for _ in range(DOUBLINGS):
-            one, other = (self.run(s, steps, 1, solver="fixed_point")[0]
+            one, other = (self.run(s, steps, 1, solver=solver)[0]
                           for s in (degree, degree + MORE))  # fmt: skip
             if one.success and other.success:
                 off = float(np.max(distances(one.q, other.q)))
                 if off * steps <= error or off <= 1e-14 * size:
                     break
+            if 2 * steps > self.most:
+                break
             steps *= 2
         self.run(degree, steps, 1, solver="newton")
         self.spent = spent
@@ -141,8 +164,8 @@ class Scan:
         self._per_step[degree] = (self.spent - before) / part
         whole = steps / part
         found = Candidate(
-            degree, steps, self.duration / steps, error, growth, whole * seconds,
-            whole * evaluations, status,
+            degree, steps, self.duration / steps, error, self.length(degree, steps), growth,
+            whole * seconds, whole * evaluations, status,
         )  # fmt: skip
         self.tried.append(found)
         return found
@@ -172,7 +195,7 @@ class Scan:
             return math.inf, growth, sentence
         if run.counts["steps"] * abs(run.step or 0.0) < (1.0 - 1e-9) * self.duration:
             power = min(max(growth, POWERS[0]), POWERS[1]) if growth == growth else POWERS[0]
-            error *= (self.duration / float(t[last])) ** power
+            error *= min(FAR, self.duration / float(t[last])) ** power
         return error, growth, ""
 
 

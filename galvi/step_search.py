@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from galvi.recommendation import Candidate
-from galvi.scan import Scan
+from galvi.scan import FINEST, Scan
 
 TRIES = 14  # numbers of steps
 BUDGET_ENDED = "the budget ended"
@@ -40,7 +40,9 @@ def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int
                 return high or steps, "" if high else "rounding decides"
         if high and (high <= CLOSE * low or high - low <= 1):
             break
-        steps = _next(found, low, high, error)
+        if not high and low >= scan.most:
+            break
+        steps = min(_next(found, low, high, error), scan.most)
     return high or steps, "" if high else "no number of steps that was tried is enough"
 
 
@@ -56,7 +58,7 @@ def _next(found: Candidate, low: int, high: int, error: float) -> int:
         wanted = 2.0
     else:
         wanted = (found.error / error) ** (0.5 / found.degree)
-    steps = math.ceil(found.steps * wanted)
+    steps = math.ceil(min(found.steps * wanted, float(FINEST)))
     if low and high and not low < steps < high:
         steps = round(math.sqrt(low * high))
     return min(max(steps, least), most)

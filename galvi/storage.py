@@ -19,21 +19,29 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import read_only
+from galvi.charts.cayley import Cayley
+from galvi.charts.exponential import Exponential
 from galvi.continuation import Continuation
 from galvi.curves import Curves
+from galvi.group_curves import GroupCurves
 from galvi.method import Galerkin
 from galvi.potentials.central_force import CentralForce
 from galvi.potentials.linear_spring import LinearSpring
+from galvi.potentials.pendulum import PendulumWeight
 from galvi.potentials.spring_chain import SpringChain
+from galvi.potentials.uniform_gravity import UniformGravity
 from galvi.problem import Problem
 from galvi.rules.rule import Rule
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.canonical import Canonical
+from galvi.systems.free_body import FreeBody
 from galvi.systems.nbody import NBody
+from galvi.systems.rigid_body import RigidBody
 from galvi.trajectory import Trajectory
 
 VALUES = (
-    CentralForce, LinearSpring, SpringChain, Polynomials, Rule, Galerkin, Canonical, NBody,
+    CentralForce, LinearSpring, SpringChain, PendulumWeight, UniformGravity, Polynomials, Rule,
+    Cayley, Exponential, Galerkin, Canonical, NBody, RigidBody, FreeBody,
 )  # fmt: skip
 NAMES = {kind.__name__: kind for kind in VALUES}
 VERSION = 1
@@ -120,14 +128,20 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
             f"problem must start where the run in {path} did; received another q0, v0 or t0."
         )
     written = facts["system"]
-    if "unknown" not in json.dumps(written) and _written(problem.system) != written:
+    if not _agree(_written(problem.system), written):
         raise ValueError(f"problem must have the system of the run in {path}; it has another one.")
-    curves = None
+    curves: Curves | GroupCurves | None = None
     if facts["curves"] is not None:
-        curves = Curves(
+        pieces = (
             method.space, facts["curves"], facts["step"], read_only(arrays["bases"]),
-            read_only(arrays["coefficients"]), problem.q0.shape,
+            read_only(arrays["coefficients"]),
         )  # fmt: skip
+        group = getattr(problem.system, "group", None)
+        curves = (
+            Curves(*pieces, problem.q0.shape)
+            if group is None
+            else GroupCurves(*pieces, group, method.chart)
+        )
     end = Continuation(
         facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]), arrays["memo"],
         facts["solver"], facts["tolerance"],
@@ -152,6 +166,21 @@ def _written(value: Any) -> Any:
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     return {"kind": "unknown", "values": repr(value)}
+
+
+def _agree(one: Any, other: Any) -> bool:
+    """Whether two written values are the same, as far as what cannot be written leaves to tell."""
+    if not isinstance(one, dict) or not isinstance(other, dict):
+        return bool(one == other)
+    if "unknown" in (one["kind"], other["kind"]):
+        return one["kind"] == other["kind"] and _type_of(one) == _type_of(other)
+    return one.keys() == other.keys() and all(_agree(one[key], other[key]) for key in one)
+
+
+def _type_of(unknown: dict[str, Any]) -> str:
+    """The type in the repr of a dataclass; the same word for all functions."""
+    name, bracket, _ = unknown["values"].partition("(")
+    return name if bracket and name.isidentifier() else "function"
 
 
 def _read(written: Any, path: Any = "") -> Any:

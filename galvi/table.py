@@ -45,7 +45,10 @@ class Table:
     analysis  (s, s)  Legendre coefficients from values at the stages
     ahead     (s, l)  Legendre polynomials at the next step's stages, 1 + c; l = min(s, FARTHEST)
     growth    (l,)    Legendre polynomials at the next step's end
-    lost      what rounding took from c, b, beta and A, in their shapes
+    slope     (s, m)  derivative of the basis at the stages
+    fit       (m, s)  K^-1 slope^T diag(b), the coefficients of the curve nearest to given slopes
+    integral  (s, s)  curve at the stages from its slopes there, psi fit
+    lost      what rounding took from c, b, beta, A and the integral, in their shapes
     """
 
     c: Array
@@ -60,6 +63,9 @@ class Table:
     analysis: Array
     ahead: Array
     growth: Array
+    slope: Array
+    fit: Array
+    integral: Array
     lost: tuple[Array, ...]
 
 
@@ -74,8 +80,8 @@ def tabulate(space: Space, rule: Rule) -> Table:
         slope = _derivative(space, c)[:, 1:]
         K = slope.T @ (b[:, None] * slope)
         gap = (end[:, None] - psi.T) * b
-        solved = _solve(K, np.column_stack([end, gap]), space, rule)
-        lead, C = solved[:, 0], solved[:, 1:]
+        solved = _solve(K, np.column_stack([end, gap, slope.T * b]), space, rule)
+        lead, C, fit = solved[:, 0], solved[:, 1 : 1 + len(c)], solved[:, 1 + len(c) :]
         alpha, beta_p = psi @ lead, end @ lead
         _check_consistent(space, rule, np.append(alpha - c, beta_p - 1))
         A = psi @ C
@@ -84,8 +90,13 @@ def tabulate(space: Space, rule: Rule) -> Table:
         ahead = legendre(2.0 * rule.nodes + 1.0, most)
         growth = legendre(np.array([3.0]), most)[0]
         beta = b * (1 - c)
-        numbers = (c, b, A, beta, psi, end, K, lead, C, analysis, ahead, growth)
-        lost = tuple(rounded(exact - decimals(rounded(exact))) for exact in (c, b, beta, A))
+        integral = psi @ fit
+        numbers = (
+            c, b, A, beta, psi, end, K, lead, C, analysis, ahead, growth, slope, fit, integral,
+        )  # fmt: skip
+        lost = tuple(
+            rounded(exact - decimals(rounded(exact))) for exact in (c, b, beta, A, integral)
+        )
     arrays: list[Any] = [*(rounded(number) for number in numbers), lost]
     return Table(*arrays)
 

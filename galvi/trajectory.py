@@ -10,6 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.curves import Curves
+from galvi.group_curves import GroupCurves
 from galvi.problem import Problem
 
 if TYPE_CHECKING:
@@ -30,7 +31,8 @@ class Trajectory:
     success       whether every step was done
     status        a sentence saying why the run ended
     failed_step   number of the first step that was not done, counted from 1; None on success
-    counts        steps, iterations, force_evaluations, hessian_evaluations, linear_solves, ...
+    counts        steps, iterations, force_evaluations, hessian_evaluations, linear_solves, and
+                  for N bodies pair_evaluations, which include passes over two bodies alone
     step          the step size; None for a reference with steps of its own
     method        the method or reference that made it
     curves        the Galerkin curve of each step; None when not kept
@@ -48,7 +50,7 @@ class Trajectory:
     counts: Mapping[str, int] = field(default_factory=dict)
     step: float | None = None
     method: Any = None
-    curves: Curves | None = None
+    curves: Curves | GroupCurves | None = None
     continuation: Continuation | None = None
     interrupted: bool = False
 
@@ -61,7 +63,7 @@ class Trajectory:
         return self._kept_curves().position(t)
 
     def velocity(self, t: Any) -> Array:
-        """Velocity dq/dt of the curve at t; shapes and errors as for a call."""
+        """Velocity of the curve at t: dq/dt, or on a group the body's; errors as for a call."""
         return self._kept_curves().velocity(t)
 
     def to_frame(self) -> pandas.DataFrame:
@@ -75,7 +77,7 @@ class Trajectory:
 
         return pandas.DataFrame({"t": self.t, **columns("q", self.q), **columns("p", self.p)})
 
-    def _kept_curves(self) -> Curves:
+    def _kept_curves(self) -> Curves | GroupCurves:
         if self.curves is None:
             raise ValueError(
                 "this run has no curves to evaluate; integrate with curves=True or save_every=1 "

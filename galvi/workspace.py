@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,20 +17,20 @@ from galvi.problem import Problem
 
 
 def check_room(
-    problem: Problem, method: Galerkin, steps: int, save_every: int, curves: bool | None, runs: int
+    problems: Sequence[Problem], method: Galerkin, steps: int, save_every: int, curves: bool | None
 ) -> None:
-    """ValueError when what so many runs would keep is more than this machine's memory."""
-    d, m = problem.q0.size, method.space.dimension - 1
+    """ValueError when what a run of each problem would keep is more than this machine's memory."""
+    d, m = sum(problem.q0.size for problem in problems), method.space.dimension - 1
     with_curves = save_every == 1 if curves is None else curves
     rows = 2 * (steps / save_every + 2) + (steps * (1 + m) if with_curves else 0)
-    needed = 8.0 * d * rows * runs
+    needed = 8.0 * d * rows
     if not hasattr(os, "sysconf"):
         return
     memory = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     if needed > memory:
-        many = f"{runs} runs of " if runs > 1 else ""
+        runs = f"{len(problems)} runs of " if len(problems) > 1 else ""
         raise ValueError(
-            f"{many}{steps} steps would keep {needed / 2**30:.3g} GiB, more than the "
+            f"{runs}{steps} steps would keep {needed / 2**30:.3g} GiB in all, more than the "
             f"{memory / 2**30:.3g} GiB of this machine. Keep fewer with save_every, and "
             f"curves=False."
         )
@@ -40,7 +41,7 @@ class Workspace:
     """Where a run stands and what it has kept; d components, s stages, m curve coefficients.
 
     state, stages, memo  (4, d), (d, s), (3 + blocks,), see galvi.continuation
-    counts               (4,) iterations, force and Hessian evaluations, linear solves
+    counts               (5,) iterations, force and Hessian evaluations, linear solves, single pairs
     kept                 numbers of the steps that are saved
     saved                (2, len(kept), d) positions and velocities, NaN until they are computed
     bases, coefficients  (steps, d), (steps, d, m) of the curves, or no rows
@@ -68,7 +69,7 @@ class Workspace:
         memo[DONE] = 0
         rows = steps if curves else 0
         return cls(
-            start.state.copy(), start.stages.copy(), memo, np.zeros(4, dtype=np.int64), kept, saved,
+            start.state.copy(), start.stages.copy(), memo, np.zeros(5, dtype=np.int64), kept, saved,
             np.full((rows, d), np.nan), np.full((rows, d, m), np.nan),
         )  # fmt: skip
 

@@ -3,7 +3,7 @@
 state   (4, d)   see galvi.kernels.step
 a       (d, s)   accelerations at the last step's stages, the next prediction's source
 memo    (3,)     [what a holds: NOTHING, LAST_STEP or GUESS; steps to start with Newton; done]
-counts  (4,)     iterations, force evaluations, Hessian evaluations, linear solves
+counts  (5,)     iterations, force and Hessian evaluations, linear solves, see galvi.kernels.solve
 saved_q, saved_v (saved, d)   rows 1, 2, ... are steps every, 2 every, ...; the last row is the end
 bases, curves    (steps, d), (steps, d, m)   or no rows, when curves are not kept
 """

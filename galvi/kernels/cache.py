@@ -4,30 +4,38 @@ numba's own cache watches only the file that defines a function, not the files o
 stops a run when a file is damaged or its folder cannot be written; and two processes that write at
 once may exchange each other's code. Here a file is named after everything that its code depends on,
 appears whole, and carries its digest: what is missing, damaged or not writeable is compiled anew.
+Files are in one folder for each state of the kernels, and the folders of other states are removed.
+
+The digest is no signature: as with numba, whoever can write in the folder can run code of theirs.
 """
 
 from __future__ import annotations
 
 import hashlib
 import pickle
+import shutil
+import time
 import uuid
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import llvmlite
 import numba
 from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
 
 DIGEST = 32  # bytes of SHA-256
+HOUR = 3600.0  # seconds after which a file that is not whole belongs to a process that was ended
+VERSIONS = (numba.__version__, llvmlite.__version__)
 
 
 @cache
-def stamp(file):
-    """A digest of a file and of every kernel's source."""
+def stamp(*files):
+    """A digest of the files and of every kernel's source; OSError when one cannot be read."""
     digest = hashlib.sha256()
-    for path in [Path(file), *sorted(Path(__file__).parent.glob("*.py"))]:
+    for path in [*map(Path, files), *sorted(Path(__file__).parent.glob("*.py"))]:
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
@@ -35,18 +43,20 @@ def stamp(file):
 class StampedFiles:
     """The compiled forms of one function, a file for each signature.
 
-    folder  where they are
-    name    of the function, its line and Python's version
-    source  the stamp of its source
+    folder   where the folders are, one for each state of the kernels
+    name     of the module and the function, its line and Python's version
+    kernels  the stamp of all kernels
+    source   the stamp of all kernels and of the function's own file
     """
 
-    def __init__(self, folder, name, source):
+    def __init__(self, folder, name, kernels, source):
         self.folder, self.name, self.source = Path(folder), name, source[:16]
+        self.place = self.folder / f"galvi-kernels-{kernels[:16]}"
 
     def path(self, key):
         """Where the code for a key is: a signature, the processor and the function's bytecode."""
-        digest = hashlib.sha256(repr((numba.__version__, key)).encode()).hexdigest()
-        return self.folder / f"{self.name}.{self.source}.{digest[:16]}.nbc"
+        digest = hashlib.sha256(repr((VERSIONS, key)).encode()).hexdigest()
+        return self.place / f"{self.name}.{self.source}.{digest[:16]}.nbc"
 
     def load(self, key):
         """What was saved, or None when it is not there or not as it was written."""
@@ -57,24 +67,41 @@ class StampedFiles:
         code = content[DIGEST:]
         if hashlib.sha256(code).digest() != content[:DIGEST]:
             return None
-        return pickle.loads(code)
+        try:
+            return pickle.loads(code)
+        except Exception:  # what is not a pickle of these versions can raise anything
+            return None
 
     def save(self, key, data):
         """Write it, whole or not at all, and remove what other sources left."""
         code = dumps(data)
-        partial = self.folder / f"{self.name}.{self.source}.{uuid.uuid4().hex}"
+        partial = self.place / f"{self.name}.{uuid.uuid4().hex}.part"
+        self.place.mkdir(exist_ok=True)
         try:
             partial.write_bytes(hashlib.sha256(code).digest() + code)
             partial.replace(self.path(key))
         except BaseException:
             partial.unlink(missing_ok=True)
             raise
-        self.flush(all_but=self.source)
+        self.tidy()
 
-    def flush(self, all_but=None):
-        """Remove the files of this function, or those of other sources."""
-        for path in self.folder.glob(f"{self.name}.*"):
-            if all_but is None or not path.name.startswith(f"{self.name}.{all_but}."):
+    def flush(self):
+        """Remove the files of this function."""
+        for path in self.place.glob(f"{self.name}.*"):
+            path.unlink(missing_ok=True)
+
+    def tidy(self):
+        """Remove what other kernels, other sources of this module and ended processes left."""
+        for place in self.folder.glob("galvi-kernels-*"):
+            if place != self.place:
+                shutil.rmtree(place, ignore_errors=True)
+        module = self.name.partition(".")[0]
+        for path in self.place.iterdir():
+            if path.suffix == ".part":
+                left = time.time() - path.stat().st_mtime > HOUR
+            else:
+                left = path.name.startswith(f"{module}.") and f".{self.source}." not in path.name
+            if left:
                 path.unlink(missing_ok=True)
 
 
@@ -82,14 +109,20 @@ class KernelCache(FunctionCache):
     """numba's cache of one function, kept in `StampedFiles`.
 
     Raises RuntimeError when no folder can be written: neither the one of the source, nor the
-    user's, nor NUMBA_CACHE_DIR.
+    user's, nor NUMBA_CACHE_DIR; OSError when the sources cannot be read, as in a zip file.
     """
 
     def __init__(self, function):
         super().__init__(function)
         source = stamp(function.__code__.co_filename)
         name = self._impl.filename_base
-        self._cache_file: Any = StampedFiles(self.cache_path, name, source)
+        self._cache_file: Any = StampedFiles(self.cache_path, name, stamp(), source)
+
+    def load_overload(self, sig, target_context):
+        """What was saved, ready to call; None when that cannot be made of it."""
+        with suppress(Exception):
+            return super().load_overload(sig, target_context)
+        return None
 
     def save_overload(self, sig, data):
         """Save it where that is possible; otherwise the next process compiles anew."""

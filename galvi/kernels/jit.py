@@ -21,7 +21,8 @@ def jit(function, **options):
     """``function`` compiled when first called, for the types it is called with; options of njit."""
     dispatcher: Any = numba.njit(error_model="numpy", nogil=True, **options)(function)
     if hasattr(dispatcher, "_cache"):  # not so when numba is told not to compile
-        with suppress(RuntimeError):  # no folder to keep it in: every process compiles anew
+        # no folder to keep it in, or no sources to stamp: every process compiles anew
+        with suppress(RuntimeError, OSError):
             dispatcher._cache = KernelCache(function)
     return dispatcher
 

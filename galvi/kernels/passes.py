@@ -5,8 +5,8 @@ After the first pass over all bodies come some over two alone, the star and the 
 fastest for its distance. Extrapolation predicts that body worst, and by far: of Sun and planets
 the innermost to 1e-4, the next to 1e-10 (`benchmarks.solver_ideas`). What the passes find is a
 better guess, nothing more.
-Iterations count the passes over all bodies; those over two, PAIR_PASSES pairs a step, are not
-counted as force evaluations.
+Iterations and force evaluations count the passes over all bodies; the PAIR_PASSES + 1 pulls of
+those over two are counted as PAIRS.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from galvi.kernels.solve import (
     FORCES,
     GOING,
     ITERATIONS,
+    PAIRS,
     forget,
     verdict,
 )
@@ -63,10 +64,11 @@ def settle_pair(axes, masses, star, swift, moves, s, state, base, low, sizes, Q,
     for _passes in range(PAIR_PASSES):
         last = change
         pull_pair(axes, masses, star, swift, 1.0, Q, held, a)
-        move_one(axes, moves, 0, s, a, base, low, state, Q, 0.0, sizes[star], star)
-        change = move_one(axes, moves, 0, s, a, base, low, state, Q, 0.0, sizes[swift], swift)
+        change = move_one(axes, moves, 0, s, a, base, low, state, Q, 0.0, sizes[star], star)
+        change = move_one(axes, moves, 0, s, a, base, low, state, Q, change, sizes[swift], swift)
     forget(history)
-    history[0], history[1] = change, change / last
+    if change > 0.0:
+        history[0], history[1] = change, change / last
 
 
 @bare
@@ -82,6 +84,7 @@ def iterate(axes, masses, star, swift, moves, s, state, base, low, sizes, tolera
         with_pair = passes == 0 and masses.size > 2
         if with_pair:
             pull_pair(axes, masses, star, swift, -1.0, Q, a, held)
+            counts[PAIRS] += (PAIR_PASSES + 1) * s
         change = 0.0
         for body in range(masses.size):
             change = move_one(axes, moves, 0, s, a, base, low, state, Q, change, sizes[body], body)

@@ -24,7 +24,7 @@ from galvi.kernels.step import (
 AUTO, FIXED_POINT, NEWTON = 0, 1, 2
 SOLVED, NOT_FINITE, DIVERGED, GOING = 0, 1, 2, 3
 
-ITERATIONS, FORCES, HESSIANS, SOLVES = 0, 1, 2, 3
+ITERATIONS, FORCES, HESSIANS, SOLVES, PAIRS = 0, 1, 2, 3, 4
 FLOOR = 1e-11  # changes that no longer shrink are round-off below this
 TRUSTED = 0.3  # relative size of a first Newton correction that stays near its start
 LINEAR = 1e-8  # relative size of a second correction that shows a linear force

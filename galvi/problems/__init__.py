@@ -2,18 +2,32 @@
 
 from galvi.problems.applegate import applegate
 from galvi.problems.fermi_pasta_ulam_tsingou import fermi_pasta_ulam_tsingou
+from galvi.problems.free_body_se3 import free_body_se3
+from galvi.problems.free_box import free_box
+from galvi.problems.free_rigid_body import free_rigid_body
 from galvi.problems.harmonic_oscillator import harmonic_oscillator
+from galvi.problems.heavy_top import heavy_top
 from galvi.problems.henon_heiles import henon_heiles
 from galvi.problems.kepler import kepler
 from galvi.problems.outer_solar_system import outer_solar_system
+from galvi.problems.pendulum_3d import pendulum_3d
+from galvi.problems.planar_pendulum import planar_pendulum
 from galvi.problems.solar_system import solar_system
+from galvi.problems.spherical_pendulum import spherical_pendulum
 
 __all__ = [
     "applegate",
     "fermi_pasta_ulam_tsingou",
+    "free_body_se3",
+    "free_box",
+    "free_rigid_body",
     "harmonic_oscillator",
+    "heavy_top",
     "henon_heiles",
     "kepler",
     "outer_solar_system",
+    "pendulum_3d",
+    "planar_pendulum",
     "solar_system",
+    "spherical_pendulum",
 ]

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
-from numba.core.registry import CPUDispatcher
 
 from galvi import checks
 from galvi.arrays import Array, read_only
 from galvi.kernels import laws
 from galvi.potentials.potential import Potential
+from galvi.systems.compiles import compiles
 from galvi.systems.differences import CALLS, differenced_gradient, differenced_hessian
 from galvi.systems.field import Field
 
@@ -52,6 +52,10 @@ class Canonical:
                 f"Leave explicit_time out, or give a potential(q, t)."
             )
 
+    def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
+        """Of q."""
+        return shape
+
     def check(self, q: Array, v: Array) -> None:
         """ValueError unless q is (d,) and the mass and the functions fit d."""
         if q.ndim != 1 or q.size == 0:
@@ -66,11 +70,7 @@ class Canonical:
 
     def check_functions(self, q: Array, t: float) -> None:
         """ValueError unless the given functions return what they should at (q, t), finite."""
-        value = np.asarray(self.potential(*self._arguments(q, t)))
-        if value.ndim:
-            raise ValueError(
-                f"potential must return a number; received an array of shape {value.shape}."
-            )
+        checks.returned("potential", self.potential(*self._arguments(q, t)))
         found = [("gradient", self.potential_gradient(q, t))]
         if self.hessian is not None:
             found.append(("hessian", self.potential_hessian(q, t)))
@@ -143,8 +143,9 @@ class Canonical:
             )
         gradient = self._gradient()
         hessian = self._hessian(differenced=False)
-        compiled = _compiles(gradient, self.explicit_time, laws.VECTOR) and (
-            hessian is None or _compiles(hessian, self.explicit_time, laws.MATRIX)
+        arguments = (laws.VECTOR,) + (laws.VECTOR.dtype,) * self.explicit_time
+        compiled = compiles(gradient, arguments, laws.VECTOR) and (
+            hessian is None or compiles(hessian, arguments, laws.MATRIX)
         )
         if not compiled:
             gradient = self._wrapped(gradient, (dimension,), "gradient")
@@ -217,16 +218,3 @@ def _positive_mass(mass: Any) -> Array:
     if np.any(mass <= 0.0):
         raise ValueError(f"mass must be positive; received {mass.tolist()}. {remedy}")
     return mass
-
-
-def _compiles(function: Function, explicit_time: bool, expected: Any) -> bool:
-    """Whether the function is jitted and returns what the kernel's function type promises."""
-    if not isinstance(function, CPUDispatcher):
-        return False
-    arguments = (laws.VECTOR, laws.MATRIX.dtype) if explicit_time else (laws.VECTOR,)
-    try:
-        function.compile(arguments)
-        returned = cast(Any, function.overloads[arguments]).signature.return_type
-    except Exception:  # numba's typing errors have no common public base; Python mode still works
-        return False
-    return bool(returned == expected)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numba
@@ -20,6 +21,10 @@ from galvi.arrays import Array
 WEIGHTS = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
 STEPS = (2.0**-6, 2.0**-10, 2.0**-14)
 CALLS = 2 * len(WEIGHTS) * len(STEPS)  # of the function, for each component
+RATIO = STEPS[0] / STEPS[1]
+COARSER, FINER = 24, 7  # further steps, where those above do not serve
+ROUNDING = 2.0**-52
+NOISY = 512.0  # roundings: as far neighbouring steps may be apart for them alone
 
 
 @lru_cache(maxsize=64)
@@ -81,6 +86,117 @@ def _slopes(gradient: Callable[..., Any], q: Array, step: float, *time: float) -
             behind = np.array(gradient(q - k * step * unit, *time))
             columns[i] += weight * (ahead - behind) / step
     return columns.T
+
+
+def differences(
+    function: Callable[[Array], Array], x: Array, scale: Array, *, size: float = 0.0,
+    weights: tuple[float, ...] = WEIGHTS, steps: tuple[float, ...] = STEPS,
+    noise: float = ROUNDING, good: float = 2.0**-36, usable: float = 1e-6,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Derivatives of function(x) (m,) by the components of x, and their errors, both (m, d).
+
+    scale   (d,) first guess of the lengths over which the function changes
+    size    of what cancels in the function; its rounding is noise * max(size, |function|)
+    good    relative error from which no other step is tried
+    usable  relative difference of neighbouring steps that are more than rounding apart
+
+    Of an entry that is not good, coarser steps are tried as long as its error, the larger one of
+    difference to the next step and rounding, falls; finer ones too, and as long as none is usable.
+    NaN, with infinite error, where no two neighbouring steps agree.
+    """
+    columns = [
+        _along(function, x, unit, float(length), size, weights, steps, noise, good, usable)
+        for unit, length in zip(np.eye(x.size), scale, strict=True)
+    ]
+    slopes, errors = zip(*columns, strict=True)
+    return np.stack(slopes, axis=1), np.stack(errors, axis=1)
+
+
+def _along(
+    function: Callable[[Array], Array], x: Array, unit: Array, scale: float, size: float,
+    weights: tuple[float, ...], steps: tuple[float, ...], noise: float, good: float, usable: float,
+) -> tuple[Array, Array]:  # fmt: skip
+    def slope(step: float) -> tuple[Array, Array]:
+        total, largest = np.zeros(1), np.full(1, size)
+        for k, weight in enumerate(weights, start=1):
+            ahead, behind = function(x + k * step * unit), function(x - k * step * unit)
+            total = total + weight * (ahead - behind) / step
+            largest = np.maximum(largest, np.maximum(np.abs(ahead), np.abs(behind)))
+        return total, noise * largest / step
+
+    def judge(coarse: tuple[Array, Array], fine: tuple[Array, Array]) -> Array:
+        gap, rounding = np.abs(fine[0] - coarse[0]), fine[1]
+        agree = (gap <= usable * np.abs(fine[0])) | (gap <= NOISY * rounding)
+        return np.where(agree, np.maximum(gap, rounding), np.inf)
+
+    def open_entries(step: float) -> Array:
+        zero = (best == 0.0) & (coarsest[0] == 0.0) & (step >= STEPS[0])
+        return ~((error <= good * np.abs(best)) | zero)
+
+    with np.errstate(all="ignore"):
+        found = [slope(step * scale) for step in steps]
+        coarsest, finest = found[0], found[-1]
+        best, error = found[-1][0], np.full(np.shape(found[-1][0]), np.inf)
+        for coarse, fine in pairwise(found):
+            best, error, _ = _better(best, error, fine[0], judge(coarse, fine))
+        step = steps[0] * scale
+        for _ in range(COARSER):
+            if not np.any(open_entries(step) & np.isfinite(error)):
+                break
+            step *= RATIO
+            try:
+                wider = slope(step)
+            except (ArithmeticError, ValueError):
+                break  # the function is not defined that far away
+            estimate = judge(wider, coarsest)
+            best, error, better = _better(best, error, coarsest[0], estimate)
+            coarsest = wider
+            if not np.any(better):
+                break
+        lost, step = np.isinf(error), steps[-1] * scale
+        for _ in range(FINER):
+            if not np.any(np.isinf(error) | (lost & (error > good * np.abs(best)))):
+                break
+            step /= RATIO
+            closer = slope(step)
+            estimate = np.where(closer[0] == 0.0, np.inf, judge(finest, closer))
+            best, error, better = _better(best, error, closer[0], estimate)
+            finest = closer
+            if not np.any(better | np.isinf(error)):
+                break
+    return np.where(np.isfinite(error), best, np.nan), error
+
+
+def _better(best: Array, error: Array, other: Array, estimate: Array) -> tuple[Array, Array, Any]:
+    better = estimate < error
+    return np.where(better, other, best), np.where(better, estimate, error), better
+
+
+def differenced_rotation_gradient(potential: Callable[..., Any]) -> Callable[..., Array]:
+    """A dV/dR, (3, 3), with the torque of V(R) or V(R, t), from V at rotations only.
+
+    dV/dR = -R hat(torque) / 2, where torque_a = -dV(R hat(e_a)) along the Cayley transform;
+    3 CALLS evaluations of V a call.
+    """
+
+    def gradient(R: Array, *time: float) -> Array:
+        slope = differenced_gradient.__wrapped__(
+            lambda s: potential(R @ _turned(s), *time), False
+        )(np.zeros(3))  # fmt: skip
+        return 0.5 * R @ _hat(slope)
+
+    return gradient
+
+
+def _hat(w: Array) -> Array:
+    return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
+
+
+def _turned(w: Array) -> Array:
+    """(I - hat(w) / 2)^-1 (I + hat(w) / 2)."""
+    hat = _hat(w)
+    result: Array = np.eye(3) + (hat + 0.5 * hat @ hat) / (1.0 + 0.25 * float(w @ w))
+    return result
 
 
 def _same(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -42,6 +42,10 @@ class NBody:
         object.__setattr__(self, "masses", masses)
         object.__setattr__(self, "G", checks.positive("G", self.G))
 
+    def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
+        """Of q."""
+        return shape
+
     def check(self, q: Array, v: Array) -> None:
         """ValueError unless q is (bodies, 2 or 3) with all bodies apart."""
         bodies = self.masses.size

@@ -1,15 +1,20 @@
-"""What the rest of the package asks of a mechanical system with L = v.M v / 2 - V(q, t)."""
+"""What the rest of the package asks of a mechanical system."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
 from galvi.arrays import Array
+from galvi.groups.group import Group
 from galvi.systems.field import Field
+from galvi.systems.group_field import GroupField
 
 
 class System(Protocol):
     """A Lagrangian system; ``...`` are leading axes, ``shape`` the axes of one configuration."""
+
+    def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
+        """Shape of velocities and momenta, from the shape of a configuration."""
 
     def check(self, q: Array, v: Array) -> None:
         """Raise ValueError, in one sentence, when (q, v) cannot be a state of this system."""
@@ -19,6 +24,10 @@ class System(Protocol):
 
     def velocity(self, p: Array) -> Array:
         """v = M^-1 p, for p of shape (..., *shape)."""
+
+
+class VectorSystem(System, Protocol):
+    """One on a vector space, with L = v.M v / 2 - V(q, t)."""
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V(q, t) of shape (...), for q of shape (..., *shape) and t of shape (...)."""
@@ -31,3 +40,14 @@ class System(Protocol):
 
     def field(self, dimension: int) -> Field:
         """The same as the kernels take it; ``dimension`` is the last axis of a configuration."""
+
+
+class GroupSystem(System, Protocol):
+    """One on a Lie group, with any regular Lagrangian."""
+
+    @property
+    def group(self) -> Group:
+        """Where configurations live."""
+
+    def group_field(self) -> GroupField:
+        """The derivatives of the Lagrangian as the kernels take them."""

@@ -11,8 +11,10 @@ import pytest
 from benchmarks import start_up
 from benchmarks.start_up import STARTS, started
 
-TRIES = 6  # a machine that does other things delays a process, never the other way round
-IMPORT, FIRST = 1.0, 1.5  # seconds; 0.35 and 0.25 or less when this was written
+TRIES = 4  # a machine that does other things may delay one half of a process and not the other
+# In times that numpy takes to import in the same process, as seconds of a busy machine say little:
+# 5.2 to 10.0 and 1.6 to 3.6 in 20 processes each on such a machine when this was written.
+IMPORT, FIRST = 25.0, 12.0
 DIGESTS = """
 import hashlib, galvi
 method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(7))
@@ -31,14 +33,20 @@ for problem, step, solver in (
 def test_import_and_first_run_are_quick_when_all_is_compiled(start, tmp_path):
     (tmp_path / "own.py").write_text(start_up.OWN)
     started(start, tmp_path)
-    import_times, first_times = [], []
+    imports, firsts = [], []
     for _ in range(TRIES):
         found = started(start, tmp_path)
-        import_times.append(found.imported)
-        first_times.append(found.first)
-        if min(import_times) < IMPORT and min(first_times) < FIRST:
+        imports.append(found.imported / found.numpys)
+        firsts.append(found.first / found.numpys)
+        if min(imports) < IMPORT and min(firsts) < FIRST:
             return
-    pytest.fail(f"imports {import_times}, first runs {first_times}")
+    pytest.fail(f"in imports of numpy: imports {imports}, first runs {firsts}")
+
+
+@pytest.mark.slow
+def test_a_first_run_that_compiles_would_be_seen(tmp_path):
+    found = started(STARTS[2], tmp_path, cache=str(tmp_path / "cache"))
+    assert found.first > 2 * FIRST * found.numpys
 
 
 def test_what_a_user_compiles_is_kept_too(tmp_path):

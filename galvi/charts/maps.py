@@ -1,0 +1,78 @@
+"""A chart's map, its tangent map and its inverse on any group, for many elements at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.charts.chart import Chart
+from galvi.groups.group import Group
+from galvi.kernels import charts
+from galvi.kernels.jit import jit
+
+
+def place(chart: Chart, group: Group, g: Any, xi: Any) -> Array:
+    """g Phi(xi), for g (..., *group.shape) and xi (..., d) with the same leading axes."""
+    xi = np.asarray(xi, dtype=np.float64)
+    rows = xi.reshape(-1, group.dimension).copy()
+    out = np.empty((len(rows), _entries(group)))
+    _place_all(group.layout, chart.number, _flat(g, out.shape), rows, out)
+    return out.reshape(*xi.shape[:-1], *group.shape)
+
+
+def tangent(chart: Chart, group: Group, xi: Any) -> Array:
+    """T(xi), (..., d, d): g^-1 g' = T(xi) xi', for xi (..., d)."""
+    return _tangents(chart, group, xi, np.zeros_like(xi))[0]
+
+
+def tangent_slope(chart: Chart, group: Group, xi: Any, eta: Any) -> Array:
+    """d(T(xi) eta)/dxi, (..., d, d), for xi and eta (..., d)."""
+    return _tangents(chart, group, xi, eta)[1]
+
+
+def coordinates(chart: Chart, group: Group, g: Any, k: Any) -> Array:
+    """xi with k = g Phi(xi), (..., d), for elements with the same leading axes."""
+    lead = np.shape(k)[: np.ndim(k) - len(group.shape)]
+    shape = (int(np.prod(lead)), _entries(group))
+    out = np.empty((shape[0], group.dimension))
+    _coordinates_all(group.layout, chart.number, _flat(g, shape), _flat(k, shape), out)
+    return out.reshape(*lead, group.dimension)
+
+
+def _tangents(chart: Chart, group: Group, xi: Any, eta: Any) -> tuple[Array, Array]:
+    xi, eta = np.asarray(xi, dtype=np.float64), np.asarray(eta, dtype=np.float64)
+    d = group.dimension
+    rows = xi.reshape(-1, d).copy()
+    T, G = np.empty((len(rows), d, d)), np.empty((len(rows), d, d))
+    _tangent_all(group.layout, chart.number, rows, eta.reshape(-1, d).copy(), T, G)
+    shape = (*xi.shape[:-1], d, d)
+    return T.reshape(shape), G.reshape(shape)
+
+
+def _entries(group: Group) -> int:
+    return int(np.prod(group.shape))
+
+
+def _flat(g: Any, shape: tuple[int, int]) -> Array:
+    flat = np.asarray(g, dtype=np.float64).reshape(-1, shape[1])
+    return np.broadcast_to(flat, shape).copy()
+
+
+@jit
+def _place_all(layout, chart, g, xi, out):  # type: ignore[no-untyped-def]
+    for k in range(out.shape[0]):
+        charts.place(layout, chart, g[k], xi[k], out[k])
+
+
+@jit
+def _tangent_all(layout, chart, xi, eta, T, G):  # type: ignore[no-untyped-def]
+    for k in range(xi.shape[0]):
+        charts.tangent(layout, chart, xi[k], eta[k], T[k], G[k])
+
+
+@jit
+def _coordinates_all(layout, chart, g, k, out):  # type: ignore[no-untyped-def]
+    for row in range(out.shape[0]):
+        charts.coordinates(layout, chart, g[row], k[row], out[row])

@@ -1,0 +1,103 @@
+"""The two ways to advance a run on a group: the general kernel, and the packed one for bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import cast
+
+import numpy as np
+
+from galvi.calls import aligned, collocation_tables, kernel_tableau
+from galvi.charts.cayley import Cayley
+from galvi.charts.exponential import Exponential
+from galvi.continuation import Continuation
+from galvi.group_workspace import GroupWorkspace
+from galvi.kernels import packed_body
+from galvi.kernels.group_advance import STREAK, advance_group, compiled_advance_group
+from galvi.kernels.interpreted import interpreted
+from galvi.kernels.solve import DIVERGED, NEWTON_STREAK
+from galvi.method import Galerkin
+from galvi.potentials.uniform_gravity import UniformGravity
+from galvi.problem import Problem
+from galvi.systems.rigid_body import RigidBody
+from galvi.systems.system import GroupSystem
+
+FINEST = 2.0**-55  # half of the rounding of a rotation; changes are relative to a radian
+
+
+def general_on_group(
+    problem: Problem, method: Galerkin, step: float, steps: int, every: int, start: Continuation,
+    work: GroupWorkspace,
+) -> Callable[[int], int]:  # fmt: skip
+    """A function that does so many more steps in the general kernel and returns its code."""
+    system = cast(GroupSystem, problem.system)
+    field = system.group_field()
+    kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
+    table, chart = method.table, method.chart
+    tolerance = max(start.tolerance, FINEST)
+
+    def call(todo: int) -> int:
+        return int(kernel(
+            field.law, field.slopes, field.timed_slopes, field.matrix_slopes,
+            field.timed_matrix_slopes, field.gradient, field.timed_gradient, field.kind,
+            field.timed, field.side, field.constants, system.group.layout, chart.number,
+            chart.farthest, kernel_tableau(table), table.psi, table.slope, table.end, table.fit,
+            problem.t0, step, tolerance, start.first, todo, steps, every, work.state, work.stages,
+            work.memo, work.turned, work.counts, work.saved_g, work.saved_mu, work.bases,
+            work.coefficients,
+        ))  # fmt: skip
+
+    return call
+
+
+def by_fixed_point(problem: Problem, method: Galerkin) -> bool:
+    """Whether the packed kernel serves, the only one on groups with fixed-point iteration."""
+    system, table = problem.system, method.table
+    square = table.psi.shape[0] == table.psi.shape[1] and float(np.min(table.b)) > 0.0
+    return (
+        isinstance(system, RigidBody) and system.gradient is None and square
+        and isinstance(method.chart, Cayley | Exponential)
+        and isinstance(system.potential, UniformGravity | None)
+    )  # fmt: skip
+
+
+def fastest_on_group(
+    problem: Problem, method: Galerkin, step: float, steps: int, every: int, start: Continuation,
+    work: GroupWorkspace,
+) -> Callable[[int], int]:  # fmt: skip
+    """As ``general_on_group``, by way of the packed kernel where that one serves."""
+    arguments = (problem, method, step, steps, every, start, work)
+    if not by_fixed_point(problem, method) or start.solver == "newton":
+        return general_on_group(*arguments)
+    system, table = cast(RigidBody, problem.system), method.table
+    weight = cast(UniformGravity | None, system.potential)
+    chart, J = method.chart.number, system.inertia
+    force = np.zeros(6) if weight is None else weight.numbers
+    body = np.concatenate([np.linalg.inv(J).ravel(), J.ravel(), force[3:], np.zeros(12)])
+    kernel = packed_body.compiled_advance_body(chart, int(weight is not None))
+    charts, weights = (0,) * (1 + chart), (0,) * (1 + int(weight is not None))
+    tables = collocation_tables(table, step)
+    width, weights_in_space = tables[0].shape[1], force[:3].copy()
+    room, spare = aligned(36, width), aligned(6, width)
+    tolerance = max(start.tolerance, FINEST)
+    general = general_on_group(*arguments)
+
+    def call(todo: int) -> int:
+        if work.memo[STREAK]:
+            before = work.done
+            code = general(min(todo, int(work.memo[STREAK])))
+            work.memo[STREAK] -= work.done - before
+            return code
+        code = int(kernel(
+            charts, weights, *tables, body, weights_in_space, step, tolerance, start.first, todo,
+            steps, every, work.state, work.stages, room, spare, work.memo, work.counts,
+            work.saved_g, work.saved_mu, work.bases, work.coefficients,
+        ))  # fmt: skip
+        if code and start.solver == "fixed_point":
+            return DIVERGED  # its forces are finite
+        if code:
+            work.memo[STREAK] = NEWTON_STREAK - 1
+            code = general(1)
+        return code
+
+    return call

@@ -1,0 +1,68 @@
+"""Is a matrix a rotation, and if not, how far off is it and which one is nearest?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.arrays import Array
+
+CLOSE = 1e-9
+LOST = 1e-14  # of the largest singular value: rounding
+
+
+def check_rotation(name: str, R: Array, n: int) -> None:
+    """ValueError unless R is (n, n), orthogonal to 1e-9 and of determinant +1."""
+    if R.shape != (n, n):
+        raise ValueError(f"{name} must be a rotation matrix of shape ({n}, {n}); received shape "
+                         f"{R.shape}.")  # fmt: skip
+    defect = float(np.max(np.abs(R.T @ R - np.eye(n))))
+    determinant = float(np.linalg.det(R))
+    if defect > CLOSE or determinant < 0.0:
+        what = f"|R^T R - I| = {defect:.1e}" if defect > CLOSE else f"determinant {determinant:.3g}"
+        nearest = _nearest(R)
+        remedy = (
+            "Give a matrix with orthonormal columns."
+            if nearest is None
+            else f"The nearest rotation is {nearest.round(6).tolist()}, from "
+            f"galvi.nearest_rotation."
+        )
+        raise ValueError(
+            f"{name} must be a rotation, R^T R = I with determinant 1, to {CLOSE:g}; received "
+            f"{what}. {remedy}"
+        )
+
+
+def nearest_rotation(matrix: Array) -> Array:
+    """The rotation R that is closest to ``matrix`` (n, n) in the Frobenius norm.
+
+    R = U diag(1, ..., 1, det(U V^T)) V^T from the singular value decomposition U S V^T (Kabsch,
+    Acta Cryst. A32 (1976) 922). ValueError for a matrix that is not square, not finite, or of a
+    rank below n - 1, where no rotation is the nearest.
+    """
+    given = np.asarray(matrix)
+    if given.dtype.kind not in "iuf":
+        raise ValueError(f"matrix must hold real numbers; received {matrix!r}.")
+    matrix = given.astype(np.float64)
+    square = matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1] and matrix.size > 0
+    if not square or not np.all(np.isfinite(matrix)):
+        raise ValueError(
+            f"matrix must be square and finite; received an array of shape {matrix.shape}"
+            + ("." if np.all(np.isfinite(matrix)) else " with entries that are not.")
+        )
+    nearest = _nearest(matrix)
+    if nearest is None:
+        n = len(matrix)
+        raise ValueError(
+            f"no nearest rotation is defined for a matrix of rank below {n - 1}, from which many "
+            f"are equally far; received {matrix.tolist()}."
+        )
+    return nearest
+
+
+def _nearest(matrix: Array) -> Array | None:
+    U, sizes, Vt = np.linalg.svd(matrix)
+    if not sizes[max(len(sizes) - 2, 0)] > LOST * sizes[0]:
+        return None
+    U[:, -1] *= np.sign(np.linalg.det(U @ Vt))
+    nearest: Array = U @ Vt
+    return nearest

@@ -1,0 +1,63 @@
+"""Rigid motions of space: rotation and translation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.groups.group import SE3 as KIND
+from galvi.groups.group import Layout
+from galvi.groups.matrices import check_rotation
+
+
+@dataclass(frozen=True)
+class SE3:
+    """Matrices [[R, x], [0, 1]] of shape (4, 4): a body of attitude R with its origin at x.
+
+    Velocities (6,) are the body's angular velocity and, in its own frame, its linear one:
+    g' = g [[hat(w), v], [0, 0]].
+    """
+
+    @property
+    def dimension(self) -> int:
+        """6."""
+        return 6
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(4, 4)."""
+        return (4, 4)
+
+    @property
+    def layout(self) -> Layout:
+        """One factor."""
+        return np.array([[KIND, 0]])
+
+    def check(self, name: str, g: Array) -> None:
+        """ValueError unless g is a rigid motion."""
+        if g.shape != (4, 4) or np.any(g[3] != (0.0, 0.0, 0.0, 1.0)):
+            raise ValueError(
+                f"{name} must be a rigid motion [[R, x], [0, 0, 0, 1]] of shape (4, 4); received "
+                f"shape {g.shape}{'' if g.shape != (4, 4) else f' with last row {g[3].tolist()}'}."
+            )
+        check_rotation(f"the rotation of {name}", g[:3, :3], 3)
+
+    def multiply(self, g: Array, k: Array) -> Array:
+        """The matrix product."""
+        return g @ k
+
+    def inverse(self, g: Array) -> Array:
+        """[[R^T, -R^T x], [0, 1]]."""
+        result = np.zeros_like(g)
+        turned = np.swapaxes(g[..., :3, :3], -1, -2)
+        result[..., :3, :3] = turned
+        result[..., :3, 3] = -(turned @ g[..., :3, 3:])[..., 0]
+        result[..., 3, 3] = 1.0
+        return result
+
+    def bracket(self, v: Array, w: Array) -> Array:
+        """(v_r x w_r, v_r x w_t - w_r x v_t) for v = (v_r, v_t)."""
+        turning = np.cross(v[:3], w[:3])
+        return np.concatenate([turning, np.cross(v[:3], w[3:]) - np.cross(w[:3], v[3:])])

@@ -1,0 +1,149 @@
+"""Many steps on a group: predict, solve, complete, record; as galvi.kernels.advance.
+
+state    (4, n)  g and mu in the first entries of their rows; see galvi.kernels.packed_body
+stages   (d, s)  velocities at the last step's stages, the next prediction's source
+memo     (4,)    [NOTHING, LAST_STEP or GUESS; steps left to this kernel; done; -]
+turned   (1,)    the angle of a step that left the chart
+saved_g (saved, r), saved_mu (saved, d), bases (steps, r), curves (steps, d, m)
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numba import types
+
+from galvi.kernels import charts, laws, slopes
+from galvi.kernels.advance import DONE, HOLDS, LAST_STEP, TABLEAU
+from galvi.kernels.group_solve import coefficients, guess_curve, solve_group
+from galvi.kernels.group_stages import carried, end_momentum, end_place
+from galvi.kernels.jit import compiled_for, jit
+from galvi.kernels.solve import NOT_FINITE, SOLVED
+from galvi.kernels.step import copy_into, predict
+
+STREAK = 1
+LEFT_CHART = 4
+RATES = 3  # what stages may hold, besides galvi.kernels.advance: xi' of the step to come
+FARTHEST_FLOOR = 1e-300
+
+
+@jit
+def arrive(layout, chart, basis, h, g, mu0, forces, x, g1, mu1):
+    """g1 and mu1 at the end of a step; returns the largest |xi(1)| of a rotation."""
+    d = x.shape[0]
+    xi, momentum, p1 = np.empty(d), np.empty(d), np.empty(d)
+    end_place(basis, x, xi)
+    carried(basis, h, mu0, forces, momentum)
+    end_momentum(layout, chart, xi, momentum, mu1, p1)
+    charts.place(layout, chart, g, xi, g1)
+    charts.restore(layout, g1)
+    return charts.largest_turn(layout, xi)
+
+
+@jit
+def measure(layout, g, velocity, h, scale):
+    """scale (d,): 1 for rotations; the largest coordinate and h |v| of a factor for places."""
+    first, start = 0, 0
+    for factor_ in range(layout.shape[0]):
+        kind, n = layout[factor_, 0], layout[factor_, 1]
+        d = charts.dimension(kind, n)
+        turning = 0 if kind == charts.RN else (1 if kind == charts.SO2 else 3)
+        size = FARTHEST_FLOOR
+        for i in range(turning, d):
+            where = g[first + i] if kind == charts.RN else g[first + 4 * (i - 3) + 3]
+            size = max(size, abs(where), abs(h * velocity[start + i]))
+        for i in range(d):
+            scale[start + i] = 1.0 if i < turning else size
+        first, start = first + charts.entries(kind, n), start + d
+
+
+@jit
+def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_gradient, kind,
+                  timed, side, constants, layout, chart, farthest, tableau, psi, slope, end, fit,
+                  t0, h, tolerance, first, todo, total, every, state, stages, memo, turned, counts,
+                  saved_g, saved_mu, bases, curves):  # fmt: skip
+    """Do ``todo`` more steps; returns a code. A step that fails leaves the state where it was.
+
+    psi, slope, end  (s, m), (s, m), (m,)  basis and its derivative at the stages, basis at 1
+    fit              (m, s)  takes rates at the stages to x / h
+    farthest         largest |xi| of a rotation that the chart is trusted with
+    """
+    # With a number first: a tuple that starts with a function is one of functions to numba, with
+    # a warning that these are experimental.
+    functions = (kind, law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_gradient)
+    rule = (functions, kind, timed, side, constants)
+    c, b = tableau[0], tableau[1]
+    d, s = stages.shape
+    m, r = end.size, saved_g.shape[1]
+    basis = (psi, slope, end, b, c)
+    x, t, velocities = np.empty((d, m)), np.empty(s), np.empty((d, s))
+    forces = np.empty((3, d, s))
+    g, mu, g1, mu1, scale = np.empty(r), np.empty(d), np.empty(r), np.empty(d), np.empty(d)
+    last = saved_g.shape[0] - 1
+    for step in range(memo[DONE], memo[DONE] + todo):
+        for i in range(r):
+            g[i] = state[0, i]
+        for i in range(d):
+            mu[i] = state[1, i]
+        for j in range(s):
+            t[j] = t0 + ((first + step) + c[j]) * h
+        if memo[HOLDS] == LAST_STEP:
+            predict(tableau, stages, velocities)
+        else:
+            copy_into(velocities, stages)
+        measure(layout, g, velocities[:, 0], h, scale)
+        if memo[HOLDS] == RATES:
+            coefficients(fit, h, velocities, x)
+        else:
+            guess_curve(layout, chart, basis, fit, h, velocities, x)
+        code = solve_group(rule, layout, chart, basis, h, t, g, mu, scale, tolerance, counts, x,
+                           forces, velocities)  # fmt: skip
+        if code != SOLVED:
+            return code
+        reached = arrive(layout, chart, basis, h, g, mu, forces, x, g1, mu1)
+        if not reached <= farthest:
+            turned[0] = charts.angle_of(chart, reached)
+            return LEFT_CHART
+        size = 0.0
+        for i in range(r):
+            size += abs(g1[i])
+        for i in range(d):
+            size += abs(mu1[i])
+        if not size < np.inf:
+            return NOT_FINITE
+        for i in range(r):
+            state[0, i] = g1[i]
+        for i in range(d):
+            state[1, i] = mu1[i]
+        copy_into(stages, velocities)
+        state[2, :] = 0.0  # what the packed kernel knows of it is out of date
+        state[3, :] = 0.0
+        memo[HOLDS], memo[DONE] = LAST_STEP, step + 1
+        if bases.shape[0] > 0:
+            for i in range(r):
+                bases[step, i] = g[i]
+            copy_into(curves[step], x)
+        if (step + 1) % every == 0:
+            saved_g[(step + 1) // every, :] = g1
+            saved_mu[(step + 1) // every, :] = mu1
+        if step + 1 == total:
+            saved_g[last, :] = g1
+            saved_mu[last, :] = mu1
+    return SOLVED
+
+
+@cache
+def compiled_advance_group():
+    """``advance_group`` compiled for every system at once, or from the cache on disk."""
+    whole, real, matrix = types.int64, types.float64, laws.MATRIX
+    fixed = types.Array(real, 2, "C", readonly=True)
+    signature = whole(
+        slopes.LAW_TYPE, slopes.SLOPES_TYPE, slopes.TIMED_SLOPES_TYPE, slopes.MATRIX_SLOPES_TYPE,
+        slopes.TIMED_MATRIX_SLOPES_TYPE, slopes.GRADIENT_TYPE, slopes.TIMED_GRADIENT_TYPE, whole,
+        types.boolean, whole, laws.VECTOR, types.int64[:, ::1], whole, real, TABLEAU, fixed, fixed,
+        types.Array(real, 1, "C", readonly=True), fixed, real, real, real, whole, whole, whole,
+        whole, matrix, matrix, types.int64[::1], laws.VECTOR, types.int64[::1], matrix, matrix,
+        matrix, laws.BLOCKS,
+    )  # fmt: skip
+    return compiled_for(advance_group, signature)

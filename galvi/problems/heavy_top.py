@@ -1,0 +1,31 @@
+"""The heavy symmetric top of Lagrange."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from galvi import checks
+from galvi.potentials.uniform_gravity import UniformGravity
+from galvi.problem import Problem
+from galvi.systems.rigid_body import RigidBody
+
+
+def heavy_top(spin: float = 8.0, tilt: float = 0.5) -> Problem:
+    """A top on a fixed tip, released ``tilt`` from upright with ``spin`` about its axis.
+
+    Moments (1.5, 1.5, 0.5) about the tip, m g l = 2, gravity along -z. Conserved: the energy, the
+    momentum about the vertical and, by symmetry, that about the axis. An upright top sleeps when
+    (0.5 spin)^2 > 4 * 1.5 m g l = 12. Raises ValueError unless 0 < tilt < pi.
+    """
+    rate, angle = checks.real("spin", spin), checks.real("tilt", tilt)
+    if not 0.0 < angle < np.pi:
+        raise ValueError(f"tilt must be between 0 and pi radians; received {tilt!r}.")
+    return Problem(
+        system=RigidBody((1.5, 1.5, 0.5), UniformGravity(1.0, (0.0, 0.0, 1.0), 2.0)),
+        q0=Rotation.from_euler("x", angle).as_matrix(),
+        v0=np.array([0.0, 0.0, rate]),
+        name="heavy top",
+        parameters={"spin": rate, "tilt": angle},
+        units="m = 1, l = 1, g = 2",
+    )

@@ -1,0 +1,30 @@
+"""The plane pendulum."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from galvi import checks
+from galvi.potentials.pendulum import PendulumWeight
+from galvi.problem import Problem
+from galvi.systems.canonical import Canonical
+
+
+def planar_pendulum(amplitude: float = 2.0) -> Problem:
+    """m = g = l = 1, released at rest at the angle ``amplitude``, radians from hanging down.
+
+    Its period is 4 K(sin(amplitude / 2)). Raises ValueError for an amplitude outside (0, pi).
+    """
+    angle = checks.real("amplitude", amplitude)
+    if not 0.0 < angle < math.pi:
+        raise ValueError(f"amplitude must be between 0 and pi radians; received {amplitude!r}.")
+    return Problem(
+        system=Canonical(mass=1.0, potential=PendulumWeight(1.0)),
+        q0=np.array([angle]),
+        v0=np.zeros(1),
+        name=f"planar pendulum, amplitude {angle:g}",
+        parameters={"amplitude": angle},
+        units="m = g = l = 1",
+    )

@@ -1,0 +1,72 @@
+"""A rigid body that turns and moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi import checks
+from galvi.arrays import Array
+from galvi.groups.se3 import SE3
+from galvi.kernels import slopes
+from galvi.systems.group_field import GroupField
+from galvi.systems.rigid_body import possible_inertia
+
+
+@dataclass(frozen=True, eq=False)
+class FreeBody:
+    """L = w . J w / 2 + mass |v|^2 / 2 + mass g . x, of the rigid motion [[R, x], [0, 1]].
+
+    mass     positive
+    inertia  J about the centre of mass x, in the body's frame: (3,) principal moments or (3, 3)
+    g        (3,) acceleration of gravity in space
+
+    Configurations are (4, 4); velocities (6,) are (w, v), both in the body's frame, and momenta
+    p = (J w, mass v). Raises ValueError for a mass or an inertia that no body can have.
+    """
+
+    mass: float
+    inertia: Any
+    g: Any = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", checks.positive("mass", self.mass))
+        object.__setattr__(self, "inertia", possible_inertia(self.inertia))
+        object.__setattr__(self, "g", checks.array("g", self.g, (3,)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return FreeBody, (self.mass, self.inertia, self.g)
+
+    @property
+    def group(self) -> SE3:
+        """Where configurations live."""
+        return SE3()
+
+    def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
+        """(6,)."""
+        return (6,)
+
+    def check(self, q: Array, v: Array) -> None:
+        """ValueError unless q is a rigid motion."""
+        self.group.check("q0", q)
+
+    def momentum(self, v: Array) -> Array:
+        """(J w, mass v), for (..., 6)."""
+        return np.concatenate([v[..., :3] @ self.inertia, self.mass * v[..., 3:]], axis=-1)
+
+    def velocity(self, p: Array) -> Array:
+        """(J^-1 p_w, p_v / mass), for (..., 6)."""
+        turning = np.linalg.solve(self.inertia, p[..., :3, None])[..., 0]
+        return np.concatenate([turning, p[..., 3:] / self.mass], axis=-1)
+
+    def potential_energy(self, q: Array, t: Array) -> Array:
+        """-mass g . x, for q of shape (..., 4, 4)."""
+        result: Array = -self.mass * (q[..., :3, 3] @ self.g)
+        return result
+
+    def group_field(self) -> GroupField:
+        """For the kernels."""
+        constants = np.concatenate([self.inertia.ravel(), [self.mass], self.g])
+        return GroupField(kind=slopes.LAW, law=slopes.free_body, constants=constants)

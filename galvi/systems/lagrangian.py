@@ -1,0 +1,214 @@
+"""Any regular Lagrangian on a vector space or a Lie group."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from galvi import checks
+from galvi.arrays import Array
+from galvi.charts.exponential import Exponential
+from galvi.charts.maps import place
+from galvi.groups.group import Group, is_group
+from galvi.kernels import slopes
+from galvi.kernels.laws import MATRIX, VECTOR
+from galvi.systems.compiles import compiles
+from galvi.systems.differences import CALLS, ROUNDING, STEPS, differences
+from galvi.systems.group_field import GroupField
+from galvi.systems.legendre import balance, velocity_with_momentum
+from galvi.systems.rigid_body import returned_array
+from galvi.systems.scales import typical
+
+Function = Callable[..., Any]
+CHART = Exponential()
+COARSE = 2.0**-38  # relative error of a differenced momentum
+
+
+@dataclass(frozen=True, eq=False)
+class Lagrangian:
+    """L(q, v), or L(q, v, t) when ``explicit_time`` is set, of a configuration q in ``group``.
+
+    function       L of one configuration of group.shape and one velocity (d,), a number
+    group          e.g. ``Rn(2)``, ``SO3()`` or ``Product((SO3(), Rn(1)))``; velocities are
+                   left-trivialised, q' = q hat(v)
+    slopes         both derivatives in one vector, (d + entries of q,): dL/dv and the Euclidean
+                   dL/dq by rows; differenced from L when missing, with steps that suit L
+    explicit_time  both take (q, v, t) instead of (q, v)
+
+    L must be regular: d2L/dv2 invertible. Slopes compiled with ``numba.njit`` run inside the
+    kernel; L itself is only called from Python, also when it is compiled. Where no two steps of
+    differences agree, the derivative is NaN. Raises TypeError for something that cannot be called
+    or is no group.
+    """
+
+    function: Function
+    group: Group
+    slopes: Function | None = None
+    explicit_time: bool = field(default=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        for name in ("function", "slopes"):
+            value = getattr(self, name)
+            if not callable(value) and (name == "function" or value is not None):
+                raise TypeError(f"{name} must be a function of (q, v); received {value!r}.")
+        if not is_group(self.group):
+            raise TypeError(f"group must be a group such as galvi.SO3(); received {self.group!r}.")
+
+    def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
+        """(d,)."""
+        return (self.group.dimension,)
+
+    def check(self, q: Array, v: Array) -> None:
+        """ValueError unless q is an element of the group."""
+        self.group.check("q0", q)
+
+    def check_functions(self, q: Array, v: Array, t: float) -> None:
+        """ValueError unless L is a finite number with slopes of the right size, and regular."""
+        value = checks.returned("the Lagrangian", self.function(*self._arguments(q, v, t)))
+        if not np.isfinite(value):
+            raise ValueError(
+                f"the Lagrangian must return a finite number; received {value} at the start. "
+                f"Check it, or start elsewhere."
+            )
+        left = self._left(q, v, t)
+        if not np.all(np.isfinite(left)):
+            raise ValueError(
+                f"the derivatives of the Lagrangian must be finite at the start; received "
+                f"{left.tolist()}. "
+                + ("Give slopes" if self.slopes is None else "Check slopes")
+                + ", or start elsewhere."
+            )
+        mass = self.mass(q, v, t)
+        if not np.all(np.isfinite(mass)):
+            raise ValueError(
+                f"d2L/dv2 must be finite at the start; received {mass.tolist()}. Start with "
+                f"velocities in the midst of those that the Lagrangian is defined for."
+            )
+        weight = balance(mass)
+        if np.linalg.cond(mass / np.outer(weight, weight)) > 1e12:
+            raise ValueError(
+                f"the Lagrangian is degenerate at the start: d2L/dv2 is singular, with eigenvalues "
+                f"{np.linalg.eigvalsh(0.5 * (mass + mass.T)).tolist()}. Expected a regular "
+                f"Lagrangian; remove velocities that it does not depend on."
+            )
+
+    def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
+        """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""
+        return self._each(self._momentum, q, v, t)
+
+    def velocity(
+        self, p: Array, q: Array | None = None, t: Any = 0.0, near: Array | None = None
+    ) -> Array:
+        """v with dL/dv = p, (..., d), by Newton's method; NaN where it finds none.
+
+        near  (d,) a velocity near the first one; each is sought from the one before
+        """
+        start = [np.zeros(self.group.dimension) if near is None else near]
+
+        def one(x: Array, momentum: Array, s: float) -> Array:
+            found = self._inverted(x, momentum, s, start[0])
+            start[0] = found if np.all(np.isfinite(found)) else start[0]
+            return found
+
+        return self._each(one, q, p, t)
+
+    def energy(self, q: Array, v: Array, t: Any) -> Array:
+        """v . dL/dv - L, (...)."""
+
+        def one(x: Array, w: Array, s: float) -> Array:
+            value = float(self.function(*self._arguments(x, w, s)))
+            return np.array([w @ self._momentum(x, w, s) - value])
+
+        return self._each(one, q, v, t, 1)[..., 0]
+
+    def mass(self, q: Array, v: Array, t: float) -> Array:
+        """d2L/dv2 at one state, (d, d), by differences; 0 for what is not above their rounding."""
+        mass, error = differences(
+            lambda w: self._momentum(q, w, t), v, typical(self.group, q, v)[1],
+            weights=(0.5,), steps=STEPS[:2], noise=ROUNDING if self.slopes else COARSE,
+            good=1e-3, usable=1e-2,
+        )  # fmt: skip
+        return np.where(np.abs(mass) <= error, 0.0, mass)
+
+    def group_field(self) -> GroupField:
+        """For the kernels."""
+        side = self.group.shape[0] if len(self.group.shape) == 2 else 0
+        name = ("timed_" if self.explicit_time else "") + ("matrix_" if side else "") + "slopes"
+        if self.slopes is not None:
+            arguments: tuple[Any, ...] = (MATRIX if side else VECTOR, VECTOR)
+            arguments += (VECTOR.dtype,) if self.explicit_time else ()
+            compiled = compiles(self.slopes, arguments, VECTOR)
+            given: dict[str, Any] = {name: self.slopes if compiled else self._checked}
+            return GroupField(slopes.EUCLIDEAN, timed=self.explicit_time, side=side,
+                              compiled=compiled, **given)  # fmt: skip
+        differenced: dict[str, Any] = {name: lambda *qvt: self._differenced(*qvt).ravel()}
+        return GroupField(slopes.LEFT, timed=self.explicit_time, side=side, compiled=False,
+                          **differenced)  # fmt: skip
+
+    @property
+    def potential_calls_per_force(self) -> int:
+        """Lagrangians evaluated, for each component, to difference a gradient, at least; else 0."""
+        return 0 if self.slopes is not None else 2 * CALLS
+
+    def _arguments(self, q: Array, v: Array, t: float) -> tuple[Any, ...]:
+        q, v = np.array(q, dtype=np.float64), np.array(v, dtype=np.float64)
+        return (q, v, float(t)) if self.explicit_time else (q, v)
+
+    def _checked(self, *qvt: Any) -> Array:
+        assert self.slopes is not None
+        size = self.group.dimension + int(np.prod(self.group.shape))
+        expected = f"dL/dv and dL/dq in an array of shape ({size},)"
+        return returned_array("slopes", self.slopes(*qvt), (size,), expected)
+
+    def _left(self, q: Array, v: Array, t: float) -> Array:
+        """(2, d): dL/dv, and dL/dq along q hat(e_a)."""
+        if self.slopes is None:
+            return self._differenced(*self._arguments(q, v, t))
+        out = np.empty((2, self.group.dimension))
+        values = self._checked(*self._arguments(q, v, t))
+        flat = np.ascontiguousarray(q, dtype=np.float64).ravel()
+        slopes.spread(values, slopes.EUCLIDEAN, self.group.layout, flat, out)
+        return out
+
+    def _momentum(self, q: Array, v: Array, t: float) -> Array:
+        if self.slopes is None:
+            return self._differenced_momentum(*self._arguments(q, v, t))
+        return self._left(q, v, t)[0]
+
+    def _differenced_momentum(self, q: Array, v: Array, *time: float) -> Array:
+        def moving(w: Array) -> Array:
+            return np.array([float(self.function(q, w, *time))])
+
+        return differences(moving, v, typical(self.group, q, v)[1])[0][0]
+
+    def _differenced(self, q: Array, v: Array, *time: float) -> Array:
+        def moved(xi: Array) -> Array:
+            return np.array([float(self.function(place(CHART, self.group, q, xi), v, *time))])
+
+        by_v = self._differenced_momentum(q, v, *time)
+        size = float(np.abs(v @ by_v)) if np.all(np.isfinite(by_v)) else 0.0
+        scale = typical(self.group, q, v)[0]
+        return np.stack([by_v, differences(moved, np.zeros(v.size), scale, size=size)[0][0]])
+
+    def _inverted(self, q: Array, p: Array, t: float, near: Array) -> Array:
+        return velocity_with_momentum(
+            p, near, lambda v: self._momentum(q, v, t), lambda v: self.mass(q, v, t)
+        )
+
+    def _each(
+        self, one: Function, q: Array | None, v: Array, t: Any, width: int | None = None
+    ) -> Array:
+        """``one`` (width,) at each of the states; NaN where one of its numbers is not finite."""
+        if q is None:
+            raise ValueError("a Lagrangian's momentum depends on the configuration; give q.")
+        lead, d = v.shape[:-1], self.group.dimension
+        times = np.broadcast_to(t, lead).ravel()
+        places, rates = q.reshape(-1, *self.group.shape), v.reshape(-1, d)
+        out = np.full((len(rates), width or d), np.nan)
+        for row, (x, w, s) in enumerate(zip(places, rates, times, strict=True)):
+            if np.all(np.isfinite(x)) and np.all(np.isfinite(w)):
+                out[row] = one(x, w, float(s))
+        return out.reshape(*lead, width or d)

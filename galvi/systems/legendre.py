@@ -1,0 +1,82 @@
+"""The Legendre transform backwards: the velocity that has a momentum."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from galvi.arrays import Array
+
+PASSES = 50
+HALVINGS = 40
+SOLVED = 2.0**-51  # of the momentum
+FLOOR = 1e-8  # what no longer shrinks is round-off, of differences too, below this
+RENEW = 0.2  # contraction above which d2L/dv2 is formed anew
+BALANCES = 20
+
+
+def velocity_with_momentum(
+    p: Array, near: Array, momentum: Callable[[Array], Array], mass: Callable[[Array], Array]
+) -> Array:
+    """v with momentum(v) = p, all (d,), by Newton's method from ``near``, or else from rest.
+
+    mass  d2L/dv2, (d, d), of v
+
+    Its steps are halved as long as they do not bring the momentum nearer to p, as where they leave
+    the velocities that L is defined for. NaN where it finds none.
+    """
+    lost = np.full(p.size, np.nan)
+    v, gap = near, p - _tried(momentum, near)
+    if not np.all(np.isfinite(gap)):
+        v, gap = np.zeros(p.size), p - momentum(np.zeros(p.size))
+    M, weight = np.zeros((p.size, p.size)), np.ones(p.size)
+    fresh = renew = True
+    for _ in range(PASSES):
+        if not np.all(np.isfinite(gap)):
+            return lost
+        fresh = renew
+        if renew:
+            M = mass(v)
+            if not np.all(np.isfinite(M)):
+                return lost
+            weight = balance(M)
+        size = float(np.max(np.maximum(np.abs(p), np.abs(p - gap)) / weight))
+        off = float(np.max(np.abs(gap) / weight))
+        close = off <= FLOOR * size
+        if off <= SOLVED * size:
+            return v
+        try:
+            step = np.linalg.solve(M / np.outer(weight, weight), gap / weight) / weight
+        except np.linalg.LinAlgError:
+            return lost
+        after = off
+        for half in range(1 if close else HALVINGS):
+            there = v + 0.5**half * step
+            ahead = p - _tried(momentum, there)
+            after = float(np.max(np.abs(ahead) / weight))
+            if after < off:
+                v, gap = there, ahead
+                break
+        if not after < off and (close or fresh):
+            return v if close else lost
+        renew = not after <= RENEW * off
+    return lost
+
+
+def _tried(momentum: Callable[[Array], Array], v: Array) -> Array:
+    """NaN where L is not defined."""
+    try:
+        with np.errstate(all="ignore"):
+            return momentum(v)
+    except (ArithmeticError, ValueError):
+        return np.full(v.size, np.nan)
+
+
+def balance(M: Array) -> Array:
+    """(d,) by which rows and columns of a symmetric matrix are divided to be of size 1."""
+    weight = np.ones(len(M))
+    for _ in range(BALANCES):
+        rows = np.max(np.abs(M / np.outer(weight, weight)), axis=1)
+        weight = weight * np.sqrt(np.where(rows > 0.0, rows, 1.0))
+    return weight

@@ -1,0 +1,210 @@
+"""A rigid body that turns about a fixed point or about its centre of mass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from types import NoneType
+from typing import Any
+
+import numpy as np
+
+from galvi import checks
+from galvi.arrays import Array, read_only
+from galvi.groups.so3 import SO3
+from galvi.kernels import slopes
+from galvi.kernels.laws import MATRIX
+from galvi.potentials.uniform_gravity import UniformGravity
+from galvi.systems.compiles import compiles
+from galvi.systems.differences import CALLS, differenced_rotation_gradient
+from galvi.systems.group_field import GroupField
+
+Function = Callable[..., Any]
+SINGULAR = 1e-14  # smallest over largest moment: rounding of a matrix of less rank
+FLAT = 1e-12  # by how much a thin body's largest moment may exceed the sum of the others
+
+
+@dataclass(frozen=True, eq=False)
+class RigidBody:
+    """L = v . J v / 2 - V(R), or V(R, t); R' = R hat(v).
+
+    inertia        J about the fixed point or the centre of mass, in the body's frame: three
+                   principal moments, or a (3, 3) symmetric positive definite matrix
+    potential      V of one rotation matrix (3, 3); None for a free body
+    gradient       the Euclidean dV/dR, (3, 3); differenced from V when missing
+    explicit_time  both take (R, t) instead of (R)
+
+    Configurations are (3, 3), velocities and momenta p = J v (3,), in the body's frame. A gradient
+    compiled with ``numba.njit`` runs inside the kernel; a potential without one is differenced in
+    Python, also when it is compiled. Raises ValueError for an inertia that no body can have,
+    TypeError for something that cannot be called.
+    """
+
+    inertia: Any
+    potential: Function | None = None
+    gradient: Function | None = None
+    explicit_time: bool = field(default=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "inertia", possible_inertia(self.inertia))
+        for name in ("potential", "gradient"):
+            function = getattr(self, name)
+            if function is not None and not callable(function):
+                raise TypeError(f"{name} must be a function of R; received {function!r}.")
+        if self.gradient is not None and self.potential is None:
+            raise ValueError("a gradient needs its potential; received none. Give both.")
+        if self.explicit_time and isinstance(self.potential, UniformGravity):
+            raise ValueError(
+                f"explicit_time means functions of (R, t); {self.potential!r} takes R alone. "
+                f"Leave explicit_time out, or give a potential(R, t)."
+            )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        make = partial(RigidBody, explicit_time=self.explicit_time)
+        return make, (self.inertia, self.potential, self.gradient)
+
+    @property
+    def group(self) -> SO3:
+        """Where configurations live."""
+        return SO3()
+
+    def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
+        """(3,)."""
+        return (3,)
+
+    def check(self, q: Array, v: Array) -> None:
+        """ValueError unless q is a rotation matrix."""
+        self.group.check("q0", q)
+
+    def check_functions(self, q: Array, t: float) -> None:
+        """ValueError unless the given functions return what they should at (q, t), finite."""
+        if self.potential is None:
+            return
+        value = checks.returned("potential", self.potential(*self._arguments(q, t)))
+        slope = self.potential_gradient(q, t)
+        if not (np.isfinite(value) and np.all(np.isfinite(slope))):
+            raise ValueError(
+                f"potential and gradient must be finite at the start; received {value} and "
+                f"{slope.tolist()} at q0. Check them, or start elsewhere."
+            )
+
+    def momentum(self, v: Array) -> Array:
+        """p = J v in the body's frame, v of shape (..., 3)."""
+        return v @ self.inertia
+
+    def velocity(self, p: Array) -> Array:
+        """v = J^-1 p, p of shape (..., 3)."""
+        return np.linalg.solve(self.inertia, p[..., None])[..., 0]
+
+    def kinetic_energy(self, q: Array, v: Array, t: Array) -> Array:
+        """v . J v / 2, (...)."""
+        result: Array = 0.5 * np.sum(v * self.momentum(v), axis=-1)
+        return result
+
+    def potential_energy(self, q: Array, t: Array) -> Array:
+        """V at each of the rotations q (..., 3, 3) and times t (...)."""
+        leading = q.shape[:-2]
+        if self.potential is None:
+            return np.where(np.isfinite(q[..., 0, 0]), 0.0, np.nan)
+        times = np.broadcast_to(t, leading).ravel()
+        values = [
+            self.potential(*self._arguments(R, s)) if np.all(np.isfinite(R)) else np.nan
+            for R, s in zip(q.reshape(-1, 3, 3), times, strict=True)
+        ]
+        return np.array(values, dtype=np.float64).reshape(leading)
+
+    def potential_gradient(self, q: Array, t: float) -> Array:
+        """dV/dR at one rotation, (3, 3)."""
+        if self.potential is None:
+            return np.zeros((3, 3))
+        return self._checked(*self._arguments(q, t))
+
+    def _checked(self, *Rt: Any) -> Array:
+        return returned_array(
+            "gradient", self.slope()(*Rt), (3, 3), "an array of shape (3, 3), dV/dR"
+        )
+
+    def torque(self, q: Array, t: float) -> Array:
+        """In the body's frame, (3,): torque . w = -dV(R)[R hat(w)]."""
+        S = q.T @ self.potential_gradient(q, t)
+        return np.array([S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]])
+
+    def slope(self) -> Function:
+        """The given gradient, or the potential's own, or a differenced one."""
+        if self.gradient is not None:
+            return self.gradient
+        if isinstance(self.potential, UniformGravity):
+            return self.potential.gradient
+        assert self.potential is not None
+        return differenced_rotation_gradient(self.potential)
+
+    def group_field(self) -> GroupField:
+        """For the kernels."""
+        numbers = self.inertia.ravel()
+        if self.gradient is None and (
+            self.potential is None or isinstance(self.potential, UniformGravity)
+        ):
+            weight = np.zeros(6) if self.potential is None else self.potential.numbers
+            constants = np.concatenate([numbers, weight])
+            return GroupField(kind=slopes.LAW, law=slopes.rigid_body, constants=constants)
+        slope = self.slope()
+        arguments = (MATRIX, MATRIX.dtype) if self.explicit_time else (MATRIX,)
+        compiled = compiles(slope, arguments, MATRIX)
+        name = "timed_gradient" if self.explicit_time else "gradient"
+        given: dict[str, Any] = {name: slope if compiled else self._checked}
+        return GroupField(
+            slopes.GRADIENT, timed=self.explicit_time, constants=numbers.copy(), compiled=compiled,
+            **given,
+        )  # fmt: skip
+
+    @property
+    def potential_calls_per_force(self) -> int:
+        """Potentials evaluated, for each component, to difference one gradient; else 0."""
+        known = self.gradient is not None or isinstance(self.potential, (UniformGravity, NoneType))
+        return 0 if known else CALLS
+
+    def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
+        q = np.array(q, dtype=np.float64)
+        return (q, float(t)) if self.explicit_time else (q,)
+
+
+def returned_array(name: str, values: Any, shape: tuple[int, ...], expected: str) -> Array:
+    """What a user's function returned, finite or not; ValueError for another shape or no reals.
+
+    expected  "an array of shape ...", in words
+    """
+    result = np.asarray(values)
+    if result.shape != shape:
+        raise ValueError(f"{name} must return {expected}; received shape {result.shape}.")
+    if result.dtype.kind not in "iuf":
+        raise ValueError(
+            f"{name} must return {expected}, of real numbers; received numbers of type "
+            f"{result.dtype}."
+        )
+    return np.ascontiguousarray(result, dtype=np.float64)
+
+
+def possible_inertia(inertia: Any) -> Array:
+    """(3, 3) from principal moments or a matrix; ValueError for one that no body can have."""
+    remedy = "Give three positive moments, each at most the sum of the others, or such a matrix."
+    J = checks.array("inertia", inertia, remedy=remedy)
+    if J.shape not in ((3,), (3, 3)):
+        raise ValueError(
+            f"inertia must have shape (3,) or (3, 3); received shape {J.shape}. {remedy}"
+        )
+    J = np.diag(J) if J.ndim == 1 else J
+    if not np.allclose(J, J.T, rtol=1e-14, atol=1e-14 * float(np.max(np.abs(J)))):
+        raise ValueError(f"inertia must be symmetric; received {J.tolist()}. {remedy}")
+    moments = np.linalg.eigvalsh(J)
+    if moments[0] <= SINGULAR * moments[2]:
+        raise ValueError(
+            f"inertia must be positive definite; received principal moments {moments.tolist()}. "
+            f"{remedy}"
+        )
+    if moments[2] > (moments[0] + moments[1]) * (1.0 + FLAT):
+        raise ValueError(
+            f"no body has the inertia {moments.tolist()}: its largest moment exceeds the sum of "
+            f"the others, which masses at real places cannot do. {remedy}"
+        )
+    return read_only(0.5 * (J + J.T))

@@ -1,0 +1,29 @@
+"""The loop around a kernel asks for not many more steps than the last call did."""
+
+from __future__ import annotations
+
+import pytest
+
+from galvi import chunks
+
+
+class Steps:
+    """What a run writes into, here only a number."""
+
+    done = 0
+
+
+@pytest.mark.parametrize("at_a_time", [1, 10**9])
+def test_a_kernel_that_hands_over_every_step_is_not_asked_for_ever_more(at_a_time: int) -> None:
+    """Newton's steps come one a call: 500 of them must not make the next call endless."""
+    work, asked = Steps(), []
+
+    def call(todo: int) -> int:
+        asked.append(todo)
+        work.done += min(todo, at_a_time)
+        return 0
+
+    total = 500 if at_a_time == 1 else 10**6
+    assert chunks.in_chunks(call, lambda code: code, work, total, None) == 0
+    assert work.done == total
+    assert max(asked) <= chunks.GROWTH * min(at_a_time, total)

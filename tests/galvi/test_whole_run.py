@@ -1,0 +1,96 @@
+"""An error seen over a part is relied on only where the whole run is the same motion."""
+
+from __future__ import annotations
+
+import importlib
+import math
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.whole_run import turning_points
+from references.kepler import KEPLER
+
+ORBIT = galvi.problems.kepler(0.6)
+
+
+def apocentre(e):
+    speed = math.sqrt((1.0 - e) / (1.0 + e))
+    return galvi.Problem(ORBIT.system, [-(1.0 + e), 0.0], [0.0, -speed])
+
+
+def recommend(problem, error, duration, **options):
+    """By evaluations, so that every machine and run finds the same."""
+    return galvi.recommend(problem, error, duration, by="evaluations", **options)
+
+
+@pytest.mark.parametrize(
+    ("problem", "duration", "options", "why"),
+    [
+        (galvi.problems.kepler(0.999), 100.0, {}, "no error is taken to "),
+        (galvi.problems.kepler(0.99), 1000.0, {"budget": 1e6}, "no error is taken to "),
+        (apocentre(0.9), 1000.0, {"budget": 3e5}, "no error is taken to "),
+        (apocentre(0.99), 1000.0, {"budget": 1e6}, "no error is taken to "),
+        (apocentre(0.9), 1000.0, {"measured": 1.0}, "no error is taken to "),
+        (apocentre(0.9), 100.0, {"measured": 1.0}, "turning points of a coordinate, and 6 are"),
+        (apocentre(0.9), 200.0, {"measured": 10.0}, "turning points of a coordinate, and 6 are"),
+        (galvi.problems.kepler(0.9), 200.0, {"measured": 20.0}, "it grew as t^"),
+        (ORBIT, 1e4, {"budget": 1e6, "measured": 200.0}, "does not fit into the budget"),
+    ],
+)
+def test_an_error_seen_over_too_short_a_part_is_refused(problem, duration, options, why):
+    choice = recommend(problem, 1e-6, duration, **options)
+    assert not choice.reached and choice.error == math.inf
+    assert "It comes from too short a part, the first " in choice.status
+    assert why in choice.status and choice.measured < 0.2 * duration
+
+
+def test_a_force_that_is_lost_later_is_found_out():
+    spring = galvi.Canonical(
+        1.0, lambda q: 0.5 * q[0] ** 2, lambda q: q if q[0] >= -0.5 else np.array([np.nan])
+    )
+    problem = galvi.Problem(spring, [1.0], [0.0])
+    choice = recommend(problem, 1e-6, 50.0, measured=1.5, degrees=(6, 8))
+    assert not choice.reached and "a run over all of it failed. Stopped at step" in choice.status
+    by_time = galvi.recommend(problem, 1e-6, 1000.0, budget=1.0, degrees=(6, 8))
+    assert not by_time.reached and by_time.error == math.inf
+
+
+def late(potential, gradient):
+    """A body in the plane whose force is another one from x = 8 on, where it arrives at t = 33."""
+    system = galvi.Canonical(
+        1.0,
+        lambda q: 0.5 * q[1] ** 2 + (potential(q[0]) if q[0] > 8.0 else 0.0),
+        lambda q: np.array([gradient(q[0]) if q[0] > 8.0 else 0.0, q[1]]),
+    )
+    return galvi.Problem(system, [-25.0, 1.0], [1.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("problem", "why"),
+    [
+        (late(lambda x: -0.5 * (x - 8.0) ** 2, lambda x: 8.0 - x), "as fast"),
+        (late(lambda x: 0.0, lambda x: -0.02), "later the energy is off by"),
+    ],
+)
+def test_a_motion_that_changes_later_is_found_out(problem, why):
+    choice = recommend(problem, 1e-4, 36.0, measured=24.0, degrees=(6,))
+    assert not choice.reached and why in choice.status
+
+
+def test_without_the_run_over_the_whole_duration_it_would_be_misled(monkeypatch):
+    monkeypatch.setattr(importlib.import_module("galvi.recommend"), "doubt", lambda *_: "")
+    misled_by = apocentre(0.9)
+    misled = recommend(misled_by, 1e-6, 1000.0, budget=3e5)
+    run = galvi.integrate(misled_by, misled.method, misled.step, misled.steps)
+    end = KEPLER.run(misled_by, 1000.0, {"samples": 1}).q[-1]
+    assert misled.reached and np.linalg.norm(run.q[-1] - end) > 100.0 * 1e-6  # 1.7e-3
+
+
+def test_turning_points_are_those_of_a_coordinate_that_moves():
+    t = np.linspace(0.0, 10.0 * math.pi, 1001)
+    noise = 1e-12 * (-1.0) ** np.arange(len(t))
+    assert turning_points(np.stack([np.cos(t + 0.1), t, noise], axis=1)) == 10
+    assert turning_points(np.stack([t, noise], axis=1)) == 0
+    assert turning_points(np.zeros((2, 1))) == turning_points(np.zeros((9, 1))) == 0
