@@ -6,16 +6,31 @@ from references.bulirsch_stoer import BULIRSCH_STOER
 from references.contender import Contender
 from references.ephemeris import JPL_EPHEMERIS
 from references.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
+from references.free_top import FREE_TOP
+from references.heyoka_rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.heyoka_taylor import HEYOKA, HEYOKA_QUADRUPLE
 from references.ias15 import IAS15
 from references.implicit_euler import IMPLICIT_EULER
 from references.janus import JANUS
 from references.kepler import KEPLER
 from references.leapfrog import LEAPFROG
+from references.matrix_euler import MATRIX_EULER
+from references.mujoco_steps import (
+    MUJOCO_DISCRETE,
+    MUJOCO_EULER,
+    MUJOCO_IMPLICIT,
+    MUJOCO_IMPLICITFAST,
+    MUJOCO_RK4,
+)
 from references.oscillator import OSCILLATOR
+from references.pendulum import PENDULUM
+from references.quaternion_dop853 import QUATERNION_DOP853
+from references.quaternion_rk4 import QUATERNION_RK4
+from references.rigid_ivp import RIGID_DOP853, RIGID_ODE45
 from references.saba import SABA
 from references.scipy_ivp import DOP853, ODE45
 from references.setting import nearest
+from references.stored_attitude import STORED_ATTITUDE
 from references.stormer_verlet import STORMER_VERLET
 from references.truth import STORED_TRUTH
 from references.whfast import WHFAST
@@ -24,7 +39,10 @@ from references.whfast512 import WHFAST512
 REFERENCES: tuple[Contender, ...] = (
     OSCILLATOR,
     KEPLER,
+    PENDULUM,
+    FREE_TOP,
     STORED_TRUTH,
+    STORED_ATTITUDE,
     JPL_EPHEMERIS,
     EXPLICIT_EULER,
     IMPLICIT_EULER,
@@ -41,6 +59,18 @@ REFERENCES: tuple[Contender, ...] = (
     JANUS,
     HEYOKA,
     HEYOKA_QUADRUPLE,
+    MATRIX_EULER,
+    RIGID_ODE45,
+    RIGID_DOP853,
+    QUATERNION_RK4,
+    QUATERNION_DOP853,
+    HEYOKA_RIGID,
+    HEYOKA_RIGID_QUADRUPLE,
+    MUJOCO_EULER,
+    MUJOCO_RK4,
+    MUJOCO_IMPLICIT,
+    MUJOCO_IMPLICITFAST,
+    MUJOCO_DISCRETE,
 )
 
 

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from galvi import Canonical, CentralForce, NBody, Problem, Trajectory, checks
+from galvi import Canonical, CentralForce, NBody, Problem, Trajectory
 from galvi.arrays import Array
+from references import heyoka_engine
 from references.contender import require
+from references.heyoka_engine import DEFAULT
 from references.outcome import Failure, outcome
 from references.setting import check_keys, described, sample_times
 
-DEFAULT: Mapping[str, Any] = {"tolerance": 2.0**-52, "high_accuracy": False, "compact_mode": False}
 BEST: Mapping[str, Any] = {"tolerance": 1e-18, "high_accuracy": True, "compact_mode": False}
-QUADRUPLE: Mapping[str, Any] = {"tolerance": 1e-25, "high_accuracy": True, "compact_mode": True}
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,7 @@ class HeyokaTaylor:
     @property
     def missing(self) -> str:
         """Why heyoka cannot be used here; empty when it can."""
-        try:
-            import heyoka
-        except ImportError as error:
-            return f"{error}. Install heyoka, which has wheels for Linux on x86-64."
-        if self.precision != "double" and not hasattr(heyoka, self.precision):
-            return f"heyoka {heyoka.__version__} has no {self.precision} on this machine."
-        return ""
+        return heyoka_engine.missing(self.precision)
 
     def supports(self, problem: Problem) -> bool:
         """N bodies, or a scalar mass about a fixed centre in 2 or 3 dimensions."""
@@ -57,13 +51,13 @@ class HeyokaTaylor:
         require(self, problem)
         check_keys(setting, ("samples", *DEFAULT))
         times = sample_times(problem.t0, duration, setting)
-        options = {**self._defaults(), **{key: setting[key] for key in DEFAULT if key in setting}}
+        options = heyoka_engine.options(setting, self.precision)
         states, steps, failure = self.states(problem, times - problem.t0, options)
         states = states.astype(np.float64).reshape(len(times), -1, 2, 3)
         q, v = (states[:, :, k, : problem.q0.shape[-1]] for k in (0, 1))
         return outcome(
             problem,
-            described(self.name, {**setting, **options}, self.engine()),
+            described(self.name, {**setting, **options}, heyoka_engine.engine_name(self.precision)),
             times,
             q,
             v,
@@ -77,36 +71,12 @@ class HeyokaTaylor:
         """Rows of x, y, z, vx, vy, vz of each body in this precision, (saved, 6 bodies), at times
         since the start, the first 0; NaN past a failure. The steps taken, and the failure.
         """
-        import heyoka
-
-        kind = heyoka.real128 if self.precision == "real128" else float
-        tolerance = checks.positive("tolerance", options["tolerance"])
-        switches = bool(options["high_accuracy"]), bool(options["compact_mode"])
-        engine = _compiled(_law(problem), self.precision, tolerance, *switches)
+        number = heyoka_engine.kind(self.precision)
+        engine = _compiled(_law(problem), self.precision, *heyoka_engine.switches(options))
         pad = ((0, 0), (0, 3 - problem.q0.shape[-1]))
         start = [np.pad(np.atleast_2d(x), pad) for x in (problem.q0, problem.v0)]
-        states = np.full((len(times), engine.state.size), np.nan).astype(kind)
-        states[0] = np.concatenate(start, axis=1).ravel().astype(kind)
-        engine.time = kind(0.0)
-        engine.state[:] = states[0]
-        done = 0
-        for row, t in enumerate(times.tolist()[1:], start=1):
-            ended, _, _, steps, *_ = engine.propagate_until(kind(t))
-            done += int(steps)
-            if ended != heyoka.taylor_outcome.time_limit:
-                why = f"heyoka stopped before t = {problem.t0 + t:.6g} ({ended}): bodies met. "
-                return states, done, Failure(row=row, step=row, why=why + "End the run earlier.")
-            states[row] = engine.state
-        return states, done, None
-
-    def _defaults(self) -> Mapping[str, Any]:
-        return DEFAULT if self.precision == "double" else QUADRUPLE
-
-    def engine(self) -> str:
-        """Name, version and precision."""
-        import heyoka
-
-        return f"heyoka {heyoka.__version__}, {self.precision}"
+        state = np.concatenate(start, axis=1).ravel().astype(number)
+        return heyoka_engine.propagated(engine, state, times, problem.t0, "bodies met.")
 
 
 def _law(problem: Problem) -> tuple[Any, ...]:
@@ -129,7 +99,7 @@ def _compiled(
     """heyoka's integrator; G times mass is formed in its precision, not in double."""
     import heyoka
 
-    kind = heyoka.real128 if precision == "real128" else float
+    kind = heyoka_engine.kind(precision)
     system, strength, divisor, *masses = law
     options = {"Gconst": kind(strength) / kind(divisor), "masses": [kind(m) for m in masses]}
     if system == "bodies":

@@ -31,21 +31,22 @@ def outcome(
     method: str,
     t: Array,
     q: Array,
-    v: Array,
+    v: Array | None = None,
     *,
+    p: Array | None = None,
     counts: Mapping[str, int],
     step: float | None = None,
     failure: Failure | None = None,
     status: str = COMPLETED,
 ) -> Trajectory:
-    """The trajectory of states q, v at times t (saved,), both (saved, ...) in any flat order.
+    """The trajectory of states q, v or q, p at times t (saved,), both (saved, ...), in any shape.
 
     A non-finite state that the engine did not report is made a failure here.
     """
-    shape = (len(t), *problem.q0.shape)
-    q = np.array(q, dtype=np.float64).reshape(shape)
-    p = np.array(problem.system.momentum(np.asarray(v, dtype=np.float64).reshape(shape)))
-    finite = np.all(np.isfinite(np.stack([q, p])).reshape(2, len(t), -1), axis=(0, 2))
+    q = np.array(q, dtype=np.float64).reshape(len(t), *problem.q0.shape)
+    moving = np.array(v if p is None else p, dtype=np.float64).reshape(len(t), *problem.v0.shape)
+    p = problem.system.momentum(moving) if p is None else moving
+    finite = np.all(np.isfinite(np.hstack([q.reshape(len(t), -1), p.reshape(len(t), -1)])), axis=1)
     if failure is None and not np.all(finite):
         row = int(np.argmin(finite))
         failure = Failure(

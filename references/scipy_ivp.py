@@ -18,6 +18,7 @@ from references.setting import check_keys, described, sample_times
 
 DEFAULT: Mapping[str, Any] = {}
 TIGHT: Mapping[str, Any] = {"rtol": 3e-14, "atol": 1e-15}
+SETTINGS = ("samples", "tolerance", "rtol", "atol", "first_step", "max_step")
 
 
 @dataclass(frozen=True)
@@ -42,14 +43,8 @@ class ScipyIvp:
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
         require(self, problem)
-        check_keys(setting, ("samples", "tolerance", "rtol", "atol", "first_step", "max_step"))
+        check_keys(setting, SETTINGS)
         times = sample_times(problem.t0, duration, setting)
-        options = {"rtol": 1e-3, "atol": 1e-6}
-        if "tolerance" in setting:
-            options = dict.fromkeys(options, checks.positive("tolerance", setting["tolerance"]))
-        for key in ("rtol", "atol", "first_step", "max_step"):
-            if key in setting:
-                options[key] = checks.positive(key, setting[key])
         d, shape, system = problem.q0.size, problem.q0.shape, problem.system
 
         def slope(t: float, y: Array) -> Array:
@@ -57,21 +52,33 @@ class ScipyIvp:
             return np.concatenate([y[d:], a.ravel()])
 
         start = np.concatenate([problem.q0.ravel(), problem.v0.ravel()])
-        with np.errstate(all="ignore"):  # outcome looks for non-finite states itself
-            solved = solve_ivp(
-                slope, (times[0], times[-1]), start, self.solver, t_eval=times, **options
-            )
-        states = np.full((len(times), 2 * d), np.nan)
-        states[: solved.y.shape[1]] = solved.y.T
+        states, calls, failure = solve(self.solver, slope, times, start, setting)
         return outcome(
             problem,
             described(self.name, setting, f"scipy {scipy.__version__}"),
             times,
             states[:, :d],
             states[:, d:],
-            counts={"force_evaluations": int(solved.nfev)},
-            failure=None if solved.success else _failure(solved),
+            counts={"force_evaluations": calls},
+            failure=failure,
         )
+
+
+def solve(
+    solver: str, slope: Any, times: Array, start: Array, setting: Mapping[str, Any]
+) -> tuple[Array, int, Failure | None]:
+    """States (saved, n) of y' = slope(t, y), NaN past a failure; calls of slope; the failure."""
+    options = {"rtol": 1e-3, "atol": 1e-6}
+    if "tolerance" in setting:
+        options = dict.fromkeys(options, checks.positive("tolerance", setting["tolerance"]))
+    for key in ("rtol", "atol", "first_step", "max_step"):
+        if key in setting:
+            options[key] = checks.positive(key, setting[key])
+    with np.errstate(all="ignore"):  # outcome looks for non-finite states itself
+        solved = solve_ivp(slope, (times[0], times[-1]), start, solver, t_eval=times, **options)
+    states = np.full((len(times), start.size), np.nan)
+    states[: solved.y.shape[1]] = solved.y.T
+    return states, int(solved.nfev), None if solved.success else _failure(solved)
 
 
 def _failure(solved: Any) -> Failure:
@@ -79,8 +86,8 @@ def _failure(solved: Any) -> Failure:
     return Failure(
         row=row,
         step=row,
-        why=f"SciPy gave up before sample {row}: {solved.message} Bodies met, or the tolerance "
-        "cannot be had; end the run earlier or loosen it.",
+        why=f"SciPy gave up before sample {row}: {solved.message} Forces grew beyond bound there, "
+        "as where bodies meet, or the tolerance cannot be had; end the run earlier or loosen it.",
     )
 
 

@@ -21,7 +21,8 @@ import numpy as np
 from galvi import NBody, Problem, Trajectory, problems
 from galvi.arrays import Array, read_only
 from references.contender import require
-from references.heyoka_taylor import HEYOKA_QUADRUPLE, QUADRUPLE
+from references.heyoka_engine import QUADRUPLE, engine_name
+from references.heyoka_taylor import HEYOKA_QUADRUPLE
 from references.outcome import outcome
 from references.setting import check_keys, described, sample_times
 
@@ -56,7 +57,7 @@ def table(case: str) -> str:
     system: Any = problem.system
     lines = [
         f"# {problem.name}, the truth",
-        f"# source: {HEYOKA_QUADRUPLE.engine()}, tolerance {TOLERANCE}, high_accuracy",
+        f"# source: {engine_name('real128')}, tolerance {TOLERANCE}, high_accuracy",
         f"# accuracy: with {LOOSER} instead, positions differ by at most {np.abs(apart).max():.1e}",
         f"# made by: python -m references.truth {case} ({time.perf_counter() - began:.0f} s)",
         f"# units: {problem.units}; t since the start",

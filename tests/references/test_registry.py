@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import re
 import subprocess
 import sys
 
@@ -17,7 +18,19 @@ from references import REFERENCES, Contender, reference
 ORBIT = galvi.problems.kepler(0.3)
 SPRING = galvi.problems.harmonic_oscillator()
 PLANETS = galvi.problems.solar_system(pluto=False)
+BODY = galvi.problems.free_body_se3()
+SWING = galvi.problems.planar_pendulum()
+TURN = galvi.problems.free_rigid_body()
+HANGING = galvi.problems.pendulum_3d()
 UNKNOWN = galvi.Problem(galvi.Canonical(1.0, lambda q: float(q @ q) ** 2), [1.0], [0.0])
+ON_GROUPS = (
+    TURN,
+    BODY,
+    galvi.problems.free_box(),
+    galvi.problems.heavy_top(),
+    HANGING,
+    galvi.problems.spherical_pendulum(),
+)
 NAMES = [contender.name for contender in REFERENCES]
 every = pytest.mark.parametrize("contender", REFERENCES, ids=NAMES)
 PRESENT = [contender for contender in REFERENCES if not contender.missing]
@@ -34,8 +47,19 @@ FIXED_STEP = {
     "REBOUND SABA",
     "REBOUND leapfrog",
     "REBOUND JANUS",
+    "MuJoCo Euler",
+    "MuJoCo RK4",
+    "MuJoCo implicit",
+    "MuJoCo implicitfast",
+    "MuJoCo discrete",
+    "explicit Euler, matrices",
+    "RK4 on quaternions, compiled",
 }
-CATALOGUES = {"stored truth": 5844.0, "JPL DE421": -5844.0}  # a duration at whose eighths they are
+CATALOGUES = {  # a duration at whose eighths they are
+    "stored truth": 5844.0,
+    "stored truth, rigid bodies": 16.0,
+    "JPL DE421": -5844.0,
+}
 
 
 def setting(contender: Contender, duration: float, pieces: int) -> dict[str, float]:
@@ -45,7 +69,9 @@ def setting(contender: Contender, duration: float, pieces: int) -> dict[str, flo
 
 
 def solvable(contender: Contender) -> galvi.Problem:
-    return next(p for p in (SPRING, ORBIT, PLANETS) if contender.supports(p))
+    return next(
+        p for p in (SPRING, ORBIT, PLANETS, BODY, SWING, TURN, HANGING) if contender.supports(p)
+    )
 
 
 def test_every_contender_of_every_module_is_registered():
@@ -72,9 +98,13 @@ def test_the_truths_are_those_we_know():
     assert exact == {
         "oscillator, closed form",
         "Kepler, closed form",
+        "pendulum, closed form",
+        "free rigid body, closed form",
         "stored truth",
+        "stored truth, rigid bodies",
         "REBOUND IAS15",
         "heyoka, quadruple precision",
+        "heyoka, rigid bodies, quadruple precision",
     }
 
 
@@ -85,7 +115,7 @@ def test_a_run_says_when_and_how_it_was_made(contender):
     run = contender.run(late, duration, setting(contender, duration, 8))
     assert run.success and run.status.startswith("Completed") and run.failed_step is None
     np.testing.assert_allclose(run.t, 5.0 + duration * np.arange(9) / 8.0, rtol=1e-15)
-    assert run.q.shape == run.p.shape == (9, *problem.q0.shape)
+    assert run.q.shape == (9, *problem.q0.shape) and run.p.shape == (9, *problem.v0.shape)
     assert np.array_equal(run.q[0], problem.q0) and np.array_equal(run.p[0], problem.p0)
     assert not run.q.flags.writeable
     assert contender.name in run.method and run.problem is late
@@ -111,16 +141,30 @@ def test_zero_and_infinite_durations_are_refused(contender):
 
 @every
 def test_support_is_decided_by_the_system_and_not_by_the_name(contender):
-    for problem in (SPRING, ORBIT, galvi.problems.solar_system()):
+    for problem in (SPRING, ORBIT, galvi.problems.solar_system(), BODY, SWING, TURN):
         named = galvi.Problem(problem.system, problem.q0, problem.v0, name="something else")
         assert contender.supports(named) == contender.supports(problem)
+
+
+@every
+def test_support_of_a_system_on_a_group_is_answered_and_not_raised(contender):
+    def height(q, v):
+        return 0.5 * v @ v - 0.1 * q[2, 2]
+
+    general = galvi.Problem(galvi.Lagrangian(height, galvi.SO3()), np.eye(3), [1.0, 0.2, 0.3])
+    assert contender.supports(general) is False
+    turning = {"quaternions", "matrices", "rigid", "MuJoCo"}
+    for problem in ON_GROUPS:
+        answer = contender.supports(problem)
+        assert isinstance(answer, bool)
+        assert not answer or any(word in contender.name for word in turning)
 
 
 @every_present
 def test_a_problem_without_a_solution_here_is_refused(contender):
     if contender.supports(UNKNOWN):
         pytest.skip("solves any potential")
-    with pytest.raises(ValueError, match=f"^{contender.name.split(',')[0]}.*does not solve"):
+    with pytest.raises(ValueError, match=f"^{re.escape(contender.name)} does not solve"):
         contender.run(UNKNOWN, 1.0, setting(contender, 1.0, 1))
 
 
@@ -128,6 +172,7 @@ def test_a_gradient_that_replaces_the_known_force_is_not_taken_for_it():
     for potential, q0, v0 in (
         (galvi.LinearSpring(1.0), [1.0], [0.0]),
         (galvi.CentralForce(1.0), [1.0, 0.0], [0.0, 1.0]),
+        (galvi.PendulumWeight(1.0), [1.0], [0.0]),
     ):
         system = galvi.Canonical(1.0, potential, gradient=lambda q: q**3)
         problem = galvi.Problem(system, q0, v0)
@@ -136,7 +181,7 @@ def test_a_gradient_that_replaces_the_known_force_is_not_taken_for_it():
 
 
 def test_engines_are_imported_only_when_they_are_used():
-    engines = {"rebound", "jplephem", "de421", "heyoka"}
+    engines = {"rebound", "jplephem", "de421", "heyoka", "mujoco"}
     code = f"import sys, references; print({engines} & set(sys.modules))"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout.strip() == "set()"

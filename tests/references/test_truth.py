@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import galvi
-from references.heyoka_taylor import HEYOKA_QUADRUPLE, QUADRUPLE
+from references.heyoka_engine import QUADRUPLE
+from references.heyoka_taylor import HEYOKA_QUADRUPLE
 from references.ias15 import IAS15
 from references.truth import CASES, FOLDER, STORED_TRUTH, sampled, stored
 

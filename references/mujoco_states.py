@@ -1,0 +1,49 @@
+"""MuJoCo's coordinates of one body, and ours.
+
+joint   qpos                  qvel
+ball    quaternion            w
+free    x, then quaternion    velocity of x in space, then w
+hinge   angle                 rate
+
+Quaternions have w first and take the body's frame to space; w is the angular velocity in the
+body's frame.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from galvi.arrays import Array
+
+FROM_SCIPY, TO_SCIPY = [3, 0, 1, 2], [1, 2, 3, 0]  # w last there
+
+
+def to_mujoco(joint: str, q: Array, v: Array) -> tuple[Array, Array]:
+    """(qpos, qvel) of the state q, v; all may have leading axes."""
+    if joint == "hinge":
+        return q, v
+    R = q[..., :3, :3]
+    turned = Rotation.from_matrix(R).as_quat()[..., FROM_SCIPY]
+    if joint == "ball":
+        return turned, v
+    drift = np.einsum("...ij,...j->...i", R, v[..., 3:])
+    return (
+        np.concatenate([q[..., :3, 3], turned], axis=-1),
+        np.concatenate([drift, v[..., :3]], axis=-1),
+    )
+
+
+def from_mujoco(joint: str, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+    """(q, v) of rows of qpos and qvel; NaN where they are not finite."""
+    if joint == "hinge":
+        return qpos, qvel
+    finite = np.all(np.isfinite(qpos), axis=-1)
+    R = np.full((len(qpos), 3, 3), np.nan)
+    R[finite] = Rotation.from_quat(qpos[finite, -4:][:, TO_SCIPY]).as_matrix()
+    if joint == "ball":
+        return R, qvel
+    q = np.zeros((len(qpos), 4, 4))
+    q[:, :3, :3], q[:, :3, 3], q[:, 3, 3] = R, qpos[:, :3], 1.0
+    drift = np.einsum("nji,nj->ni", R, qvel[:, :3])
+    return q, np.concatenate([qvel[:, 3:], drift], axis=-1)

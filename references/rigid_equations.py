@@ -1,0 +1,106 @@
+"""The textbook's equations of a rigid body, in quaternions or in matrices, apart from galvi's own.
+
+With w = J^-1 p:  p' = p x w + torque,  and  y' = y w / 2 for quaternions or R' = R hat(w).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi import Problem, RigidBody, UniformGravity
+from galvi.arrays import Array
+
+
+@dataclass(frozen=True, eq=False)
+class RigidEquations:
+    """Of one problem whose system is a RigidBody, for states (attitude, p).
+
+    quaternions  attitudes are (4,), scalar first, of the turn since the start: R = R0 M(y / |y|);
+                 without, they are the nine entries of R by rows
+    """
+
+    problem: Problem
+    quaternions: bool
+
+    @property
+    def start(self) -> Array:
+        """(7,) or (12,)."""
+        attitude = [1.0, 0.0, 0.0, 0.0] if self.quaternions else self.problem.q0.ravel()
+        return np.concatenate([attitude, self.problem.p0])
+
+    def slope(self) -> Any:
+        """f(t, state), of the state's shape."""
+        inverse = np.linalg.inv(self.problem.system.inertia)
+        turned = quaternion_slope if self.quaternions else _matrix_slope
+
+        def slope(t: float, y: Array) -> Array:
+            attitude, p = y[:-3], y[-3:]
+            w = inverse @ p
+            twist = torque(self.problem.system, self.attitudes(y), t)
+            return np.concatenate([turned(attitude, w), _cross(p, w) + twist])
+
+        return slope
+
+    def attitudes(self, states: Array) -> Array:
+        """R (..., 3, 3) of states (..., 7 or 12)."""
+        if not self.quaternions:
+            return states[..., :9].reshape(*states.shape[:-1], 3, 3)
+        result: Array = self.problem.q0 @ rotation(states[..., :4])
+        return result
+
+
+def is_rigid_body(problem: Problem) -> bool:
+    """Whether these are its equations, whatever its potential."""
+    return isinstance(problem.system, RigidBody)
+
+
+def torque(system: RigidBody, R: Array, t: float) -> Array:
+    """In the body's frame, (3,): the sum over rows of R x dV/dR, or centre x R^T mass g."""
+    weight = system.potential
+    if weight is None:
+        return np.zeros(3)
+    if isinstance(weight, UniformGravity) and system.gradient is None:
+        return _cross(weight.centre, weight.mass * (weight.g @ R))
+    slopes = system.potential_gradient(R, t)
+    return sum((_cross(row, slope) for row, slope in zip(R, slopes, strict=True)), np.zeros(3))
+
+
+def rotation(y: Array) -> Array:
+    """The matrix (..., 3, 3) of y / |y|, y (..., 4) with the scalar first."""
+    square = np.sum(y * y, axis=-1)
+    w, a, b, c = np.moveaxis(y, -1, 0)
+    rows = [
+        [w * w + a * a - b * b - c * c, 2 * (a * b - w * c), 2 * (a * c + w * b)],
+        [2 * (a * b + w * c), w * w - a * a + b * b - c * c, 2 * (b * c - w * a)],
+        [2 * (a * c - w * b), 2 * (b * c + w * a), w * w - a * a - b * b + c * c],
+    ]
+    matrix = np.array(rows) / square
+    return np.moveaxis(matrix, (0, 1), (-2, -1))
+
+
+def quaternion_slope(y: Array, w: Array) -> Array:
+    """y w / 2, the product of quaternions, (4,)."""
+    s, a, b, c = y
+    i, j, k = w
+    return 0.5 * np.array(
+        [
+            -a * i - b * j - c * k,
+            s * i + b * k - c * j,
+            s * j + c * i - a * k,
+            s * k + a * j - b * i,
+        ]
+    )
+
+
+def _matrix_slope(entries: Array, w: Array) -> Array:
+    """R hat(w), by rows R_i x w, (9,)."""
+    return np.concatenate([_cross(row, w) for row in entries.reshape(3, 3)])
+
+
+def _cross(a: Array, b: Array) -> Array:
+    x, y, z = a
+    i, j, k = b
+    return np.array([y * k - z * j, z * i - x * k, x * j - y * i])
