@@ -22,6 +22,7 @@ from references.truth import STORED_TRUTH
 
 Setting = Mapping[str, Any]
 Entry = tuple[str, Contender, Sequence[Setting]]
+POSITION, ATTITUDE = "position", "attitude"
 EPS = float(np.finfo(float).eps)
 # Steps a period, and a third, for Wisdom and Holman's maps: to where rounding stops WHFast on the
 # outer planets (10,000 years: 4.5e-9 with 120, 1.5e-9 with 240, 4.0e-9 with 480).
@@ -33,7 +34,7 @@ class Truth:
     """Where the bodies are at the end.
 
     end          (...,) in the configuration's shape
-    error        of it, in the problem's unit of length
+    error        of it, as the arena measures errors
     description  for the table
     source       label of the contenders that it comes from, which are not judged by it
     """
@@ -48,6 +49,11 @@ class Truth:
         return bool(self.source) and contender.startswith(self.source)
 
 
+def farthest_body(q: Array, truth: Array) -> float:
+    """Largest distance of a body from where it should be, in the problem's unit of length."""
+    return float(np.max(np.linalg.norm(q - truth, axis=-1)))
+
+
 @dataclass(frozen=True, eq=False)
 class Arena:
     """One work-precision study.
@@ -56,18 +62,19 @@ class Arena:
     duration  from its t0, in its unit of time
     entries   (label, contender, settings)
     truth     computes the truth
+    quantity  whose error it is: POSITION or ATTITUDE
+    distance  of two configurations: the error
+    prolonged whether runs are timed by going on, as `benchmarks.prolonged` does: for durations
+              which a contender covers before its call has properly begun
     """
 
     problem: Problem
     duration: float
     entries: tuple[Entry, ...]
     truth: Callable[[], Truth]
-
-
-def arenas(quick: bool) -> tuple[Arena, ...]:
-    """The studies of the report: shorter runs and fewer settings when quick."""
-    shared = kepler(10 if quick else 100, quick), outer_solar_system(quick), solar_system(quick)
-    return shared if quick else (*shared, applegate(quick))
+    quantity: str = POSITION
+    distance: Callable[[Array, Array], float] = farthest_body
+    prolonged: bool = False
 
 
 def kepler(periods: int, quick: bool) -> Arena:
@@ -81,7 +88,7 @@ def kepler(periods: int, quick: bool) -> Arena:
 
     def steps(*per_period: int) -> list[Setting]:
         # Never a whole number of steps a period: errors that resonate with it say little.
-        return [_fixed(duration, k * periods + periods // 3 + 1) for k in per_period]
+        return [fixed(duration, k * periods + periods // 3 + 1) for k in per_period]
 
     tolerances = (1e-6, 1e-9) if quick else (1e-6, 1e-9, 1e-12)
     return Arena(
@@ -100,10 +107,10 @@ def kepler(periods: int, quick: bool) -> Arena:
             (
                 "REBOUND IAS15",
                 ias15.IAS15,
-                [*_adaptive("epsilon", (1e-4, 1e-9)), {"samples": 1, **ias15.GLOBAL}],
+                [*adaptive("epsilon", (1e-4, 1e-9)), {"samples": 1, **ias15.GLOBAL}],
             ),
-            ("SciPy DOP853", DOP853, _adaptive("tolerance", tolerances)),
-            ("SciPy RK45 (ode45)", ODE45, _adaptive("tolerance", tolerances[:2])),
+            ("SciPy DOP853", DOP853, adaptive("tolerance", tolerances)),
+            ("SciPy RK45 (ode45)", ODE45, adaptive("tolerance", tolerances[:2])),
             ("Stormer-Verlet", STORMER_VERLET, steps(100, 1000, 10_000)),
             ("symplectic Euler", SYMPLECTIC_EULER, steps(1000, 10_000)),
         ),
@@ -179,9 +186,9 @@ def _planets(
     def steps(*per_period: float, **options: Any) -> list[Setting]:
         # Never a whole number of steps a period: errors that resonate with it say little.
         counts = [round(duration * (k + 1.0 / 3.0) / period) for k in per_period]
-        return [{**_fixed(duration, count), **options} for count in counts]
+        return [{**fixed(duration, count), **options} for count in counts]
 
-    def adaptive(**options: Any) -> Setting:
+    def once(**options: Any) -> Setting:
         return {"samples": 1, **options}
 
     best = [
@@ -209,14 +216,14 @@ def _planets(
                     16: (1.5, 2, 2.5, 3, 4),
                 }.items()
             ),
-            ("REBOUND IAS15", ias15.IAS15, [adaptive(**ias15.DEFAULT)]),
-            ("REBOUND IAS15, GLOBAL", ias15.IAS15, [adaptive(**ias15.GLOBAL)]),
-            ("REBOUND IAS15, looser", ias15.IAS15, [adaptive(**options) for options in looser]),
+            ("REBOUND IAS15", ias15.IAS15, [once(**ias15.DEFAULT)]),
+            ("REBOUND IAS15, GLOBAL", ias15.IAS15, [once(**ias15.GLOBAL)]),
+            ("REBOUND IAS15, looser", ias15.IAS15, [once(**options) for options in looser]),
             ("REBOUND WHFast, best", whfast.WHFAST, best),
             ("REBOUND WHFast, default", whfast.WHFAST, steps(30, 120, **whfast.DEFAULT)),
             ("REBOUND SABA(10,6,4)", saba.SABA, steps(3, 5, 7, 10, 20, **saba.BEST)),
-            ("heyoka", heyoka_taylor.HEYOKA, [adaptive(**options) for options in taylor]),
-            ("SciPy DOP853", DOP853, _adaptive("tolerance", (1e-9,) if few else (1e-9, 1e-12))),
+            ("heyoka", heyoka_taylor.HEYOKA, [once(**options) for options in taylor]),
+            ("SciPy DOP853", DOP853, adaptive("tolerance", (1e-9,) if few else (1e-9, 1e-12))),
             *((label, contender, steps(*k, **more)) for label, contender, k, more in others),
         ),
         truth,
@@ -227,9 +234,11 @@ def _ours(stages: int) -> str:
     return f"galvi degree {stages}, Gauss {stages}"
 
 
-def _fixed(duration: float, steps: int) -> Setting:
+def fixed(duration: float, steps: int) -> Setting:
+    """So many equal steps, of which the last state is kept."""
     return {"step": duration / steps, "save_every": steps}
 
 
-def _adaptive(key: str, values: Sequence[float]) -> list[Setting]:
+def adaptive(key: str, values: Sequence[float]) -> list[Setting]:
+    """One setting for each value of this key; the last state is kept."""
     return [{"samples": 1, key: value} for value in values]

@@ -8,9 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-import galvi
-
-MakeMethod = Callable[[galvi.Polynomials, galvi.Rule], Any]
+MakeMethod = Callable[..., Any]  # of a space, a rule and perhaps a chart
 Report = Callable[[str], None]
 
 

@@ -11,6 +11,8 @@ from galvi import Problem, Trajectory
 from references.contender import require
 from references.setting import check_keys, fixed_steps
 
+SYSTEMS = (galvi.Canonical, galvi.NBody, galvi.Lagrangian, galvi.RigidBody, galvi.FreeBody)
+
 
 @dataclass(frozen=True)
 class Variational:
@@ -30,7 +32,7 @@ class Variational:
 
     def supports(self, problem: Problem) -> bool:
         """Any problem that galvi can state today."""
-        return isinstance(problem.system, (galvi.Canonical, galvi.NBody))
+        return isinstance(problem.system, SYSTEMS)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps from t0 to t0 + duration, negative for backwards."""
@@ -48,6 +50,10 @@ class Variational:
         )
 
 
-def gauss_collocation(stages: int) -> Variational:
-    """Polynomials of degree s with s Gauss points, order 2 s: the cheapest rule for the order."""
-    return Variational(galvi.Galerkin(galvi.Polynomials(stages), galvi.gauss(stages)))
+def gauss_collocation(stages: int, chart: Any = None) -> Variational:
+    """Polynomials of degree s with s Gauss points, order 2 s: the cheapest rule for the order.
+
+    chart  in which the polynomials are, on a group; None for the default
+    """
+    charts = {} if chart is None else {"chart": chart}
+    return Variational(galvi.Galerkin(galvi.Polynomials(stages), galvi.gauss(stages), **charts))

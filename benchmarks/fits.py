@@ -107,6 +107,12 @@ def halves(
     return parts[0], parts[1]
 
 
+def worst_ratio(errors: Sequence[float], *, floor: float, ceiling: float = 0.1) -> float:
+    """The largest ratio of an error to the one before, inside the window; NaN with fewer than 3."""
+    e = np.asarray(errors, dtype=np.float64)[window(errors, floor=floor, ceiling=ceiling)]
+    return float(np.max(e[1:] / e[:-1])) if e.size >= LEAST else float("nan")
+
+
 def relapses(errors: Sequence[float], ceiling: float = 0.1) -> bool:
     """Whether an error of ``ceiling`` or more, or none at all, comes after three small ones."""
     run = 0

@@ -19,6 +19,7 @@ ENGINES = (
     "pandas",
     "rebound",
     "heyoka",
+    "mujoco-core",
     "jplephem",
     "de421",
     "pytest-benchmark",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,10 +13,12 @@ from benchmarks.tidy import row
 from galvi import Problem, Trajectory
 from references import Contender
 
+MethodOf = Callable[[MakeMethod, int], Any]
+
 
 @dataclass(frozen=True)
 class Case:
-    """n basis functions (degree n - 1) with Gauss 2n, ``steps`` steps of size ``step``."""
+    """n basis functions (degree n - 1), ``steps`` steps of size ``step``."""
 
     n: int
     step: float
@@ -38,6 +40,11 @@ def method_of(make_method: MakeMethod, n: int) -> Any:
     return make_method(galvi.Polynomials(n - 1), galvi.gauss(2 * n))
 
 
+def method_on_group(make_method: MakeMethod, n: int) -> Any:
+    """H 3.4.2: polynomials of degree n - 1 with a Gauss rule, of n points; Cayley's chart."""
+    return make_method(galvi.Polynomials(n - 1), galvi.gauss(n))
+
+
 def refine(
     study: str,
     problem: Problem,
@@ -46,16 +53,18 @@ def refine(
     quantities: Iterable[str],
     make_method: MakeMethod,
     report: Report,
+    method: MethodOf = method_of,
 ) -> list[dict[str, Any]]:
     """One row for each case and quantity (names of `benchmarks.errors.QUANTITIES`)."""
     exact: dict[tuple[float, int], Trajectory] = {}
     quantities = tuple(quantities)
     needs_truth = {"one-step error", "curve error"} & set(quantities)
+    per_step = PER_STEP if "curve error" in quantities else 1
     rows = []
     for case in cases:
         report(f"n = {case.n}, {case.steps} steps of {case.step:.4g}")
-        run = galvi.integrate(problem, method_of(make_method, case.n), case.step, case.steps)
-        span = (case.step * case.steps, case.steps * PER_STEP)
+        run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
+        span = (case.step * case.steps, case.steps * per_step)
         if needs_truth and run.success and span not in exact:
             exact[span] = truth.run(problem, span[0], {"samples": span[1]})
         for quantity in quantities:
@@ -77,11 +86,16 @@ def refine(
 
 
 def history(
-    study: str, problem: Problem, case: Case, measures: Any, make_method: MakeMethod
+    study: str,
+    problem: Problem,
+    case: Case,
+    measures: Any,
+    make_method: MakeMethod,
+    method: MethodOf = method_of,
 ) -> list[dict[str, Any]]:
     """One row for each step end and quantity; ``measures`` maps its name to a function of the run
     that returns one number for each step end."""
-    run = galvi.integrate(problem, method_of(make_method, case.n), case.step, case.steps)
+    run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
     return [
         row(
             study=study,

@@ -155,6 +155,7 @@ def _row(
     """run: over the orbits that errors are compared after; last: over the timed ones."""
     nan, good = float("nan"), run.success and last.success
     forces = float(last.counts.get("force_evaluations", nan))
+    pairs = float(last.counts.get("pair_evaluations", forces * (bodies * (bodies - 1) / 2)))
     known = good and truth is not None and truth.success and run is not truth
     status = "" if good else next(one.status for one in (run, last) if not one.success)
     return {
@@ -168,7 +169,7 @@ def _row(
         "error": float(np.max(np.linalg.norm(run.q[-1] - truth.q[-1], axis=-1))) if known else nan,
         "matched": False,
         "evaluations_per_orbit": forces / orbits,
-        "pairs_per_second": forces * (bodies * (bodies - 1) / 2) / timing.seconds if good else nan,
+        "pairs_per_second": pairs / timing.seconds if good else nan,
         "limit_pairs_per_second": nan,
         "share": nan,
         "status": TRUE if good and run is truth else status,

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-SOURCE = "issue 4, 'N bodies at the speed of the machine and to the last bit': Targets"
+ORBITS = "issue 4, 'N bodies at the speed of the machine and to the last bit': Targets"
+TURNS = "issue 7, 'Lie groups': Speed"
 OUTER, WHOLE = "outer solar system", "solar system without Pluto"
+FREE_BODY = "free rigid body"
 IAS15 = ("REBOUND IAS15", "REBOUND IAS15, GLOBAL", "REBOUND IAS15, looser")
 
 
@@ -15,21 +17,24 @@ class Target:
 
     problem     its name
     contenders  labels in the work-precision study; the fastest of them at the error counts
-    error       of the position at the end, in au; None for the smallest that the contenders reach
+    error       at the end, of the position in au or of the attitude; None for the smallest that
+                the contenders reach
     ratio       of the peer's time to galvi's, at least; None when galvi is to reach the error,
                 however long it takes
+    source      who asked for it
     """
 
     problem: str
     contenders: tuple[str, ...]
     error: float | None
     ratio: float | None
+    source: str = ORBITS
 
 
 def _each(
-    problem: str, contender: str, asked: tuple[tuple[float, float], ...]
+    problem: str, contender: str, asked: tuple[tuple[float | None, float | None], ...], **more: str
 ) -> tuple[Target, ...]:
-    return tuple(Target(problem, (contender,), error, ratio) for error, ratio in asked)
+    return tuple(Target(problem, (contender,), error, ratio, **more) for error, ratio in asked)
 
 
 TARGETS = (
@@ -50,4 +55,16 @@ TARGETS = (
     ),
     *_each(WHOLE, "REBOUND WHFast512", ((1e-9, 0.4),)),
     Target(WHOLE, IAS15[:1], None, None),
+    *_each(
+        FREE_BODY,
+        "MuJoCo RK4",
+        ((7e-6, 3.0), (1e-8, 10.0), (2e-11, 30.0), (1e-12, 40.0), (None, None)),
+        source=TURNS,
+    ),
+    *_each(
+        FREE_BODY,
+        "DOP853 on quaternions, compiled",
+        ((1e-11, 1.0), (1e-12, 1.0), (1e-13, 1.0)),  # "ahead at 1e-11 and below"
+        source=TURNS,
+    ),
 )

@@ -14,7 +14,7 @@ from benchmarks.targets import Target
 MET, MISSED, NOT_RUN = "met", "missed", "not run"
 COLUMNS = (
     *("problem", "against", "error", "target", "ratio"),
-    *("contender", "galvi", "verdict", "remark"),
+    *("contender", "galvi", "verdict", "remark", "source"),
 )
 
 
@@ -32,6 +32,7 @@ def targets_met(table: pd.DataFrame, targets: Iterable[Target]) -> pd.DataFrame:
                reached' where only the peer does not; 'not run' without a run of the peer that has
                an error and a time
     remark     the study's warning about the peer's own error, as when the truth is hardly better
+    source     who asked for it
     """
     return pd.DataFrame([_row(table, target) for target in targets], columns=list(COLUMNS))
 
@@ -50,6 +51,7 @@ def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
         "galvi": "",
         "verdict": NOT_RUN,
         "remark": "",
+        "source": target.source,
     }
     if theirs.empty:
         return row

@@ -1,14 +1,25 @@
 """Energy and angular momentum by the textbook's formulas, one term at a time.
 
 What a run conserves is judged by these and not by galvi's own functions, so that a wrong factor
-there cannot agree with itself. q and v have shape (k, ...), results (k,) or (k, 3).
+there cannot agree with itself. q and v have shape (k, ...), results (k,) or (k, 3); of a body that
+turns, q are its rotations or rigid motions and v its velocities in its own frame.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from galvi import Canonical, CentralForce, LinearSpring, NBody, Problem
+from galvi import (
+    Canonical,
+    CentralForce,
+    FreeBody,
+    LinearSpring,
+    NBody,
+    PendulumWeight,
+    Problem,
+    RigidBody,
+    UniformGravity,
+)
 from galvi.arrays import Array
 
 
@@ -23,18 +34,29 @@ def energy(problem: Problem, q: Array, v: Array) -> Array:
                 distance = np.sqrt(np.sum((q[:, i] - q[:, j]) ** 2, axis=-1))
                 total -= system.G * mass * system.masses[j] / distance
         return total
+    if isinstance(system, RigidBody):
+        return _turning_energy(system, v) + _height_energy(system.potential, q)
+    if isinstance(system, FreeBody):
+        thrown = 0.5 * system.mass * np.sum(v[:, 3:] ** 2, axis=-1)
+        for axis in range(3):
+            thrown -= system.mass * system.g[axis] * q[:, axis, 3]
+        return _turning_energy(system, v) + thrown
     kinetic = 0.5 * _mass(problem) * np.sum(v**2, axis=-1)
     potential = system.potential if isinstance(system, Canonical) else None
     if isinstance(potential, LinearSpring):
         return kinetic + 0.5 * potential.stiffness * np.sum(q**2, axis=-1)
     if isinstance(potential, CentralForce):
         return kinetic - potential.mu / np.sqrt(np.sum(q**2, axis=-1))
+    if isinstance(potential, PendulumWeight):
+        return kinetic - potential.weight * np.sum(np.cos(q), axis=-1)
     raise TypeError(f"there is no textbook energy here for {system!r}.")
 
 
 def angular_momentum(problem: Problem, q: Array, v: Array) -> Array:
-    """Sum of m q x v, (k,) in the plane and (k, 3) in space."""
+    """Sum of m q x v, (k,) in the plane and (k, 3) in space; R J v of a body that turns."""
     system = problem.system
+    if isinstance(system, RigidBody):
+        return np.stack([_along(q[:, axis], v, system.inertia) for axis in range(3)], axis=-1)
     if isinstance(system, NBody):
         total = [m * _turning(q[:, i], v[:, i]) for i, m in enumerate(system.masses)]
         return np.sum(total, axis=0)
@@ -47,6 +69,37 @@ def _turning(q: Array, v: Array) -> Array:
     x, y, z = q[..., 0], q[..., 1], q[..., 2]
     a, b, c = v[..., 0], v[..., 1], v[..., 2]
     return np.stack([y * c - z * b, z * a - x * c, x * b - y * a], axis=-1)
+
+
+def _turning_energy(system: RigidBody | FreeBody, v: Array) -> Array:
+    """Half the sum of v_i J_ij v_j."""
+    total = np.zeros(len(v))
+    for i in range(3):
+        for j in range(3):
+            total += 0.5 * v[:, i] * system.inertia[i, j] * v[:, j]
+    return total
+
+
+def _height_energy(potential: object, q: Array) -> Array:
+    """Minus the weight times the way down of the centre of mass."""
+    total = np.zeros(len(q))
+    if potential is None:
+        return total
+    if not isinstance(potential, UniformGravity):
+        raise TypeError(f"there is no textbook energy here for {potential!r}.")
+    for i in range(3):
+        for j in range(3):
+            total -= potential.mass * potential.g[i] * q[:, i, j] * potential.centre[j]
+    return total
+
+
+def _along(row: Array, v: Array, inertia: Array) -> Array:
+    """One component in space of the momentum J v, by the row of R that belongs to it."""
+    total = np.zeros(len(v))
+    for i in range(3):
+        for j in range(3):
+            total += row[:, i] * inertia[i, j] * v[:, j]
+    return total
 
 
 def _mass(problem: Problem) -> float:

@@ -61,6 +61,16 @@ def at_least_geometric(whole: Fit, early: Fit, late: Fit) -> str:
     return HOLDS if falls and late.rate <= early.rate + slack else CONTRADICTED
 
 
+def every_n_gains(whole: Fit, worst: float, limit: float) -> str:
+    """Each further n multiplies the error by at most ``limit``, below 1, until round-off.
+
+    worst  of `benchmarks.fits.worst_ratio`; a power of n would bring it near 1
+    """
+    if not (_known(whole) and math.isfinite(worst)):
+        return _without_rate(whole)
+    return HOLDS if worst <= limit else CONTRADICTED
+
+
 def _known(fit: Fit) -> bool:
     return math.isfinite(fit.rate) and math.isfinite(fit.uncertainty) and not fit.relapse
 

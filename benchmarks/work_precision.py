@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
-from benchmarks.arena import Arena, arenas
+from benchmarks.arena import Arena, Truth
+from benchmarks.arenas import arenas
 from benchmarks.fronts import TRUTH, front, ratios
+from benchmarks.prolonged import prolonged
 from benchmarks.stopwatch import Timing, interleaved, warmed
 from galvi import Trajectory
 
@@ -20,6 +21,7 @@ COLUMNS = (
     "problem",
     "contender",
     "settings",
+    "quantity",
     "error",
     "seconds",
     "seconds_low",
@@ -42,6 +44,7 @@ class _Entry:
     run: Trajectory | None = None
     why: str = ""
     warm: float = field(default=0.0)
+    times: int = 1  # the run's duration that the timed call covers
 
 
 def work_precision(
@@ -49,17 +52,27 @@ def work_precision(
 ) -> pd.DataFrame:
     """One row for each problem, contender and setting.
 
+    quantity      whose error it is: position or attitude
     error         largest distance of a body from the truth at the end, in the problem's unit of
-                  length; NaN for the truth itself and for a run that failed
+                  length, or largest entry of R - R_truth; NaN for the truth itself and for a run
+                  that failed
     seconds       median over rounds in which all settings take their turn; seconds_low and
-                  seconds_high are the fastest and the slowest round. galvi's table and the compiled
-                  kernels are ready; building REBOUND's simulation (below a millisecond) is included
+                  seconds_high are the fastest and the slowest round. galvi's table, the compiled
+                  kernels and MuJoCo's models are ready; building REBOUND's simulation (below a
+                  millisecond) is included. Of rigid bodies, from runs that go on: see
+                  `benchmarks.prolonged`
     evaluations   of the force at one configuration; NaN when the engine does not count
     status        empty; 'truth'; a warning about the error; or why the run failed
     reference     the truth, and how far it can be trusted
     """
-    tables = [_study(arena, 0.01 if quick else 0.2, report) for arena in arenas(quick)]
+    tables = [_study(arena, _least(arena, quick), report) for arena in arenas(quick)]
     return pd.concat(tables, ignore_index=True)
+
+
+def _least(arena: Arena, quick: bool) -> float:
+    """Seconds of each setting's turn in a round; less where runs are made that long."""
+    least = 0.01 if quick else 0.2
+    return 0.5 * least if arena.prolonged else least
 
 
 def _study(arena: Arena, least: float, report: Callable[[str], None]) -> pd.DataFrame:
@@ -79,8 +92,14 @@ def _study(arena: Arena, least: float, report: Callable[[str], None]) -> pd.Data
                 entry.why = contender.missing
             else:
                 entry.run, entry.warm = warmed(entry.call)
+            if arena.prolonged and entry.run is not None and entry.run.success:
+                longer = prolonged(
+                    contender, arena.problem, arena.duration, setting, entry.warm, least
+                )
+                entry.call, entry.warm, entry.times = longer.call, longer.seconds, longer.times
+                entry.why = longer.failure and f"Not timed, it fails later: {longer.failure}"
             entries.append(entry)
-    timed = [entry for entry in entries if entry.run is not None and entry.run.success]
+    timed = [e for e in entries if e.run is not None and e.run.success and not e.why]
     report(f"{arena.problem.name}: {ROUNDS} rounds")
     timings = dict(
         zip(
@@ -90,7 +109,7 @@ def _study(arena: Arena, least: float, report: Callable[[str], None]) -> pd.Data
         )
     )
     return pd.DataFrame(
-        [_row(arena, entry, truth.end, truth, timings.get(id(entry))) for entry in entries],
+        [_row(arena, entry, truth, timings.get(id(entry))) for entry in entries],
         columns=list(COLUMNS),
     )
 
@@ -99,17 +118,15 @@ def _without_truth(arena: Arena, why: str) -> pd.DataFrame:
     """The study's rows when the engine of its truth is absent: nothing was measured."""
     rows = [
         {"problem": arena.problem.name, "contender": label, "settings": _readable(setting),
-         "status": why, "reference": why}
+         "quantity": arena.quantity, "status": why, "reference": why}
         for label, _, settings in arena.entries
         for setting in settings
     ]  # fmt: skip
-    numbers = {name: "float64" for name in COLUMNS[3:9]}
+    numbers = {name: "float64" for name in COLUMNS[4:10]}
     return pd.DataFrame(rows, columns=list(COLUMNS)).astype(numbers)
 
 
-def _row(
-    arena: Arena, entry: _Entry, end: Any, truth: Any, timing: Timing | None
-) -> dict[str, Any]:
+def _row(arena: Arena, entry: _Entry, truth: Truth, timing: Timing | None) -> dict[str, Any]:
     nan = float("nan")
     counts: Mapping[str, int] = entry.run.counts if entry.run is not None else {}
     error, status = nan, entry.why
@@ -118,17 +135,18 @@ def _row(
     elif entry.run is not None and truth.is_from(entry.contender):
         status = TRUTH
     elif entry.run is not None:
-        error = float(np.max(np.linalg.norm(entry.run.q[-1] - end, axis=-1)))
-        if error < 10.0 * truth.error:
+        error = arena.distance(entry.run.q[-1], truth.end)
+        if error < 10.0 * truth.error and not status:
             status = "The error is below ten times that of the truth: take it as a bound."
     return {
         "problem": arena.problem.name,
         "contender": entry.contender,
         "settings": entry.settings,
+        "quantity": arena.quantity,
         "error": error,
-        "seconds": timing.seconds if timing else nan,
-        "seconds_low": timing.low if timing else nan,
-        "seconds_high": timing.high if timing else nan,
+        "seconds": timing.seconds / entry.times if timing else nan,
+        "seconds_low": timing.low / entry.times if timing else nan,
+        "seconds_high": timing.high / entry.times if timing else nan,
         "evaluations": float(counts.get("force_evaluations", nan)),
         "steps": float(counts.get("steps", nan)),
         "status": status,

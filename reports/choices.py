@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import pandas as pd
 
 from benchmarks.fronts import TRUTH
-from reports.matched import heading, is_ours
+from reports.matched import errors_of, heading, is_ours
 from reports.numerals import known, readable, seconds
 
 NOBODY = "not reached"
+ALL, OURS, ENGINE = "all", "galvi", "MuJoCo"  # among whom one may have to choose
+AMONG = {ALL: ALL, OURS: "galvi's", ENGINE: "MuJoCo's"}
 
 
-def choices(frame: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
-    """For each problem and error: the run of least time among all, and among galvi's.
+def choices(frame: pd.DataFrame, errors: Sequence[float] | None = None) -> pd.DataFrame:
+    """For each problem and error: the run of least time among all, among galvi's, and, where they
+    took part, among MuJoCo's integrators.
 
-    A run that is the truth of the others reaches every error; its own is not known.
+    A run that is the truth of the others reaches every error; its own is not known. Without errors,
+    those at which the problem's contenders are compared.
 
-    Columns problem, asked, of ("all" or "galvi"), contender, settings, error, seconds.
+    Columns problem, asked, of ("all", "galvi" or "MuJoCo"), contender, settings, error, seconds.
     """
     rows = []
     for problem, runs in frame.groupby("problem", sort=False):
-        for asked in errors:
-            for of, among in (("all", runs), ("galvi", runs[runs["contender"].map(is_ours)])):
+        groups = {ALL: runs, OURS: _of(runs, is_ours), ENGINE: _of(runs, _is_mujoco)}
+        if not groups[ENGINE]["seconds"].notna().any():
+            del groups[ENGINE]
+        for asked in errors_of(runs) if errors is None else errors:
+            for of, among in groups.items():
                 reached = (among["error"] <= asked) | (among["status"] == TRUTH)
                 good = among[reached & (among["seconds"] > 0)]
                 best = good.loc[good["seconds"].idxmin()] if len(good) else {}
@@ -43,16 +50,40 @@ def choices(frame: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
 
 
 def readable_choices(table: pd.DataFrame, problem: str) -> pd.DataFrame:
-    """As text: a line for each error, and another for galvi's best where a peer is faster."""
+    """As text: a line for each error, and others for the best of galvi and of MuJoCo where somebody
+    else is faster.
+    """
     lines = []
     rows = table[table["problem"] == problem]
-    for asked, pair in rows.groupby("asked", sort=False):
-        first, ours = (pair[pair["of"] == of].iloc[0] for of in ("all", "galvi"))
-        same = first["contender"] == ours["contender"]
-        lines.append(_line(heading(asked), "all", first))
-        if not same:
-            lines.append(_line(heading(asked), "galvi's", ours))
+    for asked, chosen in rows.groupby("asked", sort=False):
+        first = chosen[chosen["of"] == ALL].iloc[0]
+        for _, row in chosen.iterrows():
+            if row["of"] == ALL or row["contender"] != first["contender"]:
+                lines.append(_line(heading(asked), AMONG[row["of"]], row))
     return pd.DataFrame(lines)
+
+
+def of_mujoco(table: pd.DataFrame, problem: str) -> str:
+    """A sentence on which of MuJoCo's integrators to choose for which error; empty without them."""
+    rows = table[(table["problem"] == problem) & (table["of"] == ENGINE)]
+    if rows.empty:
+        return ""
+    said = [
+        f"{contender} for {', '.join(map(heading, chosen['asked']))}"
+        for contender, chosen in rows.groupby("contender", sort=False)
+        if contender != NOBODY
+    ]
+    none = [heading(asked) for asked in rows.loc[rows["contender"] == NOBODY, "asked"]]
+    said += [f"none reaches {', '.join(none)}"] if none else []
+    return f"Of MuJoCo's integrators, the fastest at an error: {'; '.join(said)}."
+
+
+def _of(runs: pd.DataFrame, belongs: Callable[[str], bool]) -> pd.DataFrame:
+    return runs[runs["contender"].map(belongs)]
+
+
+def _is_mujoco(contender: str) -> bool:
+    return contender.startswith(ENGINE)
 
 
 def _line(asked: str, what: str, row: pd.Series) -> dict[str, str]:

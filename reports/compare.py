@@ -9,7 +9,7 @@ import pandas as pd
 from benchmarks.targets_met import targets_met
 from reports.atomic import write
 from reports.choices import choices
-from reports.matched import ERRORS, matched, smallest
+from reports.matched import matched, smallest
 from reports.order import Order
 from reports.origins import note_origin
 from reports.progress import Studies
@@ -52,7 +52,7 @@ def compare(suite: Suite, order: Order) -> Compared:
     found = tuple((table, rows) for table, rows in others if rows is not None)
     runs = pd.DataFrame() if frame is None else frame
     ratios = matched(runs) if len(runs) else runs
-    chosen = choices(runs, ERRORS) if len(runs) else runs
+    chosen = choices(runs) if len(runs) else runs
     ends = smallest(runs) if len(runs) else runs
     aims = targets_met(runs, suite.targets) if len(runs) else runs
     named = [(table.name, rows) for table, rows in found]

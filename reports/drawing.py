@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchmarks.arena import ATTITUDE, POSITION
 from reports.atomic import write
 from reports.compare import Compared
 from reports.figures.catalogue import FIGURES
@@ -33,19 +34,32 @@ def slug(problem: str) -> str:
     return "work-precision-" + re.sub(r"[^a-z0-9]+", "-", problem.lower()).strip("-")
 
 
-def comparison_figure(problem: str, contenders: Sequence[str]) -> Figure:
-    """Errors against times on one problem; each of the contenders has its look on all problems."""
+UNITS = {
+    POSITION: "In the problem's unit of length",
+    ATTITUDE: "Largest entry of R - R_true",
+}
+MORE = {
+    POSITION: "Where a peer's run serves as the truth, a dotted upright line marks its time.",
+    ATTITUDE: "Solid: polynomials in the Cayley chart; dash-dotted: in the exponential one.",
+}
+
+
+def comparison_figure(problem: str, contenders: Sequence[str], quantity: str = POSITION) -> Figure:
+    """Errors of a quantity against times on one problem; each of the contenders has its look.
+
+    contenders  of all problems with errors of that quantity
+    """
     return Figure(
         name=slug(problem),
         title=f"{capital(problem)}: error against time",
         draw=work_precision,
         options={
-            "ylabel": "error of the position at the end",
+            "ylabel": f"error of the {quantity} at the end",
             "contenders": tuple(contenders),
         },
-        caption="In the problem's unit of length. Medians, with the fastest and the slowest round. "
-        "Blue: galvi; dashed: peers; hollow: runs that another of the same contender beats. Where "
-        "a peer's run serves as the truth, a dotted upright line marks its time.",
+        caption=f"{UNITS[quantity]}. Medians, with the fastest and the slowest round. "
+        "Blue: galvi; dashed: peers; hollow: runs that another of the same contender beats. "
+        f"{MORE[quantity]}",
         size=(6.4, 4.8),
     )
 
@@ -68,9 +82,12 @@ def draw(
         source = figure.read(checked)
         _add(gallery, figure, None if source is None else source.frame)
     if compared.work_precision is not None:
-        contenders = compared.work_precision["contender"].drop_duplicates()
-        for problem, runs in compared.work_precision.groupby("problem", sort=False):
-            _add(gallery, comparison_figure(str(problem), contenders), runs)
+        table = compared.work_precision
+        for problem, runs in table.groupby("problem", sort=False):
+            alike = table[table["quantity"] == runs["quantity"].iloc[0]]
+            contenders = alike["contender"].drop_duplicates()
+            figure = comparison_figure(str(problem), contenders, runs["quantity"].iloc[0])
+            _add(gallery, figure, runs)
     _add(gallery, COST_FIGURE, compared.cost)
     for one in studied:
         for figure in one.study.figures:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import pandas as pd
 
+from benchmarks.arena import ATTITUDE
 from benchmarks.fronts import NOT_REACHED, OURS, at_smallest, ratios
 from reports.numerals import TIMES, known, readable, seconds
 
 ERRORS = (1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 5e-11)
+OF_ATTITUDES = (1e-2, 1e-4, 7e-6, 1e-8, 1e-10, 2e-11, 1e-11, 1e-12, 1e-13)
 SMALLEST = "its smallest error"
 OURS_BEGIN = "galvi"
 
@@ -17,9 +19,15 @@ def is_ours(contender: str) -> bool:
     return contender.startswith(OURS_BEGIN)
 
 
+def errors_of(runs: pd.DataFrame) -> tuple[float, ...]:
+    """The errors at which one problem's contenders are compared: what has them decides."""
+    return OF_ATTITUDES if (runs["quantity"] == ATTITUDE).all() else ERRORS
+
+
 def matched(frame: pd.DataFrame) -> pd.DataFrame:
     """problem, contender, error, seconds, ratio; see `benchmarks.fronts.ratios`."""
-    return ratios(frame, ERRORS)
+    found = [ratios(runs, errors_of(runs)) for _, runs in frame.groupby("problem", sort=False)]
+    return pd.concat(found, ignore_index=True) if found else ratios(frame, ())
 
 
 def smallest(frame: pd.DataFrame) -> pd.DataFrame:

@@ -9,7 +9,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from benchmarks.targets import SOURCE
 from benchmarks.targets_met import MET, MISSED
 from reports.numerals import TIMES, capital, known, readable
 from reports.terminal import WIDTH
@@ -20,9 +19,9 @@ REMARK = "remark"
 NUMBERS = ("error", "target", "measured")
 STYLES: Mapping[str, str] = {MET: "green", MISSED: "bold red"}
 TEXT = (
-    "Time of a peer over that of the fastest galvi method at the same error of the position, "
-    "against what was aimed at before anything was measured. The fastest setting of a peer counts, "
-    "and a target is missed too when galvi does not reach the error."
+    "Time of a peer over that of the fastest galvi method at the same error of the position, or "
+    "of the attitude, against what was aimed at before anything was measured. The fastest setting "
+    "of a peer counts, and a target is missed too when galvi does not reach the error."
 )
 QUICK = "These are the quick setting's runs, which are shorter than those that the targets are for."
 
@@ -53,7 +52,8 @@ def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]
 def summary(frame: pd.DataFrame) -> str:
     """How many are met, in one sentence, and whose numbers these targets are."""
     counts = ", ".join(f"{n} {name}" for name, n in frame["verdict"].value_counts().items())
-    return f"{len(frame)} targets: {counts}. Source: {SOURCE}."
+    asked = list(frame["source"].drop_duplicates())
+    return f"{len(frame)} targets: {counts}. {_sources(asked)}"
 
 
 def show_targets(frame: pd.DataFrame, quick: bool, console: Console | None = None) -> None:
@@ -74,6 +74,10 @@ def show_targets(frame: pd.DataFrame, quick: bool, console: Console | None = Non
     for _, row in frame[frame["remark"] != ""].iterrows():
         console.print(Text(f"{row['problem']}, {row['against']}, own error: {row['remark']}"))
     console.print(Text(summary(frame) + (f" {QUICK}" if quick else "")))
+
+
+def _sources(asked: list[str]) -> str:
+    return f"Source{'s' if len(asked) > 1 else ''}: {'; '.join(asked)}."
 
 
 def _target(ratio: float) -> str:

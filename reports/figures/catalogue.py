@@ -1,4 +1,4 @@
-"""The figures of H in V1 to V11 (1.1 and 2.3 to 2.15), each as data."""
+"""The figures of H: those of V1 to V11 (1.1 and 2.3 to 2.15), and of the claims on groups."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from reports.figures.figure import Figure
 from reports.figures.history import history
 from reports.figures.orbits import orbits
 from reports.figures.paths import Panel, paths
+from reports.figures.pendulum_figures import PENDULUM_FIGURES
 from reports.figures.rate import Rate
+from reports.figures.rigid_bodies import RIGID_BODIES
 
 N = "n-refinement"
 HOLLOW = (
@@ -242,4 +244,6 @@ FIGURES: tuple[Figure, ...] = (
         "equatorial plane of the ICRF.",
         size=(6.0, 6.0),
     ),
+    *RIGID_BODIES,
+    *PENDULUM_FIGURES,
 )  # fmt: skip

@@ -29,15 +29,17 @@ def in_order(names: Iterable[str], ours: Callable[[str], bool]) -> list[str]:
 def contender_looks(names: Iterable[str], ours: Callable[[str], bool]) -> dict[str, dict[str, str]]:
     """Colour and marker of each name, in the order of `in_order`.
 
-    Blues that darken with the degree for galvi; for peers a hue for each family (what stands before
-    a comma) and a shade for each member. Markers repeat after 13 on either side, and never with the
-    same colour up to 11 families of 3.
+    Blues that darken with the degree for galvi, in every chart; for peers a hue for each family
+    (what stands before a comma) and a shade for each member. Markers repeat after 13 on either
+    side, and never with the same colour up to 11 families of 3.
     """
     ordered = in_order(names, ours)
     mine = [name for name in ordered if ours(name)]
+    degrees = list(dict.fromkeys(map(_family, mine)))
+    blues = dict(zip(degrees, _blues(len(degrees)), strict=True))
     looks = {
-        name: {"color": color, "marker": MARKERS[k % len(MARKERS)]}
-        for k, (name, color) in enumerate(zip(mine, _blues(len(mine)), strict=True))
+        name: {"color": blues[_family(name)], "marker": MARKERS[k % len(MARKERS)]}
+        for k, name in enumerate(mine)
     }
     families: dict[str, list[str]] = {}
     peers = [name for name in ordered if not ours(name)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import pandas as pd
 from matplotlib.axes import Axes
@@ -33,7 +34,7 @@ def work_precision(
         runs = measured[measured["contender"] == name]
         if runs.empty:
             continue
-        line = {"linestyle": "-" if is_ours(name) else (0, (4, 2)), "markersize": 5.5, **look}
+        line = {"linestyle": dashes(name), "markersize": 5.5, **look}
         _intervals(axes, runs, look)
         axes.plot(runs["seconds"], runs["error"], **{**line, "linestyle": "none", "mfc": "white"})
         best = fronts[fronts["contender"] == name]
@@ -56,6 +57,13 @@ def work_precision(
     decades(axes.yaxis)
     readable(axes.xaxis)
     axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+
+
+def dashes(contender: str) -> Any:
+    """Solid for galvi, dash-dotted in the exponential chart; dashed for peers."""
+    if not is_ours(contender):
+        return (0, (4, 2))
+    return (0, (6, 1.5, 1, 1.5)) if contender.endswith("exponential") else "-"
 
 
 def _intervals(axes: Axes, runs: pd.DataFrame, look: Mapping[str, str]) -> None:

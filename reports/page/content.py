@@ -9,11 +9,12 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.claim import Claim
-from reports.choices import readable_choices
+from reports.choices import of_mujoco, readable_choices
 from reports.compare import Compared
 from reports.cost_table import readable_cost
 from reports.drawing import COST_FIGURE, Gallery, slug
 from reports.figures.figure import Picture
+from reports.generality import generality
 from reports.matched import fastest_cells, readable_ratios
 from reports.numerals import capital
 from reports.order import Order
@@ -62,13 +63,15 @@ class Aims:
 
 @dataclass(frozen=True)
 class Duel:
-    """A problem that contenders were compared on."""
+    """A problem that contenders were compared on; notes and advice are made from the times."""
 
     title: str
     picture: Picture | None
     reference: str
     ratios: Grid
     choices: Grid
+    advice: str
+    notes: tuple[str, ...]
     is_truth: tuple[str, ...]
     remarks: tuple[str, ...]
 
@@ -153,6 +156,8 @@ def _duels(compared: Compared, gallery: Gallery) -> list[Duel]:
                     best=fastest_cells(compared.ratios, name),
                 ),
                 choices=grid(chosen, dict.fromkeys(("error", "time"), "number")),
+                advice=of_mujoco(compared.choices, name),
+                notes=tuple(filter(None, (generality(runs),))),
                 is_truth=tuple(runs[runs["status"] == "truth"]["contender"].drop_duplicates()),
                 remarks=tuple(
                     f"{row['contender']}, {row['settings']}: {row['status']}"

@@ -137,3 +137,10 @@ def test_the_halves_tell_a_power_from_a_geometric_fall() -> None:
     assert late.rate == pytest.approx(early.rate)
     early, late = fits.halves(n, 1.0 * n**-4.0, floor=FLOOR)
     assert late.rate > early.rate + 2.0 * (early.uncertainty + late.uncertainty)
+
+
+def test_the_worst_ratio_is_that_of_errors_in_the_window() -> None:
+    errors = [0.5, 1e-2, 1e-3, 5e-4, 1e-6, 1e-13, 1e-13]
+    assert math.isclose(fits.worst_ratio(errors, floor=FLOOR), 0.5)
+    assert math.isnan(fits.worst_ratio(errors[:3], floor=FLOOR))
+    assert fits.worst_ratio(1.0 / np.arange(4.0, 40.0) ** 4, floor=FLOOR) > 0.89

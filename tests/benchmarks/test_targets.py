@@ -8,9 +8,9 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from benchmarks.arena import arenas
+from benchmarks.arenas import arenas
 from benchmarks.fronts import NOT_REACHED
-from benchmarks.targets import SOURCE, TARGETS, Target
+from benchmarks.targets import ORBITS, TARGETS, TURNS, Target
 from benchmarks.targets_met import COLUMNS, MET, MISSED, NOT_RUN, targets_met
 
 GALVI, PEER = "galvi degree 8, Gauss 8", "peer"
@@ -123,4 +123,5 @@ def test_every_target_names_contenders_that_take_part(quick: bool) -> None:
     assert {problem for problem, _, error in asked if error is None} == {
         problem for problem, _, _ in asked
     }
-    assert "issue 4" in SOURCE
+    assert {target.source for target in TARGETS} == {ORBITS, TURNS}
+    assert "issue 4" in ORBITS and "issue 7" in TURNS

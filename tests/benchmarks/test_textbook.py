@@ -15,6 +15,8 @@ METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
         (galvi.problems.harmonic_oscillator(), 0.5),
         (galvi.problems.kepler(0.4), 0.2),
         (galvi.problems.solar_system(), 5.0),
+        (galvi.problems.free_rigid_body(), 0.2),
+        (galvi.problems.pendulum_3d(), 0.2),
     ],
     ids=lambda value: getattr(value, "name", None),
 )
@@ -26,6 +28,13 @@ def test_invariants_are_those_of_galvi(problem, step):
         found = textbook.angular_momentum(problem, run.q, v)
         exact = galvi.momentum_map(run)
         assert np.allclose(found, exact, rtol=1e-12, atol=1e-14 * np.abs(exact).max())
+
+
+def test_the_energy_of_a_thrown_body_is_that_of_galvi():
+    problem = galvi.problems.free_body_se3(g=(0.1, -0.2, -1.0))
+    run = galvi.integrate(problem, METHOD, 0.2, 20)
+    v = problem.system.velocity(run.p)
+    assert np.allclose(textbook.energy(problem, run.q, v), galvi.energy(run), rtol=1e-13)
 
 
 def test_a_system_without_a_formula_is_refused():

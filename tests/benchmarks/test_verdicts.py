@@ -128,3 +128,12 @@ def test_a_history_with_a_hole_or_too_short_is_not_judged() -> None:
 
 def test_no_error_at_all_does_not_grow() -> None:
     assert verdicts.no_growth(verdicts.drift(np.arange(9.0), np.zeros(9)), 0.0) == HOLDS
+
+
+@pytest.mark.parametrize(
+    ("worst", "verdict"), [(0.09, HOLDS), (0.11, CONTRADICTED), (NAN, NOT_RUN)]
+)
+def test_every_n_has_to_gain(worst: float, verdict: str) -> None:
+    assert verdicts.every_n_gains(fit(0.05), worst, 0.1) == verdict
+    assert verdicts.every_n_gains(fit(NAN), 0.05, 0.1) == NOT_RUN
+    assert verdicts.every_n_gains(replace(fit(0.05), relapse=True), 0.05, 0.1) == CONTRADICTED

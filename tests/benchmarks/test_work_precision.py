@@ -14,11 +14,11 @@ from benchmarks.arena import (
     Arena,
     Truth,
     applegate,
-    arenas,
     kepler,
     outer_solar_system,
     solar_system,
 )
+from benchmarks.arenas import arenas
 from benchmarks.cost import COLUMNS as COST
 from benchmarks.cost import cost_table
 
@@ -117,7 +117,8 @@ def test_applegate_s_planets_meet_every_contender_of_the_outer_planets() -> None
 
 def test_the_quick_report_leaves_applegate_out() -> None:
     names = [[arena.problem.name for arena in arenas(quick)] for quick in (True, False)]
-    assert names[1] == [*names[0], "outer solar system after Applegate"]
+    assert set(names[1]) - set(names[0]) == {"outer solar system after Applegate"}
+    assert set(names[0]) < set(names[1])
 
 
 @pytest.mark.parametrize("quick", [True, False])

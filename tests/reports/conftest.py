@@ -13,10 +13,15 @@ from benchmarks.claim import Claim, Row
 from benchmarks.tidy import frame, row
 from reports.figures.catalogue import FIGURES
 from reports.figures.convergence import convergence_in_h, convergence_in_n
+from reports.figures.departures import departures
 from reports.figures.energies import energies
 from reports.figures.figure import Figure
 from reports.figures.history import history
+from reports.figures.jumps import jumps
+from reports.figures.limits import limits
+from reports.figures.momentum_spheres import momentum_spheres
 from reports.figures.paths import paths
+from reports.figures.sphere import sphere
 from reports.suite import Suite, Table
 
 ROW = Row(
@@ -69,6 +74,7 @@ def work_precision(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
                 "problem": "kepler e=0.6",
                 "contender": contender,
                 "settings": settings,
+                "quantity": "position",
                 "error": error,
                 "seconds": seconds,
                 "seconds_low": 0.9 * seconds,
@@ -140,6 +146,16 @@ def frame_for(figure: Figure) -> pd.DataFrame:
         rows = _energies(figure.options)
     elif figure.draw is paths:
         rows = _paths(figure.options)
+    elif figure.draw is sphere:
+        rows = _on_spheres(figure.options)
+    elif figure.draw is momentum_spheres:
+        rows = _momenta(figure.options)
+    elif figure.draw is departures:
+        rows = _departures(figure.options)
+    elif figure.draw is jumps:
+        rows = _jumps(figure.options)
+    elif figure.draw is limits:
+        rows = _limits(figure.options)
     else:
         rows = _orbits(figure.options)
     return frame(rows)
@@ -184,6 +200,62 @@ def _paths(options: Mapping[str, object]) -> list[dict[str, object]]:
         for body in options["bodies"]
         for t in np.linspace(0.0, 6.0, 50)
     ]
+
+
+def _on_spheres(options: Mapping[str, object]) -> list[dict[str, object]]:
+    return [
+        row(study=study, quantity=options[kind], t=t, x=np.sin(t), y=0.0, z=np.cos(t))
+        for study in options["panels"]
+        for kind, count in (("curve", 100), ("ends", 10))
+        for t in np.linspace(0.0, 6.0, count)
+    ]
+
+
+def _momenta(options: Mapping[str, object]) -> list[dict[str, object]]:
+    """Two starts of one energy, which the ellipsoid is of, and another one."""
+    starts = {"0": (0.6, 0.8), "1": (0.6, -0.8), "2": (0.8, 0.6)}
+    return [
+        row(study=study, quantity="momentum", label=label, t=t, x=x, y=y * (-1) ** t, z=0.0)
+        for study in sorted({panel.study for panel in options["panels"]})
+        for label, (x, y) in starts.items()
+        for t in range(20)
+    ]
+
+
+def _departures(options: Mapping[str, object]) -> list[dict[str, object]]:
+    return [
+        row(study=study, quantity=quantity, t=t, value=0.0 if k == 2 else 1e-9 * t)
+        for quantity in options["quantities"]
+        for k, study in enumerate(options["labels"])
+        for t in range(30)
+    ]
+
+
+def _jumps(options: Mapping[str, object]) -> list[dict[str, object]]:
+    """Runs of which the last ends early, and single steps of which some were not solved."""
+    rows = [
+        row(study=study, quantity=options["quantity"], t=t, value=1e-15 * (t + k),
+            status="It failed." if k == len(options["runs"]) - 1 else "")
+        for k, study in enumerate(options["runs"])
+        for t in np.linspace(0.0, 30.0, 51)[: 51 - 10 * k]
+    ]  # fmt: skip
+    for study in options["steps"]:
+        for t in np.linspace(0.0, 10.0, 21):
+            change = np.nan if t > 8.0 else 10.0 ** (t - 16.0)
+            rows += [
+                row(study=study, quantity=options["turn"], t=t, value=0.3 * t),
+                row(study=study, quantity=options["change"], t=t, value=change),
+            ]
+    return rows
+
+
+def _limits(options: Mapping[str, object]) -> list[dict[str, object]]:
+    return [
+        row(study=study, quantity=options["quantity"], step=turn,
+            value=1e-15 if turn < limit else np.nan)
+        for study, (limit, _) in options["charts"].items()
+        for turn in np.linspace(0.1, 7.5, 40)
+    ]  # fmt: skip
 
 
 def _orbits(options: Mapping[str, object]) -> list[dict[str, object]]:

@@ -7,8 +7,10 @@ import itertools
 import numpy as np
 from matplotlib.colors import to_rgb
 
-from benchmarks.arena import arenas
+from benchmarks.arena import ATTITUDE, POSITION
+from benchmarks.arenas import arenas
 from reports.figures.contender_looks import BLUES, FAMILIES, MARKERS, contender_looks, in_order
+from reports.figures.work_precision import dashes
 from reports.matched import is_ours
 
 APART = 20.0  # in CIELAB, of two with one marker; 54 when this was written, 36 of 22 made-up names
@@ -39,8 +41,10 @@ def nearest(looks: dict[str, dict[str, str]], one_marker: bool) -> float:
     )
 
 
-def contenders() -> list[str]:
-    return [label for arena in arenas(False) for label, _, _ in arena.entries]
+def contenders(quantity: str = POSITION) -> list[str]:
+    """Of the studies that share a legend."""
+    alike = [arena for arena in arenas(False) if arena.quantity == quantity]
+    return [label for arena in alike for label, _, _ in arena.entries]
 
 
 def test_galvi_comes_first_by_degree_and_peers_follow_by_family():
@@ -62,6 +66,21 @@ def test_nobody_in_the_report_can_be_taken_for_another():
     for mine in (True, False):
         side = [look["marker"] for name, look in looks.items() if is_ours(name) is mine]
         assert len(set(side)) == len(side)
+
+
+def test_both_charts_of_a_degree_share_a_blue_and_no_marker():
+    looks = contender_looks(contenders(ATTITUDE), is_ours)
+    mine = {name: look for name, look in looks.items() if is_ours(name)}
+    assert len(mine) == 10 and len({look["marker"] for look in mine.values()}) == 10
+    for name, look in mine.items():
+        if name.endswith("Cayley"):
+            other = mine[name.replace("Cayley", "exponential")]
+            assert other["color"] == look["color"] and dashes(name) == "-" != dashes(
+                name.replace("Cayley", "exponential")
+            )
+    degrees = {name: look for name, look in looks.items() if not name.endswith("exponential")}
+    assert nearest(degrees, one_marker=True) > APART
+    assert nearest(degrees, one_marker=False) > SHARED
 
 
 def test_twenty_and_more_are_told_apart():

@@ -11,14 +11,22 @@ import pandas as pd
 import pytest
 
 from benchmarks.brouwer import COLUMNS
+from benchmarks.engine_versions import COLUMNS as VERSIONS
+from benchmarks.free_spin import COLUMNS as SPIN
+from benchmarks.free_spin import marks
+from benchmarks.long_turning import COLUMNS as TURNING
+from benchmarks.long_turning import QUANTITIES
 from benchmarks.scaling import COLUMNS as SCALING
 from benchmarks.walkers import KEPT
 from reports.brouwer_table import brouwer_table
 from reports.commands import run
+from reports.engine_versions_table import engine_versions_table
 from reports.figures.figure import picture
 from reports.figures.nothing import NothingToDraw
+from reports.free_spin_table import free_spin_table
 from reports.own_sections import NUMBER_OF_BODIES, ROUND_OFF, STUDIES
 from reports.scaling_table import scaling_table
+from reports.turning_table import turning_table
 
 
 def walks(
@@ -63,7 +71,65 @@ def scaling(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
     return pd.DataFrame([*rows, absent], columns=list(SCALING))
 
 
-FRAMES = {"brouwer": brouwer, "scaling": scaling}
+def versions(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+    """RK4 of order 2 in an old version and 4 in a new one; a third cannot be installed."""
+    rows = [
+        {"engine": f"mujoco {name}", "joint": joint, "integrator": "RK4", "step": 0.1 / 2**k,
+         "attitude_error": size * 2.0 ** (-k * order), "energy_error": 1e-12, "status": "",
+         "commit": "", "date": ""}
+        for name, order, size in (("3.10.0", 2, 1e-3), ("3.6.0", 2, 1e-3), ("4.0.1", 4, 1e-6))
+        for joint in ("ball", "free")
+        for k in range(9)
+    ]  # fmt: skip
+    blank = dict.fromkeys(("step", "attitude_error", "energy_error"), np.nan)
+    absent = {"engine": "mujoco 9.9.9", "joint": "", "integrator": "", "status": "No such version."}
+    return pd.DataFrame([*rows, {**blank, **absent}], columns=list(VERSIONS))
+
+
+def turning(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+    """Rotations that stay, momenta that walk, energies that drift."""
+    rng = np.random.default_rng(2)
+    rows = []
+    for k in range(8):
+        path = 1e-16 * np.cumsum(rng.standard_normal(100))
+        rows += [
+            {"contender": "galvi degree 8", "settings": "h = 0.2", "steps": 1000, "member": k,
+             "done": 10 * n, "orthogonality": 3e-16 * (1.0 + rng.random()),
+             "momentum": abs(path[n - 1]), "energy": 1e-17 * n * (1.0 + 0.1 * rng.random()),
+             "status": "", "commit": "", "date": ""}
+            for n in KEPT
+        ]  # fmt: skip
+    return pd.DataFrame(rows, columns=list(TURNING))
+
+
+def spins(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+    """galvi at round-off, a peer that drifts, one that fails and one that is absent."""
+    blank = dict.fromkeys(SPIN, np.nan) | {"problem": "free rigid body", "step": 0.01,
+                                           "turns": 1000.0, "commit": "", "date": ""}  # fmt: skip
+    rows = [
+        {**blank, "contender": who, "engine": engine, "turn": float(turn),
+         "energy_error": size * turn if turn < fails else np.nan,
+         "momentum_error": 1e-16 if turn < fails else np.nan,
+         "attitude_error": 1e-9 if turn == 1000 and turn < fails else np.nan,
+         "status": "" if turn < fails else "It burst."}
+        for who, engine, size, fails in (
+            ("galvi degree 4, Gauss 4, Cayley", "galvi", 1e-17, 9e9),
+            ("MuJoCo RK4, free joint", "mujoco 4.0.1", -1e-12, 9e9),
+            ("MuJoCo Euler, free joint", "mujoco 4.0.1", 1e-3, 300),
+        )
+        for turn in marks(1000)
+    ]  # fmt: skip
+    absent = {**blank, "contender": "MuJoCo implicit", "engine": "", "status": "Install it."}
+    return pd.DataFrame([*rows, absent], columns=list(SPIN))
+
+
+FRAMES = {
+    "brouwer": brouwer,
+    "scaling": scaling,
+    "free-spin": spins,
+    "engine-versions": versions,
+    "turning": turning,
+}
 
 
 @dataclass
@@ -93,19 +159,20 @@ def suite_with(make_suite):
         studies = [replace(one, measure=FRAMES[one.name]) for one in STUDIES]
         stored = pd.DataFrame(long, columns=list(COLUMNS))
         first = {"stored": lambda folder, report: stored, **fields}
-        return make_suite(studies=(replace(studies[0], **first), studies[1]))
+        rest = [replace(one, parts=None, stored=None) for one in studies[1:]]
+        return make_suite(studies=(replace(studies[0], **first), *rest))
 
     return make
 
 
-def test_a_build_shows_both_studies_with_tables_and_pictures(suite_with, tmp_path):
+def test_a_build_shows_the_studies_with_tables_and_pictures(suite_with, tmp_path):
     long = walks(1e6, commit="feedfacecafe", drift=1.0)
     assert run(lambda: suite_with(long), ["build", "--out", str(tmp_path)]) == 0
     page = (tmp_path / "index.html").read_text(encoding="utf-8")
-    for text in ("Round-off", "Number of bodies", "feedfacecafe", "2026-01-01", "drifts"):
+    for text in (*(study.title for study in STUDIES), "feedfacecafe", "2026-01-01", "drifts"):
         assert text in page
     assert "make studies" not in page
-    for name in ("brouwer", "scaling"):
+    for name in FRAMES:
         assert len(pd.read_csv(tmp_path / f"{name}.csv")) > 0
         assert (tmp_path / "tables" / f"{name}.md").stat().st_size > 0
     for name in ("brouwer", "scaling", "scaling-share"):
@@ -158,13 +225,16 @@ def test_a_part_that_raises_leaves_the_others(suite_with, tmp_path, capsys):
     assert (tmp_path / "studies" / "two").exists()
 
 
+NUMBERS = ("error", "share", "seconds_per_orbit", "energy_error", *QUANTITIES)
+
+
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
 def test_the_figures_draw_and_say_when_there_is_nothing(study):
     frame = FRAMES[study.name](True, print)
     for figure in study.figures:
         drawn = picture(figure, frame)
         assert (drawn.svg, drawn.png) == (picture(figure, frame).svg, picture(figure, frame).png)
-        failed = frame.assign(**{name: np.nan for name in ("error", "share", "seconds_per_orbit")})
+        failed = frame.assign(**{name: np.nan for name in NUMBERS})
         for nothing in (failed, frame.head(0), pd.DataFrame()):
             with pytest.raises(NothingToDraw):
                 picture(figure, nothing)
@@ -180,6 +250,40 @@ def test_the_tables_say_what_was_found():
     assert table["REBOUND IAS15"].iloc[0] == "not reached"
     assert table["REBOUND IAS15"].iloc[1].startswith("100")
     assert set(table["share of the limit"]) == {"0.50"}
+
+
+def test_versions_of_an_engine_are_told_by_their_orders():
+    frame = versions(True, print)
+    table = engine_versions_table(frame)[0]
+    assert list(table["engine"]) == [
+        f"mujoco {name}" for name in ("3.6.0", "3.10.0", "4.0.1", "9.9.9")
+    ]
+    assert list(table["order, ball"]) == ["2.00", "2.00", "4.00", ""]
+    assert list(table["attitude error, free"])[:2] == ["1.56·10⁻⁵"] * 2
+    assert list(table["status"]) == ["", "", "", "No such version."]
+    later = pd.concat([frame, frame.assign(engine="mujoco 9.9.9")], ignore_index=True)
+    assert "status" not in engine_versions_table(later)[0]
+    assert len(engine_versions_table(pd.concat([frame, frame]))[0]) == len(table)
+
+
+def test_what_grows_faster_than_a_random_walk_is_said_to() -> None:
+    table = turning_table(turning(True, print))[0].set_index("quantity")["verdict"]
+    found = [table[QUANTITIES[name]] for name in ("orthogonality", "momentum", "energy")]
+    assert found == ["at most the square root"] * 2 + ["faster than the square root"]
+    broken = turning(True, print).assign(momentum=np.nan)
+    assert "not judged" in set(turning_table(broken)[0]["verdict"])
+
+
+def test_long_spins_are_told_with_the_mark_that_they_came_to():
+    table, kinds = free_spin_table(spins(True, print))
+    lines = table.set_index("contender")
+    ours, drifting, burst, absent = (lines.iloc[k] for k in range(4))
+    assert ours["grows as turns^"] == "round-off" and drifting["grows as turns^"] == "1.0"
+    assert (drifting["turns"], drifting["attitude"]) == ("1000", "1.0·10⁻⁹")
+    assert drifting["energy, relative"] == "\u22121.0·10⁻⁹"
+    assert (burst["turns"], burst["status"], burst["attitude"]) == ("200", "It burst.", "")
+    assert absent["status"] == "Install it." and absent["energy, relative"] == ""
+    assert "commit" not in table and set(kinds) < set(table.columns)
 
 
 def test_the_studies_have_names_of_their_own():

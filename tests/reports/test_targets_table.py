@@ -8,10 +8,17 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
-from benchmarks.targets import TARGETS, Target
+from benchmarks.targets import ORBITS, TARGETS, TURNS, Target
 from benchmarks.targets_met import targets_met
 from reports.commands import run
-from reports.matched import ERRORS, SMALLEST, matched, readable_ratios, smallest
+from reports.matched import (
+    ERRORS,
+    OF_ATTITUDES,
+    SMALLEST,
+    matched,
+    readable_ratios,
+    smallest,
+)
 from reports.numerals import TIMES
 from reports.suite import load
 from reports.targets_table import QUICK, readable_targets, show_targets, summary
@@ -41,6 +48,7 @@ def test_each_verdict_stands_beside_what_was_measured(met):
     assert set(kinds) <= set(text.columns) and "remark" not in text
     assert "remark" in readable_targets(met.assign(remark="A bound."))[0]
     assert summary(met).startswith("5 targets: 2 not run, 1 missed, 1 not reached, 1 met. Source:")
+    assert summary(met.assign(source=["a", "b", "b", "a", "a"])).endswith("Sources: a; b.")
 
 
 def test_the_terminal_shows_them_and_nothing_when_there_are_none(met):
@@ -89,5 +97,7 @@ def test_each_contender_s_own_smallest_error_is_the_last_column(make_suite):
 
 def test_the_report_has_a_column_for_every_error_of_the_targets():
     assert load().targets == TARGETS
-    assert {target.error for target in TARGETS} - {None} <= set(ERRORS)
+    for source, columns in ((ORBITS, ERRORS), (TURNS, OF_ATTITUDES)):
+        asked = {target.error for target in TARGETS if target.source == source}
+        assert len(asked) > 1 and asked - {None} <= set(columns)
     assert {1e-4, 1e-6, 1e-8, 1e-10} <= set(ERRORS)

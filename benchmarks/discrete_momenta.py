@@ -1,0 +1,95 @@
+"""The momenta of a free body at both ends of each step, by differentiating the discrete Lagrangian.
+
+Only the curve R(t) of a run is used, and nothing that the run says of momenta: from its values in a
+step come xi(tau) = cay^-1(R_k^T R(t_k + tau h)) and its derivative, and from them
+L_d = h sum_j b_j w_j . J w_j / 2. By H 3.2.2 the momenta are mu = -D1 L_d and mu1 = D2 L_d, in left
+trivialisation; the curve is stationary, so that any variation with the right ends will do, such as
+xi + tau delta. Derivatives are complex steps, exact to round-off.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from galvi import RigidBody, Trajectory
+from galvi.arrays import Array
+
+TINY = 1e-30
+
+
+def discrete_momenta(run: Trajectory, n: int, stages: int) -> tuple[Array, Array]:
+    """-D1 L_d and D2 L_d of every step, both (steps, 3), of n basis functions with Gauss's rule of
+    so many stages in Cayley's chart. TypeError for a run that is not of a free RigidBody."""
+    system: Any = run.problem.system
+    if not isinstance(system, RigidBody) or system.potential is not None:
+        raise TypeError(f"these are formulas for a free RigidBody; received {system!r}.")
+    h, steps = float(run.t[1] - run.t[0]), len(run.t) - 1
+    nodes = 0.5 * (1.0 - np.cos(np.pi * (np.arange(n) + 0.5) / n))  # inside, so in one step each
+    times = run.t[:-1, None] + h * nodes
+    turned = np.swapaxes(run.q[:-1], -1, -2)[:, None] @ run(times.ravel()).reshape(steps, n, 3, 3)
+    points, weights = legendre.leggauss(stages)
+    tau, b = 0.5 * (points + 1.0), 0.5 * weights
+    fit = np.linalg.inv(legendre.legvander(2.0 * nodes - 1.0, n - 1))
+    xi = inverse_cayley(turned)
+    place, slope = (part @ fit for part in (_values(tau, n), _slopes(tau, n)))
+    at_end = _values(np.ones(1), n) @ fit
+    momentum = np.zeros((steps, 3))
+    for a in range(3):
+        delta = TINY * 1j * np.eye(3)[a]
+        moved = place @ xi + tau[:, None] * delta
+        rate = (slope @ xi + delta) / h
+        w = body_velocity(moved, rate)
+        action = h * np.sum(b * 0.5 * np.sum(w * (w @ system.inertia), axis=-1), axis=-1)
+        momentum[:, a] = action.imag / TINY
+    end = (at_end @ xi)[:, 0]
+    T = np.stack([body_velocity(end, np.broadcast_to(e, end.shape)) for e in np.eye(3)], axis=-1)
+    after = np.linalg.solve(np.swapaxes(T, -1, -2), momentum[..., None])[..., 0]
+    # Moving the base by eta and not the end turns the end by -R^T eta, seen from the base.
+    before = np.einsum("kij,kj->ki", cayley(end), after)
+    return before, after
+
+
+def cayley(xi: Array) -> Array:
+    """(I - X/2)^-1 (I + X/2), (..., 3, 3)."""
+    half = 0.5 * _hat(xi)
+    return np.asarray(np.linalg.solve(np.eye(3) - half, np.eye(3) + half))
+
+
+def inverse_cayley(R: Array) -> Array:
+    """xi with X/2 = (R - I)(R + I)^-1, (..., 3)."""
+    half = np.swapaxes(
+        np.linalg.solve(np.swapaxes(R + np.eye(3), -1, -2), np.swapaxes(R - np.eye(3), -1, -2)),
+        -1, -2,
+    )  # fmt: skip
+    return _vee(2.0 * half)
+
+
+def body_velocity(xi: Array, rate: Array) -> Array:
+    """The axis of R^-1 R', R' = (I - X/2)^-1 (X'/2)(I + R), (..., 3); complex ones too."""
+    R = cayley(xi)
+    half, rate = 0.5 * _hat(xi), 0.5 * _hat(rate)
+    turning = np.linalg.solve(np.eye(3) - half, rate @ (np.eye(3) + R))
+    return _vee(np.swapaxes(R, -1, -2) @ turning)
+
+
+def _hat(v: Array) -> Array:
+    x, y, z = np.moveaxis(v, -1, 0)
+    zero = np.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def _vee(X: Array) -> Array:
+    return np.stack([X[..., 2, 1], X[..., 0, 2], X[..., 1, 0]], axis=-1)
+
+
+def _values(tau: Array, n: int) -> Array:
+    return np.asarray(legendre.legvander(2.0 * tau - 1.0, n - 1))
+
+
+def _slopes(tau: Array, n: int) -> Array:
+    columns = [2.0 * legendre.legval(2.0 * tau - 1.0, legendre.legder(e)) for e in np.eye(n)]
+    return np.stack(columns, axis=-1)

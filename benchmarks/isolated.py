@@ -1,0 +1,55 @@
+"""An environment of its own, for a version of an engine that cannot live beside another."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+SECONDS = 900.0  # that an installation or a program may take
+
+
+class NotHere(Exception):
+    """An environment cannot be made, or its program failed; a sentence says why."""
+
+
+@contextmanager
+def environment(requirement: str, folder: Path) -> Iterator[Path]:
+    """The interpreter of a new virtual environment below the folder, which goes when it was used.
+
+    requirement  what is installed, with what that needs, e.g. "mujoco==3.6.0"
+
+    Raises NotHere with the reason when it cannot be had.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{requirement}-", dir=folder.absolute()) as place:
+        finished([sys.executable, "-I", "-m", "venv", place])
+        interpreter = Path(place) / "bin" / "python"
+        pip = [str(interpreter), "-I", "-m", "pip", "install", "--quiet", "--only-binary=:all:"]
+        finished([*pip, "--disable-pip-version-check", requirement])
+        yield interpreter
+
+
+def finished(command: Sequence[str], text: str = "") -> str:
+    """What a command writes when it is given the text; NotHere with the reason when it fails."""
+    try:
+        done = subprocess.run(
+            command, input=text, capture_output=True, text=True, timeout=SECONDS, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise NotHere(f"{type(error).__name__}: {_readable(str(error))}") from None
+    if done.returncode:
+        told = [line for line in done.stderr.splitlines() if line.strip()]
+        errors = [line for line in told if "error" in line.lower()]
+        raise NotHere(_readable((errors or told or [f"exit status {done.returncode}"])[-1]))
+    return done.stdout
+
+
+def _readable(text: str) -> str:
+    """Without addresses and folders, which say nothing to the reader of a page."""
+    kept = re.sub(r"\S*(?:://|[\\/])\S*", "...", text.strip())
+    return kept.removeprefix("ERROR: ")[:200]

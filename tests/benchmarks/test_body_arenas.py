@@ -1,0 +1,158 @@
+"""Rigid bodies as arenas: who takes part, how they are timed, and a wrong torque that is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import galvi
+from benchmarks import work_precision
+from benchmarks.arena import ATTITUDE, Arena, Truth
+from benchmarks.body_arenas import (
+    CHARTS,
+    MUJOCO,
+    TEXTBOOK_DOP853,
+    TEXTBOOK_RK4,
+    free_body,
+    largest_entry,
+    pendulum,
+)
+from benchmarks.contenders import Variational, gauss_collocation
+from benchmarks.fits import algebraic
+from benchmarks.prolonged import prolonged
+from galvi import Problem, Trajectory
+from references.mujoco_steps import MUJOCO_RK4
+
+needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
+OURS = "galvi degree 8, Gauss 8, Cayley"
+WRONG = "galvi, wrong torque"
+
+
+def study(arena: Arena, *labels: str) -> pd.DataFrame:
+    """The arena with these contenders only, in the quick setting."""
+    few = tuple(entry for entry in arena.entries if not labels or entry[0] in labels)
+    return work_precision._study(replace(arena, entries=few), 0.005, lambda sentence: None)
+
+
+@pytest.mark.parametrize("make", [free_body, pendulum])
+def test_everyone_takes_part_in_both_charts_and_by_every_integrator(make: Any) -> None:
+    for quick in (True, False):
+        arena = make(quick)
+        labels = {label for label, _, _ in arena.entries}
+        assert {engine.name for engine in MUJOCO} | {TEXTBOOK_RK4, TEXTBOOK_DOP853} <= labels
+        assert {f"galvi degree {s}, Gauss {s}, {c}" for s in (4, 6, 8, 10, 12) for c in CHARTS} <= (
+            labels
+        )
+        assert arena.quantity == ATTITUDE and arena.prolonged
+        assert all(contender.supports(arena.problem) for _, contender, _ in arena.entries)
+        assert arena.truth().error < 2e-16 and arena.truth().source == ""
+    steps = {label: [one.get("step") for one in settings] for label, _, settings in arena.entries}
+    assert steps[MUJOCO_RK4.name] == steps[TEXTBOOK_RK4]
+
+
+@pytest.mark.parametrize("make", [free_body, pendulum])
+def test_errors_are_of_the_attitude_and_times_of_the_whole_run(make: Any) -> None:
+    rows = study(make(True), OURS, TEXTBOOK_RK4, TEXTBOOK_DOP853)
+    assert (rows["quantity"] == ATTITUDE).all() and rows["seconds"].gt(0.0).all()
+    errors = rows.groupby("contender")["error"].min()
+    assert errors[OURS] < 1e-10 and errors[TEXTBOOK_DOP853] < 1e-9  # 1.2e-11, 8.9e-11
+    longer, shorter = rows[rows["contender"] == TEXTBOOK_RK4].to_dict("records")[::-1]
+    assert longer["seconds"] / shorter["seconds"] > 4.0  # 16 times as many steps: 15 times
+
+
+@needs_mujoco
+def test_mujoco_s_rk4_comes_to_the_truth_with_order_4_and_the_others_with_order_1() -> None:
+    arena = pendulum(False)
+    for engine in MUJOCO:
+        settings = next(some for label, _, some in arena.entries if label == engine.name)
+        runs = [engine.run(arena.problem, arena.duration, one) for one in settings[:3]]
+        errors = [arena.distance(run.q[-1], arena.truth().end) for run in runs]
+        rate = algebraic([run.step for run in runs], errors, floor=1e-12).rate
+        assert rate == pytest.approx(engine.order, abs=0.1)  # 4.01; 0.96 to 1.0
+
+
+def test_the_error_is_the_largest_entry_of_the_difference() -> None:
+    turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    assert largest_entry(turned, np.eye(3)) == 1.0
+    assert largest_entry(np.eye(3), np.eye(3)) == 0.0
+    assert np.isnan(largest_entry(np.full((3, 3), np.nan), turned))
+
+
+@dataclass(frozen=True)
+class WrongTorque:
+    """galvi on a body whose weight pulls up: a sign gone wrong."""
+
+    method: Variational
+    name: str = WRONG
+    exact: bool = False
+    missing: str = ""
+
+    def supports(self, problem: Problem) -> bool:
+        return self.method.supports(problem)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        weight: Any = problem.system.potential
+        up = galvi.UniformGravity(weight.mass, weight.centre, -weight.g)
+        body = galvi.RigidBody(problem.system.inertia, up)
+        return self.method.run(Problem(body, problem.q0, problem.v0), duration, setting)
+
+
+def test_a_wrong_torque_stands_out_though_it_conserves_its_own_energy() -> None:
+    arena = pendulum(True)
+    method = gauss_collocation(8)
+    settings = next(some for label, _, some in arena.entries if label == OURS)
+    planted = replace(arena, entries=(*arena.entries, (WRONG, WrongTorque(method), settings)))
+    rows = study(planted)
+    sound, wrong = rows[rows["contender"] != WRONG], rows[rows["contender"] == WRONG]
+    assert sound["error"].max() < 0.01 < 0.5 < wrong["error"].min()  # 0.0044; 1.3
+    times = work_precision.ratios(rows, (1e-2, 1e-6))
+    assert set(times[times["contender"] == WRONG]["ratio"]) == {"not reached"}
+    run = WrongTorque(method).run(arena.problem, arena.duration, {"step": 0.1})
+    energy = galvi.energy(run)
+    assert np.max(np.abs(energy / energy[0] - 1.0)) < 1e-11  # 3e-15
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Notes what it is asked for; fails from a duration on."""
+
+    asked: list[tuple[float, Any]]
+    until: float = np.inf
+    missing: str = ""
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        self.asked.append((duration, dict(setting)))
+        run = gauss_collocation(4).run(problem, 1.0, {"step": 0.5})
+        return run if duration < self.until else replace(run, success=False, status="It broke.")
+
+
+def test_a_run_is_made_longer_by_a_whole_number_and_keeps_its_last_state() -> None:
+    problem, noted = galvi.problems.free_rigid_body(), Counted([])
+    made = prolonged(noted, problem, 2.0, {"step": 0.5, "save_every": 4}, 1e-3, 0.01)
+    assert noted.asked[0] == (20.0, {"step": 0.5, "save_every": 40})
+    assert made.times >= 10 and made.failure == "" and made.seconds > 0.0
+    made.call()
+    assert noted.asked[-1] == (2.0 * made.times, {"step": 0.5, "save_every": 4 * made.times})
+    slow = prolonged(noted, problem, 2.0, {"samples": 1}, 5.0, 0.01)
+    assert noted.asked[-1][1] == {"samples": 1} and slow.times >= 1
+
+
+def test_a_setting_that_fails_later_has_its_error_and_no_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    arena = free_body(True)
+    one = (OURS, Counted([], until=arena.duration + 1.0), [{"step": 0.5, "save_every": 40}])
+    kept: Any = [replace(arena, entries=(one,), truth=truth_of_start)]
+    monkeypatch.setattr(work_precision, "arenas", lambda quick: kept)
+    (row,) = work_precision.work_precision(quick=True).to_dict("records")
+    assert np.isfinite(row["error"]) and np.isnan(row["seconds"])
+    assert row["status"] == "Not timed, it fails later: It broke."
+
+
+def truth_of_start() -> Truth:
+    return Truth(np.eye(3), 0.0, "the start")

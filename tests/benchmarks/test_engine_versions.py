@@ -1,0 +1,117 @@
+"""Versions of MuJoCo are judged by their motion, and one that cannot be had says why."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks import engine_versions
+from benchmarks.engine_versions import COLUMNS, STEPS, judged, parts, stored
+from benchmarks.fits import algebraic
+from benchmarks.isolated import NotHere, finished
+from references.mujoco_steps import MUJOCO_RK4
+
+needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
+WANTED = ("mujoco==3.6.0", "mujoco-core==4.0.1")
+
+
+@pytest.fixture(scope="module")
+def told():
+    """What the installed version says."""
+    return engine_versions._moved(Path(sys.executable))
+
+
+def order(frame: pd.DataFrame, joint: str, integrator: str) -> float:
+    rows = frame[(frame["joint"] == joint) & (frame["integrator"] == integrator)]
+    assert list(rows["step"]) == list(STEPS)
+    return algebraic(list(rows["step"]), list(rows["attitude_error"]), floor=1e-12).rate
+
+
+@needs_mujoco
+@pytest.mark.parametrize("joint", ["ball", "free"])
+def test_the_installed_version_turns_bodies_with_order_4_by_rk4_and_1_by_the_others(told, joint):
+    frame = pd.DataFrame(judged("mujoco-core", told))
+    assert set(frame["status"]) == {""}
+    assert order(frame, joint, "RK4") == pytest.approx(4.0, abs=0.05)  # 4.001
+    for integrator in ("Euler", "implicit", "implicitfast", "discrete"):
+        assert order(frame, joint, integrator) == pytest.approx(1.0, abs=0.02)  # 0.998
+
+
+@needs_mujoco
+def test_an_attitude_that_is_wrong_is_seen_though_its_energy_is_right(told):
+    run = next(run for run in told["runs"] if run["integrator"] == "RK4")
+    qpos = np.array(run["qpos"])[:, [1, 2, 3, 0]]
+    (good, wrong) = judged("x", {**told, "runs": [run, {**run, "qpos": qpos.tolist()}]})
+    assert good["attitude_error"] < 1e-5 and wrong["attitude_error"] > 0.1
+    assert good["energy_error"] == wrong["energy_error"] < 1e-7
+
+
+@needs_mujoco
+def test_states_that_are_not_finite_are_a_status(told):
+    run = {**told["runs"][0], "qvel": np.full((10, 3), np.nan).tolist()}
+    (row,) = judged("x", {**told, "runs": [run]})
+    assert np.isnan(row["attitude_error"]) and "not finite" in row["status"]
+
+
+def test_a_version_that_is_absent_is_a_row_in_the_short_form(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    frame = engine_versions.engine_versions()
+    assert len(frame) == 1 and list(frame) == list(COLUMNS)
+    assert "Install mujoco-core" in frame["status"].iloc[0]
+
+
+@contextmanager
+def half(requirement: str, folder: Path) -> Iterator[Path]:
+    """The environment of the tests for one version, none for the older one."""
+    if requirement == WANTED[0]:
+        raise NotHere("No matching distribution found.")
+    yield Path(sys.executable)
+
+
+@needs_mujoco
+def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_path, monkeypatch):
+    monkeypatch.setattr(engine_versions, "environment", half)
+    monkeypatch.setattr(engine_versions, "OLDER", WANTED[:1])
+    monkeypatch.setattr(engine_versions, "_current", lambda: WANTED[1])
+    said: list[str] = []
+    assert stored(tmp_path, said.append).empty
+    for part in parts(tmp_path, said.append):
+        assert not part.done()
+        part.run(said.append)
+    assert [part.done() for part in parts(tmp_path, said.append)] == [False, True]
+    rows = stored(tmp_path, said.append)
+    assert "mujoco 3.6.0: No matching distribution found." in said
+    assert rows["status"].iloc[0] == "No matching distribution found."
+    assert len(rows) == 1 + 2 * 5 * len(STEPS) and rows["commit"].ne("").all()
+    assert list(rows) == list(COLUMNS)
+    monkeypatch.setattr(engine_versions, "_digest", lambda: "ffffffff")  # another question
+    assert stored(tmp_path, said.append).empty
+
+
+def test_the_reason_has_no_addresses_and_no_folders():
+    text = (
+        "WARNING: retrying\nERROR: nothing at https://example.org/simple/x/ for /some/where/y==1\n"
+    )
+    command = [sys.executable, "-c", f"import sys; sys.exit({text!r})"]
+    with pytest.raises(NotHere, match=r"^nothing at \.\.\. for \.\.\.$"):
+        finished(command)
+    with pytest.raises(NotHere, match="FileNotFoundError"):
+        finished(["no-such-program"])
+    assert finished([sys.executable, "-c", "print(input())"], "heard") == "heard\n"
+
+
+@pytest.mark.slow
+def test_rk4_turned_bodies_with_order_2_before_version_4(tmp_path):
+    (part,) = parts(tmp_path, print, ["mujoco==3.17.0"])
+    part.run(print)
+    frame = part.files.read(part.name)
+    if not part.done():
+        pytest.skip(frame["status"].iloc[0])
+    assert order(frame, "ball", "RK4") == pytest.approx(2.0, abs=0.01)
+    assert not list(tmp_path.rglob("pyvenv.cfg"))

@@ -1,0 +1,150 @@
+"""L6 to L9, L11, L14 and L15 catch a wrong table, a wrong motion, and bounds that are too wide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+import galvi
+from benchmarks import second_variation
+from benchmarks.claim import Claim, Row
+from benchmarks.claims import l14
+from benchmarks.claims.l6 import L6
+from benchmarks.claims.l7 import L7
+from benchmarks.claims.l8 import L8
+from benchmarks.claims.l9 import L9
+from benchmarks.claims.l11 import L11
+from benchmarks.claims.l14 import L14
+from benchmarks.claims.l15 import L15
+from benchmarks.verdicts import CONTRADICTED, HOLDS
+from galvi import Problem
+
+
+def faulty(**scale: float) -> Callable[..., Any]:
+    """Methods with these arrays of their table multiplied; see `test_planted_faults.faulty`."""
+
+    def make(space: Any, rule: Any, *chart: Any) -> galvi.Galerkin:
+        method = galvi.Galerkin(space, replace(rule, name=f"{rule.name}, wrong {scale}"), *chart)
+        wrong = {name: getattr(method.table, name) * by for name, by in scale.items()}
+        vars(method)["table"] = replace(method.table, **wrong)
+        return method
+
+    return make
+
+
+def rows(claim: Claim, make: Any = galvi.Galerkin) -> list[Row]:
+    return claim.judge(claim.study(make, True, lambda sentence: None))
+
+
+def contradicted(claim: Claim, make: Any = galvi.Galerkin) -> set[str]:
+    """Only what was not expected to be."""
+    return {
+        row.quantity
+        for row in rows(claim, make)
+        if row.verdict == CONTRADICTED and row.expected != CONTRADICTED
+    }
+
+
+@pytest.mark.parametrize(
+    ("claim", "make", "quantity"),
+    [
+        (L6, faulty(b=1.0 + 1e-9), "smallest one-step error"),
+        (L6, faulty(slope=1.0 + 1e-4), "base of the one-step error"),
+        (L6, faulty(slope=1.0 + 1e-4), "base of the curve error"),
+        (L7, faulty(b=1.0 + 1e-4), "order of the one-step error, n = 5"),
+        (L7, faulty(b=1.0 + 1e-6), "order of the one-step error against 2 (n - 1), n = 4"),
+        (L7, faulty(slope=1.0 + 1e-4), "order of the curve error, n = 4"),
+        (L8, faulty(psi=1.0 + 1e-4), "energy error, n = 8"),
+        (L9, faulty(b=1.0 + 1e-9), "largest energy error, m g = 9.81, Cayley chart"),
+        (L14, faulty(b=1.0 + 1e-6), "order of the one-step error, SE(3), Cayley chart, n = 4"),
+        (L15, faulty(b=1.0 + 1e-6), "base of the step's error"),
+        (L15, faulty(slope=1.0 + 1e-4), "order of the curve's distance, n = 6"),
+    ],
+)
+def test_a_table_that_is_slightly_wrong_is_caught(claim: Claim, make: Any, quantity: str) -> None:
+    assert quantity in contradicted(claim, make)
+
+
+def reversed_clock(problem: Problem) -> Problem:
+    return Problem(problem.system, problem.q0, -problem.v0, problem.t0)
+
+
+def heavier(problem: Problem) -> Problem:
+    """By a millionth."""
+    system: Any = problem.system
+    weight = replace(system.potential, mass=system.potential.mass * (1.0 + 1e-6))
+    return Problem(galvi.RigidBody(system.inertia, weight), problem.q0, problem.v0, problem.t0)
+
+
+@pytest.mark.parametrize("claim", [L6, L7, L15], ids=["L6", "L7", "L15"])
+@pytest.mark.parametrize("change", [reversed_clock, heavier])
+def test_a_wrong_motion_is_caught_by_the_truth(
+    claim: Claim, change: Callable[[Problem], Problem], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sound = galvi.integrate
+    monkeypatch.setattr(galvi, "integrate", lambda problem, *rest: sound(change(problem), *rest))
+    assert contradicted(claim) != set()
+
+
+def test_energy_alone_does_not_see_a_wrong_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = galvi.integrate
+    monkeypatch.setattr(
+        galvi, "integrate", lambda problem, *rest: sound(reversed_clock(problem), *rest)
+    )
+    assert [row.verdict for row in rows(L8)] == [HOLDS]
+
+
+def test_single_steps_of_the_other_chart_do_not_jump(monkeypatch: pytest.MonkeyPatch) -> None:
+    def exponential(space: Any, rule: Any, chart: Any = None) -> galvi.Galerkin:
+        return galvi.Galerkin(space, rule, galvi.Exponential())
+
+    found = contradicted(L9, exponential)
+    assert any("energy change of single steps" in quantity for quantity in found)
+
+
+def test_a_chart_taken_for_the_other_does_not_end_where_it_should() -> None:
+    def exponential(space: Any, rule: Any, chart: Any = None) -> galvi.Galerkin:
+        return galvi.Galerkin(space, rule, galvi.Exponential())
+
+    limit = "largest turn of one step done right, over pi, Cayley chart"
+    told = "share of turns beyond pi that end the run with a status, Cayley chart"
+    assert {limit, told} <= contradicted(L14, exponential)
+
+
+def test_a_product_whose_parts_are_not_coupled_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = l14.thrown_point.exact
+    monkeypatch.setattr(
+        l14.thrown_point, "exact", lambda duration, samples: sound(duration, samples) * (1 + 1e-6)
+    )
+    assert any("SO(3) x R^3" in quantity for quantity in contradicted(L14))
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("speed", lambda value: 4.0 * value),
+        ("well", lambda value: 0.0 * value),
+    ],
+)
+def test_constants_that_are_too_good_are_caught(
+    name: str, change: Callable[[float], float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sound = second_variation.constants
+
+    def wrong(run: Any) -> Any:
+        known = sound(run)
+        return replace(known, **{name: change(getattr(known, name))})
+
+    monkeypatch.setattr("benchmarks.claims.l11.constants", wrong)
+    assert contradicted(L11) != set()
+
+
+def test_a_second_variation_without_its_potential_has_no_zero_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(second_variation, "_potential", lambda run, z: 0.0 * z[:, 0])
+    least = [row for row in rows(L11) if "least eigenvalue at h" in row.quantity]
+    assert [row.verdict for row in least] == [HOLDS]

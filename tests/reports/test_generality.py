@@ -1,0 +1,80 @@
+"""How much of an engine's time is generality, and whom to choose among its integrators."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.arena import ATTITUDE, POSITION
+from benchmarks.body_arenas import TEXTBOOK_RK4
+from reports.choices import choices, of_mujoco, readable_choices
+from reports.drawing import comparison_figure
+from reports.figures.figure import picture
+from reports.generality import ENGINE, generality
+from reports.matched import ERRORS, OF_ATTITUDES, errors_of, matched
+
+GALVI = "galvi degree 8, Gauss 8, exponential"
+
+
+def runs(
+    slower: float = 70.0, better: float = 20.0, fails: bool = False, quantity: str = ATTITUDE
+) -> pd.DataFrame:
+    """MuJoCo's RK4 some times as slow and as good as the textbook's, its Euler, and galvi."""
+    points = [
+        *((TEXTBOOK_RK4, f"step={h}", 10.0 * h**4, 1e-4 / h) for h in (0.1, 0.01, 0.001)),
+        *((ENGINE, f"step={h}", 10.0 * h**4 / better, slower * 1e-4 / h) for h in (0.1, 0.01)),
+        (ENGINE, "step=0.001", np.nan if fails else 1e-11 / better, slower * 0.1),
+        ("MuJoCo Euler", "step=0.01", 5e-3, 1e-5 if slower > 100.0 else 1.0),
+        (GALVI, "step=0.5", 1e-14, 4e-5),
+    ]
+    frame = pd.DataFrame(points, columns=["contender", "settings", "error", "seconds"])
+    return frame.assign(
+        problem="body", quantity=quantity, status="", reference="closed form",
+        seconds_low=frame["seconds"], seconds_high=frame["seconds"],
+    )  # fmt: skip
+
+
+def test_steps_of_the_two_codes_are_compared_at_equal_steps() -> None:
+    said = generality(runs())
+    assert "takes 70 times as long" in said and "20 times smaller (medians over 3" in said
+    assert "over 2 step sizes" in generality(runs(fails=True))
+    assert "an error as large" in generality(runs(better=1.05))
+    assert "2.0 times larger" in generality(runs(better=0.5))
+
+
+def test_without_both_codes_nothing_is_said() -> None:
+    frame = runs()
+    for name in (ENGINE, TEXTBOOK_RK4):
+        assert generality(frame[frame["contender"] != name]) == ""
+        absent = frame.assign(seconds=frame["seconds"].mask(frame["contender"] == name))
+        assert generality(absent) == ""
+
+
+def test_attitudes_are_compared_at_errors_of_their_own() -> None:
+    assert errors_of(runs()) == OF_ATTITUDES and errors_of(runs(quantity=POSITION)) == ERRORS
+    both = pd.concat([runs(), runs(quantity=POSITION).assign(problem="planets")])
+    table = matched(both)
+    for problem, errors in (("body", OF_ATTITUDES), ("planets", ERRORS)):
+        assert set(table.loc[table["problem"] == problem, "error"]) == set(errors)
+    assert matched(both.head(0)).empty
+
+
+def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence() -> None:
+    table = choices(runs())
+    chosen = table[table["of"] == "MuJoCo"].set_index("asked")["contender"]
+    assert chosen[1e-4] == ENGINE and chosen[1e-13] == "not reached"
+    assert of_mujoco(table, "body").endswith("10⁻¹²; none reaches 10⁻¹³.")
+    other = of_mujoco(choices(runs(slower=7e4)), "body")
+    assert "MuJoCo Euler for 0.01; MuJoCo RK4 for 10⁻⁴" in other
+    lines = readable_choices(table, "body")
+    assert list(lines[lines["error asked"] == "10⁻¹²"]["among"]) == ["all", "MuJoCo's"]
+    without = choices(runs()[~runs()["contender"].str.startswith("MuJoCo")])
+    assert set(without["of"]) == {"all", "galvi"} and of_mujoco(without, "body") == ""
+
+
+def test_the_picture_is_of_attitudes_and_says_what_the_lines_are() -> None:
+    figure = comparison_figure("body", list(runs()["contender"]), ATTITUDE)
+    assert figure.options["ylabel"] == "error of the attitude at the end"
+    assert "exponential" in figure.caption and "R_true" in figure.caption
+    assert picture(figure, runs()).png.startswith(b"\x89PNG")
+    assert "unit of length" in comparison_figure("kepler", ["a"]).caption
