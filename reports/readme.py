@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pandas as pd
 from reports.atomic import write
 from reports.numerals import plain
 
-RESULTS, SPEED = "results", "speed"
+RESULTS, SPEED, BODIES = "results", "speed", "bodies"
 PICTURE = "reports/inner_planets.png"
 HEADLINES = (
     ("V1", "smallest curve error"),
@@ -25,6 +26,14 @@ HEADLINES = (
     ("V9", "energy error, n = 25"),
     ("V10", "farthest planet from IAS15 at the end [au], n = 25"),
     ("V11", "largest relative energy error, symplectic Euler"),
+    ("L1", "largest departure from SO(3), RK45"),
+    ("L2", "one-step error, n = 12, Cayley chart"),
+    ("L2", "one-step error over that with Cayley, n = 6, exponential chart"),
+    ("L3", "order from both sides, n = 6"),
+    ("L4", "energy error, n = 12"),
+    ("L6", "base of the one-step error"),
+    ("L9", "steps done, m g = 29.43, Cayley chart"),
+    ("L13", "largest error of D2 L_d of a step plus D1 L_d of the next"),
 )
 PEERS = (
     "REBOUND IAS15",
@@ -36,6 +45,16 @@ PEERS = (
 )
 SYSTEMS = {"outer solar system": "outer", "solar system without Pluto": "Sun + 8"}
 ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
+BODY_PEERS = (
+    "MuJoCo RK4",
+    "MuJoCo implicit",
+    "RK4 on quaternions, compiled",
+    "DOP853 on quaternions, compiled",
+    "heyoka",
+    "SciPy DOP853",
+)
+BODY_SYSTEMS = {"free rigid body": "free body", "3D pendulum, m g = 9.81": "3D pendulum"}
+BODY_ERRORS = (7e-6, 1e-8, 1e-10, 1e-12)
 
 
 def results(claims: pd.DataFrame) -> str:
@@ -59,10 +78,22 @@ def results(claims: pd.DataFrame) -> str:
 
 def speed(ratios: pd.DataFrame) -> str:
     """Times of the peers over galvi's best at equal error, from ratios.csv, as a Markdown table."""
-    columns = [(system, error) for system in SYSTEMS for error in ERRORS]
-    titles = [f"{SYSTEMS[system]}, {error:.0e}" for system, error in columns]
-    lines = [f"| position error | {' | '.join(titles)} |", "|---" * (len(columns) + 1) + "|"]
-    for peer in PEERS:
+    return _times(ratios, "position error", PEERS, SYSTEMS, ERRORS)
+
+
+def bodies(ratios: pd.DataFrame) -> str:
+    """The same for rigid bodies."""
+    return _times(ratios, "attitude error", BODY_PEERS, BODY_SYSTEMS, BODY_ERRORS)
+
+
+def _times(
+    ratios: pd.DataFrame, quantity: str, peers: Sequence[str], systems: Mapping[str, str],
+    errors: Sequence[float],
+) -> str:  # fmt: skip
+    columns = [(system, error) for system in systems for error in errors]
+    titles = [f"{systems[system]}, {error:.0e}" for system, error in columns]
+    lines = [f"| {quantity} | {' | '.join(titles)} |", "|---" * (len(columns) + 1) + "|"]
+    for peer in peers:
         cells = [_ratio(ratios, peer, system, error) for system, error in columns]
         lines.append(f"| {peer} | {' | '.join(cells)} |")
     return "\n".join(lines)
@@ -107,6 +138,7 @@ def _with(page: str, name: str, table: str) -> str:
 def renew(readme: Path, out: Path) -> None:
     """Write the tables of a report into ``readme``, and renew its picture."""
     page = _with(readme.read_text(), RESULTS, results(pd.read_csv(out / "claims.csv")))
-    page = _with(page, SPEED, speed(pd.read_csv(out / "tables" / "ratios.csv")))
+    ratios = pd.read_csv(out / "tables" / "ratios.csv")
+    page = _with(_with(page, SPEED, speed(ratios)), BODIES, bodies(ratios))
     write(readme, page)
     write(readme.parent / PICTURE, (out / "figures" / "fig-2-14.png").read_bytes())

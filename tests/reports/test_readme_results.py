@@ -6,7 +6,17 @@ import pandas as pd
 import pytest
 
 from benchmarks.claims import CLAIMS
-from reports.readme import HEADLINES, RESULTS, SPEED, marks, results, speed, table_of
+from reports.readme import (
+    BODIES,
+    HEADLINES,
+    RESULTS,
+    SPEED,
+    bodies,
+    marks,
+    results,
+    speed,
+    table_of,
+)
 
 README = Path(__file__).parents[2] / "README.md"
 
@@ -55,3 +65,17 @@ def test_ratios_are_shown_with_what_was_not_reached_and_who_took_no_part():
     assert lines[2].startswith("| REBOUND IAS15 | 27 | - |")
     assert any(line.startswith("| heyoka | not reached | - |") for line in lines)
     assert len(table_of(README.read_text(), SPEED).splitlines()) == len(lines)
+
+
+def test_rigid_bodies_have_a_table_of_their_own():
+    ratios = pd.DataFrame(
+        {
+            "problem": ["free rigid body"],
+            "contender": ["MuJoCo RK4"],
+            "error": [1e-8],
+            "ratio": ["123.4"],
+        }
+    )
+    lines = bodies(ratios).splitlines()
+    assert lines[2].startswith("| MuJoCo RK4 | - | 120 | - |")
+    assert len(table_of(README.read_text(), BODIES).splitlines()) == len(lines)
