@@ -1,6 +1,7 @@
 """Many steps on a group: predict, solve, complete, record; as galvi.kernels.advance.
 
-state    (4, n)  g and mu in the first entries of their rows; see galvi.kernels.packed_body
+state    (4, n)  g and mu in the first entries of their rows; see galvi.kernels.packed_body for the
+                 momentum in space, which is kept here too
 stages   (d, s)  velocities at the last step's stages, the next prediction's source
 memo     (4,)    [NOTHING, LAST_STEP or GUESS; steps left to this kernel; done; -]
 turned   (1,)    the angle of a step that left the chart
@@ -39,6 +40,26 @@ def arrive(layout, chart, basis, h, g, mu0, forces, x, g1, mu1):
     charts.place(layout, chart, g, xi, g1)
     charts.restore(layout, g1)
     return charts.largest_turn(layout, xi)
+
+
+@jit
+def momentum_in_space(basis, h, g, forces, state, g1, mu1):
+    """Of one rotating body: state[1, 6:9] += R h sum_j b_j n_j, and mu1 <- R1^T of it.
+
+    So that what rounding does to mu1 is not handed on; as in galvi.kernels.body_end.
+    """
+    kick = np.empty(3)
+    carried(basis, h, np.zeros(3), forces, kick)
+    known = abs(state[1, 6]) + abs(state[1, 7]) + abs(state[1, 8]) > 0.0
+    for i in range(3):
+        push = 0.0
+        for j in range(3):
+            push += g[3 * i + j] * (kick[j] if known else kick[j] + state[1, j])
+        state[1, 6 + i] += push
+    for i in range(3):
+        mu1[i] = 0.0
+        for j in range(3):
+            mu1[i] += g1[3 * j + i] * state[1, 6 + j]
 
 
 @jit
@@ -112,6 +133,8 @@ def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_g
             size += abs(mu1[i])
         if not size < np.inf:
             return NOT_FINITE
+        if layout.shape[0] == 1 and layout[0, 0] == charts.SO3:
+            momentum_in_space(basis, h, g, forces, state, g1, mu1)
         for i in range(r):
             state[0, i] = g1[i]
         for i in range(d):
