@@ -125,7 +125,7 @@ A_MILLION_STEPS = Study(
     "packed kernel. It carries a quaternion, divided by its length wherever it becomes R, and "
     "the momentum in space, which a free body's step leaves alone, both with what rounding "
     "takes from them: R and R mu stay by construction, and the energy is the test. The third "
-    "method runs in the general kernel, which carries R and mu, keeps nothing of what "
+    "method runs in the general kernel, which carries R and the momentum in space without what "
     "rounding takes, and after each step brings R back by R <- R (3 I - R^T R) / 2. Exponents "
     "of the RMS over the runs are fitted over the later two decades, and compared with 1/2 by "
     "three standard errors; the long form has a hundred times the steps.",
