@@ -134,8 +134,8 @@ def _row(engine: str, truth: Array, run: Mapping[str, Any]) -> dict[str, Any]:
     problem = _bodies()["ball"]
     with np.errstate(all="ignore"):
         attitude = float(np.max(np.abs(q[:, :3, :3] - truth)))
-        energy = problem.system.kinetic_energy(None, v[:, :3], None)
-        start = problem.system.kinetic_energy(None, problem.v0, None)
+        energy = problem.system.kinetic_energy(v[:, :3])
+        start = problem.system.kinetic_energy(problem.v0)
         lost = float(np.max(np.abs(energy / start - 1.0)))
     good = np.isfinite(attitude) and np.isfinite(lost)
     return {

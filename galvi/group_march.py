@@ -49,7 +49,7 @@ def march_on_group(
 
     interrupted  says whether to stop; None means that Ctrl-C stops it
 
-    A step that Newton's method cannot solve is tried once more from the velocities of a run with
+    A step that Newton's method cannot solve is tried once more from the path of a run with
     smaller steps (``rescue``); only then the run ends.
     """
     system = cast(GroupSystem, problem.system)
@@ -80,9 +80,7 @@ def march_on_group(
     code = in_chunks(call, recover, work, steps, progress, interrupted)
     done = work.done
     t_first = problem.t0 + start.first * step
-    counts = dict(zip(
-        COUNTED, (int(count) for count in work.counts), strict=True,
-    ))  # fmt: skip
+    counts = {name: int(count) for name, count in zip(COUNTED, work.counts, strict=True)}
     differenced = getattr(system, "potential_calls_per_force", 0)
     if differenced:
         calls = counts["force_evaluations"] * differenced * group.dimension

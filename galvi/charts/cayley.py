@@ -30,7 +30,3 @@ class Cayley:
     def farthest(self) -> float:
         """|xi| at 0.995 pi."""
         return 2.0 * math.tan(0.5 * REACH * math.pi)
-
-    def angle(self, size: float) -> float:
-        """2 atan(size / 2)."""
-        return 2.0 * math.atan(0.5 * size)

@@ -20,6 +20,3 @@ class Chart(Hashable, Protocol):
     @property
     def farthest(self) -> float:
         """The largest |xi| of a rotation that a step may reach."""
-
-    def angle(self, size: float) -> float:
-        """The angle of the rotation with |xi| = size, radians."""

@@ -26,7 +26,3 @@ class Exponential:
     def farthest(self) -> float:
         """0.995 of the limit."""
         return REACH * self.limit
-
-    def angle(self, size: float) -> float:
-        """size."""
-        return size

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.groups.group import RN, SO2, Group
+from galvi.groups.group import Group
 from galvi.kernels import charts, motions
+from galvi.kernels.charts import RN, SO2
 
 EXPONENTIAL = 1
 TURN = 2.0 * np.pi

@@ -10,8 +10,6 @@ import numpy.typing as npt
 
 from galvi.arrays import Array
 
-RN, SO2, SO3, SE3 = 0, 1, 2, 3  # as galvi.kernels.charts numbers them
-
 Layout = npt.NDArray[np.int64]
 
 
@@ -31,7 +29,7 @@ class Group(Hashable, Protocol):
 
     @property
     def layout(self) -> Layout:
-        """(factors, 2): for each factor its number above, and the n of an R^n (else 0)."""
+        """(factors, 2): each factor's number in galvi.kernels.charts, and the n of an R^n or 0."""
 
     def check(self, name: str, g: Array) -> None:
         """ValueError, in one sentence, unless g is an element to within 1e-9."""

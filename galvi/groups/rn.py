@@ -8,7 +8,8 @@ import numpy as np
 
 from galvi import checks
 from galvi.arrays import Array
-from galvi.groups.group import RN, Layout
+from galvi.groups.group import Layout
+from galvi.kernels.charts import RN
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.groups.group import SE3 as KIND
 from galvi.groups.group import Layout
 from galvi.groups.matrices import check_rotation
+from galvi.kernels import charts
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class SE3:
     @property
     def layout(self) -> Layout:
         """One factor."""
-        return np.array([[KIND, 0]])
+        return np.array([[charts.SE3, 0]])
 
     def check(self, name: str, g: Array) -> None:
         """ValueError unless g is a rigid motion."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.groups.group import SO2 as KIND
 from galvi.groups.group import Layout
 from galvi.groups.matrices import check_rotation
+from galvi.kernels import charts
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class SO2:
     @property
     def layout(self) -> Layout:
         """One factor."""
-        return np.array([[KIND, 0]])
+        return np.array([[charts.SO2, 0]])
 
     def check(self, name: str, g: Array) -> None:
         """ValueError unless g is a rotation of the plane."""

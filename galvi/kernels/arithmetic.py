@@ -5,13 +5,15 @@ A Lane wraps a vector that a compiler builds; sums of products may be fused.
 
 from __future__ import annotations
 
+from itertools import zip_longest
+
 from llvmlite import ir
 
 from galvi.kernels.vectors import FUSED, LANES, VECTOR
 
 
 class Lane:
-    """Eight doubles; +, -, *, / with another Lane or a number."""
+    """Eight doubles; +, - and * with another Lane or a number, and a number over them."""
 
     def __init__(self, builder, value):
         self.builder, self.value = builder, value
@@ -30,8 +32,8 @@ class Lane:
     def __mul__(self, other):
         return Lane(self.builder, self.builder.fmul(self.value, self._lane(other), flags=FUSED))
 
-    def __truediv__(self, other):
-        return Lane(self.builder, self.builder.fdiv(self.value, self._lane(other)))
+    def __rtruediv__(self, other):
+        return Lane(self.builder, self.builder.fdiv(self._lane(other), self.value))
 
     def __rsub__(self, other):
         return Lane(self.builder, self.builder.fsub(self._lane(other), self.value, flags=FUSED))
@@ -51,12 +53,7 @@ def cross(v, w):
 
 def polynomial(coefficients, u):
     """sum_k coefficients[k] u^k, in pairs, so that products overlap."""
-    square = u * u
-    total = None
-    for k in range(len(coefficients) - len(coefficients) % 2, -1, -2):
-        pair = coefficients[k : k + 2]
-        if not pair:
-            continue
-        term = u * pair[1] + pair[0] if len(pair) == 2 else pair[0]
-        total = term if total is None else total * square + term
+    square, total = u * u, 0.0
+    for even, odd in reversed(list(zip_longest(coefficients[::2], coefficients[1::2]))):
+        total = square * total + (even if odd is None else u * odd + even)
     return total

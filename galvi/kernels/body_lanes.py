@@ -84,15 +84,10 @@ def _inverse_terms(charts, u):
 def _tangent_terms(charts, u):
     """a, b, c of the tangent map; a and b are also the sine and cosine of the rotation."""
     if charts == 1:
-        a = 1.0 / (0.25 * u + 1.0) if not isinstance(u, Lane) else _reciprocal(0.25 * u + 1.0)
+        a = 1.0 / (0.25 * u + 1.0)
         return a, 0.5 * a, None
     b, c = polynomial(_stumpff_terms(2), u), polynomial(_stumpff_terms(3), u)
     return 1.0 - u * c, b, c
-
-
-def _reciprocal(lane):
-    one = Lane(lane.builder, lane._lane(1.0))
-    return one / lane
 
 
 def _inverse(terms, sign, xi, v):

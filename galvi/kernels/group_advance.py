@@ -3,7 +3,7 @@
 state    (4, n)  g and mu in the first entries of their rows; see galvi.kernels.packed_body for the
                  momentum in space, which is kept here too
 stages   (d, s)  velocities at the last step's stages, the next prediction's source
-memo     (4,)    [NOTHING, LAST_STEP or GUESS; steps left to this kernel; done; -]
+memo     (4,)    [LAST_STEP, GUESS or RATES; steps left to this kernel; done; -]
 turned   (1,)    the angle of a step that left the chart
 saved_g (saved, r), saved_mu (saved, d), bases (steps, r), curves (steps, d, m)
 """

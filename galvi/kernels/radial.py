@@ -18,7 +18,7 @@ import numpy as np
 from galvi.kernels.jit import bare
 
 CAYLEY, EXPONENTIAL = 0, 1
-TERMS = 12  # of the series of c_8 and c_9, for u up to SMALL
+TERMS = 12  # of the series of c6 and c7, for u up to SMALL
 SMALL = 9.0
 ONE_OVER = np.array([1.0 / math.factorial(k) for k in range(10 + 2 * TERMS)])
 

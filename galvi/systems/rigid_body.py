@@ -97,7 +97,7 @@ class RigidBody:
         """v = J^-1 p, p of shape (..., 3)."""
         return np.linalg.solve(self.inertia, p[..., None])[..., 0]
 
-    def kinetic_energy(self, q: Array, v: Array, t: Array) -> Array:
+    def kinetic_energy(self, v: Array) -> Array:
         """v . J v / 2, (...)."""
         result: Array = 0.5 * np.sum(v * self.momentum(v), axis=-1)
         return result

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.groups.group import RN, Group
+from galvi.groups.group import Group
 from galvi.kernels import charts
+from galvi.kernels.charts import RN
 
 SMALLEST = 1e-24  # of a coordinate or velocity that tells a scale
 
