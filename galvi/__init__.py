@@ -1,6 +1,7 @@
 """High-order Galerkin variational integrators for Lagrangian mechanics."""
 
 from galvi import problems
+from galvi.analysis.theory import Theory, theory
 from galvi.attitude import orthogonality_defect, rotations
 from galvi.charts.cayley import Cayley
 from galvi.charts.exponential import Exponential
@@ -14,6 +15,7 @@ from galvi.groups.so3 import SO3
 from galvi.integrate import integrate, resume
 from galvi.invariants import energy, linear_momentum, momentum_map
 from galvi.method import Galerkin
+from galvi.momentum_balance import MomentumBalance, momentum_balance
 from galvi.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.potentials.central_force import CentralForce
 from galvi.potentials.linear_spring import LinearSpring
@@ -25,9 +27,17 @@ from galvi.recommend import recommend
 from galvi.recommendation import Recommendation
 from galvi.round_trip import round_trip_error
 from galvi.rules.clenshaw_curtis import clenshaw_curtis
+from galvi.rules.composite import composite
 from galvi.rules.gauss import gauss
 from galvi.rules.lobatto import lobatto
+from galvi.rules.newton_cotes import newton_cotes
+from galvi.rules.radau import radau
 from galvi.rules.rule import Rule
+from galvi.spaces.component_polynomials import ComponentPolynomials
+from galvi.spaces.fourier import Fourier
+from galvi.spaces.piecewise_hermite import PiecewiseHermite
+from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
+from galvi.spaces.polynomial_fourier import PolynomialFourier
 from galvi.spaces.polynomials import Polynomials
 from galvi.storage import load, save
 from galvi.symplecticity import step_derivative, symplecticity_defect
@@ -35,6 +45,7 @@ from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
+from galvi.systems.planar_chain import PlanarChain
 from galvi.systems.rigid_body import RigidBody
 from galvi.trajectory import Trajectory
 
@@ -45,14 +56,21 @@ __all__ = [
     "Canonical",
     "Cayley",
     "CentralForce",
+    "ComponentPolynomials",
     "Exponential",
+    "Fourier",
     "FreeBody",
     "Galerkin",
     "Lagrangian",
     "LinearSpring",
+    "MomentumBalance",
     "NBody",
     "OrbitalElements",
     "PendulumWeight",
+    "PiecewiseHermite",
+    "PiecewisePolynomials",
+    "PlanarChain",
+    "PolynomialFourier",
     "Polynomials",
     "Problem",
     "Product",
@@ -61,9 +79,11 @@ __all__ = [
     "Rn",
     "Rule",
     "SpringChain",
+    "Theory",
     "Trajectory",
     "UniformGravity",
     "clenshaw_curtis",
+    "composite",
     "energy",
     "gauss",
     "heliocentric",
@@ -72,11 +92,14 @@ __all__ = [
     "linear_momentum",
     "load",
     "lobatto",
+    "momentum_balance",
     "momentum_map",
     "nearest_rotation",
+    "newton_cotes",
     "orbital_elements",
     "orthogonality_defect",
     "problems",
+    "radau",
     "recommend",
     "resume",
     "rotations",
@@ -84,4 +107,5 @@ __all__ = [
     "save",
     "step_derivative",
     "symplecticity_defect",
+    "theory",
 ]

@@ -36,8 +36,6 @@ class Continuation:
     @classmethod
     def at_start(cls, problem: Problem, stages: int, solver: str, tolerance: float) -> Continuation:
         """Before the first step."""
-        if hasattr(problem.system, "group"):
-            return cls._on_group(problem, stages, solver, tolerance)
         state = np.zeros((4, problem.q0.size))
         state[0], state[2] = problem.q0.ravel(), problem.v0.ravel()
         a = np.zeros((problem.q0.size, stages))
@@ -46,9 +44,7 @@ class Continuation:
         return cls(0, state, a, memo, solver, tolerance)
 
     @classmethod
-    def _on_group(
-        cls, problem: Problem, stages: int, solver: str, tolerance: float
-    ) -> Continuation:
+    def on_group(cls, problem: Problem, stages: int, solver: str, tolerance: float) -> Continuation:
         """On a group, the state's rows are g, mu and what rounding lost; stages are velocities."""
         p0, entries = problem.p0, problem.q0.size
         state = np.zeros((4, max(entries, p0.size)))

@@ -19,6 +19,7 @@ from typing import Any
 from tqdm import tqdm
 
 from galvi import checks
+from galvi.group_system import group_system
 from galvi.integrate import number_of_steps, prepared
 from galvi.interruption import noted_interrupts
 from galvi.method import Galerkin
@@ -174,8 +175,9 @@ def _told_apart(k: int) -> Iterator[None]:
 def _compiled(problem: Problem) -> bool:
     """Whether other threads can run beside it."""
     system: Any = problem.system
-    if hasattr(system, "group"):
-        return bool(system.group_field().compiled)
+    on_group = group_system(problem)
+    if on_group is not None:
+        return on_group.group_field().compiled
     return bool(system.field(problem.q0.shape[-1]).compiled)
 
 

@@ -6,11 +6,13 @@ from collections.abc import Callable
 from typing import cast
 
 import numpy as np
+import numpy.typing as npt
 
 from galvi.calls import aligned, collocation_tables, kernel_tableau
 from galvi.charts.cayley import Cayley
 from galvi.charts.exponential import Exponential
 from galvi.continuation import Continuation
+from galvi.group_system import group_system
 from galvi.group_workspace import GroupWorkspace
 from galvi.kernels import packed_body
 from galvi.kernels.group_advance import STREAK, advance_group, compiled_advance_group
@@ -30,24 +32,29 @@ def general_on_group(
     work: GroupWorkspace,
 ) -> Callable[[int], int]:  # fmt: skip
     """A function that does so many more steps in the general kernel and returns its code."""
-    system = cast(GroupSystem, problem.system)
+    system = cast(GroupSystem, group_system(problem, method))
     field = system.group_field()
+    unknowns = first_unknowns(method, system.group.dimension)
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
     table, chart = method.table, method.chart
     tolerance = max(start.tolerance, FINEST)
 
     def call(todo: int) -> int:
         return int(kernel(
-            field.law, field.slopes, field.timed_slopes, field.matrix_slopes,
-            field.timed_matrix_slopes, field.gradient, field.timed_gradient, field.kind,
-            field.timed, field.side, field.constants, system.group.layout, chart.number,
-            chart.farthest, kernel_tableau(table), table.psi, table.slope, table.end, table.fit,
-            problem.t0, step, tolerance, start.first, todo, steps, every, work.state, work.stages,
-            work.memo, work.turned, work.counts, work.saved_g, work.saved_mu, work.bases,
-            work.coefficients,
+            *field.functions, field.kind, field.timed, field.side, field.constants, field.pushed,
+            system.group.layout, chart.number, chart.farthest, kernel_tableau(table), table.psi,
+            table.slope, table.end, table.fit, unknowns, problem.t0, step, tolerance, start.first,
+            todo, steps, every, work.state, work.stages, work.memo, work.turned, work.counts,
+            work.saved_g, work.saved_mu, work.bases, work.coefficients,
         ))  # fmt: skip
 
     return call
+
+
+def first_unknowns(method: Galerkin, dimension: int) -> npt.NDArray[np.int64]:
+    """(d + 1,) where those of each component start: as many as its basis functions, less one."""
+    degrees = getattr(method.space, "degrees", (method.space.dimension - 1,) * dimension)
+    return np.concatenate([[0], np.cumsum(degrees)]).astype(np.int64)
 
 
 def by_fixed_point(problem: Problem, method: Galerkin) -> bool:
@@ -55,7 +62,8 @@ def by_fixed_point(problem: Problem, method: Galerkin) -> bool:
     system, table = problem.system, method.table
     square = table.psi.shape[0] == table.psi.shape[1] and float(np.min(table.b)) > 0.0
     return (
-        isinstance(system, RigidBody) and system.gradient is None and square
+        isinstance(system, RigidBody) and system.gradient is None and system.force is None
+        and square
         and isinstance(method.chart, Cayley | Exponential)
         and isinstance(system.potential, UniformGravity | None)
     )  # fmt: skip

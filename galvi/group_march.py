@@ -16,6 +16,7 @@ from galvi.continuation import Continuation
 from galvi.ending import ending_on_group
 from galvi.group_calls import fastest_on_group, general_on_group
 from galvi.group_curves import GroupCurves
+from galvi.group_system import group_system
 from galvi.group_workspace import GroupWorkspace
 from galvi.groups.group import Group
 from galvi.kernels import charts
@@ -52,7 +53,7 @@ def march_on_group(
     A step that Newton's method cannot solve is tried once more from the path of a run with
     smaller steps (``rescue``); only then the run ends.
     """
-    system = cast(GroupSystem, problem.system)
+    system = cast(GroupSystem, group_system(problem, method))
     group = system.group
     with_curves = save_every == 1 if curves is None else curves
     work = GroupWorkspace.of(group, start, method, steps, save_every, with_curves)
@@ -121,8 +122,7 @@ def rates_of_smaller_steps(
     None also where that run leaves the chart. Adds its cost to the counts, and leaves in
     ``work.turned`` how far its rotations turn from the start.
     """
-    system = cast(GroupSystem, problem.system)
-    group, chart = system.group, method.chart
+    group, chart = cast(GroupSystem, group_system(problem, method)).group, method.chart
     r, d = int(np.prod(group.shape)), group.dimension
     q, v = work.state[0, :r].reshape(group.shape), work.stages[:, -1].reshape(d)
     for parts in SUBSTEPS:
@@ -131,7 +131,7 @@ def rates_of_smaller_steps(
             np.array([GUESS, 0, 0, 0]), "newton", 1e-8,
         )  # fmt: skip
         run = march_on_group(
-            Problem(system, q, v, t), method, step / parts, parts, start, rescue=False
+            Problem(problem.system, q, v, t), method, step / parts, parts, start, rescue=False
         )
         for row, name in enumerate(COUNTED):
             work.counts[row] += run.counts[name]

@@ -9,6 +9,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.charts.exponential import Exponential
 from galvi.charts.maps import coordinates, place
+from galvi.group_system import group_system
 from galvi.groups.group import Group
 from galvi.integrate import integrate
 from galvi.method import Galerkin
@@ -27,13 +28,13 @@ def group_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
     By central differences of order eight, accurate to about 1e-12. Raises ValueError when the step
     itself fails.
     """
-    system = cast(GroupSystem, problem.system)
+    system = cast(GroupSystem, group_system(problem, method))
     group, d = system.group, system.group.dimension
 
     def end(eta: Array, shift: Array) -> tuple[Array, Array]:
         g = place(CHART, group, problem.q0, eta)
         v = velocity_at(system, g, problem.p0 + shift, problem.t0)
-        run = integrate(Problem(system, g, v, problem.t0), method, step, 1)
+        run = integrate(Problem(problem.system, g, v, problem.t0), method, step, 1)
         if not run.success:
             raise ValueError(f"the step has no derivative, because it failed. {run.status}")
         return run.q[-1], run.p[-1]
@@ -60,8 +61,7 @@ def group_symplecticity_defect(problem: Problem, method: Galerkin, step: float) 
 
     W(mu) is the matrix of <d mu2, eta1> - <d mu1, eta2> + <mu, [eta1, eta2]>.
     """
-    system = cast(GroupSystem, problem.system)
-    group = system.group
+    group = cast(GroupSystem, group_system(problem, method)).group
     end = integrate(problem, method, step, 1)
     DF = group_step_derivative(problem, method, step)
     W0, W1 = (_form(group, mu) for mu in (problem.p0, end.p[-1]))

@@ -13,6 +13,7 @@ from galvi.calls import SOLVERS
 from galvi.continuation import Continuation
 from galvi.group_calls import by_fixed_point
 from galvi.group_march import march_on_group
+from galvi.group_system import group_system
 from galvi.march import march
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -99,15 +100,17 @@ def prepared(
         raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {solver!r}.")
     save_every = checks.whole("save_every", save_every)
     tol = ROUND_OFF if tolerance is None else checks.positive("tolerance", tolerance)
-    on_group = hasattr(problem.system, "group")
+    on_group = group_system(problem, method) is not None
     if on_group and solver == "fixed_point" and not by_fixed_point(problem, method):
         raise ValueError(
-            f"on a group, the solver fixed_point is for a RigidBody, free or in UniformGravity, "
-            f"with as many points as the degree; received {problem!r} with {method.name}. Use the "
+            f"with a group, an external force or a degree for each component, the solver "
+            f"fixed_point is for a RigidBody without a force, free or in UniformGravity, with as "
+            f"many points as the degree; received {problem!r} with {method.name}. Use the "
             f"solver auto."
         )
-    _check_force(problem)
-    start = Continuation.at_start(problem, method.stages, solver, tol)
+    _check_functions(problem)
+    begin = Continuation.on_group if on_group else Continuation.at_start
+    start = begin(problem, method.stages, solver, tol)
     go = march_on_group if on_group else march
     return partial(go, problem, method, h, total, start, save_every=save_every, curves=curves)
 
@@ -133,7 +136,7 @@ def resume(
         )
     if not run.success and not run.interrupted:
         raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
-    go = march_on_group if hasattr(run.problem.system, "group") else march
+    go = march if group_system(run.problem, run.method) is None else march_on_group
     return go(
         run.problem, run.method, run.step, number_of_steps(run.step, steps, duration),
         run.continuation, save_every=checks.whole("save_every", save_every), curves=curves,
@@ -161,13 +164,11 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
     return whole
 
 
-def _check_force(problem: Problem) -> None:
+def _check_functions(problem: Problem) -> None:
     system = problem.system
     with np.errstate(all="ignore"):
-        if isinstance(system, Lagrangian):
+        if isinstance(system, Lagrangian | Canonical | RigidBody):
             system.check_functions(problem.q0, problem.v0, problem.t0)
-        elif isinstance(system, (Canonical, RigidBody)):
-            system.check_functions(problem.q0, problem.t0)
         if hasattr(system, "group"):
             return
         force: Any = cast(VectorSystem, system).acceleration(problem.q0, problem.t0)

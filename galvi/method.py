@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import numpy as np
-
+from galvi.analysis.orders import orders
+from galvi.analysis.symmetry import is_symmetric
+from galvi.analysis.theory import Theory, theory
 from galvi.charts.cayley import Cayley
 from galvi.charts.chart import Chart
 from galvi.classical import classical_name
+from galvi.problem import Problem
 from galvi.rules.rule import Rule
 from galvi.spaces.space import Space
 from galvi.table import Table, tabulate
@@ -56,15 +58,8 @@ class Galerkin:
 
     @property
     def order(self) -> int:
-        """Order of convergence at step ends, for polynomials of degree s and a rule of degree g.
-
-        min(2 s, g + 1, 2 (g - s) + 4): what the space can do, what the rule can do for the force
-        (Ober-Blobaum and Saake, Adv. Comput. Math. 41 (2015), section 4.2; claims V6, V17, V22),
-        and what it can do for the kinetic energy, whose degree is 2 s - 2. The last is ours; it
-        is measured in tests/galvi/test_order.py.
-        """
-        s, g = self.space.degree, self.rule.degree
-        return min(2 * s, g + 1, 2 * (g - s) + 4)
+        """Order of convergence at step ends, on smooth problems (`galvi.analysis.orders`)."""
+        return orders(self.space, self.rule).at_steps
 
     @cached_property
     def symmetric(self) -> bool:
@@ -72,16 +67,29 @@ class Galerkin:
 
         Not so on groups, where a chart has its base at a step's start: what is left is of order
         2 s + 1, and nothing for degree 1 with the exponential chart.
-
-        A*_kj = A_kj - beta_j + (1 - c_k) b_j of the adjoint equals A with its stages reversed.
         """
-        table = self.table
-        adjoint = table.A - table.beta + np.outer(1.0 - table.c, table.b)
-        mirrored = np.allclose(adjoint, table.A[::-1, ::-1], rtol=0.0, atol=1e-13)
-        return bool(mirrored and self.rule.symmetric)
+        return is_symmetric(self.table, self.rule)
 
     @cached_property
     def name(self) -> str:
         """The classical name when the tableau is a known one, else the space and the rule."""
-        known = classical_name(self.table)
-        return known or f"Galerkin degree {self.space.degree}, {self.rule.name}"
+        known = classical_name(self.table) if self._one_degree else ""
+        space = f"degree {self.space.degree}" if _polynomials(self.space) else str(self.space)
+        return known or f"Galerkin {space}, {self.rule.name}"
+
+    def theory(
+        self,
+        problem: Problem | None = None,
+        step: float | None = None,
+        lipschitz: float | None = None,
+    ) -> Theory:
+        """What theory says of this method, and of a step of it on a problem: `galvi.theory`."""
+        return theory(self, None, problem, step, lipschitz)
+
+    @property
+    def _one_degree(self) -> bool:
+        return len(set(getattr(self.space, "degrees", (self.space.degree,)))) == 1
+
+
+def _polynomials(space: Space) -> bool:
+    return space.dimension == space.degree + 1

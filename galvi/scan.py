@@ -16,6 +16,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.charts.exponential import Exponential
 from galvi.group_calls import by_fixed_point
+from galvi.group_system import group_system
 from galvi.integrate import integrate
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -40,7 +41,7 @@ TIME, EVALUATIONS = "time", "evaluations"
 def collocation(problem: Problem, degree: int) -> Galerkin:
     """The cheapest rule for the order 2 s; on a group with the chart that reaches farthest."""
     space, rule = Polynomials(degree), gauss(degree)
-    on_group = hasattr(problem.system, "group")
+    on_group = group_system(problem) is not None
     return Galerkin(space, rule, Exponential()) if on_group else Galerkin(space, rule)
 
 
@@ -123,7 +124,7 @@ class Scan:
         """
         size, spent, steps = float(np.max(np.abs(self.problem.q0))), self.spent, 1
         method = collocation(self.problem, degree)
-        plain = not hasattr(self.problem.system, "group") or by_fixed_point(self.problem, method)
+        plain = group_system(self.problem) is None or by_fixed_point(self.problem, method)
         solver = "fixed_point" if plain else "auto"
         for _ in range(DOUBLINGS):
             one, other = (self.run(s, steps, 1, solver=solver)[0]

@@ -24,6 +24,12 @@ from galvi.charts.exponential import Exponential
 from galvi.continuation import Continuation
 from galvi.curves import Curves
 from galvi.group_curves import GroupCurves
+from galvi.group_system import group_system
+from galvi.groups.product import Product
+from galvi.groups.rn import Rn
+from galvi.groups.se3 import SE3
+from galvi.groups.so2 import SO2
+from galvi.groups.so3 import SO3
 from galvi.method import Galerkin
 from galvi.potentials.central_force import CentralForce
 from galvi.potentials.linear_spring import LinearSpring
@@ -32,16 +38,26 @@ from galvi.potentials.spring_chain import SpringChain
 from galvi.potentials.uniform_gravity import UniformGravity
 from galvi.problem import Problem
 from galvi.rules.rule import Rule
+from galvi.spaces.component_polynomials import ComponentPolynomials
+from galvi.spaces.fourier import Fourier
+from galvi.spaces.piecewise_hermite import PiecewiseHermite
+from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
+from galvi.spaces.polynomial_fourier import PolynomialFourier
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
+from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
+from galvi.systems.planar_chain import PlanarChain
 from galvi.systems.rigid_body import RigidBody
 from galvi.trajectory import Trajectory
 
 VALUES = (
-    CentralForce, LinearSpring, SpringChain, PendulumWeight, UniformGravity, Polynomials, Rule,
+    CentralForce, LinearSpring, SpringChain, PendulumWeight, UniformGravity, Polynomials,
+    ComponentPolynomials, Rule,
     Cayley, Exponential, Galerkin, Canonical, NBody, RigidBody, FreeBody,
+    Lagrangian, PlanarChain, Product, Rn, SE3, SO2, SO3,
+    Fourier, PolynomialFourier, PiecewisePolynomials, PiecewiseHermite,
 )  # fmt: skip
 NAMES = {kind.__name__: kind for kind in VALUES}
 VERSION = 1
@@ -136,11 +152,11 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
             method.space, facts["curves"], facts["step"], read_only(arrays["bases"]),
             read_only(arrays["coefficients"]),
         )  # fmt: skip
-        group = getattr(problem.system, "group", None)
+        system = group_system(problem, method)
         curves = (
             Curves(*pieces, problem.q0.shape)
-            if group is None
-            else GroupCurves(*pieces, group, method.chart)
+            if system is None
+            else GroupCurves(*pieces, system.group, method.chart)
         )
     end = Continuation(
         facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]), arrays["memo"],

@@ -8,6 +8,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.group_symplecticity import group_step_derivative, group_symplecticity_defect
+from galvi.group_system import group_system
 from galvi.integrate import integrate
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -22,7 +23,7 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     At the converged stages Q, (I - h^2 A x da/dq) dQ = dq + c h dv, and the updates are linear in
     da/dq dQ. Raises ValueError when the step itself fails.
     """
-    if hasattr(problem.system, "group"):
+    if group_system(problem, method) is not None:
         return group_step_derivative(problem, method, step)
     h, table, d = step, method.table, problem.q0.size
     run = integrate(problem, method, h, 1)
@@ -52,7 +53,7 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     Round-off for a symplectic method. On a Lie group, the form in left trivialisation (H 3.1.1), to
     about 1e-12. Raises as `step_derivative`.
     """
-    if hasattr(problem.system, "group"):
+    if group_system(problem, method) is not None:
         return group_symplecticity_defect(problem, method, step)
     d, shape = problem.q0.size, problem.q0.shape
     units = np.eye(d).reshape(d, *shape)

@@ -23,10 +23,12 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.decimals import decimals, many_digits, rounded
 from galvi.rules.rule import Rule
+from galvi.spaces.checked import checked
 from galvi.spaces.legendre import legendre
 from galvi.spaces.space import Space
 
 CONSISTENT = 1e-13
+BLIND = 1e-24  # of the largest entry of K: a square of float64's rounding, e.g. that of 2 pi
 FARTHEST = 26  # the next Legendre polynomial multiplies round-off by more than 1e18 a step ahead
 
 
@@ -69,9 +71,42 @@ class Table:
     lost: tuple[Array, ...]
 
 
-@lru_cache(maxsize=128)
+@dataclass(frozen=True, eq=False)
+class Assembled:
+    """What a space and a rule give, also where it makes no method (claim V19).
+
+    table   None when the pair is ill-posed
+    defect  how far a free particle is from a straight line, the largest of |alpha_k - c_k| and
+            |beta_p - 1|; infinite when the pair is ill-posed
+    """
+
+    table: Table | None
+    defect: float
+
+    @property
+    def well_posed(self) -> bool:
+        """Whether a free particle has a unique motion (M lemma 1)."""
+        return self.table is not None
+
+    @property
+    def consistent(self) -> bool:
+        """Whether that motion is a straight line."""
+        return self.defect <= CONSISTENT
+
+
 def tabulate(space: Space, rule: Rule) -> Table:
     """The table of a pair. ValueError when it is ill-posed or inconsistent (claim V19)."""
+    found = assemble(checked(space), rule)
+    if found.table is None:
+        raise ValueError(_ill_posed(space, rule))
+    if not found.consistent:
+        raise ValueError(_inconsistent(space, rule, found.defect))
+    return found.table
+
+
+@lru_cache(maxsize=128)
+def assemble(space: Space, rule: Rule) -> Assembled:
+    """The table of a pair, with what is wrong with it. ValueError for no space of functions."""
     with many_digits():
         c, b = decimals(rule.exact_nodes), decimals(rule.exact_weights)
         start, psi, end = (_basis(space, t) for t in (decimals([0.0]), c, decimals([1.0])))
@@ -80,10 +115,12 @@ def tabulate(space: Space, rule: Rule) -> Table:
         slope = _derivative(space, c)[:, 1:]
         K = slope.T @ (b[:, None] * slope)
         gap = (end[:, None] - psi.T) * b
-        solved = _solve(K, np.column_stack([end, gap, slope.T * b]), space, rule)
+        solved = _solve(K, np.column_stack([end, gap, slope.T * b]), space)
+        if solved is None:
+            return Assembled(None, float("inf"))
         lead, C, fit = solved[:, 0], solved[:, 1 : 1 + len(c)], solved[:, 1 + len(c) :]
         alpha, beta_p = psi @ lead, end @ lead
-        _check_consistent(space, rule, np.append(alpha - c, beta_p - 1))
+        defect = float(np.max(np.abs(rounded(np.append(alpha - c, beta_p - 1)))))
         A = psi @ C
         analysis = np.linalg.inv(legendre(2.0 * rule.nodes - 1.0, rule.points - 1))
         most = min(rule.points, FARTHEST) - 1
@@ -98,7 +135,7 @@ def tabulate(space: Space, rule: Rule) -> Table:
             rounded(exact - decimals(rounded(exact))) for exact in (c, b, beta, A, integral)
         )
     arrays: list[Any] = [*(rounded(number) for number in numbers), lost]
-    return Table(*arrays)
+    return Assembled(Table(*arrays), defect)
 
 
 def _basis(space: Space, t: Any) -> Any:
@@ -117,19 +154,14 @@ def _check_constant(start: Any, values: Any) -> None:
         )
 
 
-def _solve(K: Any, rhs: Any, space: Space, rule: Rule) -> Any:
-    """K^-1 rhs by elimination; K is symmetric and not negative, so it needs no pivoting."""
-    tiny = 1e-40 if space.exact else 1e-12
+def _solve(K: Any, rhs: Any, space: Space) -> Any:
+    """K^-1 rhs by elimination, or None; K is symmetric and not negative: it needs no pivoting."""
+    tiny, blind = (1e-40, BLIND) if space.exact else (1e-12, 1e-12)
     work = np.column_stack([K, rhs])
     scale = [abs(K[i, i]) for i in range(len(K))]
     for i in range(len(K)):
-        if work[i, i] <= decimals(tiny) * max(scale):
-            raise ValueError(
-                f"{space} with {rule.name} is ill-posed: a free particle has no unique motion, "
-                f"because the rule cannot see some function of the space. Expected at least "
-                f"{space.dimension - 1} useful points; received {rule.points}. Use a rule with "
-                f"more points or a smaller space."
-            )
+        if work[i, i] <= decimals(blind) * max(scale):
+            return None
         work[i] = work[i] / work[i, i]
         for k in range(len(K)):
             if k != i and abs(work[k, i]) > decimals(tiny) * scale[k]:
@@ -137,12 +169,37 @@ def _solve(K: Any, rhs: Any, space: Space, rule: Rule) -> Any:
     return work[:, len(K) :]
 
 
-def _check_consistent(space: Space, rule: Rule, defects: Any) -> None:
-    worst = max(abs(float(defect)) for defect in defects)
-    if not worst <= CONSISTENT:
-        raise ValueError(
-            f"{space} with {rule.name} is inconsistent: a free particle does not move in a "
-            f"straight line (off by {worst:.1e} of a step; expected at most {CONSISTENT:g}). Use a "
-            f"space that contains linear functions and a rule that integrates the derivative of "
-            f"every basis function exactly."
+def _ill_posed(space: Space, rule: Rule) -> str:
+    pieces = getattr(space, "pieces", 1)
+    remedy = "a rule with more points or a smaller space"
+    if pieces > 1:
+        remedy = f"a rule repeated on each piece, galvi.composite(rule, {pieces}), or fewer pieces"
+    return (
+        f"{space} with {rule.name} is ill-posed: a free particle has no unique motion, "
+        f"because the rule cannot see some function of the space. Expected at least "
+        f"{space.dimension - 1} useful points; received {rule.points}. Use {remedy}."
+    )
+
+
+def _inconsistent(space: Space, rule: Rule, defect: float) -> str:
+    pieces = getattr(space, "pieces", 1)
+    if space.degree < 1:
+        remedy = (
+            "a space that contains linear functions, e.g. galvi.PolynomialFourier(1, harmonics) "
+            "in the place of galvi.Fourier(harmonics)"
         )
+    elif pieces > 1:
+        remedy = (
+            f"a rule repeated on each piece, galvi.composite(rule, {pieces}), with a rule such as "
+            f"galvi.gauss({space.degree}) that has no points at the joints"
+        )
+    else:
+        remedy = (
+            "a rule with more points, one that integrates the derivative of every basis function "
+            "exactly"
+        )
+    return (
+        f"{space} with {rule.name} is inconsistent: a free particle does not move in a "
+        f"straight line (off by {defect:.1e} of a step; expected at most {CONSISTENT:g}). Use "
+        f"{remedy}."
+    )

@@ -16,7 +16,6 @@ from benchmarks.tidy import frame, pick, row
 from galvi import Problem
 from galvi.arrays import Array
 from galvi.charts import CHARTS
-from galvi.rules import RULES
 from galvi.states import velocity_at
 
 STEP = 0.4
@@ -52,9 +51,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
         report(label)
         group: Any = problem.system.group  # type: ignore[attr-defined]
         for chart in CHARTS:
-            for rule in RULES:
-                degree, points = PAIRS[rule.__name__]
-                method = make_method(galvi.Polynomials(degree), rule(points), chart)
+            for rule, (degree, points) in PAIRS.items():
+                method = make_method(galvi.Polynomials(degree), getattr(galvi, rule)(points), chart)
                 run = galvi.integrate(problem, method, STEP, 1)
                 value = float("nan")
                 if run.success:
@@ -73,7 +71,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
 
 def _judge(table: pd.DataFrame, label: str, chart: str) -> Row:
     values = pick(table, study="defect", quantity=chart, label=label)["value"].to_numpy(float)
-    measured = float(values.max()) if len(values) == len(RULES) else float("nan")
+    measured = float(values.max()) if len(values) == len(PAIRS) else float("nan")
     return Row(
         id="L16",
         quantity=f"defect of the form, {label}, {chart} chart",

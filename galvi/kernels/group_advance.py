@@ -80,24 +80,30 @@ def measure(layout, g, velocity, h, scale):
 
 
 @jit
-def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_gradient, kind,
-                  timed, side, constants, layout, chart, farthest, tableau, psi, slope, end, fit,
-                  t0, h, tolerance, first, todo, total, every, state, stages, memo, turned, counts,
-                  saved_g, saved_mu, bases, curves):  # fmt: skip
+def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_gradient, field_law,
+                  field_gradient, timed_field_gradient, force_1, force_2, force_3, force_4, kind,
+                  timed, side, constants, pushed, layout, chart, farthest, tableau, psi, slope, end,
+                  fit, unknowns, t0, h, tolerance, first, todo, total, every, state, stages, memo,
+                  turned, counts, saved_g, saved_mu, bases, curves):  # fmt: skip
     """Do ``todo`` more steps; returns a code. A step that fails leaves the state where it was.
 
     psi, slope, end  (s, m), (s, m), (m,)  basis and its derivative at the stages, basis at 1
     fit              (m, s)  takes rates at the stages to x / h
+    unknowns         (d + 1,) first of each component, see galvi.kernels.group_stages
     farthest         largest |xi| of a rotation that the chart is trusted with
     """
     # With a number first: a tuple that starts with a function is one of functions to numba, with
     # a warning that these are experimental.
-    functions = (kind, law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_gradient)
-    rule = (functions, kind, timed, side, constants)
+    functions = (
+        (kind, law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_gradient),
+        (kind, field_law, field_gradient, timed_field_gradient),
+        (kind, force_1, force_2, force_3, force_4),
+    )
+    rule = (functions, kind, timed, side, constants, pushed)
     c, b = tableau[0], tableau[1]
     d, s = stages.shape
     m, r = end.size, saved_g.shape[1]
-    basis = (psi, slope, end, b, c)
+    basis = (psi, slope, end, b, c, unknowns)
     x, t, velocities = np.empty((d, m)), np.empty(s), np.empty((d, s))
     forces = np.empty((3, d, s))
     g, mu, g1, mu1, scale = np.empty(r), np.empty(d), np.empty(r), np.empty(d), np.empty(d)
@@ -115,7 +121,7 @@ def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_g
             copy_into(velocities, stages)
         measure(layout, g, velocities[:, 0], h, scale)
         if memo[HOLDS] == RATES:
-            coefficients(fit, h, velocities, x)
+            coefficients(unknowns, fit, h, velocities, x)
         else:
             guess_curve(layout, chart, basis, fit, h, velocities, x)
         code = solve_group(rule, layout, chart, basis, h, t, g, mu, scale, tolerance, counts, x,
@@ -160,13 +166,17 @@ def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_g
 def compiled_advance_group():
     """``advance_group`` compiled for every system at once, or from the cache on disk."""
     whole, real, matrix = types.int64, types.float64, laws.MATRIX
-    fixed = types.Array(real, 2, "C", readonly=True)
+    fixed, counts = types.Array(real, 2, "C", readonly=True), types.int64[::1]
+    user = (
+        slopes.SLOPES_TYPE, slopes.TIMED_SLOPES_TYPE, slopes.MATRIX_SLOPES_TYPE,
+        slopes.TIMED_MATRIX_SLOPES_TYPE,
+    )  # fmt: skip
     signature = whole(
-        slopes.LAW_TYPE, slopes.SLOPES_TYPE, slopes.TIMED_SLOPES_TYPE, slopes.MATRIX_SLOPES_TYPE,
-        slopes.TIMED_MATRIX_SLOPES_TYPE, slopes.GRADIENT_TYPE, slopes.TIMED_GRADIENT_TYPE, whole,
-        types.boolean, whole, laws.VECTOR, types.int64[:, ::1], whole, real, TABLEAU, fixed, fixed,
-        types.Array(real, 1, "C", readonly=True), fixed, real, real, real, whole, whole, whole,
-        whole, matrix, matrix, types.int64[::1], laws.VECTOR, types.int64[::1], matrix, matrix,
-        matrix, laws.BLOCKS,
+        slopes.LAW_TYPE, *user, slopes.GRADIENT_TYPE, slopes.TIMED_GRADIENT_TYPE, laws.LAW,
+        laws.GRADIENT_TYPE, laws.TIMED_GRADIENT_TYPE, *user, whole, types.boolean, whole,
+        laws.VECTOR, whole, types.int64[:, ::1], whole, real, TABLEAU, fixed, fixed,
+        types.Array(real, 1, "C", readonly=True), fixed, counts, real, real, real, whole, whole,
+        whole, whole, matrix, matrix, counts, laws.VECTOR, counts, matrix, matrix, matrix,
+        laws.BLOCKS,
     )  # fmt: skip
     return compiled_for(advance_group, signature)

@@ -26,10 +26,11 @@ PULLS = 4  # corrections of a first guess for the chart's tangent map
 
 
 @jit
-def coefficients(fit, h, rates, x):
+def coefficients(first, fit, h, rates, x):
     """x (d, m) <- those of the curve nearest to rates xi' (d, s) at the stages."""
+    x[:, :] = 0.0
     for a in range(x.shape[0]):
-        for i in range(x.shape[1]):
+        for i in range(first[a + 1] - first[a]):
             total = 0.0
             for j in range(rates.shape[1]):
                 total += fit[i, j] * rates[a, j]
@@ -48,7 +49,7 @@ def guess_curve(layout, chart, basis, fit, h, velocities, x):
     pivots = np.empty(d, np.int64)
     pace = velocities.copy()
     for _pull in range(PULLS):
-        coefficients(fit, h, pace, x)
+        coefficients(basis[5], fit, h, pace, x)
         place_curve(basis, h, x, place, rate)
         for j in range(s):
             for a in range(d):
@@ -83,10 +84,11 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, scale, tolerance, count
     The derivative is kept as long as the iteration contracts well.
     """
     d, m = x.shape
-    s = t.size
+    s, first = t.size, basis[5]
+    unknowns = first[d]
     place, rate, before = np.empty((d, s)), np.empty((d, s)), np.empty((d, s))
-    R, step = np.empty((d, m)), np.empty(d * m)
-    matrix, pivots = np.empty((d * m, d * m)), np.empty(d * m, np.int64)
+    R, step = np.empty((d, m)), np.empty(unknowns)
+    matrix, pivots = np.empty((unknowns, unknowns)), np.empty(unknowns, np.int64)
     history = np.empty(4)
     forget(history)
     fresh, last = False, np.inf
@@ -102,12 +104,12 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, scale, tolerance, count
                 return NOT_FINITE
             fresh = True
         for a in range(d):
-            for i in range(m):
-                step[a * m + i] = -R[a, i]
+            for i in range(first[a + 1] - first[a]):
+                step[first[a] + i] = -R[a, i]
         substitute(matrix, pivots, step)
         for a in range(d):
-            for i in range(m):
-                x[a, i] += step[a * m + i]
+            for i in range(first[a + 1] - first[a]):
+                x[a, i] += step[first[a] + i]
             for j in range(s):
                 before[a, j] = place[a, j]
         place_curve(basis, h, x, place, rate)

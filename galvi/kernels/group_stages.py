@@ -17,8 +17,9 @@ d components, s stages, m coefficients a component; rows are components.
 x        (d, m)
 place    (d, s) and rate (d, s)   xi and xi' at the stages
 forces   (3, d, s)   pi, f and n
-basis    (psi (s, m), slope (s, m), end (m,), b (s,), c (s,))
-law      (functions, kind, timed, side, constants), see galvi.kernels.slopes
+basis    (psi (s, m), slope (s, m), end (m,), b (s,), c (s,), first (d + 1,)); the unknowns of
+         component a are x[a, i] with i < first[a + 1] - first[a], the others are 0
+law      (functions, kind, timed, side, constants, pushed), see galvi.kernels.slopes
 scale    (d,)  1 for rotations, the size of places and of moves for translations
 """
 
@@ -49,7 +50,7 @@ def place_curve(basis, h, x, place, rate):
 @jit
 def local_slopes(law, layout, chart, g, xi, eta, t, velocity, out):
     """out (3, d) <- pi, f and n of the Lagrangian in the chart at g; velocity (d,) <- T xi'."""
-    functions, kind, timed, side, constants = law
+    functions, kind, timed, side, constants, pushed = law
     d = xi.size
     T, G = np.empty((d, d)), np.empty((d, d))
     there, own = np.empty(g.size), np.empty((2, d))
@@ -59,7 +60,7 @@ def local_slopes(law, layout, chart, g, xi, eta, t, velocity, out):
         velocity[i] = 0.0
         for j in range(d):
             velocity[i] += T[i, j] * eta[j]
-    slopes(functions, kind, timed, side, constants, layout, there, velocity, t, own)
+    slopes(functions, kind, timed, side, constants, pushed, layout, there, velocity, t, own)
     for i in range(d):
         out[0, i] = out[1, i] = 0.0
         for j in range(d):
@@ -119,14 +120,14 @@ def end_momentum(layout, chart, xi, momentum, mu1, p1):
 @jit
 def residual(layout, chart, basis, h, mu0, forces, x, R):
     """R (d, m), as above."""
-    psi, slope, end, b, c = basis
+    psi, slope, end, b, c, first = basis
     d = x.shape[0]
     xi, momentum, mu1, p1 = np.empty(d), np.empty(d), np.empty(d), np.empty(d)
     end_place(basis, x, xi)
     carried(basis, h, mu0, forces, momentum)
     end_momentum(layout, chart, xi, momentum, mu1, p1)
     for a in range(d):
-        for i in range(R.shape[1]):
+        for i in range(first[a + 1] - first[a]):
             total = -p1[a] * end[i]
             for j in range(b.size):
                 total += b[j] * (h * forces[1, a, j] * psi[j, i] + forces[0, a, j] * slope[j, i])
@@ -184,8 +185,8 @@ def end_curvature(layout, chart, scale, xi, momentum, by_place, by_momentum):
 
 @jit
 def derivative(law, layout, chart, basis, scale, h, g, mu0, t, x, place, rate, forces, matrix):
-    """matrix (d m, d m) <- dR/dx, unknown and equation a m + i."""
-    psi, slope, end, b, c = basis
+    """matrix <- dR/dx, (unknowns, unknowns), that of x[a, i] and equation R[a, i] first[a] + i."""
+    psi, slope, end, b, c, first = basis
     d, s = place.shape
     m = end.size
     xi, eta, blocks = np.empty(d), np.empty(d), np.empty((2, 3, d, d))
@@ -201,21 +202,23 @@ def derivative(law, layout, chart, basis, scale, h, g, mu0, t, x, place, rate, f
                     kicks[a, k, l] += b[j] * (
                         h * blocks[0, 2, a, k] * psi[j, l] + blocks[1, 2, a, k] * slope[j, l]
                     )
-                for i in range(m):
+                for i in range(first[a + 1] - first[a]):
                     late, bend = h * b[j] * psi[j, i], b[j] * slope[j, i]
                     by_place = late * blocks[0, 1, a, k] + bend * blocks[0, 0, a, k]
                     by_rate = (late * blocks[1, 1, a, k] + bend * blocks[1, 0, a, k]) / h
-                    for l in range(m):
-                        matrix[a * m + i, k * m + l] += by_place * psi[j, l] + by_rate * slope[j, l]
+                    for l in range(first[k + 1] - first[k]):
+                        matrix[first[a] + i, first[k] + l] += (
+                            by_place * psi[j, l] + by_rate * slope[j, l]
+                        )
     momentum, by_end, by_momentum = np.empty(d), np.empty((d, d)), np.empty((d, d))
     end_place(basis, x, xi)
     carried(basis, h, mu0, forces, momentum)
     end_curvature(layout, chart, scale, xi, momentum, by_end, by_momentum)
     for a in range(d):
         for k in range(d):
-            for l in range(m):
+            for l in range(first[k + 1] - first[k]):
                 moved = by_end[a, k] * end[l]
                 for n in range(d):
                     moved += by_momentum[a, n] * kicks[n, k, l]
-                for i in range(m):
-                    matrix[a * m + i, k * m + l] -= end[i] * moved
+                for i in range(first[a + 1] - first[a]):
+                    matrix[first[a] + i, first[k] + l] -= end[i] * moved

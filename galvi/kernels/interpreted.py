@@ -14,7 +14,8 @@ from numba.core.registry import CPUDispatcher
 
 CALLS_USER_CODE = frozenset(
     {"accelerations", "jacobians", "solve_fixed_point", "solve_newton", "solve", "advance"}
-    | {"slopes", "local_slopes", "stage_slopes", "curvature", "derivative", "form", "solve_group"}
+    | {"slopes", "own_slopes", "canonical", "push", "local_slopes", "stage_slopes", "curvature"}
+    | {"derivative", "form", "solve_group"}
 )
 
 

@@ -3,12 +3,18 @@
 g    (r,)  configuration; v (d,) velocity
 out  (2, d)  rows dL/dv and the derivative of L along g hat(e_a)
 
-A kernel takes functions of seven types; a system fills those it has, as in galvi.kernels.laws.
+A kernel takes functions of several types; a system fills those it has, as in galvi.kernels.laws.
 
-LAW       a built-in one, (g, v, t, constants, out)
-EUCLIDEAN a user's (q, v) or (q, v, t) -> (d + r,): dL/dv and the Euclidean dL/dq
-LEFT      the same with the left-trivialised derivative, (d + d,)
-GRADIENT  of a rigid body with inertia in constants: a user's dV/dR of (R) or (R, t)
+LAW        a built-in one, (g, v, t, constants, out)
+EUCLIDEAN  a user's (q, v) or (q, v, t) -> (d + r,): dL/dv and the Euclidean dL/dq
+LEFT       the same with the left-trivialised derivative, (d + d,)
+GRADIENT   of a rigid body with inertia in constants: a user's dV/dR of (R) or (R, t)
+CANONICAL  L = v.Mv/2 - V on R^d, M by rows in constants: a law of galvi.kernels.laws for dV/dq,
+           its numbers after M
+CANONICAL_GRADIENT  likewise, dV/dq a user's of (q) or (q, t)
+
+An external force is added to the second row: by the principle of Lagrange and d'Alembert it acts on
+a variation along g hat(e_a) as dL/dg does. It is a user's (q, v) or (q, v, t) -> (d,).
 """
 
 from __future__ import annotations
@@ -17,10 +23,13 @@ import numpy as np
 from numba import types
 
 from galvi.kernels import covectors
+from galvi.kernels import laws as fields
+from galvi.kernels.accelerations import accelerations
 from galvi.kernels.jit import jit
 from galvi.kernels.laws import MATRIX, VECTOR
 
-LAW, EUCLIDEAN, LEFT, GRADIENT = 0, 1, 2, 3
+LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL, CANONICAL_GRADIENT = 0, 1, 2, 3, 4, 5
+FREE, PUSHED, TIMED_PUSHED = 0, 1, 2  # whether a force acts, and whether it takes the time
 
 LAW_TYPE = types.FunctionType(types.void(VECTOR, VECTOR, types.float64, VECTOR, MATRIX))
 SLOPES_TYPE = types.FunctionType(VECTOR(VECTOR, VECTOR))
@@ -134,10 +143,54 @@ def spread(values, kind, layout, g, out):
 
 
 @jit
-def slopes(functions, kind, timed, side, constants, layout, g, v, t, out):
+def canonical(kind, law, gradient, timed_gradient, constants, g, v, t, out):
+    """L = v.Mv/2 - V(q, t); kind is that of the force in galvi.kernels.laws."""
+    d = v.size
+    place, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
+    when[0] = t
+    for i in range(d):
+        place[i, 0] = g[i]
+    accelerations(kind, law, gradient, timed_gradient, constants[d * d :], np.empty((0, 0)), place,
+                  when, pull)  # fmt: skip
+    for i in range(d):
+        out[0, i], out[1, i] = 0.0, -pull[i, 0]
+        for j in range(d):
+            out[0, i] += constants[d * i + j] * v[j]
+
+
+@jit
+def push(forces, pushed, side, g, v, t, out):
+    """out[1] <- out[1] + the external force; NaN when a user's function has another length."""
+    _, plain, timed_plain, matrix, timed_matrix = forces
+    d = v.size
+    if side == 0:
+        force = timed_plain(g.copy(), v.copy(), t) if pushed > 1 else plain(g.copy(), v.copy())
+    else:
+        q = g.copy().reshape((side, side))
+        force = timed_matrix(q, v.copy(), t) if pushed > 1 else matrix(q, v.copy())
+    for i in range(d):
+        out[1, i] += force[i] if force.size == d else np.nan
+
+
+@jit
+def slopes(functions, kind, timed, side, constants, pushed, layout, g, v, t, out):
     """out (2, d) at one configuration; side = 0 when the user takes a vector, else its rows."""
+    lagrangian, fields_, forces = functions
+    own_slopes(lagrangian, fields_, kind, timed, side, constants, layout, g, v, t, out)
+    if pushed > 0:
+        push(forces, pushed, side, g, v, t, out)
+
+
+@jit
+def own_slopes(functions, fields_, kind, timed, side, constants, layout, g, v, t, out):
+    """As ``slopes``, of the Lagrangian alone."""
     _, law, plain, timed_plain, matrix, timed_matrix, gradient, timed_gradient = functions
-    if kind == LAW:
+    if kind >= CANONICAL:
+        _, field_law, field_gradient, timed_field_gradient = fields_
+        of_field = fields.BUILT_IN if kind == CANONICAL else fields.GRADIENT
+        canonical(fields.TIMED_GRADIENT if timed else of_field, field_law, field_gradient,
+                  timed_field_gradient, constants, g, v, t, out)  # fmt: skip
+    elif kind == LAW:
         law(g, v, t, constants, out)
     elif kind == GRADIENT:
         R = g.copy().reshape((3, 3))

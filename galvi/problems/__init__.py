@@ -1,6 +1,8 @@
 """Ready problems: each is a function that returns a `galvi.Problem`."""
 
 from galvi.problems.applegate import applegate
+from galvi.problems.brownout import brownout
+from galvi.problems.double_pendulum import double_pendulum
 from galvi.problems.fermi_pasta_ulam_tsingou import fermi_pasta_ulam_tsingou
 from galvi.problems.free_body_se3 import free_body_se3
 from galvi.problems.free_box import free_box
@@ -11,12 +13,15 @@ from galvi.problems.henon_heiles import henon_heiles
 from galvi.problems.kepler import kepler
 from galvi.problems.outer_solar_system import outer_solar_system
 from galvi.problems.pendulum_3d import pendulum_3d
+from galvi.problems.planar_chain import planar_chain
 from galvi.problems.planar_pendulum import planar_pendulum
 from galvi.problems.solar_system import solar_system
 from galvi.problems.spherical_pendulum import spherical_pendulum
 
 __all__ = [
     "applegate",
+    "brownout",
+    "double_pendulum",
     "fermi_pasta_ulam_tsingou",
     "free_body_se3",
     "free_box",
@@ -27,6 +32,7 @@ __all__ = [
     "kepler",
     "outer_solar_system",
     "pendulum_3d",
+    "planar_chain",
     "planar_pendulum",
     "solar_system",
     "spherical_pendulum",

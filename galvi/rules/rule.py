@@ -9,8 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from galvi import checks
 from galvi.arrays import Array
 from galvi.decimals import decimals, many_digits, rounded
+from galvi.spaces.legendre import legendre
+
+EXACT = 1e-12  # of the integral of a Legendre polynomial; 2e-15 was measured up to 200 points
 
 
 @dataclass(frozen=True)
@@ -18,11 +22,11 @@ class Rule:
     """sum_j weights_j f(nodes_j), exact for polynomials of at most ``degree``.
 
     name           e.g. "Gauss 4"
-    degree         degree of exactness
+    degree         degree of exactness, at least 0; what is given is checked to 1e-12
     exact_nodes    decimals in [0, 1], increasing (floats are taken as they are)
     exact_weights  decimals, positive, with sum 1 to 1e-13
 
-    Raises ValueError, naming the identity, when the numbers are not a rule.
+    Raises ValueError, naming the identity, when the numbers are not a rule of this degree.
     """
 
     name: str
@@ -31,12 +35,13 @@ class Rule:
     exact_weights: tuple[Decimal, ...]
 
     def __post_init__(self) -> None:
+        if not isinstance(self.name, str):
+            raise ValueError(f"name of a rule must be a text; received {self.name!r}.")
+        object.__setattr__(self, "degree", checks.whole("degree of a rule", self.degree, 0))
         for field in ("exact_nodes", "exact_weights"):
-            numbers = np.asarray(getattr(self, field))
-            if numbers.ndim != 1 or not np.all(np.isfinite(numbers.astype(np.float64))):
-                raise ValueError(f"{field} of a rule must be finite numbers in one row.")
-            object.__setattr__(self, field, tuple(decimals(numbers)))
+            object.__setattr__(self, field, _row(field, getattr(self, field)))
         self._check()
+        self._check_degree()
 
     @property
     def points(self) -> int:
@@ -79,6 +84,37 @@ class Rule:
             total = sum(self.exact_weights, Decimal(0))
         if abs(total - 1) > Decimal("1e-13"):
             raise ValueError(f"weights of a rule on [0, 1] must sum to 1; received {total:.16f}.")
+
+    def _check_degree(self) -> None:
+        most = 2 * self.points - 1
+        if self.degree > most:
+            raise ValueError(
+                f"degree of a rule with {self.points} points must be at most {most}, which "
+                f"Gauss's rule has; received {self.degree}."
+            )
+        defects = np.abs(self.weights @ legendre(2.0 * self.nodes - 1.0, self.degree)[:, 1:])
+        wrong = np.flatnonzero(defects > EXACT)
+        if wrong.size:
+            first = int(wrong[0]) + 1
+            raise ValueError(
+                f"a rule must integrate all polynomials of its degree, {self.degree}; {self.name} "
+                f"misses one of degree {first} by {defects[first - 1]:.1e}. Say degree = "
+                f"{first - 1}, or correct the nodes and weights."
+            )
+
+
+def _row(field: str, values: Any) -> tuple[Decimal, ...]:
+    """The values as decimals, or ValueError unless they are finite numbers in one row."""
+    try:
+        numbers = np.asarray(values)
+        finite = bool(np.all(np.isfinite(numbers.astype(np.float64))))
+    except (TypeError, ValueError):
+        finite = False
+    if not finite or numbers.ndim != 1:
+        raise ValueError(
+            f"{field} of a rule must be finite numbers in one row; received {values!r}."
+        )
+    return tuple(decimals(numbers))
 
 
 def from_interval(name: str, degree: int, x: Any, w: Any) -> Rule:

@@ -1,4 +1,4 @@
-"""Legendre polynomials by their three-term recurrence, for floats and for decimals alike."""
+"""Legendre polynomials and their integrals, for floats and for decimals alike."""
 
 from __future__ import annotations
 
@@ -16,3 +16,15 @@ def legendre(x: Any, degree: int) -> Any:
     for n in range(1, degree):
         columns.append(((2 * n + 1) * x * columns[n] - n * columns[n - 1]) / (n + 1))
     return np.stack(columns[: degree + 1], axis=-1)
+
+
+def integrals(t: Any, count: int) -> Any:
+    """The integrals of P_0(2 s - 1) .. P_{count - 1}(2 s - 1) over s in [0, t], (k, count).
+
+    t of shape (k,); the integral of P_l is (P_{l+1} - P_{l-1})(2 t - 1) / (2 (2 l + 1)).
+    """
+    P = legendre(2 * t - 1, count)
+    columns = [t]
+    for n in range(1, count):
+        columns.append((P[:, n + 1] - P[:, n - 1]) / (2 * (2 * n + 1)))
+    return np.stack(columns[:count], axis=-1)

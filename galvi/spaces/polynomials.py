@@ -9,7 +9,7 @@ import numpy as np
 
 from galvi import checks
 from galvi.arrays import Array, read_only
-from galvi.spaces.legendre import legendre
+from galvi.spaces.legendre import integrals, legendre
 
 HIGHEST = 64
 
@@ -41,11 +41,7 @@ class Polynomials:
 
     def basis(self, t: Any) -> Any:
         """phi_i(t_k), (k, degree + 1), for t of shape (k,)."""
-        P = legendre(2 * t - 1, self.degree)
-        columns = [P[:, 0], t]
-        for i in range(2, self.degree + 1):
-            columns.append((P[:, i] - P[:, i - 2]) / (2 * (2 * i - 1)))
-        return np.stack(columns, axis=-1)
+        return np.concatenate([t[:, None] * 0 + 1, integrals(t, self.degree)], axis=1)
 
     def derivative(self, t: Any) -> Any:
         """phi_i'(t_k) = P_{i-1}(2 t_k - 1), (k, degree + 1)."""

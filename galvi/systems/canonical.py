@@ -15,6 +15,7 @@ from galvi.potentials.potential import Potential
 from galvi.systems.compiles import compiles
 from galvi.systems.differences import CALLS, differenced_gradient, differenced_hessian
 from galvi.systems.field import Field
+from galvi.systems.force import check_force, check_force_at
 
 Function = Callable[..., Any]
 
@@ -27,7 +28,9 @@ class Canonical:
     potential      V of one configuration of shape (d,); a ``Potential`` brings its derivatives
     gradient       dV/dq, shape (d,); differenced from V when missing
     hessian        d2V/dq2, shape (d, d); differenced from the gradient when missing
-    explicit_time  all three take (q, t) instead of (q)
+    force          an external force of (q, v), (d,), e.g. drag; see galvi.systems.force
+    explicit_time  potential and derivatives take (q, t) instead of (q)
+    timed_force    the force takes (q, v, t)
 
     Functions compiled with ``numba.njit`` run inside the kernel; plain Python ones work too,
     slower, and what they raise reaches the caller. Raises ValueError for a mass that is not
@@ -38,9 +41,12 @@ class Canonical:
     potential: Function
     gradient: Function | None = None
     hessian: Function | None = None
+    force: Function | None = None
     explicit_time: bool = field(default=False, kw_only=True)
+    timed_force: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
+        check_force(self)
         object.__setattr__(self, "mass", _positive_mass(self.mass))
         for name in ("potential", "gradient", "hessian"):
             function = getattr(self, name)
@@ -68,8 +74,9 @@ class Canonical:
                 f"{self.mass.shape}."
             )
 
-    def check_functions(self, q: Array, t: float) -> None:
-        """ValueError unless the given functions return what they should at (q, t), finite."""
+    def check_functions(self, q: Array, v: Array, t: float) -> None:
+        """ValueError unless the given functions return what they should there, finite."""
+        check_force_at(self, q, v, t)
         checks.returned("potential", self.potential(*self._arguments(q, t)))
         found = [("gradient", self.potential_gradient(q, t))]
         if self.hessian is not None:

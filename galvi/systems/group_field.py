@@ -13,14 +13,16 @@ from galvi.kernels import slopes as stage
 
 @dataclass(frozen=True, eq=False)
 class GroupField:
-    """Derivatives of a Lagrangian, as galvi.kernels.slopes evaluates them.
+    """Derivatives of a Lagrangian, and a force, as galvi.kernels.slopes evaluates them.
 
-    Exactly one of the functions is the system's; the rest are stand-ins.
+    Of the Lagrangian's functions at most one is the system's, and of the force's; the rest are
+    stand-ins.
 
-    kind       slopes.LAW, EUCLIDEAN, LEFT or GRADIENT
+    kind       slopes.LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL or CANONICAL_GRADIENT
     timed      whether a user's function takes the time
-    side       rows of the matrix that a user's slopes take; 0 for a vector
+    side       rows of the matrix that a user's slopes and force take; 0 for a vector
     constants  (c,) numbers for law
+    pushed     slopes.FREE, PUSHED or TIMED_PUSHED
     compiled   whether every function can run inside a compiled kernel
     """
 
@@ -32,7 +34,25 @@ class GroupField:
     timed_matrix_slopes: Callable[..., Any] = stage.no_timed_matrix_slopes
     gradient: Callable[..., Any] = stage.no_gradient
     timed_gradient: Callable[..., Any] = stage.no_timed_gradient
+    field_law: Callable[..., Any] = laws.no_law
+    field_gradient: Callable[..., Any] = laws.no_gradient
+    timed_field_gradient: Callable[..., Any] = laws.no_timed_gradient
+    force: Callable[..., Any] = stage.no_slopes
+    timed_force: Callable[..., Any] = stage.no_timed_slopes
+    matrix_force: Callable[..., Any] = stage.no_matrix_slopes
+    timed_matrix_force: Callable[..., Any] = stage.no_timed_matrix_slopes
     timed: bool = False
     side: int = 0
     constants: Array = field(default_factory=laws.no_constants)
+    pushed: int = stage.FREE
     compiled: bool = True
+
+    @property
+    def functions(self) -> tuple[Callable[..., Any], ...]:
+        """In the order in which galvi.kernels.group_advance takes them."""
+        return (
+            self.law, self.slopes, self.timed_slopes, self.matrix_slopes, self.timed_matrix_slopes,
+            self.gradient, self.timed_gradient, self.field_law, self.field_gradient,
+            self.timed_field_gradient, self.force, self.timed_force, self.matrix_force,
+            self.timed_matrix_force,
+        )  # fmt: skip

@@ -13,14 +13,18 @@ from galvi.arrays import Array
 from galvi.charts.exponential import Exponential
 from galvi.charts.maps import place
 from galvi.groups.group import Group, is_group
+from galvi.groups.rn import Rn
 from galvi.kernels import slopes
 from galvi.kernels.laws import MATRIX, VECTOR
 from galvi.systems.compiles import compiles
 from galvi.systems.differences import CALLS, ROUNDING, STEPS, differences
+from galvi.systems.force import check_force, check_force_at, with_force
 from galvi.systems.group_field import GroupField
-from galvi.systems.legendre import balance, velocity_with_momentum
-from galvi.systems.rigid_body import returned_array
+from galvi.systems.known_lagrangian import KnownLagrangian
+from galvi.systems.legendre import check_regular, velocity_with_momentum
+from galvi.systems.returned import returned_array
 from galvi.systems.scales import typical
+from galvi.systems.symbolic import SymbolicLagrangian, symbolic
 
 Function = Callable[..., Any]
 CHART = Exponential()
@@ -35,27 +39,53 @@ class Lagrangian:
     group          e.g. ``Rn(2)``, ``SO3()`` or ``Product((SO3(), Rn(1)))``; velocities are
                    left-trivialised, q' = q hat(v)
     slopes         both derivatives in one vector, (d + entries of q,): dL/dv and the Euclidean
-                   dL/dq by rows; differenced from L when missing, with steps that suit L
-    explicit_time  both take (q, v, t) instead of (q, v)
+                   dL/dq by rows; differenced from L when missing, with steps that suit L, unless
+                   L is a value that brings them, such as ``galvi.PlanarChain``
+    force          an external force of (q, v), (d,), left-trivialised; see galvi.systems.force
+    explicit_time  function and slopes take (q, v, t) instead of (q, v)
+    timed_force    the force takes (q, v, t)
 
-    L must be regular: d2L/dv2 invertible. Slopes compiled with ``numba.njit`` run inside the
-    kernel; L itself is only called from Python, also when it is compiled. Where no two steps of
-    differences agree, the derivative is NaN. Raises TypeError for something that cannot be called
-    or is no group.
+    L must be regular: d2L/dv2 invertible. Slopes and a force compiled with ``numba.njit`` run
+    inside the kernel; L itself is only called from Python, also when it is compiled. Where no
+    two steps of differences agree, the derivative is NaN. Raises TypeError for something that
+    cannot be called or is no group.
     """
 
     function: Function
     group: Group
     slopes: Function | None = None
+    force: Function | None = None
     explicit_time: bool = field(default=False, kw_only=True)
+    timed_force: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
+        check_force(self)
         for name in ("function", "slopes"):
             value = getattr(self, name)
             if not callable(value) and (name == "function" or value is not None):
                 raise TypeError(f"{name} must be a function of (q, v); received {value!r}.")
         if not is_group(self.group):
             raise TypeError(f"group must be a group such as galvi.SO3(); received {self.group!r}.")
+
+    @classmethod
+    def from_sympy(
+        cls, L: Any, q: Any, v: Any = None, t: Any = None, parameters: Any = None, force: Any = None
+    ) -> Lagrangian:
+        """From a SymPy expression; its derivatives are formed there and compiled.
+
+        q, v        symbols of coordinates and velocities; without v, q are functions of the time,
+                    such as SymPy's dynamicsymbols, and velocities are their derivatives
+        t           the symbol of the time, when L or a force depends on it
+        parameters  symbol -> number, for all other symbols
+        force       generalised forces, an expression for each coordinate
+
+        Compiled once for each expression, whatever the parameters, and kept on disk. Raises
+        ImportError without SymPy, TypeError or ValueError for what cannot be used, and warns of a
+        Lagrangian that is not twice differentiable.
+        """
+        found, timed, push, pushed = symbolic(L, q, v, t, parameters, force)
+        forces: dict[str, Any] = {} if push is None else {"force": push, "timed_force": pushed}
+        return cls(found, Rn(found.dimension), explicit_time=timed, **forces)
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
         """(d,)."""
@@ -67,6 +97,7 @@ class Lagrangian:
 
     def check_functions(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless L is a finite number with slopes of the right size, and regular."""
+        check_force_at(self, q, v, t)
         value = checks.returned("the Lagrangian", self.function(*self._arguments(q, v, t)))
         if not np.isfinite(value):
             raise ValueError(
@@ -78,22 +109,12 @@ class Lagrangian:
             raise ValueError(
                 f"the derivatives of the Lagrangian must be finite at the start; received "
                 f"{left.tolist()}. "
-                + ("Give slopes" if self.slopes is None else "Check slopes")
+                + ("Give slopes" if self._slopes is None else "Check slopes")
                 + ", or start elsewhere."
             )
-        mass = self.mass(q, v, t)
-        if not np.all(np.isfinite(mass)):
-            raise ValueError(
-                f"d2L/dv2 must be finite at the start; received {mass.tolist()}. Start with "
-                f"velocities in the midst of those that the Lagrangian is defined for."
-            )
-        weight = balance(mass)
-        if np.linalg.cond(mass / np.outer(weight, weight)) > 1e12:
-            raise ValueError(
-                f"the Lagrangian is degenerate at the start: d2L/dv2 is singular, with eigenvalues "
-                f"{np.linalg.eigvalsh(0.5 * (mass + mass.T)).tolist()}. Expected a regular "
-                f"Lagrangian; remove velocities that it does not depend on."
-            )
+        if isinstance(self.function, SymbolicLagrangian):
+            self.function.check_start(q, v, t)
+        check_regular(self.mass(q, v, t))
 
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
         """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""
@@ -128,13 +149,15 @@ class Lagrangian:
         """d2L/dv2 at one state, (d, d), by differences; 0 for what is not above their rounding."""
         mass, error = differences(
             lambda w: self._momentum(q, w, t), v, typical(self.group, q, v)[1],
-            weights=(0.5,), steps=STEPS[:2], noise=ROUNDING if self.slopes else COARSE,
+            weights=(0.5,), steps=STEPS[:2], noise=ROUNDING if self._slopes else COARSE,
             good=1e-3, usable=1e-2,
         )  # fmt: skip
         return np.where(np.abs(mass) <= error, 0.0, mass)
 
     def group_field(self) -> GroupField:
         """For the kernels."""
+        if self.slopes is None and isinstance(self.function, KnownLagrangian):
+            return with_force(self.function.group_field(), self, 0)
         side = self.group.shape[0] if len(self.group.shape) == 2 else 0
         name = ("timed_" if self.explicit_time else "") + ("matrix_" if side else "") + "slopes"
         if self.slopes is not None:
@@ -142,30 +165,39 @@ class Lagrangian:
             arguments += (VECTOR.dtype,) if self.explicit_time else ()
             compiled = compiles(self.slopes, arguments, VECTOR)
             given: dict[str, Any] = {name: self.slopes if compiled else self._checked}
-            return GroupField(slopes.EUCLIDEAN, timed=self.explicit_time, side=side,
-                              compiled=compiled, **given)  # fmt: skip
+            known = GroupField(slopes.EUCLIDEAN, timed=self.explicit_time, side=side,
+                               compiled=compiled, **given)  # fmt: skip
+            return with_force(known, self, side)
         differenced: dict[str, Any] = {name: lambda *qvt: self._differenced(*qvt).ravel()}
-        return GroupField(slopes.LEFT, timed=self.explicit_time, side=side, compiled=False,
-                          **differenced)  # fmt: skip
+        unknown = GroupField(slopes.LEFT, timed=self.explicit_time, side=side, compiled=False,
+                             **differenced)  # fmt: skip
+        return with_force(unknown, self, side)
 
     @property
     def potential_calls_per_force(self) -> int:
         """Lagrangians evaluated, for each component, to difference a gradient, at least; else 0."""
-        return 0 if self.slopes is not None else 2 * CALLS
+        return 0 if self._slopes is not None else 2 * CALLS
+
+    @property
+    def _slopes(self) -> Function | None:
+        if self.slopes is None and isinstance(self.function, KnownLagrangian):
+            return self.function.slopes
+        return self.slopes
 
     def _arguments(self, q: Array, v: Array, t: float) -> tuple[Any, ...]:
         q, v = np.array(q, dtype=np.float64), np.array(v, dtype=np.float64)
         return (q, v, float(t)) if self.explicit_time else (q, v)
 
     def _checked(self, *qvt: Any) -> Array:
-        assert self.slopes is not None
+        known = self._slopes
+        assert known is not None
         size = self.group.dimension + int(np.prod(self.group.shape))
         expected = f"dL/dv and dL/dq in an array of shape ({size},)"
-        return returned_array("slopes", self.slopes(*qvt), (size,), expected)
+        return returned_array("slopes", known(*qvt), (size,), expected)
 
     def _left(self, q: Array, v: Array, t: float) -> Array:
         """(2, d): dL/dv, and dL/dq along q hat(e_a)."""
-        if self.slopes is None:
+        if self._slopes is None:
             return self._differenced(*self._arguments(q, v, t))
         out = np.empty((2, self.group.dimension))
         values = self._checked(*self._arguments(q, v, t))
@@ -174,7 +206,7 @@ class Lagrangian:
         return out
 
     def _momentum(self, q: Array, v: Array, t: float) -> Array:
-        if self.slopes is None:
+        if self._slopes is None:
             return self._differenced_momentum(*self._arguments(q, v, t))
         return self._left(q, v, t)[0]
 

@@ -80,3 +80,34 @@ def balance(M: Array) -> Array:
         rows = np.max(np.abs(M / np.outer(weight, weight)), axis=1)
         weight = weight * np.sqrt(np.where(rows > 0.0, rows, 1.0))
     return weight
+
+
+def check_regular(M: Array) -> None:
+    """ValueError unless d2L/dv2 (d, d) at the start is finite and invertible."""
+    if not np.all(np.isfinite(M)):
+        raise ValueError(
+            f"d2L/dv2 must be finite at the start; received {M.tolist()}. Start with velocities in "
+            f"the midst of those that the Lagrangian is defined for."
+        )
+    weight = balance(M)
+    scaled = M / np.outer(weight, weight)
+    if np.linalg.cond(scaled) > 1e12:
+        raise ValueError(
+            f"the Lagrangian is degenerate at the start: d2L/dv2 is singular, with eigenvalues "
+            f"{np.linalg.eigvalsh(0.5 * (M + M.T)).tolist()}; no momentum changes with the "
+            f"velocities along {_missing(scaled, weight)}. Expected a regular Lagrangian; remove "
+            f"velocities that it does not depend on."
+        )
+
+
+def _missing(scaled: Array, weight: Array) -> str:
+    """The velocities that change no momentum, in words such as 'v[0] - v[1]': their direction."""
+    values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
+    along = vectors[:, np.argmin(np.abs(values))] / weight
+    along = along / along[np.argmax(np.abs(along))]
+    words: list[str] = []
+    for i in np.flatnonzero(np.abs(along) > 1e-6):
+        size = f"{abs(along[i]):.4g} ".removeprefix("1 ")
+        sign = ("- " if words else "-") if along[i] < 0.0 else ("+ " if words else "")
+        words.append(f"{sign}{size}v[{i}]")
+    return " ".join(words)

@@ -18,7 +18,9 @@ from galvi.kernels.laws import MATRIX
 from galvi.potentials.uniform_gravity import UniformGravity
 from galvi.systems.compiles import compiles
 from galvi.systems.differences import CALLS, differenced_rotation_gradient
+from galvi.systems.force import check_force, check_force_at, with_force
 from galvi.systems.group_field import GroupField
+from galvi.systems.returned import returned_array
 
 Function = Callable[..., Any]
 SINGULAR = 1e-14  # smallest over largest moment: rounding of a matrix of less rank
@@ -33,20 +35,26 @@ class RigidBody:
                    principal moments, or a (3, 3) symmetric positive definite matrix
     potential      V of one rotation matrix (3, 3); None for a free body
     gradient       the Euclidean dV/dR, (3, 3); differenced from V when missing
-    explicit_time  both take (R, t) instead of (R)
+    force          an external torque in the body's frame, (3,), of (R, v); see
+                   galvi.systems.force
+    explicit_time  potential and gradient take (R, t) instead of (R)
+    timed_force    the force takes (R, v, t)
 
     Configurations are (3, 3), velocities and momenta p = J v (3,), in the body's frame. A gradient
-    compiled with ``numba.njit`` runs inside the kernel; a potential without one is differenced in
-    Python, also when it is compiled. Raises ValueError for an inertia that no body can have,
-    TypeError for something that cannot be called.
+    and a force compiled with ``numba.njit`` run inside the kernel; a potential without a gradient
+    is differenced in Python, also when it is compiled. Raises ValueError for an inertia that no
+    body can have, TypeError for something that cannot be called.
     """
 
     inertia: Any
     potential: Function | None = None
     gradient: Function | None = None
+    force: Function | None = None
     explicit_time: bool = field(default=False, kw_only=True)
+    timed_force: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
+        check_force(self)
         object.__setattr__(self, "inertia", possible_inertia(self.inertia))
         for name in ("potential", "gradient"):
             function = getattr(self, name)
@@ -61,8 +69,8 @@ class RigidBody:
             )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        make = partial(RigidBody, explicit_time=self.explicit_time)
-        return make, (self.inertia, self.potential, self.gradient)
+        make = partial(RigidBody, explicit_time=self.explicit_time, timed_force=self.timed_force)
+        return make, (self.inertia, self.potential, self.gradient, self.force)
 
     @property
     def group(self) -> SO3:
@@ -77,8 +85,9 @@ class RigidBody:
         """ValueError unless q is a rotation matrix."""
         self.group.check("q0", q)
 
-    def check_functions(self, q: Array, t: float) -> None:
-        """ValueError unless the given functions return what they should at (q, t), finite."""
+    def check_functions(self, q: Array, v: Array, t: float) -> None:
+        """ValueError unless the given functions return what they should there, finite."""
+        check_force_at(self, q, v, t)
         if self.potential is None:
             return
         value = checks.returned("potential", self.potential(*self._arguments(q, t)))
@@ -147,16 +156,18 @@ class RigidBody:
         ):
             weight = np.zeros(6) if self.potential is None else self.potential.numbers
             constants = np.concatenate([numbers, weight])
-            return GroupField(kind=slopes.LAW, law=slopes.rigid_body, constants=constants)
+            known = GroupField(kind=slopes.LAW, law=slopes.rigid_body, constants=constants)
+            return with_force(known, self, 3)
         slope = self.slope()
         arguments = (MATRIX, MATRIX.dtype) if self.explicit_time else (MATRIX,)
         compiled = compiles(slope, arguments, MATRIX)
         name = "timed_gradient" if self.explicit_time else "gradient"
         given: dict[str, Any] = {name: slope if compiled else self._checked}
-        return GroupField(
+        field = GroupField(
             slopes.GRADIENT, timed=self.explicit_time, constants=numbers.copy(), compiled=compiled,
             **given,
         )  # fmt: skip
+        return with_force(field, self, 3)
 
     @property
     def potential_calls_per_force(self) -> int:
@@ -167,22 +178,6 @@ class RigidBody:
     def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
         q = np.array(q, dtype=np.float64)
         return (q, float(t)) if self.explicit_time else (q,)
-
-
-def returned_array(name: str, values: Any, shape: tuple[int, ...], expected: str) -> Array:
-    """What a user's function returned, finite or not; ValueError for another shape or no reals.
-
-    expected  "an array of shape ...", in words
-    """
-    result = np.asarray(values)
-    if result.shape != shape:
-        raise ValueError(f"{name} must return {expected}; received shape {result.shape}.")
-    if result.dtype.kind not in "iuf":
-        raise ValueError(
-            f"{name} must return {expected}, of real numbers; received numbers of type "
-            f"{result.dtype}."
-        )
-    return np.ascontiguousarray(result, dtype=np.float64)
 
 
 def possible_inertia(inertia: Any) -> Array:

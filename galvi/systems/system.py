@@ -43,7 +43,7 @@ class VectorSystem(System, Protocol):
 
 
 class GroupSystem(System, Protocol):
-    """One on a Lie group, with any regular Lagrangian."""
+    """One on a Lie group, with any regular Lagrangian and perhaps an external force."""
 
     @property
     def group(self) -> Group:

@@ -10,12 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import galvi
-from galvi.rules import RULES
-from galvi.table import tabulate
+from galvi.table import assemble, tabulate
 
 PAIRS = [
     (degree, rule(points))
-    for rule in RULES
+    for rule in (galvi.gauss, galvi.lobatto, galvi.clenshaw_curtis)
     for degree, points in [(1, 2), (2, 3), (3, 4), (3, 5), (6, 8), (8, 16), (24, 50)]
 ]
 
@@ -160,7 +159,7 @@ def test_methods_are_values():
 
 
 def test_a_table_of_degree_64_takes_well_under_a_second():
-    tabulate.cache_clear()
+    assemble.cache_clear()
     galvi.gauss(64)
     best = min(timed_table(points) for points in (64, 65, 66))
     assert best < 1.0, f"{best:.2f} s; 0.17 s when this was written"

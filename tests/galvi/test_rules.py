@@ -4,18 +4,21 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
 from galvi.decimals import many_digits
 from galvi.rules import RULES
 
+FEWEST = {galvi.lobatto: 2, galvi.newton_cotes: 2}  # which have two end points
+MOST = {galvi.newton_cotes: 8}
+NUMBERS = (1, 2, 3, 4, 5, 8, 13, 40)
 SIZES = [
     (family, points)
     for family in RULES
-    for points in (1, 2, 3, 4, 5, 8, 13, 40)
-    if points > 1 or family is not galvi.lobatto  # which has two end points
+    for points in NUMBERS
+    if FEWEST.get(family, 1) <= points <= MOST.get(family, max(NUMBERS))
 ]
 
 
@@ -32,18 +35,55 @@ def moment_defect(rule, power):
         return abs(total - 1 / Decimal(power + 1))
 
 
-@pytest.mark.parametrize(("family", "points"), SIZES)
-def test_a_rule_is_exact_to_its_degree_and_not_one_further(family, points):
-    rule = family(points)
-    assert rule.points == points
-    assert rule.symmetric
+def assert_degree(rule):
     for power in range(rule.degree + 1):
         assert moment_defect(rule, power) < Decimal("1e-50")
     # The first moment a rule misses is smaller the more points it has: about 4^-degree for Gauss.
     assert moment_defect(rule, rule.degree + 1) > Decimal("1e-49")
 
 
+@pytest.mark.parametrize(("family", "points"), SIZES)
+def test_a_rule_is_exact_to_its_degree_and_not_one_further(family, points):
+    rule = family(points)
+    assert rule.points == points
+    assert rule.symmetric == (family is not galvi.radau)
+    assert_degree(rule)
+
+
+@pytest.mark.parametrize("points", [1, 2, 5, 13])
+def test_radau_from_the_left_is_the_mirror_of_radau(points):
+    left, right = galvi.radau(points, left=True), galvi.radau(points)
+    assert left.nodes[0] == 0.0
+    assert right.nodes[-1] == 1.0
+    with many_digits():
+        gaps = [x + y - 1 for x, y in zip(left.exact_nodes, right.exact_nodes[::-1], strict=True)]
+    assert max(map(abs, gaps)) < Decimal("1e-59")
+    assert left.exact_weights == tuple(reversed(right.exact_weights))
+    assert_degree(left)
+
+
+@pytest.mark.parametrize(("family", "points"), [pair for pair in SIZES if pair[1] in (2, 5)])
+@pytest.mark.parametrize("pieces", [2, 3])
+def test_a_rule_on_pieces_keeps_its_degree_and_has_no_more(family, points, pieces):
+    rule = family(points)
+    repeated = galvi.composite(rule, pieces)
+    shared = pieces - 1 if rule.nodes[0] == 0.0 and rule.nodes[-1] == 1.0 else 0
+    assert repeated.points == pieces * points - shared
+    assert repeated.degree == rule.degree
+    assert repeated.symmetric == rule.symmetric
+    assert_degree(repeated)
+
+
+def test_one_piece_is_the_rule_itself_and_trapezoids_join():
+    assert galvi.composite(galvi.gauss(3), 1) is galvi.gauss(3)
+    joined = galvi.composite(galvi.lobatto(2), 4)
+    assert joined.nodes.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert joined.weights.tolist() == [0.125, 0.25, 0.25, 0.25, 0.125]
+    assert joined.name == "Lobatto 2 on 4 pieces"
+
+
 @given(points=st.integers(1, 60))
+@settings(max_examples=25)
 def test_gauss_nodes_and_weights_are_those_of_numpy(points):
     x, w = np.polynomial.legendre.leggauss(points)
     rule = galvi.gauss(points)
@@ -55,6 +95,22 @@ def test_two_lobatto_points_are_the_trapezoid_and_three_are_simpson():
     assert galvi.lobatto(2).weights.tolist() == [0.5, 0.5]
     assert np.allclose(galvi.lobatto(3).weights, [1 / 6, 4 / 6, 1 / 6], rtol=1e-16)
     assert np.array_equal(galvi.clenshaw_curtis(3).weights, galvi.lobatto(3).weights)
+    assert np.array_equal(galvi.newton_cotes(3).weights, galvi.lobatto(3).weights)
+
+
+def test_radau_and_newton_cotes_are_those_of_the_textbooks():
+    """Abramowitz and Stegun 25.4.14, 25.4.17; Hairer and Wanner, Solving ODEs II, IV.5."""
+    assert galvi.radau(2).nodes.tolist() == [1 / 3, 1.0]
+    assert galvi.radau(2).weights.tolist() == [0.75, 0.25]
+    root = np.sqrt(6)
+    assert np.allclose(galvi.radau(3).nodes, [(4 - root) / 10, (4 + root) / 10, 1], rtol=1e-15)
+    assert np.allclose(
+        galvi.radau(3).weights, [(16 - root) / 36, (16 + root) / 36, 1 / 9], rtol=1e-15
+    )
+    boole = np.array([7, 32, 12, 32, 7]) / 90
+    assert np.array_equal(galvi.newton_cotes(5).weights, boole)
+    eight = np.array([751, 3577, 1323, 2989, 2989, 1323, 3577, 751]) / 17280
+    assert np.array_equal(galvi.newton_cotes(8).weights, eight)
 
 
 @pytest.mark.parametrize("family", RULES)
@@ -64,18 +120,49 @@ def test_a_number_of_points_that_is_none_is_refused_in_one_sentence(family, poin
         family(points)
 
 
+@pytest.mark.parametrize("points", [9, 10, 100])
+def test_newton_cotes_stops_before_its_first_negative_weight(points):
+    with pytest.raises(ValueError, match=r"9 points is the first with a negative weight; received"):
+        galvi.newton_cotes(points)
+
+
+def test_nine_points_do_have_a_negative_weight_and_eight_have_none():
+    nine, eight = (np.linspace(0, 1, points) for points in (9, 8))
+    for nodes, sign in ((nine, -1), (eight, 1)):
+        powers = np.vander(nodes, increasing=True).T
+        weights = np.linalg.solve(powers, 1 / np.arange(1, nodes.size + 1))
+        assert np.sign(weights.min()) == sign
+
+
+def test_arguments_of_radau_and_composite_that_make_no_sense_are_refused():
+    with pytest.raises(ValueError, match="left must be True or False; received 'yes'"):
+        galvi.radau(3, left="yes")
+    with pytest.raises(TypeError, match=r"rule must be a rule such as galvi.gauss\(8\); received"):
+        galvi.composite(galvi.gauss, 3)
+    with pytest.raises(ValueError, match="pieces must be a whole number of at least 1; received 0"):
+        galvi.composite(galvi.gauss(2), 0)
+
+
 @pytest.mark.parametrize(
-    ("nodes", "weights", "sentence"),
+    ("degree", "nodes", "weights", "sentence"),
     [
-        ((0.2, 0.8), (0.5, 0.6), "sum to 1"),
-        ((0.2, 0.8), (1.5, -0.5), "must be positive"),
-        ((0.8, 0.2), (0.5, 0.5), "must increase"),
-        ((0.2, 1.8), (0.5, 0.5), r"inside \[0, 1\]"),
-        ((0.2,), (0.5, 0.5), "one weight for each node"),
-        ((), (), "at least one"),
-        ((0.2, float("nan")), (0.5, 0.5), "finite"),
+        (1, (0.2, 0.8), (0.5, 0.6), "sum to 1"),
+        (1, (0.2, 0.8), (1.5, -0.5), "must be positive"),
+        (1, (0.2, 0.8), (1.0, 0.0), "must be positive"),
+        (1, (0.8, 0.2), (0.5, 0.5), "must increase"),
+        (1, (0.2, 1.8), (0.5, 0.5), r"inside \[0, 1\]"),
+        (1, (0.2,), (0.5, 0.5), "one weight for each node"),
+        (1, (), (), "at least one"),
+        (1, (0.2, float("nan")), (0.5, 0.5), "finite"),
+        (1, (0.2, 0.8), (0.5, float("inf")), "finite"),
+        (1, (0.2, "a"), (0.5, 0.5), "finite numbers in one row; received"),
+        (1, 0.5, 1.0, "finite numbers in one row; received"),
+        (2, (0.2, 0.8), (0.5, 0.5), "misses one of degree 2 by .* Say degree = 1"),
+        (4, (0.2, 0.8), (0.5, 0.5), "must be at most 3, which Gauss's rule has; received 4"),
+        (-1, (0.2, 0.8), (0.5, 0.5), "degree of a rule must be a whole number of at least 0"),
+        (1.5, (0.2, 0.8), (0.5, 0.5), "degree of a rule must be a whole number"),
     ],
 )
-def test_numbers_that_are_no_rule_are_refused(nodes, weights, sentence):
+def test_numbers_that_are_no_rule_are_refused(degree, nodes, weights, sentence):
     with pytest.raises(ValueError, match=sentence):
-        galvi.Rule("mine", 1, nodes, weights)
+        galvi.Rule("mine", degree, nodes, weights)

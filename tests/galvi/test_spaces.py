@@ -1,37 +1,83 @@
 """Function spaces: what the protocol promises, for every space."""
 
+from decimal import Decimal
+
+import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
+from galvi.decimals import decimals, many_digits, rounded
 from galvi.spaces import SPACES
-from galvi.spaces.legendre import legendre
+from galvi.spaces.legendre import integrals, legendre
+from galvi.spaces.waves import spherical_bessel
 
 DEGREES = st.integers(1, 64)
+SIZES = (1, 2, 3, 5, 9)
+MADE = [make(n) for make in SPACES for n in SIZES]
+EACH = pytest.mark.parametrize("space", MADE, ids=str)
+SPREAD = np.arange(1, 400) * 0.6180339887498949 % 1.0
 
 
-@pytest.mark.parametrize("space", SPACES)
-@given(degree=DEGREES)
-def test_the_first_basis_function_is_one_and_all_others_start_at_zero(space, degree):
-    values = space(degree).basis(np.linspace(0, 1, 7))
+def lacking(space, functions):
+    """How far each column of values at SPREAD is from the nearest function of the space."""
+    basis = space.basis(SPREAD)
+    gap = basis @ np.linalg.lstsq(basis, functions, rcond=None)[0] - functions
+    return np.max(np.abs(gap), axis=0)
+
+
+def test_every_kind_of_space_that_galvi_exports_is_tested():
+    kinds = {type(make(1)) for make in SPACES}
+    exported = {
+        value
+        for name in galvi.__all__
+        if isinstance(value := getattr(galvi, name), type) and hasattr(value, "basis")
+    }
+    assert exported == kinds
+    assert len(kinds) >= 6
+
+
+@EACH
+def test_the_first_basis_function_is_one_and_all_others_start_at_zero(space):
+    values = space.basis(np.linspace(0, 1, 7))
+    assert values.shape == (7, space.dimension)
     assert np.all(values[:, 0] == 1.0)
-    assert np.allclose(values[0, 1:], 0.0, atol=1e-16)
+    assert np.all(values[0, 1:] == 0.0)
 
 
-@pytest.mark.parametrize("space", SPACES)
+@EACH
+def test_the_derivative_is_that_of_the_basis(space):
+    t = decimals(SPREAD[:3])
+    with many_digits():
+        small = decimals([2.0**-60])
+        rise = space.basis(t + small) - space.basis(t - small)
+        gap = rise / (2 * small) - space.derivative(t)
+    assert np.max(np.abs(rounded(gap))) < 1e-31  # 5e-34; second order in 2^-60
+
+
+@EACH
+def test_a_space_contains_its_degree_and_not_one_further(space):
+    lacks = lacking(space, legendre(2.0 * SPREAD - 1.0, space.degree + 1))
+    assert np.max(lacks[:-1]) < 1e-12  # 3e-14
+    assert lacks[-1] > 1e-6  # 1.6e-5, degree 9 on 3 pieces
+
+
+@EACH
+def test_floats_and_decimals_give_the_same_functions(space):
+    with many_digits():
+        exact = decimals(SPREAD[:9])
+        values, slopes = space.basis(exact), space.derivative(exact)
+    assert np.allclose(rounded(values), space.basis(SPREAD[:9]), rtol=0, atol=2e-15)  # 1e-16
+    largest = np.max(np.abs(rounded(slopes)))
+    assert np.allclose(
+        rounded(slopes), space.derivative(SPREAD[:9]), rtol=0, atol=1e-14 * largest
+    )  # 9e-16
+
+
 @given(degree=DEGREES)
-def test_the_derivative_is_that_of_the_basis(space, degree):
-    this = space(degree)
-    rule = galvi.gauss(40)
-    for end in (0.3, 1.0):
-        gained = end * rule.weights @ this.derivative(end * rule.nodes)
-        rise = this.basis(np.array([end])) - this.basis(np.zeros(1))
-        assert np.allclose(gained, rise[0], atol=1e-14)
-
-
-@given(degree=DEGREES)
+@settings(max_examples=25)
 def test_the_nodal_view_reproduces_every_polynomial_of_the_space(degree):
     space = galvi.Polynomials(degree)
     t = np.concatenate([np.linspace(0, 1, 23), space.nodes])
@@ -46,12 +92,63 @@ def test_the_nodes_are_the_chebyshev_points_of_the_dissertation():
     assert np.allclose(galvi.Polynomials(n).nodes, expected, atol=1e-16)
 
 
-def test_legendre_polynomials_are_those_of_numpy():
+def test_legendre_polynomials_and_their_integrals_are_those_of_numpy():
     x = np.linspace(-1, 1, 11)
     assert np.allclose(legendre(x, 30), np.polynomial.legendre.legvander(x, 30), atol=1e-14)
+    for l in (0, 1, 7):
+        integral = np.polynomial.Legendre.basis(l, domain=[0, 1]).integ(lbnd=0)
+        assert np.allclose(integrals(0.5 + 0.5 * x, 9)[:, l], integral(0.5 + 0.5 * x), atol=1e-15)
 
 
 @pytest.mark.parametrize("degree", [0, -2, 65, 2.5, float("inf"), "four"])
 def test_a_degree_outside_1_to_64_is_refused(degree):
-    with pytest.raises(ValueError, match=r"degree must be a whole number from 1 to 64; received"):
-        galvi.Polynomials(degree)
+    sentence = r"degree must be a whole number from 1 to 64; received"
+    for space in (
+        galvi.Polynomials,
+        lambda d: galvi.PiecewisePolynomials(d, 2),
+        lambda d: galvi.PolynomialFourier(d, 1),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            space(degree)
+
+
+SAVED = [
+    (galvi.PolynomialFourier(2, 2, 3.0), galvi.gauss(12)),
+    (galvi.PiecewisePolynomials(2, 3), galvi.composite(galvi.radau(3, left=True), 3)),
+    (galvi.PiecewiseHermite(2), galvi.composite(galvi.newton_cotes(5), 2)),
+]
+
+
+@pytest.mark.parametrize(("space", "rule"), SAVED, ids=[str(space) for space, _ in SAVED])
+def test_runs_with_every_space_are_saved_loaded_and_resumed_to_the_bit(space, rule, tmp_path):
+    method = galvi.Galerkin(space, rule)
+    problem = galvi.problems.kepler(0.2)
+    whole = galvi.integrate(problem, method, 0.3, 12)
+    galvi.save(galvi.integrate(problem, method, 0.3, 5), tmp_path / "run.npz")
+    loaded = galvi.load(tmp_path / "run.npz")
+    assert loaded.method == method
+    assert np.array_equal(galvi.resume(loaded, steps=7).q[-1], whole.q[-1])
+    assert np.array_equal(loaded(1.234), whole(1.234))
+
+
+@pytest.mark.parametrize("space", [space for space in MADE if space.degree > 0], ids=str)
+def test_every_table_is_consistent_symplectic_and_well_conditioned(space):
+    pieces = getattr(space, "pieces", 1)
+    points = max(4, space.degree) if pieces > 1 else 17
+    method = galvi.Galerkin(space, galvi.composite(galvi.gauss(points), pieces))
+    table = method.table
+    left = table.b[:, None] * (table.beta - table.A)
+    assert np.allclose(left, left.T, rtol=0, atol=1e-16)  # 5e-18
+    assert np.allclose(table.psi @ table.lead, table.c, rtol=0, atol=1e-14)  # 3e-16
+    assert np.linalg.cond(table.K) < 30.0  # 26.9 for PiecewiseHermite(1)
+    assert method.symmetric
+
+
+def test_spherical_bessel_functions_are_those_of_mpmath():
+    with many_digits(), mpmath.workdps(80):
+        for x in (0.01, 3.0, 40.0):
+            values = spherical_bessel(Decimal(x), 130)
+            scale = mpmath.sqrt(mpmath.pi / (2 * mpmath.mpf(x)))
+            for l in (0, 1, 5, 20):
+                expected = scale * mpmath.besselj(l + mpmath.mpf(1) / 2, mpmath.mpf(x))
+                assert abs(mpmath.mpf(str(values[l])) / expected - 1) < 1e-57  # 2e-59

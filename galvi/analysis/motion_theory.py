@@ -1,0 +1,126 @@
+"""What theory says of a method's steps on one problem."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from galvi.analysis import step_bounds
+from galvi.analysis.friedrichs import Z0
+from galvi.analysis.stiffness import Stiffness, estimated, given
+from galvi.analysis.step_bounds import Bound
+from galvi.problem import Problem
+from galvi.rules.rule import Rule
+from galvi.spaces.space import Space
+
+STEPS = 10.0  # that K is estimated along
+BOUNDS = (
+    "unique_motion_step", "unique_step", "stage_step", "minimum_step", "coercive_step",
+    "fixed_point_step",
+)  # fmt: skip
+AT_A_STEP = (
+    "contraction", "spectral_contraction", "exists", "minimizes", "coercive", "converges",
+)  # fmt: skip
+
+
+def motion_theory(
+    space: Space,
+    rule: Rule,
+    pair: Mapping[str, Any],
+    problem: Problem,
+    step: float | None,
+    lipschitz: float | None,
+) -> dict[str, Any]:
+    """The fields of a `Theory` that a problem adds or changes, and the reasons for what is None.
+
+    pair  the fields without a problem
+    """
+    found: dict[str, Any] = {
+        "problem": problem.name or type(problem.system).__name__,
+        "units": problem.units,
+        "step": None if step is None else float(step),
+    }
+    on_group = hasattr(problem.system, "group")
+    changed: dict[str, Any] = {}
+    reasons: dict[str, str] = {}
+    if on_group:
+        changed["symmetric"] = None
+        reasons["symmetric"] = (
+            "on a group a step's chart has its base at the start: forward and backward differ by "
+            "an error of order 2 s + 1."
+        )
+    stiffness, why = _stiffness(problem, step, lipschitz)
+    if stiffness is None:
+        none = ("lipschitz", "frequency", *BOUNDS, *AT_A_STEP)
+        return {**found, **changed, "reasons": {**reasons, **dict.fromkeys(none, why)}}
+    bounds = _bounds(space, rule, pair, stiffness)
+    reasons.update({name: bound.reason for name, bound in bounds.items() if bound.step is None})
+    found.update({name: bound.step for name, bound in bounds.items()})
+    found.update(
+        lipschitz=stiffness.lipschitz, source=stiffness.source, frequency=stiffness.frequency
+    )
+    if step is None:
+        reasons.update(dict.fromkeys(AT_A_STEP, "no step was given."))
+    else:
+        found.update(_at_a_step(abs(float(step)), stiffness, pair, bounds, reasons))
+    return {**found, **changed, "reasons": reasons}
+
+
+def _stiffness(
+    problem: Problem, step: float | None, lipschitz: float | None
+) -> tuple[Stiffness | None, str]:
+    """K, or why there is none."""
+    if not hasattr(problem.system, "acceleration_jacobian"):
+        return None, (
+            f"the theorems are for L = v.M v / 2 - V on a vector space, not for a "
+            f"{type(problem.system).__name__}."
+        )
+    if getattr(problem.system, "force", None) is not None:
+        return None, "the theorems are for forces that have a potential; here is one besides."
+    if lipschitz is not None:
+        return given(problem, float(lipschitz)), ""
+    length = None if step is None else STEPS * abs(float(step))
+    return estimated(problem, length), "the force or its derivative is not finite near the start."
+
+
+def _bounds(
+    space: Space, rule: Rule, pair: Mapping[str, Any], stiffness: Stiffness
+) -> dict[str, Bound]:
+    found = (
+        step_bounds.unique_motion(stiffness),
+        step_bounds.unique_step(stiffness, pair["friedrichs"]),
+        step_bounds.contracting_stages(space, rule, stiffness),
+        step_bounds.minimal_action(space, rule, stiffness),
+        step_bounds.coercive_action(stiffness),
+        step_bounds.converging_passes(stiffness, pair["spectral_radius"]),
+    )
+    return dict(zip(BOUNDS, found, strict=True))
+
+
+def _at_a_step(
+    h: float,
+    stiffness: Stiffness,
+    pair: Mapping[str, Any],
+    bounds: Mapping[str, Bound],
+    reasons: dict[str, str],
+) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, limit in (
+        ("exists", "unique_step"), ("minimizes", "minimum_step"), ("coercive", "coercive_step"),
+        ("converges", "fixed_point_step"),
+    ):  # fmt: skip
+        bound = bounds[limit]
+        found[name] = None if bound.step is None else h < bound.step
+        if bound.step is None:
+            reasons[name] = bound.reason
+    eta = step_bounds.SHARP * stiffness.square * (h / Z0) ** 2
+    for name, constant, factor in (
+        ("contraction", "friedrichs", eta),
+        ("spectral_contraction", "spectral_radius", h * h * stiffness.square),
+    ):
+        size = pair[constant]
+        power = 2 if constant == "friedrichs" else 1
+        found[name] = None if size is None else factor * size**power
+        if size is None:
+            reasons[name] = f"this pair has no {constant.replace('_', ' ')} constant."
+    return found

@@ -1,0 +1,231 @@
+"""What theory says of a method, and of a step of it on a problem."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from galvi import checks
+from galvi.analysis.friedrichs import Z0
+from galvi.analysis.motion_theory import motion_theory
+from galvi.analysis.norms import norms
+from galvi.analysis.orders import orders
+from galvi.analysis.symmetry import is_symmetric
+from galvi.analysis.wording import sentences
+from galvi.classical import classical_names
+from galvi.problem import Problem
+from galvi.rules.rule import Rule
+from galvi.spaces.checked import checked
+from galvi.spaces.polynomials import Polynomials
+from galvi.spaces.space import Space
+from galvi.table import Table, assemble
+
+
+@dataclass(frozen=True)
+class Theory:
+    """Of a space and a rule, also of a pair that `galvi.Galerkin` refuses.
+
+    space, rule        in words
+    well_posed         a free particle has a unique motion: |u|_{X,N} is a norm (M lemma 1)
+    unseen             number of independent functions that the rule cannot tell from 0
+    consistent         that motion is a straight line to 1e-13
+    defect             largest of |alpha_k - c_k| and |beta_p - 1|, of a step
+    friedrichs         C_N of |u|_{0,N} <= C_N (h / z0) |u|_{X,N} (M 11)
+    smallest_ratio     lambda_N of lambda_N |u|_X <= |u|_{X,N} (M 12)
+    largest_ratio      Lambda_N of |u|_{X,N} <= Lambda_N |u|_X (M 12)
+    seminorm_ratio     largest |u'|_{0,N} / |u'|_0 (M section 5)
+    z0                 smallest positive root of 1 = z tan z (M section 2)
+    order              at step ends, on smooth problems; 0 for a refused pair
+    curve_order        of positions between step ends
+    limited_by         "space", "rule for the force" or "rule for the kinetic energy"
+    symmetric          a step forward and a step backward cancel
+    name, names        the best known classical name, "" for none; all of them
+    spectral_radius    rho(A) of the Nystrom tableau, the largest of the components'
+
+    With a problem, in its units; the theorems ask for a K that holds everywhere:
+
+    problem, units, step   as given
+    lipschitz              K, of dV/dq
+    source                 of K: given, or how it was estimated (from below, near the start)
+    frequency              sqrt(K / m), or when estimated the largest of M^-1 V''
+    unique_motion_step     M theorem 1, 3 K h^2 / (m z0^2) < 1
+    unique_step            M theorem 2, that times C_N^2
+    stage_step             H theorem 2.3.1, and at most 1
+    minimum_step           H theorem 2.3.5, pi sqrt(m / (D C_R))
+    coercive_step          H theorem 2.3.8, pi sqrt(m / (2 D C_R))
+    fixed_point_step       where h^2 rho(A) frequency^2 = 1
+    contraction            eta C_N^2 at the step: the bound of M on a pass (M theorem 2)
+    spectral_contraction   h^2 rho(A) frequency^2: what passes tend to
+    exists                 the step is guaranteed to have exactly one solution (M theorem 2)
+    minimizes, coercive    the steps' curves are minima (H 2.3.5), the action coercive (2.3.8)
+    converges              fixed-point iteration contracts near a solution
+
+    What does not apply, or was not asked for, is None, and ``reasons`` says why.
+    """
+
+    space: str
+    rule: str
+    well_posed: bool
+    unseen: int | None
+    consistent: bool
+    defect: float
+    friedrichs: float | None
+    smallest_ratio: float | None
+    largest_ratio: float | None
+    seminorm_ratio: float | None
+    order: int
+    curve_order: int
+    limited_by: str
+    symmetric: bool | None
+    name: str
+    names: tuple[str, ...]
+    spectral_radius: float | None
+    z0: float = Z0
+    problem: str | None = None
+    units: str = ""
+    step: float | None = None
+    lipschitz: float | None = None
+    source: str = ""
+    frequency: float | None = None
+    unique_motion_step: float | None = None
+    unique_step: float | None = None
+    stage_step: float | None = None
+    minimum_step: float | None = None
+    coercive_step: float | None = None
+    fixed_point_step: float | None = None
+    contraction: float | None = None
+    spectral_contraction: float | None = None
+    exists: bool | None = None
+    minimizes: bool | None = None
+    coercive: bool | None = None
+    converges: bool | None = None
+    reasons: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "reasons", MappingProxyType(dict(self.reasons)))
+
+    def __str__(self) -> str:
+        return sentences(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Every field by its name, in plain Python values."""
+        values = {one.name: getattr(self, one.name) for one in fields(self)}
+        return {**values, "names": list(self.names), "reasons": dict(self.reasons)}
+
+
+def theory(
+    method: Any,
+    rule: Rule | None = None,
+    problem: Problem | None = None,
+    step: float | None = None,
+    lipschitz: float | None = None,
+) -> Theory:
+    """What theory says of a method, or of a space and a rule, and of a step on a problem.
+
+    method     a `galvi.Galerkin`, or a space, whose rule comes next
+    rule       of the space; left out for a method
+    problem    whose force decides how long a step may be
+    step       of a run, in the problem's unit of time; its sign says nothing here
+    lipschitz  K, of dV/dq; estimated along a short trajectory when it is not given
+
+    Raises TypeError for what is no method, space, rule or problem, ValueError for a step or a
+    lipschitz without a problem and for numbers that are not finite, zero, or a negative lipschitz.
+    """
+    space, rule = _pair(method, rule)
+    _check(problem, step, lipschitz)
+    of_pair = _of_pair(space, rule)
+    if problem is None:
+        return Theory(**of_pair)
+    reasons = dict(of_pair.pop("reasons"))
+    more = motion_theory(space, rule, of_pair, problem, step, lipschitz)
+    reasons.update(more.pop("reasons"))
+    return Theory(**{**of_pair, **more}, reasons=reasons)
+
+
+def _of_pair(space: Space, rule: Rule) -> dict[str, Any]:
+    pair, size, found = assemble(space, rule), norms(space, rule), orders(space, rule)
+    reasons: dict[str, str] = {}
+    constants: dict[str, float | None] = dict.fromkeys(
+        ("friedrichs", "smallest_ratio", "largest_ratio", "seminorm_ratio")
+    )
+    if size is None:
+        why = "the basis functions are too nearly dependent to tell the constant in float64."
+        reasons.update(dict.fromkeys(("unseen", *constants), why))
+    else:
+        constants.update(
+            smallest_ratio=size.lowest, largest_ratio=size.highest, seminorm_ratio=size.seminorm[1]
+        )
+        if np.isfinite(size.C):
+            constants["friedrichs"] = size.C
+        else:
+            reasons["friedrichs"] = "no constant bounds a function that the rule cannot see."
+    names: tuple[str, ...] = ()
+    symmetric = radius = None
+    if pair.table is None:
+        for name in ("symmetric", "spectral_radius"):
+            reasons[name] = "an ill-posed pair makes no step."
+    else:
+        symmetric = is_symmetric(pair.table, rule)
+        parts = _parts(space)
+        tables = (assemble(part, rule).table for part in parts)
+        radius = max(_radius(table) for table in tables if table is not None)
+        names = classical_names(pair.table) if len(parts) == 1 and pair.consistent else ()
+    return {
+        "space": str(space), "rule": rule.name, "well_posed": pair.well_posed,
+        "unseen": None if size is None else size.unseen, "consistent": pair.consistent,
+        "defect": pair.defect, **constants, "order": found.at_steps,
+        "curve_order": found.on_curve, "limited_by": found.limit, "symmetric": symmetric,
+        "name": names[0] if names else "", "names": names, "spectral_radius": radius,
+        "reasons": reasons,
+    }  # fmt: skip
+
+
+def _parts(space: Space) -> list[Space]:
+    """The spaces of components of different degrees, or the space."""
+    degrees = sorted(set(getattr(space, "degrees", ())))
+    return [Polynomials(degree) for degree in degrees] or [space]
+
+
+def _radius(table: Table) -> float:
+    return float(np.max(np.abs(np.linalg.eigvals(table.A))))
+
+
+def _pair(method: Any, rule: Any) -> tuple[Space, Rule]:
+    if isinstance(method, type) or not hasattr(method, "basis"):
+        if isinstance(method, type) or not (hasattr(method, "space") and hasattr(method, "rule")):
+            raise TypeError(
+                f"theory is of a method such as galvi.Galerkin(galvi.Polynomials(8), "
+                f"galvi.gauss(8)), or of a space and a rule; received {method!r}."
+            )
+        if rule is not None:
+            raise TypeError(
+                f"a method has its own rule; received {rule!r} besides. Give a space and a rule, "
+                f"or name the problem: theory(method, problem=problem)."
+            )
+        return method.space, method.rule
+    if not isinstance(rule, Rule):
+        raise TypeError(
+            f"the theory of a space needs a rule such as galvi.gauss(8); received {rule!r}."
+        )
+    return checked(method), rule
+
+
+def _check(problem: Any, step: Any, lipschitz: Any) -> None:
+    for name, value in (("step", step), ("lipschitz", lipschitz)):
+        if value is not None and problem is None:
+            raise ValueError(
+                f"{name} means nothing without a problem; received {value!r}. Give the problem too."
+            )
+    if problem is not None and not isinstance(problem, Problem):
+        raise TypeError(
+            f"problem must be a galvi.Problem such as galvi.problems.kepler(0.6); received "
+            f"{problem!r}."
+        )
+    if step is not None and checks.real("step", step) == 0.0:
+        raise ValueError(f"step must not be zero; received {step!r}.")
+    if lipschitz is not None:
+        checks.positive("lipschitz", lipschitz, "Leave it out to have it estimated.")

@@ -1,0 +1,45 @@
+"""A chain of rods that swings in a plane."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi import checks
+from galvi.groups.rn import Rn
+from galvi.problem import Problem
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.planar_chain import PlanarChain
+
+
+def planar_chain(
+    links: int = 5,
+    mass: float = 1.0,
+    length: float = 1.0,
+    gravity: float = 9.81,
+    angle: float = 1.0,
+) -> Problem:
+    """Uniform rods, hinged end to end, released straight and at rest.
+
+    links         how many; the first is hinged to a fixed point
+    mass, length  of each rod
+    angle         of all rods at the start, radians from hanging straight down
+
+    Angles are absolute: q_i is that of rod i against the vertical. Raises ValueError for less than
+    one link, or a mass or length that is not positive.
+    """
+    n = checks.whole("links", links, at_most=1000)
+    chain = PlanarChain(
+        np.full(n, checks.positive("mass", mass)),
+        np.full(n, checks.positive("length", length)),
+        gravity,
+        rods=True,
+    )
+    return Problem(
+        system=Lagrangian(chain, Rn(n)),
+        q0=np.full(n, checks.real("angle", angle)),
+        v0=np.zeros(n),
+        name=f"chain of {n} rods",
+        parameters={"links": n, "mass": mass, "length": length, "gravity": chain.gravity,
+                    "angle": angle},
+        units="those of mass, length and gravity; angles in radians",
+    )  # fmt: skip

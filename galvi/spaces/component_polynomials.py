@@ -1,0 +1,63 @@
+"""Polynomials with a degree for each component: high where motion is fast, low where it is slow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from galvi import checks
+from galvi.spaces.polynomials import Polynomials
+
+
+@dataclass(frozen=True)
+class ComponentPolynomials:
+    """Component i of a configuration is a polynomial of degree degrees[i] (H after thm 2.3.5).
+
+    degrees  one for each component, at least 1
+
+    The bases are those of Polynomials, of which component i uses the first degrees[i] + 1: the
+    stage equations have sum(degrees) unknowns. Symplectic as every method, but a rotation mixes
+    components, and its momentum is conserved only nearly when their degrees differ. Raises
+    ValueError unless each degree is a whole number of at least 1.
+    """
+
+    degrees: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        given = self.degrees
+        if isinstance(given, str) or not hasattr(given, "__iter__") or not tuple(given):
+            raise ValueError(
+                f"degrees must be whole numbers, one for each component, as in (8, 3); received "
+                f"{given!r}."
+            )
+        object.__setattr__(
+            self, "degrees", tuple(checks.whole("each of degrees", degree) for degree in given)
+        )
+
+    @property
+    def degree(self) -> int:
+        """The least: of the polynomials that every component contains."""
+        return min(self.degrees)
+
+    @property
+    def dimension(self) -> int:
+        """Of the largest component."""
+        return self.largest.dimension
+
+    @property
+    def exact(self) -> bool:
+        """As Polynomials."""
+        return self.largest.exact
+
+    @property
+    def largest(self) -> Polynomials:
+        """The space of the component with the highest degree."""
+        return Polynomials(max(self.degrees))
+
+    def basis(self, t: Any) -> Any:
+        """As Polynomials(max(degrees)), (k, max(degrees) + 1)."""
+        return self.largest.basis(t)
+
+    def derivative(self, t: Any) -> Any:
+        """As Polynomials(max(degrees)), (k, max(degrees) + 1)."""
+        return self.largest.derivative(t)

@@ -1,0 +1,59 @@
+"""Continuous functions that are polynomials on each of several equal pieces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi import checks
+from galvi.spaces.legendre import integrals, legendre
+from galvi.spaces.pieces import in_piece, place_in_pieces
+from galvi.spaces.polynomials import HIGHEST
+
+
+@dataclass(frozen=True)
+class PiecewisePolynomials:
+    """Continuous on [0, 1], of at most this degree on each of equal pieces; degree 1 is linear.
+
+    degree  1 to 64
+    pieces  1 to 64; one is `Polynomials`
+
+    phi_0 = 1; the derivatives of the others are Legendre polynomials on one piece each, 0 elsewhere
+    (at a joint they are those of the later piece). They jump at the joints, so the space needs a
+    rule that keeps the pieces apart, ``composite(rule, pieces)`` of one without both end points:
+    a step with ``composite(gauss(degree), pieces)`` is that many steps of Gauss collocation.
+
+    Raises ValueError for numbers outside these.
+    """
+
+    degree: int
+    pieces: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "degree", checks.whole("degree", self.degree, 1, HIGHEST))
+        object.__setattr__(self, "pieces", checks.whole("pieces", self.pieces, 1, HIGHEST))
+
+    @property
+    def dimension(self) -> int:
+        """1 + degree pieces."""
+        return 1 + self.degree * self.pieces
+
+    @property
+    def exact(self) -> bool:
+        """Works in decimals."""
+        return True
+
+    def basis(self, t: Any) -> Any:
+        """phi_i(t_k), (k, dimension), for t of shape (k,)."""
+        u = place_in_pieces(t, self.pieces).reshape(-1)
+        risen = integrals(u, self.degree).reshape(len(t), -1) / self.pieces
+        return np.concatenate([t[:, None] * 0 + 1, risen], axis=1)
+
+    def derivative(self, t: Any) -> Any:
+        """phi_i'(t_k), (k, dimension)."""
+        u = place_in_pieces(t, self.pieces).reshape(-1)
+        slopes = legendre(2 * u - 1, self.degree - 1).reshape(len(t), self.pieces, self.degree)
+        here = slopes * in_piece(t, self.pieces)[:, :, None]
+        return np.concatenate([t[:, None] * 0, here.reshape(len(t), -1)], axis=1)

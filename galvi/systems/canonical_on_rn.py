@@ -1,0 +1,64 @@
+"""A canonical system as one on the group R^d, for the kernel that solves every Lagrangian."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.groups.rn import Rn
+from galvi.kernels import laws, slopes
+from galvi.systems.canonical import Canonical
+from galvi.systems.force import with_force
+from galvi.systems.group_field import GroupField
+
+
+@dataclass(frozen=True, eq=False)
+class CanonicalOnRn:
+    """L = v.M v / 2 - V(q, t) with an external force, or with degrees for each component.
+
+    canonical  the system
+    group      Rn(d)
+    """
+
+    canonical: Canonical
+    group: Rn
+
+    def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
+        """Of q."""
+        return self.canonical.velocity_shape(shape)
+
+    def check(self, q: Array, v: Array) -> None:
+        """As the system does."""
+        self.canonical.check(q, v)
+
+    def momentum(self, v: Array) -> Array:
+        """M v."""
+        return self.canonical.momentum(v)
+
+    def velocity(self, p: Array) -> Array:
+        """M^-1 p."""
+        return self.canonical.velocity(p)
+
+    @property
+    def potential_calls_per_force(self) -> int:
+        """As the system's."""
+        return self.canonical.potential_calls_per_force
+
+    def group_field(self) -> GroupField:
+        """For the kernels: M by rows, then the numbers of the potential's law."""
+        d = self.group.dimension
+        field = self.canonical.field(d)
+        built_in = field.kind == laws.BUILT_IN
+        mass = self.canonical.momentum(np.eye(d))
+        known = GroupField(
+            slopes.CANONICAL if built_in else slopes.CANONICAL_GRADIENT,
+            field_law=field.law,
+            field_gradient=field.gradient,
+            timed_field_gradient=field.timed_gradient,
+            timed=field.kind == laws.TIMED_GRADIENT,
+            constants=np.concatenate([mass.ravel(), field.constants]),
+            compiled=field.compiled,
+        )
+        return with_force(known, self.canonical, 0)

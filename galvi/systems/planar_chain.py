@@ -1,0 +1,82 @@
+"""The Lagrangian of links that hang from each other and swing in a plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from galvi import checks
+from galvi.arrays import Array, read_only
+from galvi.kernels import slopes
+from galvi.kernels.planar_chain import planar_chain
+from galvi.systems.group_field import GroupField
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarChain:
+    """L(q, v) of n links, q (n,) their angles from hanging down, as on ``galvi.Rn(n)``.
+
+    masses   (n,) of the links, from the fixed pivot on
+    lengths  (n,) likewise
+    gravity  downwards; zero for none
+    rods     False: each mass is a point at the lower end of its weightless link, as in the double
+             pendulum of the textbooks; True: each link is a uniform thin rod
+
+    With M_i the mass below link i, L = sum_ij A_ij cos(q_i - q_j) v_i v_j / 2 + sum_i B_i cos(q_i).
+    Points: A_ij = l_i l_j (m_k + M_k), where k is the larger of i and j; B_i = g l_i (m_i + M_i).
+    Rods: A_ii = l_i^2 (m_i / 3 + M_i), else A_ij = l_i l_j (m_k / 2 + M_k);
+    B_i = g l_i (m_i / 2 + M_i). Raises ValueError for a mass or length that is not positive.
+    """
+
+    masses: Any
+    lengths: Any
+    gravity: float = 9.81
+    rods: bool = False
+
+    def __post_init__(self) -> None:
+        masses = _positive("masses", self.masses)
+        object.__setattr__(self, "masses", masses)
+        object.__setattr__(self, "lengths", _positive("lengths", self.lengths, masses.shape))
+        object.__setattr__(self, "gravity", checks.real("gravity", self.gravity))
+        if not isinstance(self.rods, bool | np.bool_):
+            raise TypeError(f"rods must be True or False; received {self.rods!r}.")
+        object.__setattr__(self, "rods", bool(self.rods))
+
+    @cached_property
+    def numbers(self) -> Array:
+        """A by rows and B, (n n + n,)."""
+        m, l, n = self.masses, self.lengths, self.masses.size
+        below = np.append(np.cumsum(m[::-1])[::-1][1:], 0.0)
+        inner, own = (0.5, 1.0 / 3.0) if self.rods else (1.0, 1.0)
+        lever = inner * m + below
+        farther = np.maximum.outer(np.arange(n), np.arange(n))
+        A = np.outer(l, l) * lever[farther]
+        A[np.diag_indices(n)] = l**2 * (own * m + below)
+        return read_only(np.concatenate([A.ravel(), self.gravity * l * lever]))
+
+    def __call__(self, q: Array, v: Array, *t: Any) -> float:
+        n = self.masses.size
+        A, B = self.numbers[: n * n].reshape(n, n), self.numbers[n * n :]
+        return float(0.5 * v @ (A * np.cos(np.subtract.outer(q, q))) @ v + B @ np.cos(q))
+
+    def slopes(self, q: Array, v: Array, *t: Any) -> Array:
+        """dL/dv and dL/dq, (2 n,)."""
+        out = np.empty((2, self.masses.size))
+        planar_chain(np.ascontiguousarray(q), np.ascontiguousarray(v), 0.0, self.numbers, out)
+        return out.ravel()
+
+    def group_field(self) -> GroupField:
+        """The same for the kernels."""
+        return GroupField(slopes.LAW, law=planar_chain, constants=np.array(self.numbers))
+
+
+def _positive(name: str, value: Any, shape: tuple[int, ...] | None = None) -> Array:
+    numbers = checks.array(name, value, shape, "Give one for each link.")
+    if numbers.ndim != 1 or numbers.size == 0 or np.any(numbers <= 0.0):
+        raise ValueError(
+            f"{name} must be positive numbers, one for each link; received {numbers.tolist()}."
+        )
+    return numbers

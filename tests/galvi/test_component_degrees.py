@@ -1,0 +1,103 @@
+"""A degree for each component: equal ones change nothing, unequal ones cost less where they may."""
+
+import numpy as np
+import pytest
+
+import galvi
+
+HENON = galvi.problems.henon_heiles()
+
+
+def mixed(*degrees, points=None):
+    return galvi.Galerkin(galvi.ComponentPolynomials(degrees), galvi.gauss(points or max(degrees)))
+
+
+def test_equal_degrees_are_the_plain_method():
+    plain = galvi.integrate(HENON, galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.5, 40)
+    equal = galvi.integrate(HENON, mixed(4, 4), 0.5, 40)
+    assert np.max(np.abs(plain.q - equal.q)) < 1e-13  # 2e-15
+    assert np.max(np.abs(plain.p - equal.p)) < 1e-13
+    assert np.max(np.abs(plain(7.3) - equal(7.3))) < 1e-13
+
+
+@pytest.mark.parametrize("degrees", [(5, 2), (2, 5), (4, 3)])
+def test_unequal_degrees_stay_symplectic(degrees):
+    assert galvi.symplecticity_defect(HENON, mixed(*degrees), 0.3) < 1e-12  # 1e-14
+
+
+@pytest.mark.parametrize(("degrees", "order"), [((4, 2), 4), ((2, 3), 4), ((1, 4), 2)])
+def test_the_lowest_degree_says_the_order(degrees, order):
+    end = galvi.integrate(HENON, galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12)), 0.5, 16)
+    steps = (16, 24, 36)
+    method = mixed(*degrees)
+    errors = [
+        np.max(np.abs(galvi.integrate(HENON, method, 8.0 / n, n).q[-1] - end.q[-1])) for n in steps
+    ]
+    found = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert method.space.degree == min(degrees)
+    assert order - 0.3 < found < order + 0.5
+
+
+def test_rotational_momentum_drifts_when_components_of_a_body_differ_and_the_balance_says_so():
+    kepler = galvi.problems.kepler(0.3)
+    same, unlike = (galvi.integrate(kepler, mixed(*s, points=6), 0.5, 40) for s in ((6, 6), (6, 4)))
+    assert np.ptp(galvi.momentum_map(same)) < 1e-13  # 2e-15
+    drift = np.ptp(galvi.momentum_map(unlike))
+    assert 1e-9 < drift < 1e-6  # 6e-8
+    balance = galvi.momentum_balance(unlike)
+    assert np.ptp(balance.defect) == pytest.approx(drift, rel=1e-6)
+
+
+def fast_and_slow():
+    """Two oscillators of frequencies 12 and 1, weakly joined."""
+
+    def potential(q):
+        return 72.0 * q[0] ** 2 + 0.5 * q[1] ** 2 + 0.1 * q[0] * q[1] ** 2
+
+    def gradient(q):
+        return np.array([144.0 * q[0] + 0.1 * q[1] ** 2, q[1] + 0.2 * q[0] * q[1]])
+
+    return galvi.Problem(galvi.Canonical(1.0, potential, gradient), [0.1, 1.0], [0.0, 0.0])
+
+
+def test_slow_components_need_fewer_functions_for_the_same_accuracy():
+    problem = fast_and_slow()
+    end = galvi.integrate(problem, galvi.Galerkin(galvi.Polynomials(16), galvi.gauss(16)), 0.2, 10)
+    rich, poor, mix = (
+        galvi.integrate(problem, mixed(*s, points=10), 0.4, 5) for s in ((10, 10), (6, 6), (10, 6))
+    )
+    off = [np.max(np.abs(run.q[-1] - end.q[-1])) for run in (rich, poor, mix)]
+    assert off[2] < 20.0 * off[0]  # 3e-11 and 7e-12
+    assert off[1] > 1000.0 * off[2]
+
+
+@pytest.mark.parametrize(
+    ("degrees", "words"),
+    [
+        ((4, 4, 4), "a degree for each of the 2 components; received 3 degrees"),
+        ((4,), "a degree for each of the 2 components; received 1 degrees"),
+    ],
+)
+def test_degrees_that_do_not_match_are_refused(degrees, words):
+    with pytest.raises(ValueError, match=words):
+        galvi.integrate(HENON, mixed(*degrees), 0.1, 1)
+
+
+@pytest.mark.parametrize("degrees", [(), 4, (4, 0), (4, 1.5), "44", (4, None)])
+def test_what_are_no_degrees_is_refused(degrees):
+    with pytest.raises(ValueError, match="degrees"):
+        galvi.ComponentPolynomials(degrees)
+
+
+def test_bodies_share_one_space():
+    outer = galvi.problems.outer_solar_system()
+    with pytest.raises(ValueError, match="for Canonical and Lagrangian systems"):
+        galvi.integrate(outer, mixed(*(3,) * outer.v0.size), 100.0, 1)
+
+
+def test_a_run_is_saved_and_resumed(tmp_path):
+    problem = galvi.problems.kepler(0.3)
+    whole = galvi.integrate(problem, mixed(5, 4), 0.25, 10)
+    galvi.save(galvi.integrate(problem, mixed(5, 4), 0.25, 6), tmp_path / "run.npz")
+    rest = galvi.resume(galvi.load(tmp_path / "run.npz"), 4)
+    assert np.array_equal(rest.q, whole.q[6:])

@@ -1,0 +1,80 @@
+"""Spaces on pieces of a step: a step on pieces is that many steps, and what its rule must do."""
+
+import numpy as np
+import pytest
+
+import galvi
+
+
+@pytest.mark.parametrize(
+    ("degree", "pieces", "rule"),
+    [
+        (1, 4, galvi.gauss(1)),
+        (2, 3, galvi.gauss(2)),
+        (2, 5, galvi.radau(3, left=True)),
+        (3, 2, galvi.gauss(5)),
+    ],
+    ids=str,
+)
+def test_a_step_on_pieces_is_that_many_steps(degree, pieces, rule):
+    problem = galvi.problems.kepler(0.3)
+    cut = galvi.Galerkin(galvi.PiecewisePolynomials(degree, pieces), galvi.composite(rule, pieces))
+    plain = galvi.Galerkin(galvi.Polynomials(degree), rule)
+    long = galvi.integrate(problem, cut, 0.4, 20)
+    short = galvi.integrate(problem, plain, 0.4 / pieces, 20 * pieces)
+    assert np.allclose(long.q, short.q[::pieces], rtol=0, atol=1e-13)  # 4e-15
+    t = np.linspace(0.0, 8.0, 97)
+    assert np.allclose(long(t), short(t), rtol=0, atol=1e-13)  # 4e-15
+
+
+def test_one_piece_is_the_space_of_polynomials():
+    rule = galvi.gauss(5)
+    for space, polynomials in (
+        (galvi.PiecewiseHermite(1), galvi.Polynomials(3)),
+        (galvi.PiecewisePolynomials(1, 1), galvi.Polynomials(1)),
+        (galvi.PiecewisePolynomials(5, 1), galvi.Polynomials(5)),
+    ):
+        one, other = (galvi.Galerkin(s, rule).table for s in (space, polynomials))
+        for field in ("A", "beta", "integral"):
+            assert np.array_equal(getattr(one, field), getattr(other, field))
+
+
+@pytest.mark.parametrize("pieces", [2, 3, 7])
+def test_what_is_joined_does_not_jump(pieces):
+    joints = np.arange(1, pieces) / pieces
+    near = 1e-9
+    linear, cubic = galvi.PiecewisePolynomials(1, pieces), galvi.PiecewiseHermite(pieces)
+    for space in (linear, cubic):
+        assert np.allclose(space.basis(joints - near), space.basis(joints + near), atol=1e-8)
+    assert np.allclose(cubic.derivative(joints - near), cubic.derivative(joints), atol=1e-7)
+    jump = np.max(np.abs(linear.derivative(joints - near) - linear.derivative(joints)))
+    assert jump == 1.0
+    assert np.array_equal(linear.derivative(joints), linear.derivative(joints + near))
+
+
+def test_hermite_cubics_have_all_values_and_slopes_at_the_joints():
+    space = galvi.PiecewiseHermite(4)
+    joints = np.linspace(0.0, 1.0, 5)
+    given = np.vstack([space.basis(joints), space.derivative(joints)])
+    assert np.linalg.matrix_rank(given) == space.dimension == 10
+
+
+@pytest.mark.parametrize(
+    ("rule", "sentence"),
+    [
+        (galvi.gauss(8), "is inconsistent"),
+        (galvi.composite(galvi.lobatto(3), 3), "is inconsistent"),
+        (galvi.composite(galvi.gauss(1), 3), "is ill-posed"),
+    ],
+    ids=["across the joints", "on the joints", "too few points"],
+)
+def test_a_rule_that_does_not_keep_the_pieces_apart_is_refused_with_the_remedy(rule, sentence):
+    with pytest.raises(ValueError, match=rf"{sentence}.*galvi.composite\(rule, 3\)"):
+        galvi.Galerkin(galvi.PiecewisePolynomials(2, 3), rule)
+
+
+@pytest.mark.parametrize("pieces", [0, -1, 65, 2.5, float("nan"), None])
+def test_a_number_of_pieces_outside_1_to_64_is_refused(pieces):
+    for space in (galvi.PiecewiseHermite, lambda n: galvi.PiecewisePolynomials(2, n)):
+        with pytest.raises(ValueError, match="pieces must be a whole number from 1 to 64; rec"):
+            space(pieces)

@@ -1,0 +1,151 @@
+"""Spaces with cosines and sines: what they hold, which rules they need, what they solve exactly."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.spaces.waves import wave_slopes
+
+T = np.linspace(0.0, 1.0, 301)
+
+
+@pytest.mark.parametrize(
+    ("degree", "harmonics", "frequency"),
+    [(1, 1, 2 * np.pi), (3, 2, 5.0), (8, 4, 2 * np.pi), (20, 1, 1.0), (1, 1, 0.01), (2, 8, 60.0)],
+)
+def test_the_space_holds_its_cosines_and_sines(degree, harmonics, frequency):
+    basis = galvi.PolynomialFourier(degree, harmonics, frequency).basis(T)
+    for k in range(1, harmonics + 1):
+        for wave in (np.cos(k * frequency * T), np.sin(k * frequency * T)):
+            fitted = basis @ np.linalg.lstsq(basis, wave, rcond=None)[0]
+            assert np.allclose(fitted, wave, rtol=0, atol=2e-13)  # 3e-14
+    between = np.cos((harmonics + 0.5) * frequency * T)
+    fitted = basis @ np.linalg.lstsq(basis, between, rcond=None)[0]
+    assert (np.max(np.abs(fitted - between)) > 1e-3) == (frequency > 1.0)
+
+
+@pytest.mark.parametrize("harmonics", [1, 3])
+def test_fourier_is_the_waves_and_the_constant(harmonics):
+    space = galvi.Fourier(harmonics, 4.0)
+    waves = [f(4.0 * k * T) for k in range(1, harmonics + 1) for f in (np.cos, np.sin)]
+    expected = np.stack([np.ones_like(T), *waves], axis=-1)
+    assert np.linalg.matrix_rank(np.hstack([space.basis(T), expected])) == space.dimension
+
+
+@pytest.mark.parametrize("frequency", [0.01, 2 * np.pi, 60.0])
+@pytest.mark.parametrize("degree", [1, 6])
+def test_slopes_are_orthonormal_to_each_other_and_orthogonal_to_polynomials(degree, frequency):
+    space = galvi.PolynomialFourier(degree, 3, frequency)
+    slopes = space.derivative(galvi.gauss(150).nodes)[:, 1:]
+    K = slopes.T @ (galvi.gauss(150).weights[:, None] * slopes)
+    expected = np.append(1.0 / np.arange(1, 2 * degree, 2), np.ones(6))
+    assert np.allclose(K, np.diag(expected), rtol=0, atol=1e-14)  # 9e-16
+
+
+@pytest.mark.parametrize("degree", [1, 2])
+def test_slow_waves_tend_to_polynomials(degree):
+    """As w -> 0 the space tends to Polynomials(degree + 2 harmonics), the table as w^2."""
+    limit = galvi.Galerkin(galvi.Polynomials(degree + 4), galvi.gauss(10)).table.A
+    gaps = [
+        np.max(
+            np.abs(
+                galvi.Galerkin(galvi.PolynomialFourier(degree, 2, w), galvi.gauss(10)).table.A
+                - limit
+            )
+        )
+        for w in (0.2, 0.1, 0.05)
+    ]
+    assert np.allclose(np.diff(np.log2(gaps)), -2.0, atol=0.02)  # -1.9993
+
+
+@pytest.mark.parametrize(("harmonics", "points"), [(1, 10), (2, 13), (3, 15), (4, 18)])
+def test_the_gauss_points_that_the_docstring_names_are_enough_and_fewer_are_not(harmonics, points):
+    space = galvi.PolynomialFourier(2, harmonics)
+    galvi.Galerkin(space, galvi.gauss(points))
+    with pytest.raises(ValueError, match=r"is inconsistent.* Use a rule with more points"):
+        galvi.Galerkin(space, galvi.gauss(points - 1))
+
+
+@pytest.mark.parametrize("frequency", [0.3, 3.0, 2 * np.pi, 20.0])
+@pytest.mark.parametrize("points", [2, 5, 12, 30])
+def test_cosines_and_sines_alone_make_an_inconsistent_pair(frequency, points):
+    with pytest.raises(ValueError, match=r"is inconsistent.* Use a space that contains linear fun"):
+        galvi.Galerkin(galvi.Fourier(1, frequency), galvi.gauss(points))
+
+
+@dataclass(frozen=True)
+class Spring:
+    """V = omega^2 q^2 / 2 - g q: waves on top of a constant."""
+
+    omega: float
+    g: float
+
+    def __call__(self, q):
+        return 0.5 * self.omega**2 * q[0] ** 2 - self.g * q[0]
+
+    def gradient(self, q):
+        return self.omega**2 * q - self.g
+
+
+@pytest.mark.parametrize("turn", [0.5, 3.0, 2 * np.pi, 15.0])
+@pytest.mark.parametrize("g", [0.0, 2.0])
+def test_an_oscillator_whose_frequency_the_space_holds_is_solved_exactly(turn, g):
+    """Exponentially fitted, with a frequency of ``turn`` radians a step: 15 are over two turns."""
+    spring = Spring(turn / 0.5, g)
+    system = galvi.Canonical(1.0, spring, spring.gradient)
+    problem = galvi.Problem(system, [1.0], [0.5])
+    method = galvi.Galerkin(galvi.PolynomialFourier(1, 1, turn), galvi.gauss(26))
+    run = galvi.integrate(problem, method, 0.5, 40)
+    t = np.linspace(0.0, 20.0, 333)
+    centre = g / spring.omega**2
+    exact = (
+        centre
+        + (1.0 - centre) * np.cos(spring.omega * t)
+        + 0.5 * np.sin(spring.omega * t) / spring.omega
+    )
+    assert run.success, run.status
+    assert np.max(np.abs(run(t)[:, 0] - exact)) < 1e-12  # 1.2e-13
+    plain = galvi.integrate(problem, galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(26)), 0.5, 40)
+    assert np.max(np.abs(plain(t)[:, 0] - exact)) > 1e-5  # 3.6e-5, as many unknowns
+
+
+def test_a_body_that_spins_keeps_its_momentum_and_agrees_with_polynomials():
+    body = galvi.problems.free_rigid_body()
+    waves = galvi.Galerkin(galvi.PolynomialFourier(4, 2, 3.0), galvi.gauss(12))
+    plain = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12))
+    runs = [galvi.integrate(body, method, 0.2, 10) for method in (waves, plain)]
+    momentum = galvi.momentum_map(runs[0])
+    assert np.max(np.abs(momentum - momentum[0])) < 1e-13
+    assert np.max(np.abs(runs[0].q - runs[1].q)) < 1e-12  # 2e-14; Polynomials(4) are 2e-8 away
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf"), "fast", None])
+@pytest.mark.parametrize(
+    "space", [lambda w: galvi.Fourier(2, w), lambda w: galvi.PolynomialFourier(2, 2, w)]
+)
+def test_a_frequency_that_is_none_is_refused(space, value):
+    with pytest.raises(ValueError, match=r"frequency must be .*; received .* radians a step"):
+        space(value)
+
+
+@pytest.mark.parametrize("value", [0, -1, 1.5, 65, float("nan"), None])
+@pytest.mark.parametrize("space", [galvi.Fourier, lambda n: galvi.PolynomialFourier(2, n)])
+def test_a_number_of_harmonics_that_is_none_is_refused(space, value):
+    with pytest.raises(ValueError, match="harmonics must be a whole number from 1 to 64; received"):
+        space(value)
+
+
+def test_waves_too_fast_or_no_different_from_polynomials_are_refused():
+    with pytest.raises(ValueError, match="must be at most 512 radians a step; received 10 times"):
+        galvi.Fourier(10, 60.0)
+    with pytest.raises(ValueError, match="must differ from polynomials and from each other"):
+        galvi.PolynomialFourier(4, 8, 1e-3)
+
+
+def test_the_highest_frequency_and_many_harmonics_are_still_orthonormal():
+    for skip, harmonics, frequency in ((0, 24, 21.0), (64, 1, 512.0)):
+        slopes = wave_slopes(skip, harmonics, frequency)[1]
+        gram = slopes.T @ (slopes / (2.0 * np.arange(skip, skip + len(slopes))[:, None] + 1.0))
+        assert np.allclose(gram, np.eye(2 * harmonics), rtol=0, atol=1e-14)
