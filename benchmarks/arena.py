@@ -22,7 +22,7 @@ from references.truth import STORED_TRUTH
 
 Setting = Mapping[str, Any]
 Entry = tuple[str, Contender, Sequence[Setting]]
-POSITION, ATTITUDE = "position", "attitude"
+POSITION, ATTITUDE, ANGLE = "position", "attitude", "angle"
 EPS = float(np.finfo(float).eps)
 # Steps a period, and a third, for Wisdom and Holman's maps: to where rounding stops WHFast on the
 # outer planets (10,000 years: 4.5e-9 with 120, 1.5e-9 with 240, 4.0e-9 with 480).
@@ -62,7 +62,7 @@ class Arena:
     duration  from its t0, in its unit of time
     entries   (label, contender, settings)
     truth     computes the truth
-    quantity  whose error it is: POSITION or ATTITUDE
+    quantity  whose error it is: POSITION, ATTITUDE or ANGLE
     distance  of two configurations: the error
     prolonged whether runs are timed by going on, as `benchmarks.prolonged` does: for durations
               which a contender covers before its call has properly begun

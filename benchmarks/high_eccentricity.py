@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import pandas as pd
 
 import galvi
 from benchmarks.contenders import gauss_collocation
+from benchmarks.outsider import Outsider
 from galvi import Problem
 from galvi.trajectory import COMPLETED
 from references import ias15
@@ -49,9 +50,11 @@ def through_pericentre(eccentricity: float) -> Problem:
 
 
 def high_eccentricity_table(
-    quick: bool = False, report: Callable[[str], None] = lambda sentence: None
+    quick: bool = False,
+    report: Callable[[str], None] = lambda sentence: None,
+    outsiders: Sequence[Outsider] = (),
 ) -> pd.DataFrame:
-    """One row for each eccentricity, contender and setting.
+    """One row for each eccentricity, contender and setting; outsiders take part where they can.
 
     error         distance from the closed form at the end, in semi-major axes
     energy_error  at the end, relative
@@ -63,7 +66,13 @@ def high_eccentricity_table(
         problem = through_pericentre(eccentricity)
         report(problem.name)
         end = KEPLER.run(problem, math.tau, {"samples": 1}).q[-1]
-        for label, contender, setting in _entries(quick):
+        others = [
+            (outsider.name, outsider, setting)
+            for outsider in outsiders
+            if outsider.supports(problem)
+            for setting in outsider.settings(problem, math.tau, STEPS[0])
+        ]
+        for label, contender, setting in (*_entries(quick), *others):
             row = {"eccentricity": eccentricity, "contender": label, "settings": _said(setting)}
             rows.append({**row, **_measured(problem, contender, setting, end)})
     return pd.DataFrame(rows, columns=list(COLUMNS))

@@ -15,8 +15,8 @@ from scipy.linalg import block_diag
 from galvi import Cayley
 from galvi.arrays import Array
 from galvi.charts.chart import Chart
-from galvi.groups import group as kinds
 from galvi.groups.group import Group
+from galvi.kernels import charts as kinds
 
 SIDES = {kinds.SO2: 2, kinds.SO3: 3, kinds.SE3: 4}
 TERMS = 18  # 0.5^18 / 18! is 6e-22

@@ -7,11 +7,12 @@ therefore kept up for many times the duration, and the time is divided by that n
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from benchmarks.outsiders import call_of
+from benchmarks.stopwatch import once
 from galvi import Problem, Trajectory
 from references import Contender
 
@@ -53,13 +54,8 @@ def prolonged(
         longer = dict(setting)
         if "save_every" in longer:
             longer["save_every"] *= times
-
-        def call(asked: Mapping[str, Any] = longer, span: float = times * duration) -> Trajectory:
-            return contender.run(problem, span, asked)
-
-        start = time.perf_counter()
-        run = call()
-        seconds = time.perf_counter() - start
+        call = call_of(contender, problem, times * duration, longer)
+        run, seconds = once(call)
         if not run.success:
             return Prolonged(call, times, seconds, run.status)
     return Prolonged(call, times, seconds)

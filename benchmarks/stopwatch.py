@@ -1,7 +1,12 @@
-"""Times that may be compared: interleaved rounds, warmed up, with an interval."""
+"""Times that may be compared: interleaved rounds, warmed up, with an interval.
+
+A call that runs in another process has its own clock there: ``seconds(repeats)``, the mean of so
+many calls, and ``took``, the seconds of the last one.
+"""
 
 from __future__ import annotations
 
+import math
 import statistics
 import time
 from collections.abc import Callable, Sequence
@@ -36,10 +41,19 @@ def interleaved(
     for _ in range(rounds):
         for k, call in enumerate(calls):
             samples[k].append(_seconds(call, repeats[k]))
-    return [Timing(statistics.median(s), min(s), max(s)) for s in samples]
+    return [_timing(seconds) for seconds in samples]
+
+
+def _timing(seconds: Sequence[float]) -> Timing:
+    """Nothing but NaN when a round had no time."""
+    if any(math.isnan(one) for one in seconds):
+        return Timing(math.nan, math.nan, math.nan)
+    return Timing(statistics.median(seconds), min(seconds), max(seconds))
 
 
 def _seconds(call: Callable[[], Any], repeats: int) -> float:
+    if hasattr(call, "seconds"):
+        return float(call.seconds(repeats))
     start = time.perf_counter()
     for _ in range(repeats):
         call()
@@ -48,7 +62,13 @@ def _seconds(call: Callable[[], Any], repeats: int) -> float:
 
 def warmed(call: Callable[[], Any]) -> tuple[Any, float]:
     """What the call returns, and the seconds it takes when what it needs is compiled and loaded."""
+    result, seconds = once(call)
+    return result, min(seconds, _seconds(call, 1)) if seconds < 1.0 else seconds
+
+
+def once(call: Callable[[], Any]) -> tuple[Any, float]:
+    """What the call returns, and the seconds it took; NaN where its own clock failed."""
     start = time.perf_counter()
     result = call()
     seconds = time.perf_counter() - start
-    return result, min(seconds, _seconds(call, 1)) if seconds < 1.0 else seconds
+    return result, float(getattr(call, "took", seconds))

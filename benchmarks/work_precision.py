@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,6 +11,8 @@ import pandas as pd
 from benchmarks.arena import Arena, Truth
 from benchmarks.arenas import arenas
 from benchmarks.fronts import TRUTH, front, ratios
+from benchmarks.outsider import Outsider
+from benchmarks.outsiders import call_of, with_outsiders
 from benchmarks.prolonged import prolonged
 from benchmarks.stopwatch import Timing, interleaved, warmed
 from galvi import Trajectory
@@ -48,11 +50,13 @@ class _Entry:
 
 
 def work_precision(
-    quick: bool = False, report: Callable[[str], None] = lambda sentence: None
+    quick: bool = False,
+    report: Callable[[str], None] = lambda sentence: None,
+    outsiders: Sequence[Outsider] = (),
 ) -> pd.DataFrame:
-    """One row for each problem, contender and setting.
+    """One row for each problem, contender and setting; outsiders take part where they can.
 
-    quantity      whose error it is: position or attitude
+    quantity      whose error it is: position, attitude or angle
     error         largest distance of a body from the truth at the end, in the problem's unit of
                   length, or largest entry of R - R_truth; NaN for the truth itself and for a run
                   that failed
@@ -65,7 +69,10 @@ def work_precision(
     status        empty; 'truth'; a warning about the error; or why the run failed
     reference     the truth, and how far it can be trusted
     """
-    tables = [_study(arena, _least(arena, quick), report) for arena in arenas(quick)]
+    tables = [
+        _study(with_outsiders(arena, outsiders), _least(arena, quick), report)
+        for arena in arenas(quick)
+    ]
     return pd.concat(tables, ignore_index=True)
 
 
@@ -85,14 +92,16 @@ def _study(arena: Arena, least: float, report: Callable[[str], None]) -> pd.Data
         for setting in settings:
             report(f"{arena.problem.name}: {label}, {_readable(setting)}")
             entry = _Entry(
-                label, _readable(setting),
-                lambda c=contender, s=setting: c.run(arena.problem, arena.duration, s),
-            )  # fmt: skip
+                label,
+                _readable(setting),
+                call_of(contender, arena.problem, arena.duration, setting),
+            )
             if contender.missing:
                 entry.why = contender.missing
             else:
                 entry.run, entry.warm = warmed(entry.call)
-            if arena.prolonged and entry.run is not None and entry.run.success:
+                entry.why = getattr(entry.call, "failure", "")
+            if arena.prolonged and entry.run is not None and entry.run.success and not entry.why:
                 longer = prolonged(
                     contender, arena.problem, arena.duration, setting, entry.warm, least
                 )
@@ -108,6 +117,8 @@ def _study(arena: Arena, least: float, report: Callable[[str], None]) -> pd.Data
             strict=True,
         )
     )
+    for entry in timed:
+        entry.why = getattr(entry.call, "failure", "")
     return pd.DataFrame(
         [_row(arena, entry, truth, timings.get(id(entry))) for entry in entries],
         columns=list(COLUMNS),

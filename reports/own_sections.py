@@ -4,7 +4,7 @@ steps.
 
 from __future__ import annotations
 
-from benchmarks import engine_versions, free_spin, long_brouwer, long_turning
+from benchmarks import engine_versions, free_spin, long_brouwer, long_turning, taxonomy
 from benchmarks.brouwer import brouwer
 from benchmarks.scaling import scaling
 from reports.brouwer_table import brouwer_table
@@ -13,10 +13,12 @@ from reports.figures.energy_growth import energy_growth
 from reports.figures.figure import Figure
 from reports.figures.free_spin import free_spin as errors_over_turns
 from reports.figures.scaling import seconds_per_orbit, share_of_limit
+from reports.figures.taxonomy_matrix import taxonomy_matrix
 from reports.figures.turning_growth import turning_growth
 from reports.free_spin_table import free_spin_table
 from reports.scaling_table import scaling_table
 from reports.study import Study
+from reports.taxonomy_table import taxonomy_table
 from reports.turning_table import turning_table
 
 ROUND_OFF = Study(
@@ -144,4 +146,32 @@ A_MILLION_STEPS = Study(
     stored=long_turning.stored,
 )
 
-STUDIES = (ROUND_OFF, NUMBER_OF_BODIES, FREE_SPIN, ENGINE_VERSIONS, A_MILLION_STEPS)
+TAXONOMY = Study(
+    name="taxonomy",
+    title="Spaces and rules",
+    text="Every space with every rule, and what comes of it. A pair is ill-posed when a free "
+    "particle has no unique motion, because the rule does not see some function of the space, and "
+    "inconsistent when it does not move in a straight line. Read a line from left to right: with "
+    "too few points there is no method, then the rule limits the order, and from some number of "
+    "points on the order is twice the degree of the space, and stays. Slopes that jump between "
+    "pieces want rules without a node there; waves, of frequency ω in radians a step, want many "
+    "points and leave the order as it is. Orders are measured on the Kepler problem, e = 0.3, "
+    "against its closed form; C_N is the constant of M (11); symplectic to is the largest defect "
+    "of DF^T J DF = J, and there and back what is left after eight steps of 0.25 forwards and as "
+    "many backwards, which is round-off for a symmetric method.",
+    measure=taxonomy.taxonomy,
+    figures=(
+        Figure(
+            name="taxonomy",
+            title="Measured order of the method that a space and a rule make",
+            draw=taxonomy_matrix,
+            caption="Below the order, methods that are known by a name: IM implicit midpoint, SV "
+            "Stormer-Verlet, SE symplectic Euler, G Gauss collocation, L Lobatto IIIA-IIIB, R "
+            "Radau IIA-II; 3IM, 3G: three steps of it in one.",
+            size=(11.0, 5.8),
+        ),
+    ),
+    table=taxonomy_table,
+)
+
+STUDIES = (ROUND_OFF, NUMBER_OF_BODIES, FREE_SPIN, ENGINE_VERSIONS, A_MILLION_STEPS, TAXONOMY)

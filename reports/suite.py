@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +20,7 @@ class Table:
     text      what the reader should know, in a few sentences
     measure   (quick, report) -> frame
     headings  column: what stands above it on the page
+    open      whether outsiders take part: its measure takes them as `outsiders`
     """
 
     name: str
@@ -27,6 +28,7 @@ class Table:
     text: str
     measure: Measure
     headings: Mapping[str, str]
+    open: bool = False
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,9 @@ class Suite:
     tables          further studies, each shown as a table
     studies         those with sections of their own
     targets         what the times of `work_precision` are held against
+    engines         name: why it cannot be used here, or nothing; of every engine
+    unavailable     the sentences by which contenders say that their engine is absent
+    faults          what outsiders did wrong so far
     provenance      command -> versions, commit, machine, date
     """
 
@@ -50,12 +55,16 @@ class Suite:
     tables: tuple[Table, ...] = ()
     studies: tuple[Study, ...] = ()
     targets: tuple[Target, ...] = ()
+    engines: Callable[[], Mapping[str, str]] = dict
+    unavailable: Callable[[], Collection[str]] = tuple
+    faults: Callable[[], Collection[str]] = tuple
 
 
 def load() -> Suite:
     """The real one; imported when called, so that a mistyped word is answered at once."""
     import galvi
     from benchmarks import ephemeris, high_eccentricity, recommendation, start_up
+    from benchmarks.agreements import AGREEMENTS, engines, unavailable
     from benchmarks.claims import CLAIMS
     from benchmarks.cost import cost_table
     from benchmarks.provenance import provenance
@@ -91,6 +100,7 @@ def load() -> Suite:
             "evaluations": "force evaluations",
             "status": "status",
         },
+        open=True,
     )
     advice = Table(
         "recommendation",
@@ -129,4 +139,6 @@ def load() -> Suite:
     )
     tables = (sky, stress, advice, fresh)
     measured = (work_precision, cost_table, provenance)
-    return Suite(CLAIMS, galvi.Galerkin, *measured, tables, STUDIES, TARGETS)
+    checks = (*CLAIMS, *AGREEMENTS)
+    absences = (engines, unavailable)
+    return Suite(checks, galvi.Galerkin, *measured, tables, STUDIES, TARGETS, *absences)

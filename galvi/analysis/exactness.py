@@ -50,7 +50,7 @@ def _parts(rule: Rule, pieces: int) -> list[list[tuple[Decimal, Decimal]]]:
 
 
 def _integrates(part: list[tuple[Decimal, Decimal]], degree: int) -> bool:
-    powers = (place**degree if degree else Decimal(1) for place, _ in part)
-    moment = sum((weight * power for (_, weight), power in zip(part, powers, strict=True)), Decimal(0))
+    terms = (weight * place**degree if degree else weight for place, weight in part)
+    moment = sum(terms, Decimal(0))
     exact = Fraction(1, degree + 1)
     return abs(moment - Decimal(exact.numerator) / Decimal(exact.denominator)) < CLOSE

@@ -7,8 +7,8 @@ from typing import Any
 
 from galvi.analysis import step_bounds
 from galvi.analysis.friedrichs import Z0
-from galvi.analysis.stiffness import Stiffness, estimated, given
 from galvi.analysis.step_bounds import Bound
+from galvi.analysis.stiffness import Stiffness, estimated, given
 from galvi.problem import Problem
 from galvi.rules.rule import Rule
 from galvi.spaces.space import Space
@@ -92,7 +92,9 @@ def _bounds(
         step_bounds.contracting_stages(space, rule, stiffness),
         step_bounds.minimal_action(space, rule, stiffness),
         step_bounds.coercive_action(stiffness),
-        step_bounds.converging_passes(stiffness, pair["spectral_radius"]),
+        step_bounds.converging_passes(
+            stiffness, pair["spectral_radius"], pair["reasons"].get("spectral_radius", "")
+        ),
     )
     return dict(zip(BOUNDS, found, strict=True))
 
@@ -113,7 +115,7 @@ def _at_a_step(
         found[name] = None if bound.step is None else h < bound.step
         if bound.step is None:
             reasons[name] = bound.reason
-    eta = step_bounds.SHARP * stiffness.square * (h / Z0) ** 2
+    eta = step_bounds.CAUTION * stiffness.square * (h / Z0) ** 2
     for name, constant, factor in (
         ("contraction", "friedrichs", eta),
         ("spectral_contraction", "spectral_radius", h * h * stiffness.square),
@@ -122,5 +124,5 @@ def _at_a_step(
         power = 2 if constant == "friedrichs" else 1
         found[name] = None if size is None else factor * size**power
         if size is None:
-            reasons[name] = f"this pair has no {constant.replace('_', ' ')} constant."
+            reasons[name] = pair["reasons"][constant]
     return found

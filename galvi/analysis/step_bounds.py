@@ -15,7 +15,7 @@ from galvi.spaces.polynomials import Polynomials
 from galvi.spaces.space import Space
 from galvi.table import assemble
 
-SHARP = 3.0  # over M's constant 1/3 of proposition 1; claim V20 measures 1 / sqrt(2)
+CAUTION = 3.0  # one over the constant of M proposition 1; claim V20 measures sqrt(2)
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Bound:
 
 def unique_motion(stiffness: Stiffness) -> Bound:
     """M theorem 1: the exact motion is unique while eta = 3 K h^2 / (m z0^2) < 1."""
-    return Bound(_divided(Z0 / math.sqrt(SHARP), stiffness.frequency))
+    return Bound(_divided(Z0 / math.sqrt(CAUTION), stiffness.frequency))
 
 
 def unique_step(stiffness: Stiffness, friedrichs: float | None) -> Bound:
@@ -36,7 +36,7 @@ def unique_step(stiffness: Stiffness, friedrichs: float | None) -> Bound:
     eta C_N^2 < 1."""
     if friedrichs is None:
         return Bound(None, "M theorem 2 needs C_N, which this pair does not have.")
-    return Bound(_divided(Z0 / math.sqrt(SHARP) / friedrichs, stiffness.frequency))
+    return Bound(_divided(Z0 / math.sqrt(CAUTION) / friedrichs, stiffness.frequency))
 
 
 def contracting_stages(space: Space, rule: Rule, stiffness: Stiffness) -> Bound:
@@ -70,13 +70,13 @@ def coercive_action(stiffness: Stiffness) -> Bound:
     return Bound(_divided(math.pi / math.sqrt(2.0), _widest(stiffness)))
 
 
-def converging_passes(stiffness: Stiffness, radius: float | None) -> Bound:
+def converging_passes(stiffness: Stiffness, radius: float | None, why: str) -> Bound:
     """Fixed-point iteration contracts near a solution while h^2 rho(A) omega^2 < 1.
 
-    radius  rho(A), the spectral radius of the tableau
+    radius  rho(A), the spectral radius of the tableau, or None, with why
     """
     if radius is None:
-        return Bound(None, "an ill-posed pair has no tableau.")
+        return Bound(None, why)
     return Bound(_divided(1.0, stiffness.frequency * math.sqrt(radius)))
 
 

@@ -13,7 +13,7 @@ from galvi.problem import Problem
 SHARE = 0.1  # of 1 / frequency: a step of the short trajectory
 MOST, LEAST = 400, 20  # such steps
 WORK = 4e7  # of d^3 of all steps together, d the number of components
-PERIODS = 10.0 * np.pi  # radians of the fastest vibration at the start, when no step tells a length
+PERIODS = 10.0 * np.pi  # radians of it, when no step tells a length
 
 
 @dataclass(frozen=True)
@@ -51,14 +51,14 @@ def given(problem: Problem, lipschitz: float) -> Stiffness:
 def estimated(problem: Problem, duration: float | None) -> Stiffness | None:
     """The largest along a short trajectory; None where V'' or the force is not finite.
 
-    duration  to follow; ten periods of the start's fastest vibration over 2 when None
+    duration  to follow; five periods of the start's fastest vibration when None
 
     Velocity Verlet from the start in steps of a tenth of 1 / frequency there, at most 400 and for
     large systems fewer: the estimate is a lower bound, and the source says how far it went.
     """
     system: Any = problem.system
     d, q, v, t = problem.q0.size, problem.q0, problem.v0, problem.t0
-    root = np.linalg.cholesky(_mass(problem))
+    root: Array = np.asarray(np.linalg.cholesky(_mass(problem)), dtype=np.float64)
     most = int(np.clip(WORK / d**3, LEAST, MOST))
     left = np.inf if duration is None else abs(duration)
     largest = np.zeros(3)
@@ -79,7 +79,8 @@ def estimated(problem: Problem, duration: float | None) -> Stiffness | None:
         force = system.acceleration(q, t)
         v = half + 0.5 * dt * force
     source = f"estimated along the motion from t = {problem.t0:g} to {t:g}"
-    return Stiffness(*(float(x) for x in largest), d, source)
+    lipschitz, square, entries = (float(x) for x in largest)
+    return Stiffness(lipschitz, square, entries, d, source)
 
 
 def _mass(problem: Problem) -> Array:

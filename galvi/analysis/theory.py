@@ -20,9 +20,8 @@ from galvi.classical import classical_names
 from galvi.problem import Problem
 from galvi.rules.rule import Rule
 from galvi.spaces.checked import checked
-from galvi.spaces.polynomials import Polynomials
 from galvi.spaces.space import Space
-from galvi.table import Table, assemble
+from galvi.table import assemble
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class Theory:
     limited_by         "space", "rule for the force" or "rule for the kinetic energy"
     symmetric          a step forward and a step backward cancel
     name, names        the best known classical name, "" for none; all of them
-    spectral_radius    rho(A) of the Nystrom tableau, the largest of the components'
+    spectral_radius    rho(A) of the Nystrom tableau
 
     With a problem, in its units; the theorems ask for a K that holds everywhere:
 
@@ -140,10 +139,9 @@ def theory(
     of_pair = _of_pair(space, rule)
     if problem is None:
         return Theory(**of_pair)
-    reasons = dict(of_pair.pop("reasons"))
     more = motion_theory(space, rule, of_pair, problem, step, lipschitz)
-    reasons.update(more.pop("reasons"))
-    return Theory(**{**of_pair, **more}, reasons=reasons)
+    reasons = {**of_pair["reasons"], **more["reasons"]}
+    return Theory(**{**of_pair, **more, "reasons": reasons})
 
 
 def _of_pair(space: Space, rule: Rule) -> dict[str, Any]:
@@ -170,10 +168,11 @@ def _of_pair(space: Space, rule: Rule) -> dict[str, Any]:
             reasons[name] = "an ill-posed pair makes no step."
     else:
         symmetric = is_symmetric(pair.table, rule)
-        parts = _parts(space)
-        tables = (assemble(part, rule).table for part in parts)
-        radius = max(_radius(table) for table in tables if table is not None)
-        names = classical_names(pair.table) if len(parts) == 1 and pair.consistent else ()
+        if len(set(getattr(space, "degrees", (space.degree,)))) > 1:
+            reasons["spectral_radius"] = "components of different degrees have no common tableau."
+        else:
+            radius = float(np.max(np.abs(np.linalg.eigvals(pair.table.A))))
+            names = classical_names(pair.table) if pair.consistent else ()
     return {
         "space": str(space), "rule": rule.name, "well_posed": pair.well_posed,
         "unseen": None if size is None else size.unseen, "consistent": pair.consistent,
@@ -182,16 +181,6 @@ def _of_pair(space: Space, rule: Rule) -> dict[str, Any]:
         "name": names[0] if names else "", "names": names, "spectral_radius": radius,
         "reasons": reasons,
     }  # fmt: skip
-
-
-def _parts(space: Space) -> list[Space]:
-    """The spaces of components of different degrees, or the space."""
-    degrees = sorted(set(getattr(space, "degrees", ())))
-    return [Polynomials(degree) for degree in degrees] or [space]
-
-
-def _radius(table: Table) -> float:
-    return float(np.max(np.abs(np.linalg.eigvals(table.A))))
 
 
 def _pair(method: Any, rule: Any) -> tuple[Space, Rule]:

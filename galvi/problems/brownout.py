@@ -55,9 +55,8 @@ def brownout(
             f"position must be above the ground, z >= 0; received z = {place[2]:g}. Raise it."
         )
     mass = SAND * math.pi * d**3 / 6.0
-    potential, gradient = _weight(mass * GRAVITY)
     system = Canonical(
-        mass, potential, gradient, _no_hessian,
+        mass, *_weight(mass * GRAVITY),
         force=_drag(0.5 * AIR * math.pi * d**2 / 4.0 * coefficient), timed_force=True,
     )  # fmt: skip
     return Problem(
@@ -70,9 +69,16 @@ def brownout(
     )
 
 
+def _flat(q: Any) -> Any:
+    return np.zeros((3, 3))
+
+
+FLAT: Any = jit(_flat)
+
+
 @lru_cache(maxsize=KEPT)
-def _weight(weight: float) -> tuple[Any, Any]:
-    """V = weight z and its gradient, of q (3,)."""
+def _weight(weight: float) -> tuple[Any, Any, Any]:
+    """V = weight z, its gradient and its Hessian, of q (3,)."""
 
     def potential(q: Any) -> Any:
         return weight * q[2]
@@ -80,12 +86,7 @@ def _weight(weight: float) -> tuple[Any, Any]:
     def gradient(q: Any) -> Any:
         return np.array([0.0, 0.0, weight])
 
-    return _compiled(potential, weight), _compiled(gradient, weight)
-
-
-@jit
-def _no_hessian(q: Any) -> Any:
-    return np.zeros((3, 3))
+    return _compiled(potential, weight), _compiled(gradient, weight), FLAT
 
 
 @lru_cache(maxsize=KEPT)

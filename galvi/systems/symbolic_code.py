@@ -131,7 +131,7 @@ def _kept(text: str) -> Path | None:
     with suppress(RuntimeError, OSError):
         folder = Path(KernelCache(slopes.no_law.py_func).cache_path) / FOLDER
         place = folder / hashlib.sha256(text.encode()).hexdigest()[:16]
-        path = place / "expression.py"
+        path = place / "expression.source"
         if not path.exists() or path.read_text("utf-8") != text:
             place.mkdir(parents=True, exist_ok=True)
             partial = place / f"{uuid.uuid4().hex}.part"
@@ -145,7 +145,7 @@ def _kept(text: str) -> Path | None:
 
 def _tidy(folder: Path) -> None:
     """Leave what was used last."""
-    by_use = sorted(folder.glob("*/expression.py"), key=lambda path: path.stat().st_mtime)
+    by_use = sorted(folder.glob("*/expression.source"), key=lambda path: path.stat().st_mtime)
     for path in by_use[:-KEPT]:
         shutil.rmtree(path.parent, ignore_errors=True)
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from benchmarks.claims import v1, v2, v3, v4, v5, v6, v7, v9, v10, v11
 from benchmarks.claims.kepler_orbit import FLOOR
 from benchmarks.long_steps import CURVE, ENDS
+from reports.figures.brownout_figures import BROWNOUT_FIGURES
 from reports.figures.convergence import convergence_in_h, convergence_in_n
 from reports.figures.energies import energies
 from reports.figures.figure import Figure
@@ -17,6 +18,7 @@ from reports.figures.paths import Panel, paths
 from reports.figures.pendulum_figures import PENDULUM_FIGURES
 from reports.figures.rate import Rate
 from reports.figures.rigid_bodies import RIGID_BODIES
+from reports.figures.vector_figures import VECTOR_FIGURES
 
 N = "n-refinement"
 HOLLOW = (
@@ -246,4 +248,6 @@ FIGURES: tuple[Figure, ...] = (
     ),
     *RIGID_BODIES,
     *PENDULUM_FIGURES,
+    *BROWNOUT_FIGURES,
+    *VECTOR_FIGURES,
 )  # fmt: skip

@@ -27,8 +27,9 @@ def faulty(change: Change) -> Callable[[Any, Any], Any]:
     """
 
     def make(space: Any, rule: Any) -> galvi.Galerkin:
+        sound = galvi.Galerkin(space, rule).table  # which is remembered
         method = galvi.Galerkin(space, replace(rule, name=f"{rule.name}, wrong {change.__name__}"))
-        vars(method)["table"] = replace(method.table, **change(method.table))
+        vars(method)["table"] = replace(sound, **change(sound))
         return method
 
     return make
@@ -59,31 +60,28 @@ def contradicted(found: list[Row]) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("claim", "change", "quantity"),
+    ("claim", "change", "quantities"),
     [
-        ("V1", position_weights, "base of the one-step error"),
-        ("V1", position_weights, "smallest one-step error"),
-        ("V2", velocity_weights, "base of the energy error"),
-        ("V2", velocity_weights, "energy error, n = 14"),
-        ("V3", position_weights, "base of the one-step error"),
-        ("V4", curve, "base of the curve error"),
-        ("V5", curve, "base of the energy error along the curve"),
-        ("V5", curve, "base of the angular momentum error along the curve"),
-        ("V6", stages, "order of the one-step error, n = 4, fixed T"),
-        ("V6", stages, "order of the one-step error, n = 6, fixed number of steps"),
-        ("V7", curve, "order of the angular momentum error along the curve, n = 8, fixed T"),
-        ("V8", velocity_weights, "energy error, n = 8"),
-        ("V8", velocity_weights, "angular momentum error, n = 8"),
-        ("V9", position_weights, "Mercury, distance to IAS15 at the end [au], n = 41"),
-        ("V9", velocity_weights, "energy error, n = 25"),
-        ("V10", position_weights, "farthest planet from IAS15 at the end [au], n = 25"),
-        ("V10", velocity_weights, "energy error, n = 25"),
+        ("V1", position_weights, {"base of the one-step error", "smallest one-step error"}),
+        ("V2", velocity_weights, {"base of the energy error", "energy error, n = 14"}),
+        ("V3", position_weights, {"base of the one-step error"}),
+        ("V4", curve, {"base of the curve error"}),
+        ("V5", curve, {f"base of the {what} error along the curve"
+                       for what in ("energy", "angular momentum")}),
+        ("V6", stages, {f"order of the one-step error, {which}"
+                        for which in ("n = 4, fixed T", "n = 6, fixed number of steps")}),
+        ("V7", curve, {"order of the angular momentum error along the curve, n = 8, fixed T"}),
+        ("V8", velocity_weights, {"energy error, n = 8", "angular momentum error, n = 8"}),
+        ("V9", position_weights, {"Mercury, distance to IAS15 at the end [au], n = 41"}),
+        ("V9", velocity_weights, {"energy error, n = 25"}),
+        ("V10", position_weights, {"farthest planet from IAS15 at the end [au], n = 25"}),
+        ("V10", velocity_weights, {"energy error, n = 25"}),
     ],
-)
+)  # fmt: skip
 def test_a_table_that_is_slightly_wrong_is_caught(
-    claim: str, change: Change, quantity: str
+    claim: str, change: Change, quantities: set[str]
 ) -> None:
-    assert quantity in contradicted(rows(CLAIM[claim], faulty(change)))
+    assert quantities <= set(contradicted(rows(CLAIM[claim], faulty(change))))
 
 
 def reversed_clock(problem: Problem) -> Problem:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.polynomial import legendre
 from scipy.optimize import fsolve
 
 import galvi
-from benchmarks.claim import Claim, Row
+from benchmarks.claim import Claim
 from benchmarks.claims import l10, l12, l13, l16
 from benchmarks.claims.l1 import EULER, GALERKIN, L1, ODE45
 from benchmarks.claims.l2 import L2
@@ -21,37 +21,13 @@ from benchmarks.claims.l4 import L4
 from benchmarks.claims.l5 import L5
 from benchmarks.discrete_momenta import TINY, body_velocity, cayley
 from benchmarks.left_symplectic import form_defect
-from benchmarks.verdicts import CONTRADICTED, HOLDS
+from benchmarks.verdicts import HOLDS
 from galvi import Problem
 from galvi.charts.maps import coordinates, place
 from references.rigid_equations import RigidEquations
 from references.rigid_ivp import RIGID_DOP853
 from references.scipy_ivp import TIGHT
-
-
-def faulty(**scale: float) -> Callable[..., Any]:
-    """Methods with these arrays of their table multiplied; see `test_planted_faults.faulty`."""
-
-    def make(space: Any, rule: Any, *chart: Any) -> galvi.Galerkin:
-        method = galvi.Galerkin(space, replace(rule, name=f"{rule.name}, wrong {scale}"), *chart)
-        wrong = {name: getattr(method.table, name) * by for name, by in scale.items()}
-        vars(method)["table"] = replace(method.table, **wrong)
-        return method
-
-    return make
-
-
-def rows(claim: Claim, make: Any = galvi.Galerkin) -> list[Row]:
-    return claim.judge(claim.study(make, True, lambda sentence: None))
-
-
-def contradicted(claim: Claim, make: Any = galvi.Galerkin) -> set[str]:
-    """Only what was not expected to be."""
-    return {
-        row.quantity
-        for row in rows(claim, make)
-        if row.verdict == CONTRADICTED and row.expected != CONTRADICTED
-    }
+from tests.benchmarks.planted_tables import contradicted, faulty, reversed_clock, rows
 
 
 @pytest.mark.parametrize(
@@ -69,10 +45,6 @@ def contradicted(claim: Claim, make: Any = galvi.Galerkin) -> set[str]:
 )
 def test_a_table_that_is_slightly_wrong_is_caught(claim: Claim, make: Any, quantity: str) -> None:
     assert quantity in contradicted(claim, make)
-
-
-def reversed_clock(problem: Problem) -> Problem:
-    return Problem(problem.system, problem.q0, -problem.v0, problem.t0)
 
 
 def other_body(problem: Problem) -> Problem:

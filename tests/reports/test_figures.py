@@ -41,6 +41,8 @@ def test_every_figure_of_the_claims_is_drawn_once_at_least():
     assert {source for claim in CLAIMS for source in claim.figures} == {f.source for f in FIGURES}
     drawn = {"H fig. 1.1", "H fig. 1.2", *(f"H fig. 2.{k}" for k in range(3, 16))}
     drawn |= {*(f"H fig. 3.{k}" for k in range(1, 10)), "H 3.6.1", "H thm. 3.3.3", "H thm. 3.3.4"}
+    drawn |= {"M fig. 3", "M fig. 1 left", "M fig. 1 right", "M sec. 5"}
+    drawn |= {"H thm. 2.3.6", "H thm. 2.3.7"}
     assert drawn == {figure.source for figure in FIGURES}
     assert {name for figure in FIGURES for name in figure.claims} <= {c.id for c in CLAIMS}
     assert len(set(NAMES)) == len(NAMES)

@@ -17,6 +17,7 @@ from benchmarks.free_spin import marks
 from benchmarks.long_turning import COLUMNS as TURNING
 from benchmarks.long_turning import QUANTITIES
 from benchmarks.scaling import COLUMNS as SCALING
+from benchmarks.taxonomy import COLUMNS as TAXONOMY
 from benchmarks.walkers import KEPT
 from reports.brouwer_table import brouwer_table
 from reports.commands import run
@@ -123,12 +124,29 @@ def spins(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
     return pd.DataFrame([*rows, absent], columns=list(SPIN))
 
 
+def pairs_of_spaces_and_rules(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+    """Two methods, one of them known, and two pairs that make none."""
+    blank = dict.fromkeys(TAXONOMY, np.nan) | {
+        "kind": "Polynomials", "number": 1, "space": "Polynomials(degree=1)", "family": "Gauss",
+        "name": "", "status": "", "predicted": 2,
+    }  # fmt: skip
+    sound = {"verdict": "method", "C_N": 0.97, "symplecticity": 1e-16, "symmetry": 3e-16}
+    rows = [
+        {**blank, **sound, "points": 1, "measured": 2.0, "name": "implicit midpoint"},
+        {**blank, **sound, "points": 2, "measured": 2.01},
+        {**blank, "points": 1, "space": "Fourier(harmonics=1)", "verdict": "ill-posed"},
+        {**blank, "points": 2, "space": "Fourier(harmonics=1)", "verdict": "inconsistent"},
+    ]
+    return pd.DataFrame(rows, columns=list(TAXONOMY))
+
+
 FRAMES = {
     "brouwer": brouwer,
     "scaling": scaling,
     "free-spin": spins,
     "engine-versions": versions,
     "turning": turning,
+    "taxonomy": pairs_of_spaces_and_rules,
 }
 
 
@@ -225,7 +243,7 @@ def test_a_part_that_raises_leaves_the_others(suite_with, tmp_path, capsys):
     assert (tmp_path / "studies" / "two").exists()
 
 
-NUMBERS = ("error", "share", "seconds_per_orbit", "energy_error", *QUANTITIES)
+NUMBERS = ("measured", "error", "share", "seconds_per_orbit", "energy_error", *QUANTITIES)
 
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)

@@ -1,0 +1,67 @@
+"""How near polynomials come to a motion on each of K subintervals, and how near a step comes.
+
+M's norm on a subinterval of length h: |u|_X^2 = int |u'|^2 dt + |u(h)|^2 / h (M section 2). The
+best polynomial of degree N has u's value at the end, and as derivative the orthogonal projection of
+u' on degree N - 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss, legvander
+
+from galvi import Trajectory
+from galvi.arrays import Array
+
+Motion = Callable[[Array], tuple[Array, Array]]
+POINTS = 24  # of Gauss, in each piece of a subinterval between kinks
+
+
+def best_errors(motion: Motion, edges: Array, degree: int, kinks: Sequence[float] = ()) -> Array:
+    """inf |u - v|_X over polynomials v of this degree, for each subinterval, (K,).
+
+    motion  t -> (u, u'), of t's shape
+    edges   (K + 1,), increasing
+    kinks   where u is not smooth: quadrature stops there
+    """
+    starts, stops = edges[:-1], edges[1:]
+    errors = _misses(motion, *_nodes(starts, stops), starts, stops, degree)
+    for kink in kinks:
+        for k in np.flatnonzero((starts < kink) & (kink < stops)):
+            start, stop = starts[k : k + 1], stops[k : k + 1]
+            parts = [_nodes(start, np.array([kink])), _nodes(np.array([kink]), stop)]
+            t, w = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
+            errors[k] = _misses(motion, t, w, start, stop, degree)[0]
+    return errors
+
+
+def step_error(run: Trajectory, motion: Motion, kinks: Sequence[float] = ()) -> float:
+    """|u - u_N|_X of the first step of a run with one component."""
+    start, stop = float(run.t[0]), float(run.t[1])
+    ends = np.array([start, *(kink for kink in kinks if start < kink < stop), stop])
+    t, w = (part.ravel() for part in _nodes(ends[:-1], ends[1:]))
+    gap = motion(t)[1] - run.velocity(t)[:, 0]
+    end = float(motion(run.t[1:2])[0][0]) - run.q[1, 0]
+    return float(np.sqrt(np.sum(w * gap**2) + end**2 / (stop - start)))
+
+
+def _misses(motion: Motion, t: Array, w: Array, starts: Array, stops: Array, degree: int) -> Array:
+    """Norms of what projections leave of u', (K,), by quadrature at t with weights w, (K, p)."""
+    slope, h = motion(t)[1], (stops - starts)[:, None]
+    P = legvander(2.0 * (t - starts[:, None]) / h - 1.0, degree - 1)
+    scale = (2.0 * np.arange(degree) + 1.0) / h
+    for _ in range(2):  # the second pass takes away what rounding left of the first
+        parts = scale * np.einsum("kpi,kp->ki", P, w * slope)
+        slope = slope - np.einsum("kpi,ki->kp", P, parts)
+    left: Array = np.sqrt(np.sum(w * slope**2, axis=1))
+    return left
+
+
+def _nodes(starts: Array, stops: Array) -> tuple[Array, Array]:
+    """Gauss points and weights of each interval, (K, POINTS)."""
+    x, w = leggauss(POINTS)
+    half = 0.5 * (stops - starts)[:, None]
+    nodes: Array = starts[:, None] + half * (1.0 + x)
+    return nodes, half * w

@@ -1,0 +1,201 @@
+"""Somebody else's contender, in a process of its own: what it breaks or hangs is a sentence.
+
+It stands beside ours in every comparison. Its times are taken inside its process, so that handing
+states over is not counted.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from benchmarks.contender_process import serve
+from galvi import Problem, Trajectory
+from galvi.arrays import read_only
+
+START_LIMIT = 60.0  # seconds for Python to start and the contender to be imported
+LIMIT = 60.0  # seconds for a run
+STRIKES = 2  # losses of its process after which it is not run any more
+RUNGS = (1, 4, 16, 64)  # numbers of equal steps, in the fewest of an arena, where it offers none
+
+
+class Faulty(Exception):
+    """What is wrong with the contender, in a sentence."""
+
+
+@dataclass(eq=False)
+class Outsider:
+    """The contender at ``path``, "package.module:Class"; see `references.Contender`.
+
+    The class is made without arguments and has
+
+    name                            for tables; not that of galvi's own, which begin with "galvi"
+    supports(problem)               whether it solves this `galvi.Problem`
+    run(problem, duration, setting) -> `galvi.Trajectory` at the times that the setting asks for:
+                                    {"step": h, "save_every": k} or {"samples": n}
+    settings(problem, duration)     the mappings that it is run with, from coarse to fine; where it
+                                    has none, equal steps of four lengths
+
+    `open` raises Faulty with a sentence when there is no such class, or it lacks one of these.
+    `run` never raises for what the contender does: it returns a failed run, and keeps the sentence
+    in ``faults``.
+    """
+
+    path: str
+    limit: float = LIMIT
+    name: str = ""
+    exact: bool = False
+    missing: str = ""
+    faults: list[str] = field(default_factory=list)
+    strikes: int = 0
+    _slow: set[str] = field(default_factory=set)
+    _process: Any = None
+    _connection: Any = None
+
+    @classmethod
+    def open(cls, path: str, limit: float | None = None) -> Outsider:
+        """Start the process and import the contender."""
+        outsider = cls(path, LIMIT if limit is None else limit)
+        outsider._start()
+        return outsider
+
+    def supports(self, problem: Problem) -> bool:
+        """As it says; False, and a fault, when it cannot say."""
+        try:
+            return bool(self._ask(problem, "supports", problem))
+        except Faulty as fault:
+            self._note(problem, "asked whether it supports the problem", str(fault))
+            return False
+
+    def settings(
+        self, problem: Problem, duration: float, fewest: int
+    ) -> Sequence[Mapping[str, Any]]:
+        """What to run it with: its own offers, or multiples of the fewest steps that others take.
+
+        None at all, and a fault, when it cannot say.
+        """
+        try:
+            offered = self._ask(problem, "settings", problem, duration)
+        except Faulty as fault:
+            self._note(problem, "asked for its settings", str(fault))
+            return []
+        if offered is not None:
+            return list(offered)
+        return [{"step": duration / n, "save_every": n} for n in (fewest * k for k in RUNGS)]
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Once, in its process; a failed run when it did anything else than return one."""
+        return self.timed(problem, duration, setting)()
+
+    def timed(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> TimedRun:
+        """A run that takes its own time; see `benchmarks.stopwatch`."""
+        return TimedRun(self, problem, duration, dict(setting))
+
+    def close(self) -> None:
+        """End its process."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+            self._connection.close()
+            self._process = self._connection = None
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._connection, theirs = context.Pipe()
+        self._process = context.Process(target=serve, args=(theirs, self.path), daemon=True)
+        self._process.start()
+        theirs.close()
+        try:
+            self.name = self._answer(("open",), START_LIMIT)
+        except Faulty:
+            self.close()
+            raise
+
+    def _ask(self, problem: Problem, *request: Any) -> Any:
+        """The answer to a request; the process is started anew when it was lost."""
+        if self.strikes >= STRIKES:
+            raise Faulty(f"Not tried: its process was lost {self.strikes} times before.")
+        if problem.name in self._slow:
+            raise Faulty("Not tried: its process was lost on this problem before.")
+        if self._process is None:
+            self._start()
+        try:
+            return self._answer(request, self.limit)
+        finally:
+            if self._process is None:
+                self.strikes += 1
+                self._slow.add(problem.name)
+
+    def _answer(self, request: tuple[Any, ...], limit: float) -> Any:
+        try:
+            self._connection.send(request)
+            if not self._connection.poll(limit):
+                self.close()
+                raise Faulty(f"It did not answer within {limit:g} s, and was stopped.")
+            kind, value = self._connection.recv()
+        except (EOFError, OSError):
+            self._process.join(1.0)
+            status = self._process.exitcode
+            self.close()
+            raise Faulty(f"Its process ended, with status {status}.") from None
+        if kind == "fault":
+            raise Faulty(value)
+        return value
+
+    def _note(self, problem: Problem, doing: str, why: str) -> None:
+        self.faults.append(f"{self.name}, {problem.name or 'problem'}, {doing}: {why}")
+
+
+@dataclass(eq=False)
+class TimedRun:
+    """A run of an outsider that knows how long it took.
+
+    took     seconds of the last call, inside its process
+    failure  what went wrong, or nothing
+    """
+
+    outsider: Outsider
+    problem: Problem
+    duration: float
+    setting: dict[str, Any]
+    took: float = float("nan")
+    failure: str = ""
+
+    def __call__(self) -> Trajectory:
+        """Run it once; a failed run when there is none."""
+        try:
+            parts, self.took = self._ask("run")
+        except Faulty as fault:
+            return self._failed(str(fault))
+        arrays = {name: read_only(parts.pop(name)) for name in ("t", "q", "p")}
+        return Trajectory(self.problem, **arrays, **parts, method=self.outsider.name)
+
+    def seconds(self, repeats: int) -> float:
+        """Of a call, the mean of several in its process; NaN from the first failure on."""
+        if self.failure:
+            return float("nan")
+        try:
+            return float(self._ask("seconds", repeats))
+        except Faulty as fault:
+            self._failed(str(fault))
+            return float("nan")
+
+    def _ask(self, what: str, *more: Any) -> Any:
+        asked = (self.problem, self.duration, self.setting, *more)
+        return self.outsider._ask(self.problem, what, *asked)
+
+    def _failed(self, why: str) -> Trajectory:
+        self.failure = why
+        setting = " ".join(f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
+                           for name, value in self.setting.items())  # fmt: skip
+        self.outsider._note(self.problem, setting, why)
+        t = self.problem.t0 + np.array([0.0, self.duration])
+        q, p = (np.full((2, *x.shape), np.nan) for x in (self.problem.q0, self.problem.v0))
+        return Trajectory(
+            self.problem, *map(read_only, (t, q, p)), success=False, status=why, failed_step=1,
+            method=self.outsider.name,
+        )  # fmt: skip

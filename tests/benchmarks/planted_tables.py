@@ -1,0 +1,44 @@
+"""Methods that step by a wrong table, and what the claims on groups say of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import galvi
+from benchmarks.claim import Claim, Row
+from benchmarks.verdicts import CONTRADICTED
+from galvi import Problem
+
+
+def faulty(**scale: float) -> Callable[..., Any]:
+    """Methods with these arrays of their table multiplied; see `test_planted_faults.faulty`."""
+
+    def make(space: Any, rule: Any, *chart: Any) -> galvi.Galerkin:
+        sound = galvi.Galerkin(space, rule, *chart).table  # which is remembered
+        method = galvi.Galerkin(space, replace(rule, name=f"{rule.name}, wrong {scale}"), *chart)
+        wrong = {name: getattr(sound, name) * by for name, by in scale.items()}
+        vars(method)["table"] = replace(sound, **wrong)
+        return method
+
+    return make
+
+
+def rows(claim: Claim, make: Any = galvi.Galerkin) -> list[Row]:
+    """What the claim's quick study comes to."""
+    return claim.judge(claim.study(make, True, lambda sentence: None))
+
+
+def contradicted(claim: Claim, make: Any = galvi.Galerkin) -> set[str]:
+    """The quantities that were, and were not expected to be."""
+    return {
+        row.quantity
+        for row in rows(claim, make)
+        if row.verdict == CONTRADICTED and row.expected != CONTRADICTED
+    }
+
+
+def reversed_clock(problem: Problem) -> Problem:
+    """The start with its velocity reversed."""
+    return Problem(problem.system, problem.q0, -problem.v0, problem.t0)

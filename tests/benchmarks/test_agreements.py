@@ -1,0 +1,101 @@
+"""galvi agrees with every reference, and a motion that is slightly wrong agrees with none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+import galvi
+from benchmarks import agreement
+from benchmarks.agreements import AGREEMENTS, ENGINES, MEETINGS, STORED, engines, unavailable
+from benchmarks.claim import Claim, Row
+from benchmarks.contenders import Variational
+from benchmarks.verdicts import CONTRADICTED, HOLDS, NOT_RUN
+from galvi import Problem
+from references import REFERENCES
+
+BY_ID = pytest.mark.parametrize("claim", AGREEMENTS, ids=lambda claim: claim.id)
+
+
+def rows(claim: Claim, make: Any = galvi.Galerkin) -> list[Row]:
+    return claim.judge(claim.study(make, True, lambda sentence: None))
+
+
+def test_every_reference_is_met_once_on_a_problem_that_it_solves() -> None:
+    met = [meeting.contender.name for meeting in MEETINGS]
+    assert sorted(met) == sorted(contender.name for contender in REFERENCES)
+    assert all(meeting.contender.supports(meeting.problem) for meeting in MEETINGS)
+    assert [claim.id for claim in AGREEMENTS] == [f"A{k + 1}" for k in range(len(AGREEMENTS))]
+
+
+@BY_ID
+def test_every_row_is_as_expected_and_says_what_it_was_held_against(claim: Claim) -> None:
+    for row in rows(claim):
+        assert row.verdict == row.expected, row
+        assert row.id == claim.id and row.bound and row.setup and row.reason
+        meeting = next(one for one in MEETINGS if one.quantity == row.quantity)
+        assert row.reference.startswith(meeting.contender.name)
+        assert row.verdict == (NOT_RUN if meeting.contender.missing else HOLDS)
+
+
+@BY_ID
+def test_nothing_measured_is_never_an_agreement(claim: Claim) -> None:
+    empty = claim.judge(agreement.frame([]))
+    assert empty and all((row.verdict, row.expected) == (NOT_RUN, HOLDS) for row in empty)
+
+
+def slower(problem: Problem) -> Problem:
+    """By a tenth and more, which no reference's own error explains."""
+    return replace(problem, v0=0.9 * problem.v0 + 0.05)
+
+
+@BY_ID
+def test_another_motion_agrees_with_none(claim: Claim, monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = Variational.run
+    monkeypatch.setattr(
+        Variational, "run", lambda self, problem, *rest: sound(self, slower(problem), *rest)
+    )
+    found = [row for row in rows(claim) if row.expected != NOT_RUN]
+    assert found or claim.id in ("A3", "A4", "A5", "A8")
+    assert [row.quantity for row in found if row.verdict != CONTRADICTED] == []
+
+
+def test_weights_wrong_in_the_ninth_digit_agree_with_no_closed_form() -> None:
+    def make(space: Any, rule: Any) -> galvi.Galerkin:
+        method = galvi.Galerkin(space, replace(rule, name=f"{rule.name}, wrong"))
+        table = method.table
+        vars(method)["table"] = replace(
+            table, b=table.b * (1.0 + 1e-9), beta=table.beta * (1.0 + 1e-9)
+        )
+        return method
+
+    assert {row.verdict for row in rows(AGREEMENTS[0], make)} == {CONTRADICTED}
+
+
+def test_a_run_that_fails_or_raises_is_not_run_and_was_expected_to_hold(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def broken(self: Variational, problem: Problem, *rest: Any) -> Any:
+        raise ValueError("no such method")
+
+    monkeypatch.setattr(Variational, "run", broken)
+    claim = agreement.agreement("A9", "title", STORED)
+    assert [(row.verdict, row.expected) for row in rows(claim)] == [(NOT_RUN, HOLDS)] * 2
+    frame = claim.study(galvi.Galerkin, True, lambda sentence: None)
+    assert set(frame["status"]) == {"ValueError: no such method"}
+
+
+def test_an_absent_engine_is_named_and_its_row_is_expected_not_to_run() -> None:
+    class Absent:
+        name, missing = "absent engine", "No module named 'absent'. Install it."
+
+    one = replace(STORED[1], contender=Absent())  # type: ignore[arg-type]
+    (row,) = rows(agreement.agreement("A9", "title", (one,)))
+    assert (row.verdict, row.expected, row.reason) == (NOT_RUN, NOT_RUN, Absent.missing)
+
+
+def test_engines_are_known_by_what_is_installed() -> None:
+    assert set(engines()) == set(ENGINES) == {"rebound", "mujoco", "heyoka", "jplephem"}
+    assert {text for text in engines().values() if text} <= set(unavailable())

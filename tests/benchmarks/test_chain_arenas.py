@@ -1,0 +1,67 @@
+"""Chains as arenas: who takes part, and a wrong weight that is seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks import work_precision
+from benchmarks.arena import ANGLE
+from benchmarks.chain_arenas import double_pendulum, largest_angle, planar_chain
+from references.chain_ivp import CHAIN_DOP853
+from references.mujoco_steps import MUJOCO_RK4
+
+
+@pytest.mark.parametrize("make", [double_pendulum, planar_chain])
+def test_everyone_takes_part_and_the_truth_is_the_stored_one(make: Any) -> None:
+    for quick in (True, False):
+        arena = make(quick)
+        labels = {label for label, _, _ in arena.entries}
+        assert {"MuJoCo RK4", "MuJoCo implicit", "SciPy DOP853, chains", "heyoka, chains"} <= labels
+        assert {f"galvi degree {s}, Gauss {s}" for s in (4, 8)} <= labels
+        assert arena.quantity == ANGLE
+        assert all(contender.supports(arena.problem) for _, contender, _ in arena.entries)
+        assert arena.truth().error < 1e-15 * np.abs(arena.truth().end).max()
+
+
+@dataclass(frozen=True)
+class WrongWeight:
+    """A contender on chains whose weight is 1 % too large."""
+
+    contender: Any
+    name: str = "galvi, wrong weight"
+    missing: str = ""
+
+    def supports(self, problem: galvi.Problem) -> bool:
+        return self.contender.supports(problem)
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        chain = replace(problem.system.function, gravity=1.01 * problem.system.function.gravity)
+        heavy = galvi.Lagrangian(chain, galvi.Rn(len(problem.q0)))
+        start = galvi.Problem(heavy, problem.q0, problem.v0)
+        return self.contender.run(start, duration, setting)
+
+
+def test_a_wrong_weight_stands_out_though_it_conserves_its_own_energy() -> None:
+    arena = planar_chain(True)
+    chosen = {"galvi degree 8, Gauss 8", CHAIN_DOP853.name, MUJOCO_RK4.name}
+    few = tuple(e for e in arena.entries if e[0] in chosen and not e[1].missing)
+    (ours,) = (e for e in few if e[0].startswith("galvi"))
+    planted = ("galvi, wrong weight", WrongWeight(ours[1]), ours[2])
+    rows = work_precision._study(
+        replace(arena, entries=(*few, planted), prolonged=False), 0.001, lambda sentence: None
+    )
+    wrong = rows["contender"] == "galvi, wrong weight"
+    assert rows["error"][~wrong].max() < 1e-6 < 1e-2 < rows["error"][wrong].min()  # 3e-8; 0.10
+    energy = galvi.energy(planted[1].run(arena.problem, arena.duration, {"step": 0.05}))
+    assert np.ptp(energy) < 1e-9  # 2e-11
+    assert (rows["quantity"] == ANGLE).all() and rows["seconds"].gt(0.0).all()
+
+
+def test_the_error_is_the_largest_angle() -> None:
+    assert largest_angle(np.array([1.0, -2.0]), np.array([1.5, 1.0])) == 3.0
+    assert np.isnan(largest_angle(np.array([np.nan, 0.0]), np.zeros(2)))

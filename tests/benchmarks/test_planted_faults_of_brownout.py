@@ -1,0 +1,102 @@
+"""The claims about the brownout particle catch a wrong table, force, solve and cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+import galvi
+from benchmarks.claim import Claim, Row
+from benchmarks.claims.brownout_particle import ACROSS, AWAY
+from benchmarks.claims.v23 import TOLERANCES, V23
+from benchmarks.claims.v24 import EULER, SECONDS, V24
+from benchmarks.verdicts import CONTRADICTED, NOT_RUN
+from galvi import Problem
+from galvi.problems import brownout
+
+INTEGRATE = galvi.integrate
+
+
+def contradicted(claim: Claim, make: Any = galvi.Galerkin) -> list[str]:
+    """Quantities whose verdict is not the one expected; those that are expected to fail, apart."""
+    rows: list[Row] = claim.judge(claim.study(make, True, lambda sentence: None))
+    return [row.quantity for row in rows if row.verdict == CONTRADICTED != row.expected]
+
+
+def faulty(change: Callable[[Any], dict[str, Any]]) -> Callable[[Any, Any], Any]:
+    """Galerkin methods whose table is not the one of their space and rule."""
+
+    def make(space: Any, rule: Any) -> galvi.Galerkin:
+        method = galvi.Galerkin(space, replace(rule, name=f"{rule.name}, wrong {change.__name__}"))
+        vars(method)["table"] = replace(method.table, **change(method.table))
+        return method
+
+    return make
+
+
+def weights(table: Any) -> dict[str, Any]:
+    return {"b": table.b * (1.0 + 1e-6)}
+
+
+def derivatives(table: Any) -> dict[str, Any]:
+    return {"slope": table.slope * (1.0 + 1e-6)}
+
+
+@pytest.mark.parametrize("change", [weights, derivatives])
+def test_a_table_that_is_slightly_wrong_is_caught(change: Callable[[Any], dict[str, Any]]) -> None:
+    found = contradicted(V23, faulty(change))
+    assert f"order, N = 4, {AWAY}" in found
+    assert f"distance to DOP853 [m], M's reference, N = 12, {AWAY}" in found
+
+
+def other_drag(problem: Problem) -> Problem:
+    """Stronger by a millionth."""
+    known = problem.parameters["diameter"], problem.q0, problem.v0
+    return brownout(*known, drag_coefficient=0.44 * (1.0 + 1e-6))
+
+
+def no_drag(problem: Problem) -> Problem:
+    """The force left out."""
+    return replace(problem, system=replace(problem.system, force=None, timed_force=False))
+
+
+def stopped_clock(problem: Problem) -> Problem:
+    """The rotor a millionth of a second late."""
+    return replace(problem, t0=problem.t0 - 1e-6)
+
+
+@pytest.mark.parametrize("change", [other_drag, no_drag, stopped_clock])
+def test_a_wrong_motion_is_caught_by_the_truth(
+    change: Callable[[Problem], Problem], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        galvi, "integrate", lambda problem, *rest, **how: INTEGRATE(change(problem), *rest, **how)
+    )
+    found = contradicted(V23)
+    assert {f"order, N = {N}, {AWAY}" for N in (3, 4)} <= set(found)
+    assert f"distance to DOP853 [m], M's reference, N = 12, {ACROSS}" in found
+
+
+def test_a_saturation_that_is_not_of_the_tolerance_is_caught(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def deaf(*given: Any, tolerance: float | None = None, **how: Any) -> Any:
+        return INTEGRATE(*given, **how)
+
+    monkeypatch.setattr(galvi, "integrate", deaf)
+    found = contradicted(V23)
+    assert sum("solve stopped at" in quantity for quantity in found) == len(TOLERANCES)
+    assert "power of the tolerance that this error falls with, N = 4" in found
+
+
+def test_a_high_order_that_is_dear_is_caught() -> None:
+    table = V24.study(galvi.Galerkin, True, lambda sentence: None)
+    ours = (table["study"] != EULER) & (table["quantity"] == SECONDS)
+    table.loc[ours, "value"] *= 100.0
+    verdicts = {row.quantity: row.verdict for row in V24.judge(table)}
+    asked = next(q for q in verdicts if q.startswith("time of semi-implicit Euler"))
+    crossed = next(q for q in verdicts if q.startswith("error below which"))
+    assert verdicts[asked] == CONTRADICTED and verdicts[crossed] == NOT_RUN

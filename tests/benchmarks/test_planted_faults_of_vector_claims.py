@@ -1,0 +1,114 @@
+"""The claims V14 to V18 and V22 catch wrong tables, curves, derivatives and momenta."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks.claim import Claim
+from benchmarks.claims import v15, v16, v22
+from benchmarks.claims.v14 import V14
+from benchmarks.claims.v15 import V15
+from benchmarks.claims.v16 import V16
+from benchmarks.claims.v17 import V17
+from benchmarks.claims.v18 import V18
+from benchmarks.claims.v22 import V22
+from benchmarks.pairs import kinds
+from benchmarks.verdicts import CONTRADICTED
+
+
+def faulty(**scale: float) -> Callable[..., Any]:
+    """Methods with these arrays of their table multiplied; see `test_planted_faults.faulty`.
+
+    Those with a degree for each component stay as they are: their table is not what they step by.
+    """
+
+    def make(space: Any, rule: Any) -> galvi.Galerkin:
+        method = galvi.Galerkin(space, replace(rule, name=f"{rule.name}, wrong {scale}"))
+        if not hasattr(space, "degrees"):
+            wrong = {name: getattr(method.table, name) * by for name, by in scale.items()}
+            vars(method)["table"] = replace(method.table, **wrong)
+        return method
+
+    return make
+
+
+def contradicted(claim: Claim, make: Any = galvi.Galerkin) -> set[str]:
+    """What was not expected to be."""
+    found = claim.judge(claim.study(make, True, lambda sentence: None))
+    return {row.quantity for row in found if row.verdict == CONTRADICTED}
+
+
+@pytest.mark.parametrize(
+    ("claim", "make", "quantities"),
+    [
+        (V14, faulty(beta=1.0 + 1e-9, C=1.0 + 1e-4),
+         {"base of the step's error", "base of the curve's distance",
+          "order of the curve's distance, n = 6"}),
+        (V15, faulty(beta=1.0 + 1e-6, b=1.0 + 1e-3),
+         {f"error of {v15.ALONG}",
+          *(f"change of angular momentum at step ends, {kind}" for kind in kinds())}),
+        (V16, faulty(A=1.0 + 1e-4),
+         {f"{v16.DEFECT}, {kind}, {name}" for kind in kinds() for name in v16.PROBLEMS}),
+        (V17, faulty(A=1.0 + 1e-4),
+         {f"order of the error, N = {degree}{more}" for degree in (3, 4, 5)
+          for more in ("", ", against the theory")}),
+        (V18, faulty(beta=1.0 + 1e-6),
+         {"base of the error, h = 0.8", "base of the error, h = 8"}),
+        (V22, faulty(A=1.0 + 1e-4, C=1.0 + 1e-3),
+         {"order of error along the path, smooth, N = 4",
+          "order of the one-step error, Gauss N, N = 4",
+          "order of the one-step error, Lobatto N + 1, N = 4"}),
+    ],
+    ids=lambda value: getattr(value, "id", None),
+)  # fmt: skip
+def test_a_table_that_is_slightly_wrong_is_caught(
+    claim: Claim, make: Any, quantities: set[str]
+) -> None:
+    assert quantities <= contradicted(claim, make)
+
+
+def test_a_momentum_that_leaks_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    true_to_itself = galvi.integrate
+
+    def leaking(*given: Any, **more: Any) -> galvi.Trajectory:
+        run = true_to_itself(*given, **more)
+        fading = np.linspace(1.0, 1.0 + 1e-12, len(run.t)).reshape(-1, *[1] * (run.p.ndim - 1))
+        return replace(run, p=run.p * fading)
+
+    monkeypatch.setattr(galvi, "integrate", leaking)
+    expected = {f"change of linear momentum at step ends, {kind}" for kind in kinds()}
+    assert expected | {f"change of linear momentum, {v15.TRANSLATION}"} <= contradicted(V15)
+
+
+def test_components_that_share_a_space_after_all_are_caught() -> None:
+    def make(space: Any, rule: Any) -> galvi.Galerkin:
+        shared = galvi.Polynomials(max(space.degrees)) if hasattr(space, "degrees") else space
+        return galvi.Galerkin(shared, rule)
+
+    assert f"change of angular momentum, {v15.ROTATION}" in contradicted(V15, make)
+
+
+def test_a_derivative_that_is_not_the_steps_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A canonical matrix that is another step's has no defect; differences tell."""
+    true_to_itself = galvi.step_derivative
+    monkeypatch.setattr(v16, "QUICK_POINTS", (3,))
+    monkeypatch.setattr(
+        galvi, "step_derivative", lambda *given: true_to_itself(*given[:2], given[2] * (1 + 1e-6))
+    )
+    assert contradicted(V16) == {f"{v16.APART}, {name}" for name in v16.PROBLEMS}
+
+
+def test_approximations_of_too_low_a_degree_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = v22.best_errors
+    monkeypatch.setattr(v22, "refine", lambda *given: [])
+    monkeypatch.setattr(
+        v22, "best_errors", lambda motion, edges, degree, *rest: sound(motion, edges, 1, *rest)
+    )
+    expected = {f"order of {v22.MEAN}, {name}, N = {n}" for name in v22.CASES for n in (2, 3, 4)}
+    assert expected <= contradicted(V22)

@@ -1,0 +1,223 @@
+"""One sand particle in the rotor's wind: its physics, other engines, stiffness and bad input."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numba import njit
+
+import galvi
+from galvi.kernels import rotor_wind as field
+from galvi.problems import brownout
+from references.heyoka_taylor import HEYOKA
+from references.scipy_ivp import DOP853, RADAU, TIGHT
+from references.semi_implicit_euler import SEMI_IMPLICIT_EULER
+
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(5))
+AIR, SAND, DRAG, GRAVITY = 1.225, 2650.0, 0.44, 9.80665
+FAR = (1e6, 0.0, 50.0)  # where the wind is 1e-13 m/s
+
+
+def relaxation(problem):
+    """Seconds in which the drag changes the velocity relative to the wind by its own size."""
+    wind = field.rotor_wind(*problem.q0, 0.0)
+    w = np.linalg.norm(problem.v0 - np.array(wind))
+    drag = np.linalg.norm(problem.system.force(problem.q0, problem.v0, 0.0))
+    return float(problem.system.mass) * w / drag
+
+
+@pytest.mark.parametrize("diameter", [10e-6, 100e-6, 500e-6])
+def test_the_force_is_that_of_the_paper(diameter):
+    problem = brownout(diameter)
+    mass = SAND * math.pi / 6.0 * diameter**3
+    assert float(problem.system.mass) == pytest.approx(mass, rel=1e-14)
+    rng = np.random.default_rng(7)
+    for _ in range(10):
+        q, v, t = rng.uniform(1, 9, 3), rng.normal(size=3), rng.uniform(0, 4)
+        w = v - np.array(field.rotor_wind(*q, t))
+        exact = -0.5 * AIR * np.linalg.norm(w) * w * math.pi * diameter**2 / 4.0 * DRAG
+        np.testing.assert_allclose(problem.system.force(q, v, t), exact, rtol=1e-13)
+    weight = -problem.system.potential_gradient(problem.q0, 0.0)
+    np.testing.assert_allclose(weight, [0.0, 0.0, -mass * GRAVITY], rtol=1e-14)
+
+
+def test_far_from_the_rotor_a_dropped_particle_falls_as_in_the_textbook():
+    problem = brownout(200e-6, FAR, (0.0, 0.0, 0.0))
+    speed = math.sqrt(4.0 * GRAVITY * 200e-6 * SAND / (3.0 * DRAG * AIR))  # terminal, 3.6 m/s
+    run = galvi.integrate(problem, FOUR, 1.0 / 32, 32)
+    fallen = speed**2 / GRAVITY * math.log(math.cosh(GRAVITY / speed))
+    assert 50.0 - run.q[-1, 2] == pytest.approx(fallen, abs=1e-9)  # 1.5e-11
+    v = problem.system.velocity(run.p[-1])
+    assert -v[2] == pytest.approx(speed * math.tanh(GRAVITY / speed), abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("contender", "setting", "tolerance"),
+    [
+        (DOP853, TIGHT, 1e-10),  # 3e-12, galvi's own error: see V23
+        (RADAU, {"tolerance": 1e-11}, 1e-10),  # 3e-12
+        (SEMI_IMPLICIT_EULER, {"step": 1e-4}, 1e-2),  # 4e-4
+    ],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_other_ways_to_solve_it_agree(contender, setting, tolerance):
+    problem = brownout(100e-6)
+    run = galvi.integrate(problem, FOUR, 1.0 / 64, 64)
+    other = contender.run(problem, 1.0, setting)
+    assert run.success and other.success
+    assert np.abs(run.q[-1] - other.q[-1]).max() < tolerance
+    assert np.abs(run.p[-1] - other.p[-1]).max() / problem.system.mass < tolerance * 10.0
+
+
+@pytest.mark.skipif(bool(HEYOKA.missing), reason=HEYOKA.missing)
+def test_heyoka_which_derives_the_wind_from_its_stream_function_agrees():
+    import heyoka as hy
+
+    x, y, z, *v = hy.make_vars("x", "y", "z", "vx", "vy", "vz")
+    s, height = hy.make_vars("s"), field.LOW
+    height = field.LOW + (field.HIGH - field.LOW) * hy.exp(-hy.time / field.DESCENT)
+    stream = hy.expression(0.0)  # psi / r^2 as a function of s = r^2
+    for share in field.SHARES:
+        for zeta, sign in ((z - share * height, 1.0), (z + share * height, -1.0)):
+            P = s + field.R**2 + zeta * zeta + field.CORE**2
+            stream += sign * field.STRENGTH * (P * P - 4.0 * field.R**2 * s) ** -0.75
+    square = {"s": x * x + y * y}
+    outwards = hy.subs(-hy.diff(stream, "z"), square)
+    upwards = hy.subs(2.0 * stream + 2.0 * s * hy.diff(stream, "s"), square)
+    w = [a - b for a, b in zip(v, (x * outwards, y * outwards, upwards), strict=True)]
+    rate = 0.75 * AIR / SAND * DRAG / 100e-6
+    pull = [-rate * hy.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * a for a in w]
+    equations = list(zip((x, y, z), v, strict=True))
+    equations += list(zip(v, (pull[0], pull[1], pull[2] - GRAVITY), strict=True))
+    problem = brownout(100e-6)
+    engine = hy.taylor_adaptive(equations, [*problem.q0, *problem.v0], compact_mode=True)
+    engine.propagate_until(1.0)
+    exact = DOP853.run(problem, 1.0, TIGHT)
+    assert np.abs(exact.q[-1] - engine.state[:3]).max() < 1e-12  # 1e-14
+
+
+def test_the_change_of_momentum_is_the_impulse_of_weight_and_drag():
+    problem = brownout(100e-6)
+    run = galvi.integrate(problem, FOUR, 1.0 / 16, 16)
+    for linear in (False, True):
+        balance = galvi.momentum_balance(run, linear=linear)
+        size = np.abs(balance.force).max()
+        assert np.abs(balance.momentum[-1] - balance.momentum[0]).max() > 0.1 * size
+        assert np.abs(balance.defect).max() < 1e-14 * size  # 4e-16
+    without = balance.momentum - balance.momentum[0] - balance.potential
+    assert np.abs(without).max() > 0.1 * size
+
+
+def test_steps_of_many_relaxation_times_are_solved_and_lose_only_the_order():
+    problem = brownout(10e-6)
+    assert 30.0 * relaxation(problem) < 0.25  # 36 times
+    exact = DOP853.run(problem, 1.0, TIGHT).q[-1]
+    for degree, limit in ((1, 0.6), (2, 0.3), (4, 0.05), (8, 1e-3)):  # 0.30, 0.17, 0.01, 2e-4
+        method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + 1))
+        run = galvi.integrate(problem, method, 0.25, 4)
+        assert run.success, run.status
+        assert np.abs(run.q[-1] - exact).max() < limit
+    explicit = SEMI_IMPLICIT_EULER.run(problem, 1.0, {"step": 1.0 / 64})
+    assert not explicit.success
+
+
+def test_a_drag_too_stiff_for_newton_ends_the_run_and_says_what_to_do():
+    rich = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(9))
+    run = galvi.integrate(brownout(1e-6), rich, 0.25, 4)  # 360 relaxation times a step
+    assert not run.success and run.failed_step == 1
+    assert "Newton's method did not solve" in run.status and "smaller step" in run.status
+    assert np.all(np.isnan(run.q[1:]))
+    smaller = galvi.integrate(brownout(1e-6), rich, 1.0 / 32, 32)
+    assert smaller.success
+
+
+def test_on_the_axis_a_particle_stays_and_the_air_overtakes_it():
+    problem = brownout(100e-6, (0.0, 0.0, 14.0), (0.0, 0.0, 0.0))
+    run = galvi.integrate(problem, FOUR, 0.8 / 32, 32)
+    assert np.all(run.q[:, :2] == 0.0)
+    v = problem.system.velocity(run.p)[:, 2]
+    w = v - [field.rotor_wind(*q, t)[2] for q, t in zip(run.q, run.t, strict=True)]
+    assert w[0] > 10.0 and w[-1] < -1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"diameter": 0.0}, "diameter must be positive; received 0.0. Give it in metres"),
+        ({"diameter": 100.0}, r"from 1e-06 to 0.01 m; received 100.0. .* 100 micrometres are"),
+        ({"diameter": 1e-7}, "from 1e-06 to 0.01 m; received 1e-07"),
+        ({"diameter": float("nan")}, "diameter must be a finite real number"),
+        ({"position": (1.0, 2.0)}, r"position must have shape \(3,\); received shape \(2,\)"),
+        ({"position": (1.0, 2.0, -0.1)}, "above the ground, z >= 0; received z = -0.1. Raise it"),
+        ({"velocity": (0.0, 0.0, float("inf"))}, "velocity must hold finite numbers only"),
+        ({"drag_coefficient": -0.4}, "drag_coefficient must be positive; received -0.4"),
+    ],
+)
+def test_bad_input_gets_one_clear_sentence(arguments, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        brownout(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("force", "sentence"),
+    [
+        (lambda q, v: v[:2], r"force must return an array of shape \(3,\); received shape \(2,\)"),
+        (lambda q, v: v * np.nan, "the force must be finite at the start; received"),
+        (njit(lambda q, v: v[:2].copy()), r"force must return an array of shape \(3,\)"),
+    ],
+    ids=["wrong shape", "NaN", "wrong shape, jitted"],
+)
+def test_a_force_that_is_none_is_refused_before_any_work(force, sentence):
+    problem = brownout()
+    wrong = replace(problem, system=replace(problem.system, force=force, timed_force=False))
+    with pytest.raises(ValueError, match=sentence):
+        galvi.integrate(wrong, FOUR, 0.1, 2)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_force_that_turns_nan_on_the_way_ends_the_run(compiled):
+    def force(q, v, t):
+        return v * (np.nan if t > 0.25 else -0.1)
+
+    problem = brownout()
+    given = njit(force) if compiled else force
+    run = galvi.integrate(replace(problem, system=replace(problem.system, force=given)),
+                          FOUR, 0.1, 5)  # fmt: skip
+    assert not run.success and run.failed_step == 3
+    assert np.all(np.isfinite(run.q[:3])) and np.all(np.isnan(run.q[3:]))
+
+
+def test_no_two_sizes_share_the_name_of_a_compiled_function():
+    names = {brownout(d).system.force.py_func.__qualname__ for d in (10e-6, 20e-6, 50e-6)}
+    assert len(names) == 3
+    assert brownout(10e-6).system.force is brownout(10e-6).system.force
+
+
+PROGRAM = """
+import sys, galvi
+method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+problems = [galvi.problems.brownout(float(d)) for d in sys.argv[1:]]
+for problem in problems:
+    problem.system.force(problem.q0, problem.v0, 0.0)
+for run in galvi.integrate_many(problems, method, 0.01, 3):
+    print(repr(float(run.q[-1, 0])))
+"""
+
+
+@pytest.mark.slow
+def test_sizes_compiled_in_different_processes_keep_their_own_numbers(tmp_path):
+    def shown(*sizes):
+        command = [sys.executable, "-c", PROGRAM, *map(str, sizes)]
+        kept = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+        ran = subprocess.run(command, env=kept, capture_output=True, text=True, check=True)
+        return [float(line) for line in ran.stdout.split()]
+
+    alone = shown(11e-6) + shown(23e-6)
+    assert abs(alone[0] - alone[1]) > 0.01  # m in 0.03 s
+    assert shown(11e-6, 23e-6) == alone  # without the numbers in the names 0.07 m off

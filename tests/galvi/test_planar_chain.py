@@ -1,0 +1,101 @@
+"""Chains of links: their slopes against SymPy's, their motions against closed forms."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+from scipy.special import ellipk
+
+import galvi
+
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+
+
+def positions_lagrangian(masses, lengths, gravity, rods):
+    """Kinetic minus potential energy of points or of uniform rods, from places in the plane."""
+    sympy = pytest.importorskip("sympy")
+    n = len(masses)
+    t = sympy.Symbol("t")
+    q = [sympy.Function(f"q{i}")(t) for i in range(n)]
+    hinge, L = sympy.Matrix([0, 0]), 0
+    for m, l, angle in zip(masses, lengths, q, strict=True):
+        along = sympy.Matrix([sympy.sin(angle), -sympy.cos(angle)])
+        centre = hinge + l * along / (2 if rods else 1)
+        speed = centre.diff(t)
+        L += m * (speed.dot(speed) / 2 - gravity * centre[1])
+        L += m * l**2 * angle.diff(t) ** 2 / 24 if rods else 0
+        hinge = hinge + l * along
+    return galvi.Lagrangian.from_sympy(L, q)
+
+
+MASSES, LENGTHS = (1.2, 0.7, 2.1), (0.8, 1.3, 0.6)
+Q, V = np.array([0.4, -1.9, 2.7]), np.array([1.1, -0.3, 0.8])
+
+
+@pytest.mark.parametrize("rods", [False, True], ids=["points", "rods"])
+def test_its_slopes_and_its_value_are_those_that_sympy_derives_from_places(rods):
+    own = galvi.Lagrangian(galvi.PlanarChain(MASSES, LENGTHS, 9.5, rods), galvi.Rn(3))
+    derived = positions_lagrangian(MASSES, LENGTHS, 9.5, rods)
+    a, b = own.function, derived.function
+    assert a(Q, V) == pytest.approx(b(Q, V), rel=1e-14)
+    np.testing.assert_allclose(a.slopes(Q, V), b.slopes(Q, V), rtol=0, atol=1e-13)  # 4e-15
+    runs = [galvi.integrate(galvi.Problem(s, Q, V), EIGHT, 0.05, 10) for s in (own, derived)]
+    np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-13)  # 9e-16
+    np.testing.assert_allclose(runs[0].p, runs[1].p, rtol=0, atol=1e-13)  # 3e-15
+
+
+def test_a_rod_taken_for_a_point_would_be_seen():
+    chain = galvi.PlanarChain(MASSES, LENGTHS, 9.5, rods=True)
+    derived = positions_lagrangian(MASSES, LENGTHS, 9.5, rods=False).function
+    assert np.max(np.abs(chain.slopes(Q, V) - derived.slopes(Q, V))) > 1.0
+
+
+@pytest.mark.parametrize(("rods", "reduced"), [(False, 1.0), (True, 2.0 / 3.0)])
+def test_one_link_is_a_pendulum_with_the_period_of_its_reduced_length(rods, reduced):
+    chain = galvi.PlanarChain([1.7], [0.9], 9.81, rods)
+    period = 4.0 * np.sqrt(reduced * 0.9 / 9.81) * ellipk(np.sin(0.8) ** 2)
+    problem = galvi.Problem(galvi.Lagrangian(chain, galvi.Rn(1)), [1.6], [0.0])
+    run = galvi.integrate(problem, EIGHT, period / 16, 16)
+    assert abs(run.q[-1, 0] - 1.6) < 1e-13 and abs(run.q[8, 0] + 1.6) < 1e-13  # 4e-16
+
+
+@pytest.mark.parametrize(
+    "problem", [galvi.problems.double_pendulum(), galvi.problems.planar_chain()], ids=str
+)
+def test_energy_is_kept_and_a_run_can_be_saved_without_its_problem(problem, tmp_path):
+    run = galvi.integrate(problem, EIGHT, 0.02, 60)
+    energy = galvi.energy(run)
+    assert run.success and np.ptp(energy) < 1e-12  # 6e-14 of 66
+    galvi.save(run, tmp_path / "run.npz")
+    loaded = galvi.load(tmp_path / "run.npz")
+    assert np.array_equal(galvi.resume(loaded, 5).q, galvi.resume(run, 5).q)
+    assert isinstance(loaded.problem.system.function, galvi.PlanarChain)
+    copy = pickle.loads(pickle.dumps(problem))
+    assert np.array_equal(galvi.integrate(copy, EIGHT, 0.02, 60).q, run.q)
+
+
+def test_without_gravity_a_chain_keeps_its_angular_momentum():
+    problem = galvi.problems.double_pendulum((1.0, 2.0), (1.0, 0.7), 0.0, (0.5, 2.0), (1.0, -2.0))
+    run = galvi.integrate(problem, EIGHT, 0.1, 50)
+    assert np.ptp(np.sum(run.p, axis=1)) < 1e-13  # 2e-15: all angles shift together
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "sentence"),
+    [
+        (lambda: galvi.PlanarChain([1.0, -1.0], [1.0, 1.0]), ValueError, "masses must be positive"),
+        (lambda: galvi.PlanarChain([1.0, 1.0], [1.0]), ValueError, r"lengths must have shape \(2,"),
+        (lambda: galvi.PlanarChain(1.0, 1.0), ValueError, "masses must be positive numbers, one"),
+        (lambda: galvi.PlanarChain([1.0], [1.0], np.inf), ValueError, "gravity must be a finite"),
+        (lambda: galvi.PlanarChain([1.0], [1.0], 9.81, 1), TypeError, "rods must be True or False"),
+        (lambda: galvi.problems.double_pendulum((1, 2, 3)), ValueError, r"masses must have shape"),
+        (lambda: galvi.problems.double_pendulum(angles=(1, np.nan)), ValueError, "angles must"),
+        (lambda: galvi.problems.planar_chain(0), ValueError, "links must be a whole number"),
+        (lambda: galvi.problems.planar_chain(mass=0.0), ValueError, "mass must be positive"),
+    ],
+)
+def test_a_chain_that_cannot_be_is_refused(make, error, sentence):
+    with pytest.raises(error, match=sentence):
+        make()

@@ -1,0 +1,347 @@
+"""Lagrangians from SymPy: against hand-written ones and independent motions; what is refused."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+
+import mpmath
+import numba
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import galvi
+from galvi.systems import symbolic_code
+
+pytest.importorskip("sympy")
+
+import sympy
+from sympy.physics.mechanics import dynamicsymbols
+
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+x, y, u, w, t = sympy.symbols("x y u w t")
+m, k, c = sympy.symbols("m k c", positive=True)
+made = galvi.Lagrangian.from_sympy
+
+
+def hoop():
+    """A bead on a hoop of radius 1 that turns about the vertical: theta'' from by hand below."""
+    theta, spin = dynamicsymbols("theta"), sympy.Symbol("Omega")
+    rate = theta.diff(dynamicsymbols._t)
+    L = m * (rate**2 + spin**2 * sympy.sin(theta) ** 2) / 2 + m * k * sympy.cos(theta)
+    return made(L, [theta], parameters={m: 2.0, k: 9.81, spin: 4.0})
+
+
+def hoop_slope(t, s):
+    return [s[1], np.sin(s[0]) * (16.0 * np.cos(s[0]) - 9.81)]
+
+
+def polar_kepler():
+    """Kepler's motion in (r, phi): the mass of phi is r^2."""
+    return made((u**2 + (x * w) ** 2) / 2 + k / x, [x, y], [u, w], parameters={k: 1.0})
+
+
+def polar_slope(t, s):
+    r, _, speed, spin = s
+    return [speed, spin, r * spin**2 - 1.0 / r**2, -2.0 * speed * spin / r]
+
+
+def leaking():
+    """A mass that grows, (1 + t) v^2 / 2, on a spring that stiffens."""
+    return made((1 + t) * u**2 / 2 - (1 + t) ** 2 * x**2 / 2, x, u, t)
+
+
+def leaking_slope(t, s):
+    return [s[1], -((1.0 + t) ** 2 * s[0] + s[1]) / (1.0 + t)]
+
+
+def magnet():
+    """A charge in a plane, in a magnetic field of strength c and on an anharmonic spring."""
+    spring = (x**2 + 2 * y**2) / 2 + x**4 / 4
+    return made((u**2 + w**2) / 2 + c * (x * w - y * u) / 2 - spring, [x, y], [u, w],
+                parameters={c: 1.5})  # fmt: skip
+
+
+def magnet_slope(t, s):
+    return [s[2], s[3], 1.5 * s[3] - s[0] - s[0] ** 3, -1.5 * s[2] - 2.0 * s[1]]
+
+
+MOTIONS = {
+    "bead on a hoop": (hoop, hoop_slope, [0.4], [1.0], 0.05),
+    "Kepler in polar coordinates": (polar_kepler, polar_slope, [1.0, 0.3], [0.2, 1.1], 0.1),
+    "growing mass": (leaking, leaking_slope, [1.0], [0.5], 0.1),
+    "magnetic field": (magnet, magnet_slope, [1.0, -0.5], [0.3, 0.8], 0.1),
+}
+
+
+@pytest.fixture(scope="module", params=MOTIONS)
+def motion(request):
+    """(problem, its own slope, a good step)."""
+    make, slope, q0, v0, step = MOTIONS[request.param]
+    return galvi.Problem(make(), q0, v0, t0=0.5), slope, step
+
+
+def by_hand(problem, slope, duration):
+    start = np.concatenate([problem.q0, problem.v0])
+    span = (problem.t0, problem.t0 + duration)
+    return solve_ivp(slope, span, start, "DOP853", rtol=3e-14, atol=1e-15).y[:, -1]
+
+
+def test_the_motion_is_that_of_equations_derived_by_hand(motion):
+    problem, slope, step = motion
+    run = galvi.integrate(problem, EIGHT, step, 20)
+    end = by_hand(problem, slope, 20 * step)
+    v = problem.system.velocity(run.p[-1:], run.q[-1:], run.t[-1:], run.velocity(run.t[-1]))[0]
+    assert run.success, run.status
+    np.testing.assert_allclose(run.q[-1], end[: problem.q0.size], rtol=0, atol=1e-13)  # 3e-15
+    np.testing.assert_allclose(v, end[problem.q0.size :], rtol=0, atol=1e-12)  # 4e-14, of the bead
+    if not problem.system.explicit_time:
+        assert np.ptp(galvi.energy(run)) < 1e-13  # 4e-15
+
+
+def test_its_order_is_that_of_the_method_and_no_more():
+    problem = galvi.Problem(polar_kepler(), [1.0, 0.3], [0.2, 1.1])
+    end = by_hand(problem, polar_slope, 2.0)[:2]
+    steps = np.array([10, 14, 20])
+    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    errors = [np.abs(galvi.integrate(problem, two, 2.0 / n, n).q[-1] - end).max() for n in steps]
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(-4.0, abs=0.1)  # -3.996
+
+
+def test_a_damped_and_driven_oscillator_follows_its_closed_form_in_extended_precision():
+    pushed = made(
+        u**2 / 2 - k * x**2 / 2, x, u, t, parameters={k: 1.0, c: 0.25},
+        force=[c * sympy.cos(t) - c * u],
+    )  # fmt: skip
+    run = galvi.integrate(galvi.Problem(pushed, [1.0], [0.0]), EIGHT, 0.25, 40)
+    with mpmath.workdps(30):
+        rate = mpmath.sqrt(1 - mpmath.mpf(1) / 64)
+        truth = [
+            mpmath.sin(s) + mpmath.exp(-s / 8) * (
+                mpmath.cos(rate * s) - mpmath.mpf(7) / 8 / rate * mpmath.sin(rate * s))
+            for s in map(mpmath.mpf, run.t)
+        ]  # fmt: skip
+    assert np.max(np.abs(run.q[:, 0] - np.array(truth, dtype=float))) < 1e-14  # 2e-16
+
+
+@numba.njit
+def hand_slopes(q, v):
+    turning = 0.75 * np.array([-q[1], q[0]])
+    pull = np.array([q[0] + q[0] ** 3, 2.0 * q[1]])
+    return np.concatenate((v + turning, 0.75 * np.array([v[1], -v[0]]) - pull))
+
+
+def test_it_moves_as_slopes_written_by_hand_and_as_a_canonical_system():
+    def L(q, v):
+        spring = 0.5 * (q[0] ** 2 + 2.0 * q[1] ** 2) + 0.25 * q[0] ** 4
+        return 0.5 * v @ v + 0.75 * (q[0] * v[1] - q[1] * v[0]) - spring
+
+    start = ([1.0, -0.5], [0.3, 0.8])
+    hand = galvi.Problem(galvi.Lagrangian(L, galvi.Rn(2), hand_slopes), *start)
+    own = galvi.Problem(magnet(), *start)
+    a, b = (galvi.integrate(problem, FOUR, 0.1, 50) for problem in (hand, own))
+    assert np.max(np.abs(a.q - b.q)) < 1e-13 and np.max(np.abs(a.p - b.p)) < 1e-13  # 7e-16
+    assert a.counts == b.counts
+    np.testing.assert_allclose(galvi.energy(a), galvi.energy(b), rtol=1e-13)
+    plain = made(u**2 / 2 - x**4 / 4, x, u)
+    known = galvi.Canonical(1.0, lambda q: q[0] ** 4 / 4, lambda q: q**3, lambda q: [3 * q**2])
+    runs = [galvi.integrate(galvi.Problem(s, [1.0], [0.2]), FOUR, 0.2, 50) for s in (plain, known)]
+    assert np.max(np.abs(runs[0].q - runs[1].q)) < 1e-13  # 3e-16
+
+
+def test_a_sign_gone_wrong_would_be_seen():
+    start = ([1.0, -0.5], [0.3, 0.8])
+    wrong = made((u**2 + w**2) / 2 - c * (x * w - y * u) / 2 - (x**2 + 2 * y**2) / 2 - x**4 / 4,
+                 [x, y], [u, w], parameters={c: 1.5})  # fmt: skip
+    run = galvi.integrate(galvi.Problem(wrong, *start), EIGHT, 0.1, 20)
+    end = by_hand(run.problem, magnet_slope, 2.0)
+    assert np.ptp(galvi.energy(run)) < 1e-12 and np.max(np.abs(run.q[-1] - end[:2])) > 0.1  # 2.0
+
+
+def test_parameters_are_numbers_of_the_system_and_not_of_the_code():
+    one, other = (made(m * u**2 / 2 - k * x**2, x, u, parameters={m: 1.0, k: s}) for s in (1.0, 2))
+    renamed = made(c * w**2 / 2 - m * y**2, y, w, parameters={c: 1.0, m: 1.0})
+    assert one.function.source == other.function.source
+    assert repr(one.function) == "-k*x**2 + m*u**2/2" and repr(one.function) in repr(one)
+    assert one.function.slopes(np.array([1.0]), np.array([2.0])).tolist() == [2.0, -2.0]
+    assert other.function.slopes(np.array([1.0]), np.array([2.0])).tolist() == [2.0, -4.0]
+    assert renamed.function.slopes(np.array([1.0]), np.array([2.0])).tolist() == [2.0, -2.0]
+
+
+SOURCE = """
+import numpy, sympy, galvi
+a, b, u, v, g = sympy.symbols("a b u v g")
+L = (u**2 + v**2 + u*v*sympy.cos(a - b))/2 + g*(sympy.cos(a) + sympy.sin(b)**2)
+system = galvi.Lagrangian.from_sympy(L, [a, b], [u, v], parameters={g: 9.81})
+print(system.function.source)
+law = system.group_field().law
+law(numpy.ones(2), numpy.ones(2), 0.0, numpy.ones(1), numpy.empty((2, 2)))
+print("from disk", sum(law.stats.cache_hits.values()))
+"""
+
+
+def test_the_code_is_the_same_in_every_process_and_compiled_in_the_first_only():
+    def ran(seed):
+        environment = {**os.environ, "PYTHONHASHSEED": seed}
+        command = [sys.executable, "-c", SOURCE]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+        return done.stdout.rpartition("from disk ")
+
+    first, second = ran("1"), ran("2")
+    assert first[0] == second[0] and "def law_" in first[0]
+    assert int(second[2]) == 1
+
+
+def test_nowhere_to_keep_the_code_is_no_reason_to_fail(monkeypatch):
+    def refused(function):
+        raise RuntimeError("no folder")
+
+    text = symbolic_code.source({"law": ("q, v, t, c, out", ["out[0, 0] = sin(q[0]) + 0.0625"])})
+    monkeypatch.setattr(symbolic_code, "KernelCache", refused)
+    assert symbolic_code._kept(text) is None
+    out = np.zeros((1, 1))
+    symbolic_code.functions(text)["law"].py_func([0.0], [0.0], 0.0, [], out)
+    assert out[0, 0] == 0.0625
+
+
+def test_code_that_was_not_used_for_longest_goes(tmp_path):
+    for i in range(symbolic_code.KEPT + 3):
+        place = tmp_path / f"{i}" / "expression.source"
+        place.parent.mkdir()
+        place.touch()
+        os.utime(place, (i, i))
+    symbolic_code._tidy(tmp_path)
+    left = sorted(int(path.name) for path in tmp_path.iterdir())
+    assert left == list(range(3, symbolic_code.KEPT + 3))
+
+
+def test_a_problem_from_sympy_can_be_pickled_saved_and_resumed(tmp_path):
+    problem = galvi.Problem(magnet(), [1.0, -0.5], [0.3, 0.8])
+    run = galvi.integrate(problem, FOUR, 0.1, 10)
+    copy = pickle.loads(pickle.dumps(problem))
+    assert np.array_equal(galvi.integrate(copy, FOUR, 0.1, 10).q, run.q)
+    galvi.save(run, tmp_path / "run.npz")
+    with pytest.raises(ValueError, match="needs its problem"):
+        galvi.load(tmp_path / "run.npz")
+    again = galvi.load(tmp_path / "run.npz", problem)
+    assert np.array_equal(galvi.resume(again, 3).q, galvi.resume(run, 3).q)
+
+
+FREE = u**2 / 2
+f = sympy.Function("f")
+th = sympy.Function("th")(t)
+REFUSED = [
+    (lambda: made(m * FREE - k * x, x, u), ValueError, r"received k, m\. Give parameters={k: "),
+    (lambda: made(FREE * sympy.Symbol("m"), x, u, parameters={m: 1.0}), ValueError,
+     "received m.*the same assumptions"),
+    (lambda: made(FREE, [x, y], [u]), ValueError, "received 1 for 2"),
+    (lambda: made(FREE, [x], [x]), ValueError, "must all differ; received x more than once"),
+    (lambda: made(FREE, [x, x], [u, w]), ValueError, "received x more than once"),
+    (lambda: made(FREE, x), ValueError, "v must hold the velocities"),
+    (lambda: made(FREE, [3], u), TypeError, r"q must hold SymPy symbols.*received \[3\]"),
+    (lambda: made("u**2", x, u), TypeError, "must be a SymPy expression; received 'u"),
+    (lambda: made(sympy.Matrix([[FREE]]), x, u), TypeError, r"shape \(1, 1\)\. Take its entry"),
+    (lambda: made(FREE + sympy.I * x, x, u), ValueError, "must be real and finite; received"),
+    (lambda: made(FREE - sympy.sqrt(-(x**2)), x, u), ValueError, r"for real .* I\*Abs\(x\)"),
+    (lambda: made(FREE + sympy.zoo, x, u), ValueError, "real and finite"),
+    (lambda: made(FREE, x, u, parameters={m: np.nan}), ValueError, "parameter m must be a finite"),
+    (lambda: made(FREE, x, u, parameters={"m": 1.0}), TypeError, "SymPy symbols as keys"),
+    (lambda: made(FREE, x, u, parameters=[m]), TypeError, "must be a dict"),
+    (lambda: made(FREE + sympy.Integral(sympy.exp(-(x**2)), (x, 0, x)), x, u), ValueError,
+     r"integrals or sums left to do; received Integral.*Call doit\(\)"),
+    (lambda: made(th.diff(t) ** 2 + th.diff(t, 2), th), ValueError, r"Derivative\(th, \(t, 2\)\)"),
+    (lambda: made(FREE + f(x), x, u), ValueError, r"known functions; received f\(x\)"),
+    (lambda: made(FREE + sympy.besselj(0, x), x, u), ValueError, "compiled; received one of bess"),
+    (lambda: made(FREE + sympy.floor(x), x, u), ValueError, "differentiable; received floor"),
+    (lambda: made(th.diff(t) ** 2, th, t=x), ValueError, "functions of the time alone"),
+    (lambda: made(FREE, x, u, "t"), TypeError, "t must be a SymPy symbol"),
+    (lambda: made(FREE, x, u, force=[1, 2]), ValueError, "force must hold one .*received 2 for 1"),
+    (lambda: made(FREE, x, u, force=-k * u), ValueError, "the force must hold .*received k"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("make", "error", "sentence"), REFUSED)
+def test_what_cannot_be_a_lagrangian_is_refused_in_one_sentence(make, error, sentence):
+    with pytest.raises(error, match=sentence):
+        make()
+
+
+def test_a_missing_sympy_is_a_sentence(monkeypatch):
+    monkeypatch.setitem(sys.modules, "sympy", None)
+    with pytest.raises(ImportError, match=r"from_sympy needs SymPy: .* Install sympy\."):
+        made(FREE, x, u)
+
+
+def test_galvi_does_not_import_sympy():
+    command = [sys.executable, "-c", "import sys, galvi; sys.exit('sympy' in sys.modules)"]
+    assert subprocess.run(command).returncode == 0
+
+
+KINKS = [
+    (sympy.Abs(x), "x changes its sign: its first derivatives jump"),
+    (sympy.Abs(x) ** sympy.Rational(3, 2), "second derivatives have no bound"),
+    (k * sympy.Max(0, x - 1) ** 2, "1 - x changes its sign: its second derivatives jump"),
+    (sympy.Heaviside(x - 1) * x, "x - 1 changes its sign: its values jump"),
+    (sympy.Piecewise((x**2, x < 0), (2 * x**2, True)), "second derivatives jump"),
+]
+SMOOTH = [
+    sympy.Abs(x) ** 3,
+    sympy.Abs(x) ** sympy.Rational(5, 2),
+    sympy.Max(0, x - 1) ** 3,
+    sympy.Piecewise((x**4, x < 0), (2 * x**4, True)),
+    sympy.Abs(k) * x**2,
+    sympy.sqrt(x**2 + 1),
+]
+
+
+@pytest.mark.parametrize(("V", "sentence"), KINKS)
+def test_a_lagrangian_that_is_not_twice_differentiable_is_named(V, sentence):
+    with pytest.warns(UserWarning, match=f"not twice differentiable where .*{sentence}"):
+        made(FREE - V, x, u, parameters={k: 3.0})
+
+
+@pytest.mark.parametrize("V", SMOOTH)
+def test_one_that_is_twice_differentiable_across_its_branches_is_taken(V):
+    system = made(FREE - V, x, u, parameters={k: 3.0})
+    assert system.function.check_start(np.zeros(1), np.ones(1), 0.0) is None
+
+
+def test_a_start_on_a_kink_is_refused_and_one_beside_it_is_not():
+    with pytest.warns(UserWarning):
+        system = made(FREE - k * sympy.Max(0, x - 1) ** 2, x, u, parameters={k: 3.0})
+    with pytest.raises(ValueError, match="not twice differentiable at the start, where 1 - x"):
+        galvi.integrate(galvi.Problem(system, [1.0], [1.0]), FOUR, 0.1, 1)
+    assert galvi.integrate(galvi.Problem(system, [1.01], [0.1]), FOUR, 0.1, 1).success
+
+
+def test_a_degenerate_lagrangian_says_which_velocities_it_lacks():
+    system = made((u - 2 * w) ** 2 / 2 - x**2 - y**2, [x, y], [u, w])
+    with pytest.raises(ValueError, match=r"degenerate.*along v\[0\] \+ 0\.5 v\[1\]\."):
+        galvi.integrate(galvi.Problem(system, [1.0, 1.0], [1.0, 0.0]), FOUR, 0.1, 1)
+
+
+def test_a_lagrangian_that_is_not_defined_at_the_start_is_refused():
+    system = made(FREE - sympy.log(x), x, u)
+    with pytest.raises(ValueError, match="must return a finite number; received nan at the start"):
+        galvi.integrate(galvi.Problem(system, [-1.0], [1.0]), FOUR, 0.1, 1)
+
+
+@pytest.mark.parametrize(
+    "V",
+    [sympy.asin(x / 9) * sympy.atan2(x, 2), sympy.tanh(x) ** 2 + sympy.acosh(3 + x),
+     sympy.erf(x) + sympy.log(2 + x, 10), sympy.pi * sympy.E**x / 3 + x**10 / 10**12,
+     sympy.Min(x, x + 1, x + 2) ** 2, sympy.sign(x) * sympy.Abs(x) ** 3],
+    ids=str,
+)  # fmt: skip
+def test_the_compiled_slopes_are_those_of_mpmath(V):
+    system = made(FREE - V, x, u)
+    found = np.empty((2, 1))
+    for place in (0.3, -0.8):
+        law = system.group_field().law
+        law(np.array([place]), np.array([0.5]), 0.0, np.zeros(0), found)
+        slope = mpmath.diff(sympy.lambdify(x, V, "mpmath"), mpmath.mpf(place))
+        assert found[0, 0] == 0.5 and found[1, 0] == pytest.approx(-float(slope), rel=1e-13)

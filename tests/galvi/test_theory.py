@@ -1,0 +1,279 @@
+"""What theory says of pairs and of steps: constants in closed form, bounds, and refusals."""
+
+import json
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.analysis.friedrichs import Z0
+from galvi.analysis.step_bounds import lagrange_constants
+from galvi.rules.composite import composite
+from galvi.spaces.fourier import Fourier
+from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
+
+P = galvi.Polynomials
+OSCILLATOR = galvi.problems.harmonic_oscillator()
+KEPLER = galvi.problems.kepler(0.6)
+
+
+def method(degree=4, rule=None):
+    return galvi.Galerkin(P(degree), rule or galvi.gauss(degree + 1))
+
+
+def test_z0_is_the_smallest_positive_root_of_1_equals_z_tan_z():
+    assert abs(Z0 * np.tan(Z0) - 1.0) < 1e-15
+    z = np.linspace(0.0, Z0 - 1e-6, 1000)
+    assert np.all(z * np.tan(z) < 1.0)
+
+
+@pytest.mark.parametrize(
+    ("space", "rule", "squared"),
+    [
+        # u = x + b (t - 1): x is u(1) and b its slope, |u|_X^2 = x^2 + b^2.
+        (P(1), galvi.gauss(1), 5 / 4),  # (x - b / 2)^2
+        (P(1), galvi.lobatto(2), (3 + np.sqrt(5.0)) / 4),  # ((x - b)^2 + x^2) / 2
+        (P(2), galvi.lobatto(2), (3 + np.sqrt(5.0)) / 4),  # the parabola is 0 at both points
+    ],
+)
+def test_the_constant_of_friedrichs_is_that_of_a_computation_by_hand(space, rule, squared):
+    said = galvi.theory(space, rule)
+    assert abs(said.friedrichs - Z0 * np.sqrt(squared)) < 1e-14
+    assert said.z0 == Z0
+
+
+@pytest.mark.parametrize("degree", [8, 16, 40])
+def test_the_constant_of_friedrichs_tends_to_1_with_the_degree(degree):
+    """M's inequality is sharp for cos(z0 t / h), which polynomials approach."""
+    for rule in (galvi.gauss(degree), galvi.gauss(2 * degree), galvi.lobatto(degree + 1)):
+        assert abs(galvi.theory(P(degree), rule).friedrichs - 1.0) < 1e-13
+
+
+@pytest.mark.parametrize("degree", [2, 3, 8, 32])
+def test_norms_of_exact_rules_are_equal_and_those_of_lobatto_are_not(degree):
+    for rule in (galvi.gauss(degree), galvi.lobatto(degree + 1)):
+        said = galvi.theory(P(degree), rule)
+        for ratio in (said.smallest_ratio, said.largest_ratio, said.seminorm_ratio):
+            assert abs(ratio - 1.0) < 1e-13  # 7e-14 at degree 64
+    said = galvi.theory(P(degree), galvi.lobatto(degree))
+    assert abs(said.seminorm_ratio - np.sqrt(2 + 1 / (degree - 1))) < 1e-13
+    assert said.well_posed and said.consistent
+
+
+@dataclass(frozen=True)
+class Monomials:
+    degree: int
+    exact: bool = False
+
+    @property
+    def dimension(self):
+        return self.degree + 1
+
+    def basis(self, t):
+        return np.stack([t**i for i in range(self.dimension)], axis=-1)
+
+    def derivative(self, t):
+        return np.stack([i * t ** max(i - 1, 0) for i in range(self.dimension)], axis=-1)
+
+
+def test_the_constants_are_those_of_the_space_and_not_of_its_basis():
+    mine, ours = (galvi.theory(space, galvi.lobatto(4)) for space in (Monomials(4), P(4)))
+    for name in ("friedrichs", "smallest_ratio", "largest_ratio", "seminorm_ratio"):
+        assert abs(getattr(mine, name) - getattr(ours, name)) < 1e-10
+    assert mine.names == ours.names and mine.order == ours.order
+
+
+def test_constants_that_float64_cannot_tell_are_none_with_the_reason():
+    said = galvi.theory(Monomials(10), galvi.gauss(11))
+    assert said.friedrichs is None and said.unseen is None
+    assert "too nearly dependent" in said.reasons["friedrichs"]
+
+
+@pytest.mark.parametrize(("degree", "points", "unseen"), [(3, 2, 1), (6, 2, 4), (2, 1, 1)])
+def test_an_ill_posed_pair_is_described(degree, points, unseen):
+    said = galvi.theory(P(degree), galvi.gauss(points))
+    assert not said.well_posed and not said.consistent and said.unseen == unseen
+    for name in ("friedrichs", "symmetric", "spectral_radius"):
+        assert getattr(said, name) is None and said.reasons[name].endswith(".")
+    assert str(said).splitlines()[1] == "ill-posed: a free particle has no unique motion"
+
+
+def test_an_inconsistent_pair_is_well_posed_with_its_defect():
+    said = galvi.theory(Fourier(2), galvi.gauss(16))
+    assert said.well_posed and said.unseen == 0 and not said.consistent
+    assert abs(said.defect - 1.0) < 1e-12  # beta_p = 0: a free particle never moves
+    assert said.order == 0 and said.names == ()
+
+
+def test_refusals_name_the_remedy_for_the_space():
+    with pytest.raises(ValueError, match=r"contains linear functions, e.g. galvi.PolynomialFourie"):
+        galvi.Galerkin(Fourier(2), galvi.gauss(16))
+    with pytest.raises(ValueError, match=r"on each piece, galvi.composite\(rule, 2\), with a rule"):
+        galvi.Galerkin(PiecewisePolynomials(1, 2), galvi.gauss(3))
+    with pytest.raises(ValueError, match=r"on each piece, galvi.composite\(rule, 4\), or fewer"):
+        galvi.Galerkin(PiecewisePolynomials(1, 4), galvi.gauss(3))
+    remedy = galvi.Galerkin(PiecewisePolynomials(1, 4), composite(galvi.gauss(1), 4))
+    assert remedy.order == 2
+
+
+def test_the_bounds_on_the_step_are_those_of_the_theorems():
+    """The oscillator has m = K = C_R = D = 1."""
+    said = method().theory(OSCILLATOR, step=0.1)
+    assert (said.lipschitz, said.frequency) == (1.0, 1.0)
+    assert abs(said.unique_motion_step - Z0 / np.sqrt(3)) < 1e-15
+    assert abs(said.unique_step - Z0 / np.sqrt(3) / said.friedrichs) < 1e-15
+    assert abs(said.minimum_step - np.pi) < 1e-15
+    assert abs(said.coercive_step - np.pi / np.sqrt(2)) < 1e-15
+    assert abs(said.fixed_point_step - said.spectral_radius**-0.5) < 1e-15
+    assert abs(said.contraction - 3 * 0.01 / Z0**2 * said.friedrichs**2) < 1e-15
+    assert abs(said.spectral_contraction - 0.01 * said.spectral_radius) < 1e-16
+    assert said.exists and said.minimizes and said.coercive and said.converges
+    assert said.reasons == {}
+    far = method().theory(OSCILLATOR, step=-20.0)
+    assert far.step == -20.0
+    assert not (far.exists or far.minimizes or far.coercive or far.converges)
+
+
+@pytest.mark.parametrize(("degree", "limit"), [(2, 3.46), (4, 6.05), (8, 11.3), (16, 21.9)])
+def test_fixed_point_iteration_ends_where_its_spectrum_says(degree, limit):
+    """The oscillator's passes shrink or grow by h^2 rho(A): counted beside Newton's method."""
+    gauss = galvi.Galerkin(P(degree), galvi.gauss(degree))
+    step = gauss.theory(OSCILLATOR).fixed_point_step
+    assert abs(step - limit) < 0.02
+    A = gauss.table.A
+    for h, grows in ((0.97 * step, False), (1.03 * step, True)):
+        stages = np.linalg.matrix_power(-h * h * A, 400) @ np.ones(len(A))
+        assert (np.max(np.abs(stages)) > 1.0) == grows
+
+
+def test_an_explicit_method_needs_no_limit_of_passes():
+    verlet = galvi.theory(P(1), galvi.lobatto(2), OSCILLATOR, 0.1)
+    assert verlet.spectral_radius == 0.0 and verlet.fixed_point_step == np.inf
+    assert verlet.spectral_contraction == 0.0 and verlet.converges
+
+
+def test_components_of_different_degrees_have_the_worst_constants_and_no_tableau():
+    said = galvi.theory(galvi.ComponentPolynomials((4, 1)), galvi.lobatto(4), KEPLER, 0.1)
+    parts = [galvi.theory(P(degree), galvi.lobatto(4)) for degree in (4, 1)]
+    assert said.friedrichs == max(part.friedrichs for part in parts)
+    assert abs(said.largest_ratio - parts[0].largest_ratio) < 1e-14
+    assert said.order == min(part.order for part in parts) and said.names == ()
+    for name in ("spectral_radius", "fixed_point_step", "spectral_contraction", "converges"):
+        assert getattr(said, name) is None and "tableau" in said.reasons[name]
+    assert said.exists is not None
+
+
+def test_the_bound_of_h_is_in_the_unit_of_time_and_at_most_1():
+    inverse, most = lagrange_constants(P(4), galvi.gauss(5))
+    said = method().theory(OSCILLATOR)
+    assert abs(said.stage_step - 1 / (inverse * most)) < 1e-15
+    soft = method().theory(OSCILLATOR, lipschitz=1e-6)
+    assert soft.stage_step == 1.0 and soft.lipschitz == 1e-6
+
+
+def test_the_constant_of_keplers_force_is_that_at_pericentre():
+    said = method().theory(KEPLER, step=0.2)
+    assert abs(said.lipschitz - 2 / 0.4**3) < 1e-12
+    assert said.source == "estimated along the motion from t = 0 to 2"
+    from_apocentre = replace(KEPLER, q0=[-1.6, 0.0], v0=[0.0, -0.5])
+    assert method().theory(from_apocentre, step=0.01).lipschitz < 0.5
+    assert abs(method().theory(from_apocentre, step=0.6).lipschitz / 31.25 - 1) < 0.02  # 2e-3
+    given = method().theory(KEPLER, 0.2, lipschitz=31.25)
+    assert given.source == "given" and abs(given.unique_step - said.unique_step) < 1e-12
+
+
+def test_a_mass_matrix_and_a_change_of_coordinates_change_no_bound():
+    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+    mass, stiff = turn @ np.diag([1.0, 100.0]) @ turn.T, turn @ np.diag([4.0, 100.0]) @ turn.T
+    chain = galvi.Canonical(mass, lambda q: 0.5 * q @ stiff @ q, lambda q: stiff @ q)
+    said = method().theory(galvi.Problem(chain, [1.0, 0.5], [0.0, 0.0]), step=0.1)
+    assert abs(said.frequency - 2.0) < 1e-6 and abs(said.lipschitz - 100.0) < 1e-4
+    given = method().theory(galvi.Problem(chain, [1.0, 0.5], [0.0, 0.0]), lipschitz=100.0)
+    assert abs(given.frequency - 10.0) < 1e-12  # the least mass is 1: safe, and not sharp
+
+
+def test_heavy_and_light_bodies_are_compared_by_their_accelerations():
+    """Mercury's pull of the Sun decides, whatever the masses are counted in."""
+    said = galvi.theory(P(8), galvi.gauss(8), galvi.problems.solar_system(), 10.0)
+    pericentre = 0.3075  # of Mercury, au; the force's Jacobian is 2 G M / r^3 there
+    assert abs(said.frequency**2 / (2 * 2.9591e-4 / pericentre**3) - 1) < 0.02  # 0.002
+    assert said.exists is False and said.converges is True
+
+
+def test_a_free_particle_may_take_any_step():
+    free = galvi.Canonical(1.0, lambda q: 0.0, np.zeros_like, lambda q: np.zeros((1, 1)))
+    said = method().theory(galvi.Problem(free, [0.0], [1.0]), step=1e6)
+    assert said.exists and said.unique_step == np.inf and said.contraction == 0.0
+
+
+def test_a_force_that_is_not_finite_has_no_bounds():
+    broken = galvi.Canonical(1.0, lambda q: 0.0, lambda q: q * np.nan, lambda q: np.eye(1))
+    said = method().theory(galvi.Problem(broken, [0.0], [1.0]), step=0.1)
+    assert said.lipschitz is None and "not finite near the start" in said.reasons["unique_step"]
+
+
+def test_what_does_not_apply_is_none_with_the_reason():
+    body = galvi.theory(P(4), galvi.gauss(4), galvi.problems.free_rigid_body(), 0.1)
+    assert body.order == 8 and body.symmetric is None
+    assert "chart has its base at the start" in body.reasons["symmetric"]
+    for name in ("lipschitz", "unique_step", "exists", "fixed_point_step", "converges"):
+        assert getattr(body, name) is None and "not for a RigidBody" in body.reasons[name]
+    dragged = galvi.Canonical(1.0, lambda q: 0.5 * q @ q, lambda q: q, force=lambda q, v: -0.1 * v)
+    said = method().theory(galvi.Problem(dragged, [1.0], [0.0]), 0.1, lipschitz=1.0)
+    assert said.unique_step is None and "here is one besides" in said.reasons["unique_step"]
+    short = galvi.theory(P(4), galvi.gauss(4), OSCILLATOR)
+    assert short.minimum_step is None and "Gauss 4 has 7" in short.reasons["minimum_step"]
+    assert short.exists is None and short.reasons["exists"] == "no step was given."
+
+
+@pytest.mark.parametrize("problem", [None, OSCILLATOR, galvi.problems.free_rigid_body()])
+@pytest.mark.parametrize("rule", [galvi.gauss(4), galvi.gauss(3), galvi.lobatto(4)])
+def test_every_none_has_its_reason_and_everything_can_be_stored(problem, rule):
+    said = galvi.theory(P(4), rule, problem, None if problem is None else 0.1)
+    values = said.to_dict()
+    json.dumps(values)
+    if problem is not None:
+        missing = {name for name, value in values.items() if value is None}
+        assert missing == set(said.reasons)
+    assert all(line == line.rstrip() and len(line) <= 120 for line in str(said).splitlines())
+
+
+def test_the_words_of_a_theory():
+    assert str(galvi.theory(P(3), galvi.lobatto(3))) == (
+        "Polynomials(degree=3) with Lobatto 3 = Lobatto IIIA-IIIB, 3 stages\n"
+        "well posed, consistent, symmetric\n"
+        "order 4 at step ends, 3 on the curve, limited by the rule for the force\n"
+        "C_N 1.0005, lambda_N 1.0000, Lambda_N 1.5811"
+    )
+
+
+class Unmet:
+    """A space without most of what one must have."""
+
+    def basis(self, t):
+        return np.ones((len(t), 1))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "sentence"),
+    [
+        ((5,), TypeError, r"theory is of a method such as galvi.Galerkin\(.* received 5\."),
+        ((galvi.Galerkin,), TypeError, "theory is of a method such as"),
+        ((galvi.Polynomials,), TypeError, "theory is of a method such as"),
+        ((Unmet(), galvi.gauss(3)), TypeError, "a space must have dimension, degree, exact"),
+        ((P(3),), TypeError, r"needs a rule such as galvi.gauss\(8\); received None"),
+        ((P(3), 4), TypeError, r"needs a rule such as galvi.gauss\(8\); received 4"),
+        ((method(), galvi.gauss(3)), TypeError, "a method has its own rule"),
+        ((P(3), galvi.gauss(3), 7), TypeError, r"problem must be a galvi.Problem .* received 7"),
+        ((P(3), galvi.gauss(3), None, 0.1), ValueError, "step means nothing without a problem"),
+        ((P(3), galvi.gauss(3), None, None, 1.0), ValueError, "lipschitz means nothing without"),
+        ((P(3), galvi.gauss(3), KEPLER, 0.0), ValueError, "step must not be zero; received 0.0"),
+        ((P(3), galvi.gauss(3), KEPLER, np.nan), ValueError, "step must be a finite real number"),
+        ((P(3), galvi.gauss(3), KEPLER, 0.1, 0.0), ValueError, "lipschitz must be positive"),
+        ((P(3), galvi.gauss(3), KEPLER, 0.1, np.inf), ValueError, "lipschitz must be a finite"),
+    ],
+)
+def test_bad_input_is_one_sentence(arguments, error, sentence):
+    with pytest.raises(error, match=sentence):
+        galvi.theory(*arguments)

@@ -1,0 +1,148 @@
+"""Classical names, each against a tableau built from the literature's coefficients."""
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.classical import classical_names
+from galvi.rules.composite import composite
+from galvi.rules.radau import radau
+from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
+
+R3, R6, R15 = np.sqrt(3.0), np.sqrt(6.0), np.sqrt(15.0)
+# (a of positions, a^ of velocities, b), from Hairer, Lubich, Wanner, Geometric Numerical
+# Integration, tables II.1.1 and II.1.2 and section II.2.1, and Hairer and Wanner, Solving ODEs II,
+# tables IV.5.1 to IV.5.11 (Gauss, Radau IA and IIA, Lobatto IIIA and IIIB); Radau I and II are
+# Butcher's of 1964.
+GAUSS_2 = [[1 / 4, 1 / 4 - R3 / 6], [1 / 4 + R3 / 6, 1 / 4]]
+GAUSS_3 = [
+    [5 / 36, 2 / 9 - R15 / 15, 5 / 36 - R15 / 30],
+    [5 / 36 + R15 / 24, 2 / 9, 5 / 36 - R15 / 24],
+    [5 / 36 + R15 / 30, 2 / 9 + R15 / 15, 5 / 36],
+]
+IIIA_3 = [[0, 0, 0], [5 / 24, 1 / 3, -1 / 24], [1 / 6, 2 / 3, 1 / 6]]
+IIIB_3 = [[1 / 6, -1 / 6, 0], [1 / 6, 1 / 3, 0], [1 / 6, 5 / 6, 0]]
+IIA_2 = [[5 / 12, -1 / 12], [3 / 4, 1 / 4]]
+II_2 = [[1 / 3, 0], [1, 0]]
+I_2 = [[0, 0], [1 / 3, 1 / 3]]
+IA_2 = [[1 / 4, -1 / 4], [1 / 4, 5 / 12]]
+IA_3 = [
+    [1 / 9, (-1 - R6) / 18, (-1 + R6) / 18],
+    [1 / 9, (88 + 7 * R6) / 360, (88 - 43 * R6) / 360],
+    [1 / 9, (88 + 43 * R6) / 360, (88 - 7 * R6) / 360],
+]
+IIA_3 = [
+    [(88 - 7 * R6) / 360, (296 - 169 * R6) / 1800, (-2 + 3 * R6) / 225],
+    [(296 + 169 * R6) / 1800, (88 + 7 * R6) / 360, (-2 - 3 * R6) / 225],
+    [(16 - R6) / 36, (16 + R6) / 36, 1 / 9],
+]
+B3 = [(16 - R6) / 36, (16 + R6) / 36, 1 / 9]
+
+
+def symplectic_partner(a, b):
+    """a^_kj = b_j (1 - a_jk / b_k), or a from a^: the relation is its own inverse."""
+    a, b = np.array(a), np.array(b)
+    return b * (1 - a.T / b[:, None])
+
+
+P = galvi.Polynomials
+PAIRS = [
+    ("implicit midpoint", P(1), galvi.gauss(1), [[1 / 2]], [[1 / 2]], [1]),
+    ("Gauss collocation, 2 stages", P(2), galvi.gauss(2), GAUSS_2, GAUSS_2, [1 / 2, 1 / 2]),
+    ("Gauss collocation, 3 stages", P(3), galvi.gauss(3), GAUSS_3, GAUSS_3,
+     [5 / 18, 4 / 9, 5 / 18]),
+    ("Stormer-Verlet", P(1), galvi.lobatto(2), [[0, 0], [1 / 2, 1 / 2]], [[1 / 2, 0]] * 2,
+     [1 / 2, 1 / 2]),
+    ("Stormer-Verlet", P(2), galvi.lobatto(2), [[0, 0], [1 / 2, 1 / 2]], [[1 / 2, 0]] * 2,
+     [1 / 2, 1 / 2]),
+    ("Lobatto IIIA-IIIB, 3 stages", P(2), galvi.lobatto(3), IIIA_3, IIIB_3, [1 / 6, 2 / 3, 1 / 6]),
+    ("Lobatto IIIA-IIIB, 3 stages", P(3), galvi.lobatto(3), IIIA_3, IIIB_3, [1 / 6, 2 / 3, 1 / 6]),
+    ("symplectic Euler, position first", P(1), radau(1), [[1]], [[0]], [1]),
+    ("symplectic Euler, velocity first", P(1), radau(1, left=True), [[0]], [[1]], [1]),
+    ("Radau IIA-II, 2 stages", P(2), radau(2), IIA_2, II_2, [3 / 4, 1 / 4]),
+    ("Radau I-IA, 2 stages", P(2), radau(2, left=True), I_2, IA_2, [1 / 4, 3 / 4]),
+    ("Radau IIA-II, 3 stages", P(3), radau(3), IIA_3, symplectic_partner(IIA_3, B3), B3),
+    ("Radau I-IA, 3 stages", P(3), radau(3, left=True), symplectic_partner(IA_3, B3[::-1]), IA_3,
+     B3[::-1]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "space", "rule", "a", "partner", "b"), PAIRS)
+def test_a_name_stands_for_the_tableau_of_the_literature(name, space, rule, a, partner, b):
+    method = galvi.Galerkin(space, rule)
+    a, partner, b = np.array(a), np.array(partner), np.array(b)
+    c = a.sum(axis=1)
+    assert np.allclose(method.table.c, c, atol=1e-15)
+    assert np.allclose(method.table.b, b, atol=1e-15)
+    assert np.allclose(method.table.A, a @ partner, atol=1e-15)
+    assert np.allclose(method.table.beta, b @ partner, atol=1e-15)
+    assert method.name == name
+    assert method.theory().names[0] == name
+
+
+@pytest.mark.parametrize("space", [P(1), P(2)])
+def test_the_trapezoid_has_every_name_of_verlets_method(space):
+    names = galvi.theory(space, galvi.lobatto(2)).names
+    assert names == (
+        "Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2",
+        "Lobatto IIIA-IIIB, 2 stages",
+    )  # fmt: skip
+
+
+def newmark(beta, gamma, q, v, h):
+    """One step for the force -q^3, stiff enough to tell beta (Newmark 1959)."""
+    new = q
+    for _ in range(200):
+        new = q + h * v - h * h * ((0.5 - beta) * q**3 + beta * new**3)
+    return new, v - h * ((1 - gamma) * q**3 + gamma * new**3)
+
+
+def test_the_trapezoid_is_newmarks_method_with_beta_0_and_not_with_a_quarter():
+    quartic = galvi.Canonical(1.0, lambda q: 0.25 * q[0] ** 4, lambda q: q**3)
+    run = galvi.integrate(
+        galvi.Problem(quartic, [1.0], [0.3]), galvi.Galerkin(P(1), galvi.lobatto(2)), 0.2, 1
+    )
+    found = np.array([run.q[-1, 0], run.p[-1, 0]])
+    assert np.allclose(found, newmark(0.0, 0.5, 1.0, 0.3, 0.2), atol=1e-15)
+    assert np.max(np.abs(found - newmark(0.25, 0.5, 1.0, 0.3, 0.2))) > 1e-4
+
+
+@pytest.mark.parametrize("steps", [2, 3, 7])
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_pieces_with_a_rule_on_each_are_that_many_steps(degree, steps):
+    pieces = galvi.Galerkin(
+        PiecewisePolynomials(degree, steps), composite(galvi.gauss(degree), steps)
+    )
+    plain = galvi.Galerkin(P(degree), galvi.gauss(degree))
+    assert pieces.name == f"{steps} steps of {plain.name}"
+    problem = galvi.problems.henon_heiles()
+    one, other = (
+        galvi.integrate(problem, pieces, 0.3, 1),
+        galvi.integrate(problem, plain, 0.3 / steps, steps),
+    )
+    assert np.allclose(one.q[-1], other.q[-1], atol=1e-14)
+    assert np.allclose(one.p[-1], other.p[-1], atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("space", "rule"),
+    [
+        (P(2), galvi.gauss(3)),
+        (P(1), radau(2)),
+        (P(1), galvi.clenshaw_curtis(3)),
+        (P(4), galvi.clenshaw_curtis(4)),
+        (PiecewisePolynomials(1, 2), composite(galvi.gauss(2), 2)),
+    ],
+)
+def test_other_tableaux_have_no_classical_name(space, rule):
+    assert galvi.theory(space, rule).names == ()
+
+
+def test_a_tableau_that_is_slightly_wrong_has_no_name():
+    from dataclasses import replace
+
+    for space, rule in ((P(3), galvi.gauss(3)), (P(3), radau(3)), (P(2), galvi.lobatto(3))):
+        table = galvi.Galerkin(space, rule).table
+        assert classical_names(table)
+        assert classical_names(replace(table, A=table.A * (1 + 1e-9))) == ()
+        assert classical_names(replace(table, b=table.b * (1 + 1e-9))) == ()
