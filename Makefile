@@ -29,8 +29,8 @@ report: $(STAMP) ## verify, compare and show: tables, figures and a page in repo
 studies: $(STAMP) ## run the long studies: hours, in parts; one that was stopped goes on
 	$(BIN)/python -m reports studies
 
-bench: $(STAMP) ## time steps, trajectories and references, and keep the result
-	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only --benchmark-autosave
+bench: $(STAMP) ## time steps, trajectories and references, and keep the result; QUICK=1: a few
+	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only $(if $(QUICK),-m quick)
 
 clean: ## remove .venv, caches and build output; what reports/out holds stays
 	rm -rf .venv build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis \

@@ -65,8 +65,7 @@ def _split(part: Sequence[float], size: float, level: float) -> int | None:
     if not places or len(set(part)) == 1:
         return None
     chance, split = min(
-        (float(mannwhitneyu(part[:k], part[k:], alternative="two-sided").pvalue), k)
-        for k in places
+        (float(mannwhitneyu(part[:k], part[k:], alternative="two-sided").pvalue), k) for k in places
     )
     before, after = statistics.median(part[:split]), statistics.median(part[split:])
     if chance * len(places) >= level or abs(after - before) <= size * abs(before):

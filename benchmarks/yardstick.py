@@ -18,7 +18,7 @@ POINTS, PASSES = 24, 400
 
 @njit(cache=True)
 def work(x, passes):  # type: ignore[no-untyped-def]
-    """Sum the inverse-square pulls of all pairs, and move a little, so many times; x (points, 3)."""
+    """Sum the inverse-square pulls of all pairs, and move a little, so many times; x (n, 3)."""
     total = 0.0
     for _ in range(passes):
         for i in range(x.shape[0]):

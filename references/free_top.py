@@ -13,6 +13,7 @@ from galvi import Problem, RigidBody, Trajectory
 from references.circular import DIGITS
 from references.contender import require
 from references.outcome import outcome
+from references.second_law import is_forced
 from references.setting import check_keys, described, sample_times
 from references.top_motion import motion
 
@@ -31,7 +32,8 @@ class FreeTop:
 
     def supports(self, problem: Problem) -> bool:
         """Rigid bodies that are free."""
-        return isinstance(problem.system, RigidBody) and problem.system.potential is None
+        free = isinstance(problem.system, RigidBody) and problem.system.potential is None
+        return free and not is_forced(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""

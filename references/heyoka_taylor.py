@@ -15,6 +15,7 @@ from references import heyoka_engine
 from references.contender import require
 from references.heyoka_engine import DEFAULT
 from references.outcome import Failure, outcome
+from references.second_law import is_forced
 from references.setting import check_keys, described, sample_times
 
 BEST: Mapping[str, Any] = {"tolerance": 1e-18, "high_accuracy": True, "compact_mode": False}
@@ -85,6 +86,8 @@ def _law(problem: Problem) -> tuple[Any, ...]:
     if isinstance(system, NBody):
         return ("bodies", system.G, 1.0, *system.masses.tolist())
     if not isinstance(system, Canonical) or not isinstance(system.potential, CentralForce):
+        return ()
+    if is_forced(problem):
         return ()
     known = system.gradient is None and not system.explicit_time and system.mass.ndim == 0
     if not known or problem.q0.size not in (2, 3):

@@ -13,6 +13,7 @@ from galvi.arrays import Array
 from galvi.trajectory import COMPLETED
 from references.contender import require
 from references.outcome import Failure, outcome
+from references.second_law import is_forced
 from references.setting import check_keys, described, fixed_steps
 
 ROUND_OFF = 8.0 * float(np.finfo(np.float64).eps)
@@ -35,7 +36,7 @@ class ImplicitEuler:
 
     def supports(self, problem: Problem) -> bool:
         """Any system whose force depends on q and t alone."""
-        return isinstance(problem.system, (Canonical, NBody))
+        return isinstance(problem.system, (Canonical, NBody)) and not is_forced(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; see `Contender`."""

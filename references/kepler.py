@@ -15,6 +15,7 @@ from references.contender import require
 from references.double_double import DoubleDouble
 from references.kepler_flow import DIGITS, Orbit, flow, orbit
 from references.outcome import outcome
+from references.second_law import is_forced
 from references.setting import check_keys, described, sample_times
 
 
@@ -48,6 +49,8 @@ class Kepler:
 def _orbit(problem: Problem) -> Orbit | None:
     """Of the body about the centre, or of the second body about the first."""
     system, q0, v0 = problem.system, problem.q0, problem.v0
+    if is_forced(problem):
+        return None
     with localcontext(DIGITS):
         if isinstance(system, Canonical) and isinstance(system.potential, CentralForce):
             if system.gradient is not None or system.explicit_time or system.mass.ndim:

@@ -1,5 +1,7 @@
 """A problem of one rigid body as MuJoCo takes it: a joint and, on it, a body given by its inertia.
 
+Chains of links are in `references.mujoco_chain`.
+
 The only place that knows MuJoCo's masses, frames of inertia and joints; `mujoco_states` knows its
 coordinates.
 """
@@ -12,14 +14,22 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from galvi import Canonical, FreeBody, PendulumWeight, Problem, RigidBody, UniformGravity
+from galvi import (
+    Canonical,
+    FreeBody,
+    Lagrangian,
+    PendulumWeight,
+    Problem,
+    RigidBody,
+    UniformGravity,
+)
 from galvi.arrays import Array
+from references.chain_equations import is_chain
+from references.mujoco_chain import MujocoChain, mujoco_chain
+from references.mujoco_xml import document, text
+from references.second_law import is_forced
 
 JOINTS = {RigidBody: "ball", FreeBody: "free", Canonical: "hinge"}
-OFF = (
-    *("contact", "constraint", "equality", "frictionloss", "limit", "spring", "damper"),
-    *("clampctrl", "actuation", "sensor", "eulerdamp", "island", "warmstart", "autoreset"),
-)  # what a lone body has not, 4 % of a step; and the reset that would hide a failure
 DOUBLINGS = 64
 SLACK = 1e-12  # relative: below that, moments are zero, and a flat body's are flat
 
@@ -45,18 +55,21 @@ class MujocoBody:
 
     def mjcf(self) -> str:
         """MuJoCo's XML; its numbers are read back bit for bit."""
-        flags = " ".join(f'{name}="disable"' for name in OFF)
-        return (
-            f'<mujoco><option gravity="{_text(self.gravity)}"><flag {flags}/></option>'
-            f'<worldbody><body><joint type="{self.joint}" axis="0 1 0"/><inertial '
-            f'pos="{_text(self.centre)}" quat="{_text(self.axes)}" mass="{_text([self.mass])}" '
-            f'diaginertia="{_text(self.moments)}"/></body></worldbody></mujoco>'
+        return document(
+            self.gravity,
+            f'<body><joint type="{self.joint}" axis="0 1 0"/><inertial '
+            f'pos="{text(self.centre)}" quat="{text(self.axes)}" mass="{text([self.mass])}" '
+            f'diaginertia="{text(self.moments)}"/></body>',
         )
 
 
 def supports(problem: Problem) -> bool:
-    """A rigid body, free or in uniform gravity, on SO(3) or SE(3); one plane pendulum."""
+    """A rigid body, free or in uniform gravity, on SO(3) or SE(3); plane pendulums in a chain."""
     system = problem.system
+    if is_forced(problem):
+        return False
+    if is_chain(problem):
+        return True
     if isinstance(system, FreeBody):
         return True
     if isinstance(system, RigidBody):
@@ -70,8 +83,10 @@ def supports(problem: Problem) -> bool:
     )
 
 
-def mujoco_body(system: Any) -> MujocoBody:
-    """The body of a system whose problem is supported."""
+def mujoco_body(system: Any) -> MujocoBody | MujocoChain:
+    """The body, or the chain of them, of a system whose problem is supported."""
+    if isinstance(system, Lagrangian):
+        return mujoco_chain(system.function)
     joint = JOINTS[type(system)]
     if joint == "free":
         about_centre = principal(system.inertia)
@@ -116,7 +131,3 @@ def principal(inertia: Array) -> tuple[Array, Array]:
     if moments[k] <= rest * (1.0 + SLACK):
         moments[k] = min(moments[k], rest)  # a flat body may be off by a rounding; MuJoCo's may not
     return moments, Rotation.from_matrix(axes).as_quat()[[3, 0, 1, 2]]
-
-
-def _text(numbers: Any) -> str:
-    return " ".join(repr(float(number)) for number in numbers)

@@ -12,6 +12,7 @@ import numpy as np
 
 from galvi import Trajectory
 from galvi.arrays import Array
+from galvi.states import velocity_at
 from references.mujoco_body import mujoco_body
 from references.mujoco_states import to_mujoco
 
@@ -85,8 +86,8 @@ def broken(model: Any, data: Any) -> bool:
 def energies(run: Trajectory) -> Array:
     """Potential and kinetic energy of each state as MuJoCo's own sensors have them, (saved, 2).
 
-    For any run of a problem that MuJoCo takes, whoever solved it; NaN past a failure. A plane
-    pendulum's or a body's potential energy is zero where its centre of mass is as high as the joint
+    For any run of a problem that MuJoCo takes, whoever solved it; NaN past a failure. A chain's
+    or a body's potential energy is zero where its centre of mass is as high as the joint
     or the origin of space. Raises ValueError as `compiled`.
     """
     import mujoco
@@ -94,7 +95,7 @@ def energies(run: Trajectory) -> Array:
     joint, model, data = compiled(run.problem.system)
     found = np.full((len(run.t), 2), np.nan)
     known = np.all(np.isfinite(run.q.reshape(len(run.t), -1)), axis=1)
-    v = run.problem.system.velocity(run.p[known])
+    v = velocity_at(run.problem.system, run.q[known], run.p[known], run.t[known], run.problem.v0)
     states = zip(*to_mujoco(joint, run.q[known], v), strict=True)
     for row, (qpos, qvel) in zip(np.flatnonzero(known), states, strict=True):
         mujoco.mj_resetData(model, data)

@@ -1,9 +1,10 @@
-"""MuJoCo's coordinates of one body, and ours.
+"""MuJoCo's coordinates of one body, or a chain of links, and ours.
 
 joint   qpos                  qvel
 ball    quaternion            w
 free    x, then quaternion    velocity of x in space, then w
 hinge   angle                 rate
+chain   angles between links  their rates
 
 Quaternions have w first and take the body's frame to space; w is the angular velocity in the
 body's frame.
@@ -23,6 +24,8 @@ def to_mujoco(joint: str, q: Array, v: Array) -> tuple[Array, Array]:
     """(qpos, qvel) of the state q, v; all may have leading axes."""
     if joint == "hinge":
         return q, v
+    if joint == "chain":
+        return np.diff(q, prepend=0.0, axis=-1), np.diff(v, prepend=0.0, axis=-1)
     R = q[..., :3, :3]
     turned = Rotation.from_matrix(R).as_quat()[..., FROM_SCIPY]
     if joint == "ball":
@@ -38,6 +41,8 @@ def from_mujoco(joint: str, qpos: Array, qvel: Array) -> tuple[Array, Array]:
     """(q, v) of rows of qpos and qvel; NaN where they are not finite."""
     if joint == "hinge":
         return qpos, qvel
+    if joint == "chain":
+        return np.cumsum(qpos, axis=-1), np.cumsum(qvel, axis=-1)
     finite = np.all(np.isfinite(qpos), axis=-1)
     R = np.full((len(qpos), 3, 3), np.nan)
     R[finite] = Rotation.from_quat(qpos[finite, -4:][:, TO_SCIPY]).as_matrix()

@@ -1,6 +1,6 @@
 """MuJoCo's integrators, as values of one class.
 
-A multibody engine with contacts, here on a single body: much of its time is generality. Its
+A multibody engine with contacts, here on one body or chain: much of its time is generality. Its
 documentation advises RK4 where energy should be kept for long; the others are of first order,
 `implicit` among them, whose damping of a tumbling body is by design.
 """
@@ -52,7 +52,7 @@ class MujocoSteps:
         return ""
 
     def supports(self, problem: Problem) -> bool:
-        """A rigid body, free or in uniform gravity, on SO(3) or SE(3); one plane pendulum."""
+        """A rigid body, free or in uniform gravity, on SO(3) or SE(3); chains of pendulums."""
         return supports(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:

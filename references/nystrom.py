@@ -19,6 +19,7 @@ from galvi.arrays import Array
 from references import nystrom_kernel
 from references.contender import require
 from references.outcome import Failure, outcome
+from references.second_law import is_forced
 from references.setting import check_keys, described, fixed_steps
 
 CHUNK = 10_000  # steps between two looks at Ctrl-C
@@ -66,7 +67,7 @@ class Nystrom:
 
     def supports(self, problem: Problem) -> bool:
         """Any system whose force depends on q and t alone."""
-        return isinstance(problem.system, (Canonical, NBody))
+        return isinstance(problem.system, (Canonical, NBody)) and not is_forced(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; compiled when the forces are, else interpreted. See `Contender`."""

@@ -11,6 +11,7 @@ import numpy as np
 from galvi import Canonical, LinearSpring, Problem, Trajectory
 from references.contender import require
 from references.outcome import outcome
+from references.second_law import is_forced
 from references.setting import check_keys, described, sample_times
 
 
@@ -30,6 +31,7 @@ class Oscillator:
         system = problem.system
         return (
             isinstance(system, Canonical)
+            and not is_forced(problem)
             and isinstance(system.potential, LinearSpring)
             and system.gradient is None
             and not system.explicit_time

@@ -9,6 +9,7 @@ import numpy as np
 
 from galvi import Problem, Trajectory
 from galvi.arrays import Array, read_only
+from galvi.states import momentum_at
 from galvi.trajectory import COMPLETED
 
 
@@ -45,7 +46,7 @@ def outcome(
     """
     q = np.array(q, dtype=np.float64).reshape(len(t), *problem.q0.shape)
     moving = np.array(v if p is None else p, dtype=np.float64).reshape(len(t), *problem.v0.shape)
-    p = problem.system.momentum(moving) if p is None else moving
+    p = momentum_at(problem.system, q, moving, t) if p is None else moving
     finite = np.all(np.isfinite(np.hstack([q.reshape(len(t), -1), p.reshape(len(t), -1)])), axis=1)
     if failure is None and not np.all(finite):
         row = int(np.argmin(finite))

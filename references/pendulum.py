@@ -14,6 +14,7 @@ from references.circular import DIGITS, PI, angle, sine_cosine
 from references.contender import require
 from references.elliptic import Modulus, first_integral
 from references.outcome import outcome
+from references.second_law import is_forced
 from references.setting import check_keys, described, sample_times
 
 
@@ -39,6 +40,7 @@ class Pendulum:
         system = problem.system
         return (
             isinstance(system, Canonical)
+            and not is_forced(problem)
             and isinstance(system.potential, PendulumWeight)
             and system.gradient is None
             and not system.explicit_time

@@ -9,6 +9,7 @@ import numpy as np
 from galvi import Problem, RigidBody, UniformGravity
 from galvi.arrays import Array
 from references.rigid_equations import rotation
+from references.second_law import is_forced
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,9 +54,9 @@ class PrincipalBody:
 
 
 def is_known_body(problem: Problem) -> bool:
-    """Whether it is a RigidBody, free or with the weight of `galvi.UniformGravity`."""
+    """Whether it is a RigidBody, free or with the weight of `galvi.UniformGravity` alone."""
     system = problem.system
-    return isinstance(system, RigidBody) and (
-        system.potential is None
-        or (isinstance(system.potential, UniformGravity) and system.gradient is None)
-    )
+    if not isinstance(system, RigidBody) or is_forced(problem):
+        return False
+    weight = isinstance(system.potential, UniformGravity) and system.gradient is None
+    return system.potential is None or weight

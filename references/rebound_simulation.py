@@ -19,6 +19,7 @@ import numpy as np
 from galvi import Canonical, CentralForce, NBody, Problem
 from galvi.arrays import Array
 from galvi.trajectory import COMPLETED
+from references.second_law import is_forced
 
 
 def missing() -> str:
@@ -45,6 +46,7 @@ def supports(problem: Problem) -> bool:
     if isinstance(system, Canonical):
         return (
             isinstance(system.potential, CentralForce)
+            and not is_forced(problem)
             and system.gradient is None
             and not system.explicit_time
             and system.mass.ndim == 0

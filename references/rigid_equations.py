@@ -1,6 +1,7 @@
 """The textbook's equations of a rigid body, in quaternions or in matrices, apart from galvi's own.
 
-With w = J^-1 p:  p' = p x w + torque,  and  y' = y w / 2 for quaternions or R' = R hat(w).
+With w = J^-1 p:  p' = p x w + torque,  and  y' = y w / 2 for quaternions or R' = R hat(w); torque
+is of the weight or the potential, and the system's own force where it has one.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import numpy as np
 
 from galvi import Problem, RigidBody, UniformGravity
 from galvi.arrays import Array
+from references.second_law import external_force, is_forced
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +37,15 @@ class RigidEquations:
         """f(t, state), of the state's shape."""
         inverse = np.linalg.inv(self.problem.system.inertia)
         turned = quaternion_slope if self.quaternions else _matrix_slope
+        system, forced = self.problem.system, is_forced(self.problem)
 
         def slope(t: float, y: Array) -> Array:
             attitude, p = y[:-3], y[-3:]
             w = inverse @ p
-            twist = torque(self.problem.system, self.attitudes(y), t)
+            R = self.attitudes(y)
+            twist = torque(system, R, t)
+            if forced:
+                twist = twist + external_force(system, R, w, t)
             return np.concatenate([turned(attitude, w), _cross(p, w) + twist])
 
         return slope
@@ -53,7 +59,7 @@ class RigidEquations:
 
 
 def is_rigid_body(problem: Problem) -> bool:
-    """Whether these are its equations, whatever its potential."""
+    """Whether these are its equations, whatever its potential and its external torque."""
     return isinstance(problem.system, RigidBody)
 
 

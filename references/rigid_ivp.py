@@ -18,7 +18,7 @@ from references.setting import check_keys, described, sample_times
 
 @dataclass(frozen=True)
 class RigidIvp:
-    """One method of solve_ivp on (attitude, body momentum), any potential.
+    """One method of solve_ivp on (attitude, body momentum), any potential, any external torque.
 
     quaternions  the attitude is a quaternion, normalised wherever it becomes a matrix; otherwise
                  the nine entries of the matrix, which nothing keeps a rotation

@@ -1,4 +1,4 @@
-"""SciPy's solve_ivp: RK45 (Dormand-Prince 5(4), MATLAB's ode45) and DOP853."""
+"""SciPy's solve_ivp: RK45 (Dormand-Prince 5(4), MATLAB's ode45), DOP853 and Radau."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from galvi import Canonical, NBody, Problem, Trajectory, checks
 from galvi.arrays import Array
 from references.contender import require
 from references.outcome import Failure, outcome
+from references.second_law import acceleration
 from references.setting import check_keys, described, sample_times
 
 DEFAULT: Mapping[str, Any] = {}
@@ -23,7 +24,7 @@ SETTINGS = ("samples", "tolerance", "rtol", "atol", "first_step", "max_step")
 
 @dataclass(frozen=True)
 class ScipyIvp:
-    """One method of solve_ivp on (q, v)' = (v, a(q, t)).
+    """One method of solve_ivp on (q, v)' = (v, a(q, v, t)), external forces included.
 
     Setting: samples; rtol, atol (default SciPy's and ode45's, 1e-3 and 1e-6), or tolerance for
     both; first_step, max_step as in SciPy. States between steps come from SciPy's interpolant,
@@ -37,7 +38,7 @@ class ScipyIvp:
     missing: str = ""
 
     def supports(self, problem: Problem) -> bool:
-        """Any system whose force depends on q and t alone."""
+        """Any system on a vector space with L = v.M v / 2 - V, whatever acts on it."""
         return isinstance(problem.system, (Canonical, NBody))
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
@@ -45,10 +46,10 @@ class ScipyIvp:
         require(self, problem)
         check_keys(setting, SETTINGS)
         times = sample_times(problem.t0, duration, setting)
-        d, shape, system = problem.q0.size, problem.q0.shape, problem.system
+        d, shape, accelerated = problem.q0.size, problem.q0.shape, acceleration(problem)
 
         def slope(t: float, y: Array) -> Array:
-            a = system.acceleration(y[:d].reshape(shape), t)
+            a = accelerated(y[:d].reshape(shape), y[d:].reshape(shape), t)
             return np.concatenate([y[d:], a.ravel()])
 
         start = np.concatenate([problem.q0.ravel(), problem.v0.ravel()])
@@ -93,3 +94,4 @@ def _failure(solved: Any) -> Failure:
 
 ODE45 = ScipyIvp("SciPy RK45 (ode45)", solver="RK45", order=5)
 DOP853 = ScipyIvp("SciPy DOP853", solver="DOP853", order=8)
+RADAU = ScipyIvp("SciPy Radau", solver="Radau", order=5)

@@ -1,4 +1,4 @@
-"""``python -m reports [verify | compare | build | studies | readme]``."""
+"""``python -m reports [verify | compare | build | studies | track | readme]``."""
 
 import sys
 

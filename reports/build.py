@@ -11,13 +11,13 @@ from reports.page.content import content
 from reports.page.render import render
 from reports.studied import Studied, study_all
 from reports.suite import Suite
-from reports.verification import Checked
-from reports.verify import verify
+from reports.verify import Verified, verify
 
 
-def build(suite: Suite, order: Order) -> tuple[list[Checked], Compared, list[Studied]]:
+def build(suite: Suite, order: Order) -> tuple[Verified, Compared, list[Studied]]:
     """Everything, anew, beside the stored rows of long studies, which say when they were made."""
-    checked = verify(suite, order)
+    verified = verify(suite, order)
+    checked = verified.checked
     compared = compare(suite, order)
     studied = study_all(suite, order)
     gallery = draw(checked, compared, studied)
@@ -27,4 +27,4 @@ def build(suite: Suite, order: Order) -> tuple[list[Checked], Compared, list[Stu
     write(order.out / "index.html", page)
     note_origin(order.out, "index.html", provenance, order.quick)
     print(f"The page is {order.out / 'index.html'}.")
-    return checked, compared, studied
+    return verified, compared, studied

@@ -35,9 +35,10 @@ def claims_frame(rows: Iterable[Row]) -> pd.DataFrame:
     return frame
 
 
-def readable_claims(rows: Iterable[Row]) -> pd.DataFrame:
-    """The columns that fit on a page, as text."""
-    frame = claims_frame(rows)[list(READ)]
+def readable_claims(rows: Iterable[Row] | pd.DataFrame) -> pd.DataFrame:
+    """The columns that fit on a page, as text, of rows or of their frame."""
+    table = rows if isinstance(rows, pd.DataFrame) else claims_frame(rows)
+    frame = table[list(READ)]
     return frame.assign(
         measured=[plain(number) for number in frame["measured"]],
         uncertainty=[plain(number, 2) for number in frame["uncertainty"]],

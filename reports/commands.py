@@ -17,11 +17,20 @@ import typer
 
 from reports.order import OUT, Order
 from reports.suite import Suite
-from reports.usage import UsageError, choose_claims, sentence
+from reports.usage import UsageError, choose_claims, choose_engines, sentence
 
 Load = Callable[[], Suite]
 QUICK = typer.Option(False, "--quick", help="Fewer and shorter runs: under a minute.")
+REQUIRE = typer.Option(
+    "", "--require", metavar="rebound,mujoco", help="Engines whose absence is a failure."
+)
 CLAIMS = typer.Option("", "--claims", metavar="V3,V5", help="Only these claims.")
+CONTENDER = typer.Option(
+    [],
+    "--contender",
+    metavar="package.module:Class",
+    help="Somebody else's integrator, to stand beside ours; may be given again.",
+)
 FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Where to write.")
 
 
@@ -33,23 +42,29 @@ def application(load: Load, command: str) -> typer.Typer:
         help="Check the papers' claims, compare methods, and write tables, figures and a page.",
     )
 
-    def order(suite: Suite, quick: bool, out: Path, claims: str = "") -> Order:
+    def order(suite: Suite, quick: bool, out: Path, claims: str = "", require: str = "") -> Order:
         chosen = choose_claims(claims, [claim.id for claim in suite.claims])
+        engines = choose_engines(require, suite.engines()) if require else ()
         if out.exists() and not out.is_dir():
             raise typer.BadParameter(f"--out expects a folder; received the file {out}.")
         try:
             out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
-        return Order(quick, chosen, out, command)
+        return Order(quick, chosen, out, command, engines)
 
     @app.callback(invoke_without_command=True)
     def everything(
-        context: typer.Context, quick: bool = QUICK, claims: str = CLAIMS, out: Path = FOLDER
+        context: typer.Context,
+        quick: bool = QUICK,
+        claims: str = CLAIMS,
+        contender: list[str] = CONTENDER,
+        out: Path = FOLDER,
     ) -> int:
         if context.invoked_subcommand is None:
-            return build_all(quick, claims, out)
-        given = [f"--{name}" for name, value in (("quick", quick), ("claims", claims)) if value]
+            return build_all(quick, claims, contender, out)
+        named = (("quick", quick), ("claims", claims), ("contender", contender))
+        given = [f"--{name}" for name, value in named if value]
         given += ["--out"] if out != OUT else []
         if given:
             raise typer.BadParameter(
@@ -59,33 +74,45 @@ def application(load: Load, command: str) -> typer.Typer:
         return 0
 
     @app.command("verify", help="Run the claims' checks; exit 1 when a verdict is unexpected.")
-    def verify_claims(quick: bool = QUICK, claims: str = CLAIMS, out: Path = FOLDER) -> int:
-        from reports.verify import verdicts, verify
+    def verify_claims(
+        quick: bool = QUICK, claims: str = CLAIMS, require: str = REQUIRE, out: Path = FOLDER
+    ) -> int:
+        from reports.verify import verify
 
         suite = load()
-        return int(not verdicts(verify(suite, order(suite, quick, out, claims))).as_expected)
+        return int(not verify(suite, order(suite, quick, out, claims, require)).passed)
 
     @app.command("compare", help="Time methods and peers at matched error.")
-    def compare_methods(quick: bool = QUICK, out: Path = FOLDER) -> int:
+    def compare_methods(
+        quick: bool = QUICK, contender: list[str] = CONTENDER, out: Path = FOLDER
+    ) -> int:
         from reports.compare import compare
+        from reports.outsiders import joined
 
-        suite = load()
-        failures = compare(suite, order(suite, quick, out)).failures
+        known = load()
+        with joined(known, contender) as suite:
+            failures = compare(suite, order(suite, quick, out)).failures
         for failure in failures:
             print(failure, file=sys.stderr)
         return int(bool(failures))
 
     @app.command("build", help="Both, with figures and the page (what no command does, too).")
-    def build_all(quick: bool = QUICK, claims: str = CLAIMS, out: Path = FOLDER) -> int:
+    def build_all(
+        quick: bool = QUICK,
+        claims: str = CLAIMS,
+        contender: list[str] = CONTENDER,
+        out: Path = FOLDER,
+    ) -> int:
         from reports.build import build
-        from reports.verify import verdicts
+        from reports.outsiders import joined
 
-        suite = load()
-        checked, compared, studied = build(suite, order(suite, quick, out, claims))
+        known = load()
+        with joined(known, contender) as suite:
+            verified, compared, studied = build(suite, order(suite, quick, out, claims))
         failures = [*compared.failures, *(one.failure for one in studied if one.failure)]
         for failure in failures:
             print(failure, file=sys.stderr)
-        return int(not verdicts(checked).as_expected or bool(failures))
+        return int(not verified.passed or bool(failures))
 
     @app.command("studies", help="The long studies: hours, in parts; goes on where it was.")
     def long_studies(out: Path = FOLDER) -> int:
@@ -96,6 +123,34 @@ def application(load: Load, command: str) -> typer.Typer:
         for failure in failures:
             print(failure, file=sys.stderr)
         return int(bool(failures))
+
+    @app.command("export", help="Write a table of the report as CSV, Parquet, LaTeX or Markdown.")
+    def export_table(
+        name: str = typer.Argument(..., metavar="TABLE", help="E.g. work_precision, ratios."),
+        form: str = typer.Option("csv", "--format", metavar="parquet|latex|csv|markdown"),
+        sort: str = typer.Option("", "--sort", metavar="error,-seconds", help="Columns."),
+        to: Path = typer.Option(None, "--to", metavar="FILE", help="Not in tables/."),
+        out: Path = FOLDER,
+    ) -> int:
+        from reports.export import export
+
+        columns = [word.strip() for word in sort.split(",") if word.strip()]
+        print(export(out, name, form, columns, to))
+        return 0
+
+    @app.command("track", help="The history of benches; with --against, what got worse.")
+    def track_performance(
+        against: str = typer.Option("", "--against", metavar="REV", help="A commit or a branch."),
+        only: list[str] = typer.Option([], "--only", metavar="TEXT", help="Part of a name."),
+        isolate: bool = typer.Option(False, "--isolate", help="Install both sides: minutes."),
+        quick: bool = QUICK,
+        out: Path = FOLDER,
+    ) -> int:
+        from reports.tracking.command import track_command
+
+        suite = load()
+        asked = order(suite, quick, out)
+        return track_command(asked, suite.provenance(command), against, only, isolate)
 
     @app.command("readme", help="Renew the results table and the picture of README.md.")
     def renew_readme(out: Path = FOLDER) -> int:

@@ -49,6 +49,7 @@ def compare(suite: Suite, order: Order) -> Compared:
             (table, _measure(studies, "table", table.title, table.measure, order, failures))
             for table in suite.tables
         ]
+    failures += dict.fromkeys(suite.faults())
     found = tuple((table, rows) for table, rows in others if rows is not None)
     runs = pd.DataFrame() if frame is None else frame
     ratios = matched(runs) if len(runs) else runs

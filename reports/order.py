@@ -10,9 +10,12 @@ OUT = Path("reports/out")
 
 @dataclass(frozen=True)
 class Order:
-    """quick: the short form; claims: chosen ids, () for all; out: folder; command: as typed."""
+    """quick: the short form; claims: chosen ids, () for all; out: folder; command: as typed;
+    require: engines that must be there.
+    """
 
     quick: bool = False
     claims: tuple[str, ...] = ()
     out: Path = OUT
     command: str = "python -m reports"
+    require: tuple[str, ...] = ()

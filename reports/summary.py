@@ -6,7 +6,9 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from benchmarks.agreement import SOURCE
 from benchmarks.claim import Row
+from benchmarks.verdicts import NOT_RUN
 
 VERDICTS = ("holds", "exceeds", "contradicted", "not run")
 
@@ -26,16 +28,21 @@ class Summary:
 
     @property
     def as_expected(self) -> bool:
-        """Whether something was checked and nothing came out differently."""
-        return bool(self.rows) and not self.differing
+        """Whether something was measured and nothing came out differently."""
+        return any(row.verdict != NOT_RUN for row in self.rows) and not self.differing
 
     def __str__(self) -> str:
-        claims = len({row.id for row in self.rows})
+        agreements = {row.id for row in self.rows if row.source == SOURCE}
+        claims = {row.id for row in self.rows} - agreements
+        kinds = ((len(claims), "claim"), (len(agreements), "agreement"))
+        of = " and ".join(_many(count, noun) for count, noun in kinds if count)
         counts = Counter(row.verdict for row in self.rows)
         counted = ", ".join(f"{counts[v]} {v}" for v in VERDICTS if counts[v])
         if not self.rows:
             return "No claim was checked."
-        checks = f"{_many(claims, 'claim')} in {_many(len(self.rows), 'check')}: {counted}"
+        checks = f"{of} in {_many(len(self.rows), 'check')}: {counted}"
+        if counts[NOT_RUN] == len(self.rows):
+            return f"{checks}; nothing was measured."
         if not self.differing:
             return f"{checks}; every verdict is the expected one."
         differ = "differs" if len(self.differing) == 1 else "differ"

@@ -15,16 +15,25 @@ def as_csv(frame: pd.DataFrame) -> str:
     return frame.to_csv(index=False, lineterminator="\n")
 
 
+def as_markdown(frame: pd.DataFrame) -> str:
+    """Few digits; GitHub's tables."""
+    escaped = _text(frame).map(lambda cell: cell.replace("|", "\\|"))
+    return f"{escaped.to_markdown(index=False, disable_numparse=True)}\n"
+
+
+def as_latex(frame: pd.DataFrame) -> str:
+    """Few digits; a tabular with booktabs' rules."""
+    return _text(frame).to_latex(index=False, escape=True)
+
+
 def write_table(
     folder: Path, name: str, frame: pd.DataFrame, read: pd.DataFrame | None = None
 ) -> None:
     """Write name.csv from frame, name.md and name.tex from `read` (default: frame, few digits)."""
-    shown = _text(frame if read is None else read)
+    shown = frame if read is None else read
     write(folder / f"{name}.csv", as_csv(frame))
-    escaped = shown.map(lambda cell: cell.replace("|", "\\|"))
-    markdown = escaped.to_markdown(index=False, disable_numparse=True)
-    write(folder / f"{name}.md", f"{markdown}\n")
-    write(folder / f"{name}.tex", shown.to_latex(index=False, escape=True))
+    write(folder / f"{name}.md", as_markdown(shown))
+    write(folder / f"{name}.tex", as_latex(shown))
 
 
 def _text(frame: pd.DataFrame) -> pd.DataFrame:

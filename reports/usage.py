@@ -33,6 +33,24 @@ def choose_claims(text: str, known: Iterable[str]) -> tuple[str, ...]:
     return tuple(claim for claim in known if not asked or claim in asked)
 
 
+def choose_engines(text: str, known: Iterable[str]) -> tuple[str, ...]:
+    """Engines from "rebound,mujoco"; none for "". Raises typer.BadParameter for one not known."""
+    known = tuple(known)
+    asked = [word.strip() for word in text.split(",") if word.strip()]
+    if text and not asked:
+        raise typer.BadParameter(
+            f"--require expects engines of {', '.join(known)}, separated by commas; "
+            f"received {text!r}."
+        )
+    for word in asked:
+        if word not in known:
+            near = f"did you mean {nearest(word, known)!r} " if known else ""
+            raise typer.BadParameter(
+                f"--require knows no engine {word!r}; {near}(known: {', '.join(known) or 'none'})?"
+            )
+    return tuple(dict.fromkeys(asked))
+
+
 def sentence(error: Any, commands: Iterable[str]) -> str:
     """One sentence for a usage error that typer raised."""
     message = " ".join(str(error.message).split()).rstrip(".")

@@ -1,9 +1,13 @@
-"""Run the studies of the claims and judge them; a study that raises spoils its own claim only."""
+"""Run the studies of the claims and judge them; a study that raises spoils its own claim only.
+
+A row that could not be had because an engine is absent is expected not to run: it is listed with
+the sentence that says so, and `verify --require` makes the absence a failure.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,9 +15,8 @@ import pandas as pd
 
 from benchmarks.claim import Claim, Row
 from benchmarks.tidy import frame
+from benchmarks.verdicts import NOT_RUN
 from reports.progress import Studies
-
-NOT_RUN = "not run"
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,14 +34,21 @@ class Checked:
     seconds: float
 
 
-def check(claims: Iterable[Claim], make_method: Any, quick: bool) -> list[Checked]:
-    """Study and judge each claim; progress on stderr."""
+def check(
+    claims: Iterable[Claim], make_method: Any, quick: bool, absent: Collection[str] = ()
+) -> list[Checked]:
+    """Study and judge each claim; progress on stderr.
+
+    absent  the sentences by which engines that are not there say so
+    """
     claims = tuple(claims)
     with Studies(len(claims)) as studies:
-        return [_check(claim, make_method, quick, studies) for claim in claims]
+        return [_check(claim, make_method, quick, absent, studies) for claim in claims]
 
 
-def _check(claim: Claim, make_method: Any, quick: bool, studies: Studies) -> Checked:
+def _check(
+    claim: Claim, make_method: Any, quick: bool, absent: Collection[str], studies: Studies
+) -> Checked:
     start = time.perf_counter()
     measured = None
     try:
@@ -47,7 +57,15 @@ def _check(claim: Claim, make_method: Any, quick: bool, studies: Studies) -> Che
             rows = tuple(_explained(row, measured) for row in claim.judge(measured))
     except Exception as error:
         rows = _spoiled(claim, error)
-    return Checked(claim, measured, rows, time.perf_counter() - start)
+    excused = tuple(_excused(row, absent) for row in rows)
+    return Checked(claim, measured, excused, time.perf_counter() - start)
+
+
+def _excused(row: Row, absent: Collection[str]) -> Row:
+    """A row that was not run and says that an engine is absent is as expected; others stay."""
+    if row.verdict != NOT_RUN or not any(sentence in row.reason for sentence in absent):
+        return row
+    return replace(row, expected=NOT_RUN)
 
 
 def _explained(row: Row, measured: pd.DataFrame) -> Row:

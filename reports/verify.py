@@ -1,44 +1,106 @@
-"""`verify`: run the claims, write claims.csv with their frames and tables, print the rows."""
+"""`verify`: check the claims and agreements, write what came out, and print it.
+
+claims.csv    every row, with those of claims that were not chosen as they were, and when
+verify.xml    JUnit, for a forge's CI
+verify.md     the same to read; also appended to the summary of a forge's job
+frames/       the studies' frames
+tables/       claims and convergence
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pandas as pd
 
 from reports.atomic import write
+from reports.changes import Change, changes
 from reports.claims_table import claims_frame, readable_claims
 from reports.convergence_table import convergence_frame
+from reports.engines import Engines
+from reports.junit import junit
+from reports.kept_rows import marked, merged, written
+from reports.markdown_summary import hand_to_forge, markdown
 from reports.order import Order
-from reports.origins import note_origin
+from reports.origins import note_origin, read_origins
 from reports.suite import Suite
 from reports.summary import Summary, summary
 from reports.tables import as_csv, write_table
-from reports.terminal import show
+from reports.terminal import show, show_changes, show_engines
 from reports.verification import Checked, check
 
+CLAIMS = "claims.csv"
 
-def verify(suite: Suite, order: Order) -> list[Checked]:
+
+@dataclass(frozen=True, eq=False)
+class Verified:
+    """What `verify` found.
+
+    changed  against the rows that were there before
+    """
+
+    checked: tuple[Checked, ...]
+    engines: Engines
+    changed: tuple[Change, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every verdict is the expected one, and every required engine is there."""
+        return verdicts(self.checked).as_expected and not self.engines.wanting
+
+
+def verify(suite: Suite, order: Order) -> Verified:
     """Check the chosen claims, all when none is chosen; write, print, and return what came out."""
     chosen = [claim for claim in suite.claims if not order.claims or claim.id in order.claims]
-    checked = check(chosen, suite.make_method, order.quick)
-    _write(checked, suite, order)
-    show(verdicts(checked))
-    return checked
+    engines = Engines(suite.engines(), order.require)
+    checked = check(chosen, suite.make_method, order.quick, suite.unavailable())
+    found = Verified(tuple(checked), engines, tuple(_write(checked, suite, order)))
+    seen = verdicts(checked)
+    text = markdown(seen, found.changed, engines)
+    write(order.out / "verify.xml", junit(checked, engines))
+    write(order.out / "verify.md", text)
+    hand_to_forge(text)
+    show(seen)
+    show_changes(found.changed)
+    show_engines(engines)
+    return found
 
 
 def verdicts(checked: Sequence[Checked]) -> Summary:
     return summary(row for one in checked for row in one.rows)
 
 
-def _write(checked: Sequence[Checked], suite: Suite, order: Order) -> None:
+def _write(checked: Sequence[Checked], suite: Suite, order: Order) -> list[Change]:
+    """Tables and frames; what changed."""
     rows = [row for one in checked for row in one.rows]
-    table = claims_frame(rows)
-    write(order.out / "claims.csv", as_csv(table))
-    note_origin(order.out, "claims.csv", suite.provenance(order.command), order.quick)
-    write_table(order.out / "tables", "claims", table, readable_claims(rows))
-    write_table(order.out / "tables", "convergence", convergence_frame(checked))
+    origin = {
+        **suite.provenance(order.command),
+        "setting": "quick" if order.quick else "default",
+    }
+    now = marked(claims_frame(rows), origin)
+    before_origin = read_origins(order.out).get(CLAIMS, {})
+    before = written(order.out / CLAIMS, "id", before_origin)
+    table = _with_kept(before, now, "id", checked, suite)
+    write(order.out / CLAIMS, as_csv(table))
+    note_origin(order.out, CLAIMS, suite.provenance(order.command), order.quick)
+    tables = order.out / "tables"
+    write_table(tables, "claims", table, readable_claims(table))
+    rates = marked(convergence_frame(checked), origin)
+    kept = written(tables / "convergence.csv", "claim", before_origin)
+    write_table(tables, "convergence", _with_kept(kept, rates, "claim", checked, suite))
     for one in checked:
         path = order.out / "frames" / f"{one.claim.id}.csv"
         if one.frame is None:
             path.unlink(missing_ok=True)
         else:
             write(path, as_csv(one.frame))
+    return changes(before, now)
+
+
+def _with_kept(
+    before: pd.DataFrame | None, now: pd.DataFrame, key: str, checked: Sequence[Checked],
+    suite: Suite,
+) -> pd.DataFrame:  # fmt: skip
+    known = [claim.id for claim in suite.claims]
+    return merged(before, now, key, {one.claim.id for one in checked}, known)

@@ -1,35 +1,66 @@
-"""What every timing carries beside its time: error, counts, status, settings, versions."""
+"""Time a call in processor time, and note what a time alone does not tell.
+
+The clock is that of the processor: `python -m benchmarks.clocks` shows why.
+"""
 
 from __future__ import annotations
 
+import math
+import statistics
+import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import numpy as np
-
+from benchmarks import yardstick
 from benchmarks.provenance import commit, versions
-from galvi import Trajectory
-from galvi.arrays import Array
+
+TIMER = time.process_time
+LEAST = 0.01  # seconds of a round
+BUDGET = 0.5  # seconds that a benchmark may take, first calls aside
+ROUNDS, FEWEST = 9, 3
 
 
-def timed_run(
-    benchmark: Any, call: Callable[[], Trajectory], end: Array, settings: Mapping[str, Any]
-) -> Trajectory:
-    """Time a run that is warm, and note what it reached.
+def timed(benchmark: Any, call: Callable[[], Any]) -> Any:
+    """What a call returns, timed when it is warm; the first call, which compiles, is kept apart."""
+    clock = time.perf_counter()
+    call()
+    first = time.perf_counter() - clock
+    clock = TIMER()
+    call()
+    seconds = max(TIMER() - clock, 1e-6)
+    repeats = max(1, math.ceil(LEAST / seconds))
+    rounds = min(ROUNDS, max(FEWEST, int(BUDGET / (repeats * seconds))))
+    before = yardstick.yardstick(3)
+    result = benchmark.pedantic(call, rounds=rounds, iterations=repeats)
+    seconds = statistics.median(before + yardstick.yardstick(3))
+    benchmark.extra_info.update(
+        first_call=first, yardstick={"name": yardstick.NAME, "seconds": seconds}
+    )
+    return result
 
-    end       the truth at the run's last time, in the configuration's shape
+
+def noted(
+    benchmark: Any,
+    *,
+    problem: str,
+    error: float | None,
+    counts: Mapping[str, int],
+    status: str,
+    settings: Mapping[str, Any],
+    **more: Any,
+) -> None:
+    """Put into the benchmark's row what belongs beside its time.
+
+    error     against the truth; None where it is not known
     settings  what another person needs to repeat it
     """
-    call()
-    run = benchmark(call)
-    error = float(np.max(np.abs(run.q[-1] - end))) if run.success else None
     benchmark.extra_info.update(
-        error=error,
-        counts=dict(run.counts),
-        status=run.status,
+        problem=problem,
+        error=error if error is not None and math.isfinite(error) else None,
+        counts={name: int(count) for name, count in counts.items()},
+        status=status,
         settings={key: str(value) for key, value in settings.items()},
-        problem=run.problem.name,
         versions=versions(),
         commit=commit(),
+        **more,
     )
-    return run

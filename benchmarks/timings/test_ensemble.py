@@ -14,8 +14,8 @@ import pytest
 
 import galvi
 from benchmarks.contenders import gauss_collocation
-from benchmarks.provenance import commit, versions
 from benchmarks.stopwatch import interleaved
+from benchmarks.timings.annotate import noted
 
 ROUNDS = 5
 METHOD = gauss_collocation(8).method
@@ -43,13 +43,14 @@ def test_an_ensemble(benchmark: Any, case: str) -> None:
     runs = benchmark.pedantic(run, (2,), rounds=1)
     assert all(run.success for run in runs)
     assert np.array_equal(runs[-1].q, alone.q)
-    benchmark.extra_info.update(
-        one_thread_over_two=one.seconds / two.seconds,
+    noted(
+        benchmark,
+        problem=problem.name,
+        error=None,
         counts={name: sum(run.counts[name] for run in runs) for name in runs[0].counts},
         status=runs[0].status,
-        settings={"threads": "2", "step": str(step), "steps": str(steps)},
-        problem=problem.name,
-        versions=versions(),
-        commit=commit(),
+        settings={"threads": "2", "step": step, "steps": steps},
+        kind="ensemble",
+        one_thread_over_two=one.seconds / two.seconds,
     )
     print(f"{case}: one thread over two {one.seconds / two.seconds:.2f}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -16,13 +17,22 @@ def faulty(**scale: float) -> Callable[..., Any]:
     """Methods with these arrays of their table multiplied; see `test_planted_faults.faulty`."""
 
     def make(space: Any, rule: Any, *chart: Any) -> galvi.Galerkin:
-        sound = galvi.Galerkin(space, rule, *chart).table  # which is remembered
-        method = galvi.Galerkin(space, replace(rule, name=f"{rule.name}, wrong {scale}"), *chart)
-        wrong = {name: getattr(sound, name) * by for name, by in scale.items()}
-        vars(method)["table"] = replace(sound, **wrong)
-        return method
+        sound = galvi.Galerkin(space, rule, *chart)
+        wrong = {name: getattr(sound.table, name) * by for name, by in scale.items()}
+        return with_table(sound, f"wrong {scale}", replace(sound.table, **wrong))
 
     return make
+
+
+def with_table(sound: galvi.Galerkin, why: str, table: Any) -> galvi.Galerkin:
+    """The method with another table; its rule's name tells it from the sound one.
+
+    Made without its constructor, which would tabulate the renamed rule once more.
+    """
+    method = copy(sound)
+    rule: Any = sound.rule
+    vars(method).update(rule=replace(rule, name=f"{rule.name}, {why}"), table=table)
+    return method
 
 
 def rows(claim: Claim, make: Any = galvi.Galerkin) -> list[Row]:

@@ -15,6 +15,7 @@ from benchmarks.claims import CLAIMS, v11
 from benchmarks.verdicts import CONTRADICTED, HOLDS
 from galvi import Problem
 from references.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
+from tests.benchmarks.planted_tables import with_table
 
 CLAIM = {claim.id: claim for claim in CLAIMS}
 Change = Callable[[Any], dict[str, Any]]
@@ -27,10 +28,9 @@ def faulty(change: Change) -> Callable[[Any, Any], Any]:
     """
 
     def make(space: Any, rule: Any) -> galvi.Galerkin:
-        sound = galvi.Galerkin(space, rule).table  # which is remembered
-        method = galvi.Galerkin(space, replace(rule, name=f"{rule.name}, wrong {change.__name__}"))
-        vars(method)["table"] = replace(sound, **change(sound))
-        return method
+        sound = galvi.Galerkin(space, rule)
+        table = replace(sound.table, **change(sound.table))
+        return with_table(sound, f"wrong {change.__name__}", table)
 
     return make
 

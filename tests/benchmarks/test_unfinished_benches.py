@@ -1,4 +1,4 @@
-"""A bench that was stopped: its rows are kept whole, and taken up by the next of the same sources."""
+"""A bench that was stopped: its rows are kept, and taken up by the next of the same sources."""
 
 from __future__ import annotations
 
@@ -41,7 +41,9 @@ def test_a_row_is_known_to_the_same_sources_until_it_is_removed(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"fullname": "a"}', '{"fullname": "b", "row": 1}'])
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", '{"fullname": "a"}', '{"fullname": "b", "row": 1}']
+)
 def test_a_row_that_cannot_be_read_is_measured_again(tmp_path: Path, text: str) -> None:
     rows = Unfinished(tmp_path)
     rows.keep("a", {})
@@ -60,7 +62,11 @@ def test_a_bench_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
         words += [f"--benchmark-storage=file://{tmp_path / 'store'}", *more]
         path = {"PYTHONPATH": str(tmp_path)}
         return subprocess.run(
-            [sys.executable, *words], cwd=ROOT, env=os.environ | path, capture_output=True, text=True
+            [sys.executable, *words],
+            cwd=ROOT,
+            env=os.environ | path,
+            capture_output=True,
+            text=True,
         )
 
     assert bench("-p", "stopper").returncode == 9

@@ -34,9 +34,11 @@ GOOD: Mapping[str, tuple[dict[str, Any], float]] = {
     "explicit Euler": ({"step": 1e-4}, 4e-4),  # 2e-4
     "implicit Euler": ({"step": 1e-3}, 4e-3),  # 2e-3
     "symplectic Euler": ({"step": 1e-4}, 4e-4),  # 1e-4
+    "semi-implicit Euler": ({"step": 1e-4}, 4e-4),  # 1e-4
     "Stormer-Verlet": ({"step": 1e-4}, 1e-8),  # 5e-9
     "SciPy RK45 (ode45)": ({"tolerance": 1e-9}, 1e-7),  # 4e-9
     "SciPy DOP853": (dict(TIGHT), 1e-13),  # 2e-14
+    "SciPy Radau": ({"tolerance": 1e-10}, 1e-11),  # 8e-14
     "REBOUND IAS15": ({}, 1e-14),  # 1e-16
     "REBOUND BS": (dict(bulirsch_stoer.BEST), 1e-12),  # 1e-14
     "REBOUND WHFast": ({"step": 0.1, **whfast.BEST}, 1e-13),  # 5e-15

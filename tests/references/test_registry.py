@@ -22,6 +22,7 @@ BODY = galvi.problems.free_body_se3()
 SWING = galvi.problems.planar_pendulum()
 TURN = galvi.problems.free_rigid_body()
 HANGING = galvi.problems.pendulum_3d()
+CHAIN = galvi.problems.double_pendulum()
 UNKNOWN = galvi.Problem(galvi.Canonical(1.0, lambda q: float(q @ q) ** 2), [1.0], [0.0])
 ON_GROUPS = (
     TURN,
@@ -41,6 +42,7 @@ FIXED_STEP = {
     "explicit Euler",
     "implicit Euler",
     "symplectic Euler",
+    "semi-implicit Euler",
     "Stormer-Verlet",
     "REBOUND WHFast",
     "REBOUND WHFast512",
@@ -58,6 +60,7 @@ FIXED_STEP = {
 CATALOGUES = {  # a duration at whose eighths they are
     "stored truth": 5844.0,
     "stored truth, rigid bodies": 16.0,
+    "stored truth, chains": 8.0,
     "JPL DE421": -5844.0,
 }
 
@@ -69,9 +72,8 @@ def setting(contender: Contender, duration: float, pieces: int) -> dict[str, flo
 
 
 def solvable(contender: Contender) -> galvi.Problem:
-    return next(
-        p for p in (SPRING, ORBIT, PLANETS, BODY, SWING, TURN, HANGING) if contender.supports(p)
-    )
+    known = (SPRING, ORBIT, PLANETS, BODY, SWING, TURN, HANGING, CHAIN)
+    return next(problem for problem in known if contender.supports(problem))
 
 
 def test_every_contender_of_every_module_is_registered():
@@ -102,9 +104,11 @@ def test_the_truths_are_those_we_know():
         "free rigid body, closed form",
         "stored truth",
         "stored truth, rigid bodies",
+        "stored truth, chains",
         "REBOUND IAS15",
         "heyoka, quadruple precision",
         "heyoka, rigid bodies, quadruple precision",
+        "heyoka, chains, quadruple precision",
     }
 
 

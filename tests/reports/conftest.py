@@ -22,6 +22,7 @@ from reports.figures.limits import limits
 from reports.figures.momentum_spheres import momentum_spheres
 from reports.figures.paths import paths
 from reports.figures.sphere import sphere
+from reports.figures.traces import traces
 from reports.suite import Suite, Table
 
 ROW = Row(
@@ -156,6 +157,8 @@ def frame_for(figure: Figure) -> pd.DataFrame:
         rows = _jumps(figure.options)
     elif figure.draw is limits:
         rows = _limits(figure.options)
+    elif figure.draw is traces:
+        rows = _traces(figure.options)
     else:
         rows = _orbits(figure.options)
     return frame(rows)
@@ -245,6 +248,18 @@ def _jumps(options: Mapping[str, object]) -> list[dict[str, object]]:
             rows += [
                 row(study=study, quantity=options["turn"], t=t, value=0.3 * t),
                 row(study=study, quantity=options["change"], t=t, value=change),
+            ]
+    return rows
+
+
+def _traces(options: Mapping[str, object]) -> list[dict[str, object]]:
+    rows = []
+    for k, study in enumerate(options["labels"]):
+        for steps in 2.0 ** np.arange(3.0, 9.0):
+            where = {"study": study, "step": 1.0 / steps, "steps": steps}
+            rows += [
+                row(quantity=options["quantity"], value=steps ** -(k + 1.0), **where),
+                row(quantity=options["against"], value=steps * (k + 1.0), **where),
             ]
     return rows
 

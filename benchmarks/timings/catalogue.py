@@ -1,0 +1,89 @@
+"""The runs of galvi that are timed: a step and a trajectory of every problem, and round-off.
+
+A new problem needs its cases here. Truths are closed forms and stored files where there are any.
+Trajectories are long enough that the kernel, not the call, takes the time; a step is mostly call.
+"""
+
+from __future__ import annotations
+
+import math
+
+from benchmarks.timings.case import ROUND_OFF, ROUNDED, STEP, TRAJECTORY, Case
+
+KEPLER, PENDULUM = "Kepler, closed form", "pendulum, closed form"
+OSCILLATOR, STORED, IAS15 = "oscillator, closed form", "stored truth", "REBOUND IAS15"
+TOP, STORED_BODY = "free rigid body, closed form", "stored truth, rigid bodies"
+DOP853, BODY = "SciPy DOP853", "DOP853 on quaternions, compiled"
+TIGHT = 1e-13  # tolerance of DOP853
+NEAR_CIRCLE = {"eccentricity": 0.2}
+
+STEPS = (
+    Case("oscillator, a step", STEP, "harmonic_oscillator", 8, 8, 2.0, 1, OSCILLATOR),
+    Case("Kepler, degree 4, a step", STEP, "kepler", 4, 4, 0.1, 1, KEPLER),
+    Case("Kepler, degree 8, a step", STEP, "kepler", 8, 8, 0.25, 1, KEPLER, quick=True),
+    Case("Kepler, degree 16, a step", STEP, "kepler", 16, 16, 0.75, 1, KEPLER),
+    Case("pendulum, a step", STEP, "planar_pendulum", 6, 6, 0.5, 1, PENDULUM),
+    Case("solar system, degree 4, a step", STEP, "solar_system", 4, 4, 4.0, 1, IAS15),
+    Case("solar system, degree 8, a step", STEP, "solar_system", 8, 8, 8.0, 1, IAS15),
+    Case("solar system, degree 16, a step", STEP, "solar_system", 16, 16, 32.0, 1, IAS15),
+    Case("outer planets, degree 6, a step", STEP, "outer_solar_system", 6, 6, 270.0, 1, IAS15),
+    Case("outer planets, degree 12, a step", STEP, "outer_solar_system", 12, 12, 1080.0, 1, IAS15),
+    Case("Applegate, a step", STEP, "applegate", 8, 8, 1.5, 1, IAS15),
+    Case("Henon-Heiles, a step", STEP, "henon_heiles", 4, 4, 0.5, 1, DOP853,
+         truth_tolerance=TIGHT),
+    Case("FPUT chain, a step", STEP, "fermi_pasta_ulam_tsingou", 4, 4, 0.5, 1, DOP853,
+         truth_tolerance=TIGHT),
+    Case("free body, a step", STEP, "free_rigid_body", 6, 6, 0.25, 1, TOP, quick=True),
+    Case("free box, a step", STEP, "free_box", 6, 6, 0.25, 1, TOP),
+    Case("3D pendulum, a step", STEP, "pendulum_3d", 6, 6, 0.5, 1, STORED_BODY),
+    Case("heavy top, a step", STEP, "heavy_top", 5, 5, 0.1, 1, BODY, truth_tolerance=TIGHT),
+    Case("spherical pendulum, a step", STEP, "spherical_pendulum", 5, 5, 0.2, 1, BODY,
+         truth_tolerance=TIGHT),
+    Case("body on SE(3), a step", STEP, "free_body_se3", 5, 5, 0.1, 1),
+)  # fmt: skip
+
+TRAJECTORIES = (
+    Case("oscillator, as in H", TRAJECTORY, "harmonic_oscillator", 23, 48, 20.0, 200, OSCILLATOR,
+         error_tolerance=ROUNDED),
+    Case("Kepler, as in H", TRAJECTORY, "kepler", 31, 64, 2.0, 400, KEPLER),
+    Case("Kepler, degree 8", TRAJECTORY, "kepler", 8, 8, math.tau / 24.5, 4900, KEPLER,
+         quick=True),
+    Case("Kepler by Lobatto", TRAJECTORY, "kepler", 6, 7, 0.1, 6000, KEPLER, rule="lobatto"),
+    Case("pendulum, degree 6", TRAJECTORY, "planar_pendulum", 6, 6, 0.5, 4000, PENDULUM),
+    Case("solar system, as in H", TRAJECTORY, "solar_system", 24, 50, 100.0, 150, IAS15),
+    Case("solar system, degree 8", TRAJECTORY, "solar_system", 8, 8, 12.0, 6000, IAS15,
+         quick=True),
+    Case("solar system, degree 16", TRAJECTORY, "solar_system", 16, 16, 40.0, 1500, IAS15),
+    Case("outer planets, degree 8", TRAJECTORY, "outer_solar_system", 8, 8, 487.0, 7500, STORED,
+         quick=True),
+    Case("outer planets, degree 12", TRAJECTORY, "outer_solar_system", 12, 12, 974.0, 3750,
+         STORED),
+    Case("Applegate, degree 8", TRAJECTORY, "applegate", 8, 8, 1.25, 8000, STORED),
+    Case("Henon-Heiles, degree 4", TRAJECTORY, "henon_heiles", 4, 4, 0.25, 2000, DOP853,
+         quick=True, truth_tolerance=TIGHT),
+    Case("FPUT chain, degree 4", TRAJECTORY, "fermi_pasta_ulam_tsingou", 4, 4, 0.5, 1000, DOP853,
+         truth_tolerance=TIGHT),
+    Case("free body, degree 6", TRAJECTORY, "free_rigid_body", 6, 6, 0.25, 20_000, TOP,
+         quick=True),
+    Case("free body, exponential chart", TRAJECTORY, "free_rigid_body", 8, 8, 0.5, 20_000, TOP,
+         chart="Exponential", error_tolerance=ROUNDED),
+    Case("free box, degree 6", TRAJECTORY, "free_box", 6, 6, 0.2, 20_000, TOP),
+    Case("3D pendulum, degree 4", TRAJECTORY, "pendulum_3d", 4, 4, 0.01, 2000, STORED_BODY,
+         quick=True),
+    Case("heavy top, degree 5", TRAJECTORY, "heavy_top", 5, 5, 0.1, 100, BODY, quick=True,
+         truth_tolerance=TIGHT),
+    Case("spherical pendulum, degree 5", TRAJECTORY, "spherical_pendulum", 5, 5, 0.2, 200, BODY,
+         truth_tolerance=TIGHT),
+    Case("body on SE(3), degree 5", TRAJECTORY, "free_body_se3", 5, 5, 0.1, 50),
+)  # fmt: skip
+
+ROUNDING = (
+    Case("Kepler, rounding", ROUND_OFF, "kepler", 6, 6, math.tau / 200.0, 6000, KEPLER,
+         arguments=NEAR_CIRCLE, starts=16, quick=True, error_tolerance=1.0, rounding=1e-14),
+    Case("outer planets, rounding", ROUND_OFF, "outer_solar_system", 6, 6, 36.525, 10_000, STORED,
+         quick=True, error_tolerance=ROUNDED, rounding=1e-14),
+    Case("free body, rounding", ROUND_OFF, "free_rigid_body", 8, 8, 0.05, 20_000, TOP, quick=True,
+         error_tolerance=ROUNDED),
+)  # fmt: skip
+
+CASES: tuple[Case, ...] = (*STEPS, *TRAJECTORIES, *ROUNDING)

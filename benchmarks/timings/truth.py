@@ -1,0 +1,48 @@
+"""How far the ends that a case reached are from the truth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+import galvi
+from benchmarks.timings.case import Case
+from benchmarks.timings.worker import starts
+from references import reference
+
+
+class Unknown(Exception):
+    """There is no truth for a case here; a sentence says why."""
+
+
+def true_ends(case: Case) -> list[np.ndarray]:
+    """Configurations at the end of each of a case's runs, flat, by its reference.
+
+    Raises Unknown when it names none, when its engine is missing, or when it fails.
+    """
+    if not case.truth:
+        raise Unknown(f"{case.name} has no truth that is not galvi's.")
+    truth = reference(case.truth)
+    if truth.missing:
+        raise Unknown(truth.missing)
+    setting = {"samples": 1} | ({"tolerance": case.truth_tolerance} if case.truth_tolerance else {})
+    ends = []
+    made = getattr(galvi.problems, case.problem)(**case.arguments)
+    for problem in starts(made, case.starts):
+        run = truth.run(problem, case.step * case.steps, setting)
+        if not run.success:
+            raise Unknown(run.status)
+        ends.append(run.q[-1].ravel())
+    return ends
+
+
+def error_of(ends: Sequence[Sequence[float | None]], truth: Sequence[np.ndarray]) -> float:
+    """RMS over the starts of the largest difference of a coordinate; NaN when a run failed."""
+    largest = [
+        max(abs((math.nan if x is None else x) - y) for x, y in zip(end, true, strict=True))
+        if None not in end else math.nan
+        for end, true in zip(ends, truth, strict=True)
+    ]  # fmt: skip
+    return float(np.sqrt(np.mean(np.square(largest))))

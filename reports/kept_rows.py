@@ -1,0 +1,55 @@
+"""Rows that a table holds of claims that were not checked this time: they stay, and say of when."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Collection, Mapping
+from pathlib import Path
+
+import pandas as pd
+
+MARKS = ("date", "commit", "setting")  # of a row: when and from what it was made, quick or default
+
+
+def marked(table: pd.DataFrame, origin: Mapping[str, str]) -> pd.DataFrame:
+    """With a column for each of MARKS at the end; those the table has already stay."""
+    marks = {name: origin.get(name, "") for name in MARKS if name not in table}
+    return table.assign(**marks)
+
+
+def written(path: Path, key: str, origin: Mapping[str, str]) -> pd.DataFrame | None:
+    """What the file holds, marked; None when there is none or it cannot be read, which is told.
+
+    key     the column of claims' ids, which the file must have
+    origin  of the whole file, for rows without marks of their own
+    """
+    if not path.is_file():
+        return None
+    try:
+        table = pd.read_csv(path)
+        if key not in table:
+            raise ValueError(f"it has no column {key!r}")
+    except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors
+        why = " ".join(str(error).split())
+        print(f"The rows of {path} are not kept, since it cannot be read: {why}.", file=sys.stderr)
+        return None
+    text = [name for name in table if table[name].dtype.kind not in "fiu"]
+    return marked(table, origin).fillna(dict.fromkeys((*text, *MARKS), ""))
+
+
+def merged(
+    before: pd.DataFrame | None, now: pd.DataFrame, key: str, checked: Collection[str],
+    known: Collection[str],
+) -> pd.DataFrame:  # fmt: skip
+    """The rows of now, and those of before whose claims were not checked, in the order of known.
+
+    Rows of claims that are not known any more go.
+    """
+    if before is None:
+        return now
+    stays = before[before[key].isin(set(known) - set(checked))]
+    if stays.empty:
+        return now
+    both = pd.concat([now, stays.reindex(columns=now.columns)] if len(now) else [stays])
+    places = {name: place for place, name in enumerate(known)}
+    return both.sort_values(key, key=lambda ids: ids.map(places), kind="stable", ignore_index=True)

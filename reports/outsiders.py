@@ -1,0 +1,46 @@
+"""A suite that somebody else's contenders take part in, as they were named on the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from functools import partial
+
+import typer
+
+from benchmarks.outsider import Faulty, Outsider
+from reports.suite import Suite
+
+
+@contextmanager
+def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
+    """The suite with these contenders in every comparison; their processes end with it.
+
+    Raises typer.BadParameter, in a sentence, for a path that leads to no contender.
+    """
+    if not paths:
+        yield suite
+        return
+    with ExitStack() as stack:
+        outsiders: list[Outsider] = []
+        for path in dict.fromkeys(paths):
+            try:
+                outsider = Outsider.open(path)
+            except Faulty as fault:
+                raise typer.BadParameter(f"--contender {path}: {fault}") from None
+            stack.callback(outsider.close)
+            if outsider.name in [one.name for one in outsiders]:
+                raise typer.BadParameter(f"--contender: two are called {outsider.name!r}.")
+            outsiders.append(outsider)
+        yield replace(
+            suite,
+            work_precision=partial(suite.work_precision, outsiders=outsiders),
+            tables=tuple(
+                replace(table, measure=partial(table.measure, outsiders=outsiders))
+                if table.open
+                else table
+                for table in suite.tables
+            ),
+            faults=lambda: [fault for outsider in outsiders for fault in outsider.faults],
+        )

@@ -1,0 +1,1 @@
+"""Performance over time: a history of benches, and two revisions side by side."""

@@ -1,0 +1,206 @@
+"""The double pendulum and a chain of rods: galvi, MuJoCo, DOP853 and heyoka agree."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+import galvi
+from references import mujoco_engine, mujoco_steps
+from references.chain_equations import ChainEquations, is_chain
+from references.chain_ivp import CHAIN_DOP853
+from references.heyoka_chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
+from references.mujoco_chain import MujocoChain, mujoco_chain
+from references.mujoco_steps import (
+    MUJOCO_DISCRETE,
+    MUJOCO_EULER,
+    MUJOCO_IMPLICIT,
+    MUJOCO_IMPLICITFAST,
+    MUJOCO_RK4,
+)
+from references.stored_chain import CASES, FOLDER, STORED_CHAIN, stored, table
+
+needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
+needs_heyoka = pytest.mark.skipif(
+    bool(HEYOKA_CHAIN.missing), reason=HEYOKA_CHAIN.missing or "present"
+)
+TIGHT = {"rtol": 3e-14, "atol": 1e-15}
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+PROBLEMS = {
+    "double pendulum": galvi.problems.double_pendulum(),
+    "double pendulum, uneven": galvi.problems.double_pendulum(
+        (2.0, 0.7), (0.8, 1.3), 5.0, (1.0, -0.5), (2.0, -1.0)
+    ),
+    "chain of 5 rods": galvi.problems.planar_chain(),
+    "three points": galvi.Problem(
+        galvi.Lagrangian(galvi.PlanarChain([1.0, 2.0, 0.5], [1.0, 0.5, 0.8]), galvi.Rn(3)),
+        [1.0, 2.0, 3.0], [0.0, 1.0, 2.0],
+    ),
+    "one rod": galvi.problems.planar_chain(1, 2.0, 0.7, angle=2.5),
+}  # fmt: skip
+DURATION = 2.0
+ROUNDING = 2e-13  # of DOP853 and of galvi after that time; 4e-14 with 120 steps
+every = pytest.mark.parametrize("name", PROBLEMS)
+
+
+@pytest.fixture(scope="module")
+def truths():
+    return {
+        name: CHAIN_DOP853.run(problem, DURATION, {"samples": 1, **TIGHT})
+        for name, problem in PROBLEMS.items()
+    }
+
+
+def apart(run, truth) -> float:
+    assert run.success, run.status
+    return float(max(np.abs(run.q[-1] - truth.q[-1]).max(), np.abs(run.p[-1] - truth.p[-1]).max()))
+
+
+@every
+def test_galvi_and_dop853_agree_within_their_errors(name, truths):
+    coarse, fine = (
+        galvi.integrate(PROBLEMS[name], EIGHT, DURATION / n, n, save_every=n) for n in (30, 120)
+    )
+    own = float(np.abs(fine.q[-1] - coarse.q[-1]).max())
+    assert apart(coarse, truths[name]) < 10.0 * own + ROUNDING
+    assert apart(fine, truths[name]) < 1e-6 * own + ROUNDING
+
+
+@needs_mujoco
+@every
+def test_mujoco_and_dop853_agree_within_their_errors(name, truths):
+    for engine, step, bound in ((MUJOCO_RK4, 2.0**-10, 1e-7), (MUJOCO_IMPLICIT, 2.0**-13, 0.1)):
+        run = engine.run(PROBLEMS[name], DURATION, {"step": step, "save_every": 10**6})
+        assert (
+            apart(run, truths[name]) < bound
+        )  # 2e-8 of the three points, 3e-2 of the double pendulum
+
+
+@needs_mujoco
+@pytest.mark.parametrize("name", ["double pendulum, uneven", "chain of 5 rods"])
+@pytest.mark.parametrize(
+    "engine",
+    [MUJOCO_EULER, MUJOCO_RK4, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO_DISCRETE],
+    ids=lambda engine: engine.name,
+)
+def test_mujocos_integrators_come_to_the_motion_with_their_orders(engine, name, truths):
+    steps = 2.0 ** -np.arange(*((7, 10) if engine.order == 4 else (10, 13)))
+    runs = [engine.run(PROBLEMS[name], DURATION, {"step": h, "save_every": 10**6}) for h in steps]
+    errors = [np.abs(run.q[-1] - truths[name].q[-1]).max() for run in runs]
+    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert slope == pytest.approx(
+        engine.order, abs=0.3 if engine.order == 4 else 0.05
+    )  # 3.79, 1.02
+
+
+@needs_mujoco
+@every
+def test_mujocos_own_energies_are_those_of_the_lagrangian(name):
+    run = MUJOCO_RK4.run(PROBLEMS[name], 1.0, {"step": 2.0**-9, "save_every": 128})
+    energies = mujoco_engine.energies(run)
+    size = np.abs(energies).max()
+    np.testing.assert_allclose(energies.sum(axis=1), galvi.energy(run), atol=1e-14 * size)  # 5e-16
+
+
+@needs_mujoco
+@pytest.mark.parametrize("fault", ["absolute angles", "half a rod's moment", "one point too many"])
+def test_a_wrong_model_is_caught(fault, truths, monkeypatch):
+    name = "double pendulum" if fault == "one point too many" else "chain of 5 rods"
+
+    def wrong(chain):
+        m, l, made = chain.masses, chain.lengths, mujoco_chain(chain)
+        if fault == "half a rod's moment":
+            return MujocoChain(l, m, made.levers, 0.5 * made.moments, chain.gravity)
+        if fault == "one point too many":
+            return MujocoChain(l, 2.0 * made.masses, made.levers, made.moments, chain.gravity)
+        return made
+
+    if fault == "absolute angles":
+        monkeypatch.setattr(mujoco_steps, "to_mujoco", lambda joint, q, v: (q, v))
+    monkeypatch.setattr("references.mujoco_body.mujoco_chain", wrong)
+    mujoco_engine.compiled.cache_clear()
+    run = MUJOCO_RK4.run(PROBLEMS[name], DURATION, {"step": 2.0**-8, "save_every": 10**6})
+    mujoco_engine.compiled.cache_clear()
+    assert apart(run, truths[name]) > 1e-2
+
+
+def test_the_mass_matrix_is_the_one_of_the_momenta():
+    for problem in PROBLEMS.values():
+        chain, system = problem.system.function, problem.system
+        q = np.linspace(0.3, 2.9, problem.q0.size)
+        M = ChainEquations.of(chain).mass(q)
+        for unit in np.eye(q.size):
+            np.testing.assert_allclose(M @ unit, system.momentum(unit, q, 0.0), atol=1e-14)
+
+
+@needs_heyoka
+@pytest.mark.parametrize("name", ["double pendulum, uneven", "one rod"])
+def test_heyoka_and_dop853_agree(name, truths):
+    run = HEYOKA_CHAIN.run(PROBLEMS[name], DURATION, {"samples": 1, "compact_mode": True})
+    assert apart(run, truths[name]) < 5e-13  # 4e-14
+    assert HEYOKA_CHAIN_QUADRUPLE.exact and not HEYOKA_CHAIN.exact
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_others_come_to_the_stored_truth(case):
+    problem, _ = CASES[case]
+    truth = STORED_CHAIN.run(problem, 4.0, {"samples": 8})
+    peer = CHAIN_DOP853.run(problem, 4.0, {"samples": 1, **TIGHT})
+    ours = galvi.integrate(problem, EIGHT, 0.0125, 320)
+    assert apart(peer, truth) < 1e-11  # 1e-12 of the double pendulum
+    assert np.abs(ours.q[::40] - truth.q).max() < 1e-11  # 5e-13
+    assert np.ptp(galvi.energy(truth)) < 2e-13  # 1e-14: the states are rounded
+
+
+def test_the_stored_truth_is_kept_for_its_problem_and_no_other():
+    double = galvi.problems.double_pendulum
+    others = (
+        double(gravity=np.nextafter(9.81, 10.0)),
+        double(angles=(2.0, np.nextafter(2.5, 3.0))),
+        galvi.problems.planar_chain(4),
+        galvi.problems.planar_pendulum(),
+    )
+    assert not any(STORED_CHAIN.supports(other) for other in others)
+    assert all(stored(case).of(problem) for case, (problem, _) in CASES.items())
+    with pytest.raises(ValueError, match=r"is kept every 0\.5 up to 10 .* received a sample at"):
+        STORED_CHAIN.run(double(), 10.0, {"samples": 7})
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    bool(HEYOKA_CHAIN_QUADRUPLE.missing), reason=HEYOKA_CHAIN_QUADRUPLE.missing or "present"
+)
+@pytest.mark.parametrize("case", CASES)
+def test_the_stored_truth_can_be_made_again(case):
+    kept = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
+    made = table(case).splitlines()
+    rows = [i for i, line in enumerate(kept) if not line.startswith("# source")]
+    assert [made[i] for i in rows] == [kept[i] for i in rows]
+
+
+def test_the_double_pendulum_is_chaotic_and_this_is_how_fast():
+    """Two starts 1e-9 apart: over ten units of time they part as exp(1.9 t), so the Lyapunov time
+    there is half a unit, and an error of 1e-16 would be 1e-8 at the end.
+    """
+    problem = PROBLEMS["double pendulum"]
+    near = problem.starting_at(problem.q0 + 1e-9, problem.v0)
+    setting = {"samples": 10, "tolerance": 1e-13}
+    a, b = (CHAIN_DOP853.run(one, 10.0, setting).q for one in (problem, near))
+    apart = np.linalg.norm(a - b, axis=1)
+    assert 0.3 < 10.0 / np.log(apart[-1] / apart[0]) < 0.8  # 0.53
+
+
+def test_other_lagrangians_and_forces_are_not_taken(monkeypatch):
+    chain = galvi.PlanarChain([1.0, 1.0], [1.0, 1.0])
+    with_slopes = galvi.Lagrangian(chain, galvi.Rn(2), lambda q, v: np.zeros(4))
+    pushed = galvi.Lagrangian(chain, galvi.Rn(2), force=lambda q, v: -v)
+    copy = galvi.Lagrangian(lambda q, v: chain(q, v), galvi.Rn(2))
+    assert is_chain(galvi.Problem(galvi.Lagrangian(chain, galvi.Rn(2)), [1.0, 2.0], [0.0, 0.0]))
+    for system in (with_slopes, pushed, copy):
+        problem = galvi.Problem(system, [1.0, 2.0], [0.0, 0.0])
+        contenders = (CHAIN_DOP853, HEYOKA_CHAIN, MUJOCO_RK4, STORED_CHAIN)
+        assert not any(contender.supports(problem) for contender in contenders)
+    monkeypatch.setitem(sys.modules, "heyoka", None)
+    assert "Install heyoka" in HEYOKA_CHAIN.missing

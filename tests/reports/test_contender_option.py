@@ -1,0 +1,273 @@
+"""Somebody else's integrator beside ours: the page's example, and every way of going wrong."""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import galvi
+from benchmarks import high_eccentricity, work_precision
+from benchmarks.arena import kepler
+from benchmarks.contender_process import Fault, examined, opened
+from benchmarks.outsider import Outsider, TimedRun
+from benchmarks.stopwatch import interleaved, warmed
+from reports.commands import run
+
+ROOT = Path(__file__).parents[2]
+FEW = ("galvi degree 8, Gauss 8", "Stormer-Verlet")
+ORBIT = galvi.problems.kepler(0.6)
+TROUBLE = """
+import os, time
+import numpy as np
+import galvi
+
+class Trouble:
+    name = "trouble"
+
+    def supports(self, problem):
+        if problem.name == "unsure":
+            raise RuntimeError("who knows")
+        return isinstance(problem.system, galvi.Canonical)
+
+    def run(self, problem, duration, setting):
+        what = setting.get("samples", 1)
+        if what == 2:
+            raise RuntimeError("no, thanks")
+        if what == 3:
+            time.sleep(60.0)
+        if what == 4:
+            os._exit(3)
+        if what == 5:
+            print("a line that is no part of any table")
+            return {"q": 1.0}
+        t = problem.t0 + duration * np.arange(what + 1) / what
+        q = np.array([problem.q0] * (what + 1))
+        return galvi.Trajectory(problem, t, q, q, counts={"steps": what})
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A place that Python imports from, with the page's example and one that goes wrong."""
+    folder = tmp_path_factory.mktemp("outside")
+    page = (ROOT / "README.md").read_text()
+    (example,) = re.findall(r"^```python\n(# mine\.py\n.*?)^```$", page, re.M | re.S)
+    assert len(example.splitlines()) <= 30
+    (folder / "mine.py").write_text(example)
+    (folder / "trouble.py").write_text(TROUBLE)
+    sys.path.insert(0, str(folder))
+    yield folder
+    sys.path.remove(str(folder))
+
+
+@pytest.fixture(scope="module")
+def trouble(folder):
+    outsider = Outsider.open("trouble:Trouble", limit=20.0)
+    yield outsider
+    outsider.close()
+
+
+def test_the_example_of_the_page_stands_beside_ours_everywhere(
+    folder, make_suite, tmp_path, monkeypatch, capsys
+):
+    arena = kepler(1, quick=True)
+    few = tuple(entry for entry in arena.entries if entry[0] in FEW)
+    monkeypatch.setattr(work_precision, "arenas", lambda quick: (replace(arena, entries=few),))
+    monkeypatch.setattr(high_eccentricity, "ECCENTRICITIES", (0.9,))
+    monkeypatch.setattr(high_eccentricity, "STEPS", (101, 1001))
+    base = make_suite(work_precision=work_precision.work_precision)
+    passage = replace(
+        base.tables[0], name="passage", measure=high_eccentricity.high_eccentricity_table, open=True
+    )
+    suite = replace(base, tables=(*base.tables, passage))
+    words = ["build", "--quick", "--contender", "mine:Leapfrog", "--out", str(tmp_path)]
+    assert run(lambda: suite, words) == 0, capsys.readouterr().err
+    rows = pd.read_csv(tmp_path / "work_precision.csv", keep_default_na=False)
+    mine = rows[rows["contender"] == "my leapfrog"]
+    assert len(mine) == 3 and (mine["status"] == "").all()
+    errors, seconds = (mine[name].astype(float).to_numpy() for name in ("error", "seconds"))
+    assert (errors[:-1] / errors[1:] > 12.0).all()  # 16 when this was written: order 2, steps / 4
+    assert (seconds > 0.0).all() and seconds[2] > 4.0 * seconds[0]
+    for table in ("ratios", "choices", "smallest", "passage"):
+        assert "my leapfrog" in (tmp_path / "tables" / f"{table}.csv").read_text() or (
+            table == "choices"
+        )
+    assert "my leapfrog" in (tmp_path / "figures" / "work-precision-kepler-e-0-6.svg").read_text()
+    assert "my leapfrog" in (tmp_path / "index.html").read_text()
+
+
+def test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal(
+    folder, make_suite, tmp_path, monkeypatch, capsys
+):
+    arena = kepler(1, quick=True)
+    few = tuple(entry for entry in arena.entries if entry[0] in FEW)
+    monkeypatch.setattr(work_precision, "arenas", lambda quick: (replace(arena, entries=few),))
+    monkeypatch.setattr(
+        Outsider, "settings", lambda *of: [{"samples": samples} for samples in (2, 5, 1)]
+    )
+    suite = make_suite(work_precision=work_precision.work_precision)
+    words = ["compare", "--quick", "--contender", "trouble:Trouble", "--out", str(tmp_path)]
+    assert run(lambda: suite, words) == 1
+    printed = capsys.readouterr()
+    assert "trouble, kepler e=0.6, samples=2: It raised RuntimeError: no, thanks." in printed.err
+    assert "no part of any table" not in printed.out
+    rows = pd.read_csv(tmp_path / "work_precision.csv", keep_default_na=False)
+    assert set(rows["contender"]) == {*FEW, "trouble"}
+    theirs = rows[rows["contender"] == "trouble"]
+    assert list(theirs["status"])[:1] == ["It raised RuntimeError: no, thanks."]
+    assert theirs["status"].iloc[1].startswith("Its run must return a galvi.Trajectory; received d")
+    assert list(theirs["error"] != "") == [False, False, True]
+    assert (rows[rows["contender"] != "trouble"]["seconds"] != "").all()
+
+
+def test_one_that_hangs_or_dies_is_stopped_and_the_rest_goes_on(trouble):
+    problems = [replace(ORBIT, name=name) for name in ("a", "b", "c")]
+    trouble.limit = 1.0
+    hung = trouble.run(problems[0], 1.0, {"samples": 3})
+    trouble.limit = 20.0
+    assert not hung.success and hung.status == "It did not answer within 1 s, and was stopped."
+    assert np.isnan(hung.q).all()
+    again = trouble.run(problems[0], 1.0, {"samples": 1})
+    assert again.status == "Not tried: its process was lost on this problem before."
+    assert trouble.run(problems[1], 1.0, {"samples": 1}).success
+    dead = trouble.run(problems[1], 1.0, {"samples": 4})
+    assert dead.status == "Its process ended, with status 3."
+    assert "lost 2 times" in trouble.run(problems[2], 1.0, {"samples": 1}).status
+    assert trouble.supports(problems[2]) is False
+    assert len(trouble.faults) == 5
+
+
+def finished(**parts):
+    """What a run on ORBIT for {"samples": 2} over 1 should be, with some parts replaced."""
+    t, q = np.array([0.0, 0.5, 1.0]), np.array([ORBIT.q0] * 3)
+    return SimpleNamespace(
+        **{"t": t, "q": q, "p": q, "success": True, "status": "", "counts": {}, **parts}
+    )
+
+
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        ({"q": np.zeros((3, 5))}, r"q must have the shape \(3, 2\); received \(3, 5\)"),
+        ({"p": np.zeros(3)}, r"p must have the shape \(3, 2\); received \(3,\)"),
+        ({"q": np.full((3, 2), np.nan)}, "says that it succeeded, and its states are not finite"),
+        ({"t": np.array([0.0, 0.5, 1.1])}, "times must be the 3 from 0 to 1 .* received 3 from 0"),
+        ({"t": np.array([0.0, 1.0])}, "received 2 from 0 to 1"),
+        ({"t": np.array(1.0)}, "received an array of shape"),
+        ({"q": "far away"}, "must be arrays of numbers"),
+    ],
+)
+def test_a_run_of_another_shape_or_time_is_refused(parts, said):
+    good = examined(finished(), ORBIT, 1.0, {"samples": 2})
+    assert good["success"] and good["q"].shape == (3, 2)
+    with pytest.raises(Fault, match=said):
+        examined(finished(**parts), ORBIT, 1.0, {"samples": 2})
+
+
+def test_a_run_that_says_it_failed_may_hold_nan():
+    parts = {"q": np.full((3, 2), np.nan), "success": False, "status": "Too long a step."}
+    assert examined(finished(**parts), ORBIT, 1.0, {"samples": 2})["status"] == "Too long a step."
+
+
+class Whole:
+    name = "whole"
+
+    def supports(self, problem):
+        return True
+
+    def run(self, problem, duration, setting):
+        raise NotImplementedError
+
+
+class Nameless(Whole):
+    name = ""
+
+
+class Ours(Whole):
+    name = "galvi, improved"
+
+
+class Lacking:
+    name, supports = "lacking", True
+
+
+class Stubborn(Whole):
+    def __init__(self):
+        raise OSError("no licence")
+
+
+@pytest.fixture
+def module(monkeypatch):
+    """Contenders, and none, in a module of their own."""
+    made = ModuleType("outside_module")
+    for thing in (Whole, Nameless, Ours, Lacking, Stubborn):
+        setattr(made, thing.__name__, thing)
+    monkeypatch.setitem(sys.modules, made.__name__, made)
+
+
+@pytest.mark.parametrize(
+    ("path", "said"),
+    [
+        ("Whole", "named package.module:Class; received 'Whole'"),
+        ("outside_module:", "named package.module:Class"),
+        ("outside modul:Whole", "named package.module:Class"),
+        ("outsid_module:Whole", "no module 'outsid_module' to take Whole from"),
+        ("outside_module:Hole", "has no 'Hole'; did you mean 'Whole'"),
+        ("outside_module:Lacking", "lacks 'run' and 'supports'; a contender has name"),
+        ("outside_module:Nameless", "do not begin with 'galvi'.* received ''"),
+        ("outside_module:Ours", "received 'galvi, improved'"),
+        ("outside_module:Stubborn", r"Stubborn\(\) raised OSError: no licence"),
+    ],
+)
+def test_a_path_that_leads_to_no_contender_is_answered_in_a_sentence(module, path, said):
+    assert opened("outside_module:Whole").name == "whole"
+    with pytest.raises(Fault, match=said):
+        opened(path)
+
+
+def test_a_mistyped_contender_gives_status_2_and_nothing_is_run(
+    folder, make_suite, tmp_path, capsys
+):
+    words = ["compare", "--contender", "mine:Leepfrog", "--out", str(tmp_path / "out")]
+    assert run(make_suite, words) == 2
+    told = capsys.readouterr().err
+    assert "--contender mine:Leepfrog: module mine has no 'Leepfrog'; did you mean 'Leapfrog'" in (
+        " ".join(told.split())
+    )
+    assert len(told.splitlines()) == 1 and not (tmp_path / "out").exists()
+
+
+def test_its_clock_is_its_own_and_a_failure_between_rounds_leaves_no_time():
+    class Answers:
+        """In the place of an outsider: 1 ms a run, the second time it is asked it is gone."""
+
+        def __init__(self):
+            parts = {name: np.zeros(1) for name in "tqp"}
+            self.answers = iter([(parts, 2.0), 1e-3, 1e-3])
+            self.notes = []
+
+        def _ask(self, problem, what, *asked):
+            from benchmarks.outsider import Faulty
+
+            for answer in self.answers:
+                return answer
+            raise Faulty("Gone.")
+
+        def _note(self, problem, doing, why):
+            self.notes.append(why)
+
+        name = "answers"
+
+    call = TimedRun(Answers(), ORBIT, 1.0, {"samples": 1})
+    found, seconds = warmed(call)
+    assert found.success and seconds == 2.0
+    (timing,) = interleaved([call], 3, 1e-3, [1e-3])
+    assert np.isnan(timing.seconds) and call.failure == "Gone."
+    assert call.outsider.notes == ["Gone."]

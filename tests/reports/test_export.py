@@ -1,0 +1,96 @@
+"""Tables for other programs: error, cost and counts in one, sorted, in every form."""
+
+from __future__ import annotations
+
+import importlib.util
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from reports.commands import run
+from reports.export import FORMATS, WITHOUT_PARQUET
+
+ARROW = importlib.util.find_spec("pyarrow") is not None
+
+
+@pytest.fixture(scope="module")
+def out(make_suite, tmp_path_factory):
+    """A folder with a compared report."""
+    folder = tmp_path_factory.mktemp("report")
+    assert run(make_suite, ["compare", "--out", str(folder)]) == 0
+    return folder
+
+
+def test_one_table_has_error_cost_and_counts_and_is_sorted(make_suite, out, tmp_path, capsys):
+    to = tmp_path / "mine.csv"
+    words = ["export", "work_precision", "--sort", "contender,-error", "--to", str(to)]
+    assert run(make_suite, [*words, "--out", str(out)]) == 0
+    assert capsys.readouterr().out == f"{to}\n"
+    table = pd.read_csv(to)
+    assert {"error", "seconds", "evaluations", "steps", "settings", "status"} <= set(table)
+    assert list(table["contender"]) == sorted(table["contender"])
+    ours = table[table["contender"] == "galvi degree 8, Gauss 8"]["error"]
+    assert list(ours) == [1e-2, 1e-3, 1e-9]
+    table = pd.read_csv(out / "work_precision.csv")
+    assert run(make_suite, ["export", "work_precision", "--sort", "error", "--out", str(out)]) == 0
+    by_error = pd.read_csv(out / "tables" / "work_precision.csv")["error"].to_numpy()
+    assert np.array_equal(by_error[:4], np.sort(table["error"].dropna())) and len(by_error) == 6
+
+
+def test_latex_has_the_rules_of_booktabs_and_markdown_a_table(make_suite, out):
+    for form in ("latex", "markdown"):
+        words = ["export", "work_precision", "--format", form, "--out", str(out)]
+        assert run(make_suite, words) == 0
+    latex = (out / "tables" / "work_precision.tex").read_text()
+    assert all(rule in latex for rule in ("\\toprule", "\\midrule", "\\bottomrule"))
+    assert "seconds\\_low" in latex and "nan" not in latex.lower()
+    assert "| galvi degree 8" in (out / "tables" / "work_precision.md").read_text()
+
+
+@pytest.mark.skipif(not ARROW, reason="pyarrow is not installed; make install EXTRAS=...,parquet")
+def test_parquet_keeps_every_digit(make_suite, out, tmp_path):
+    to = tmp_path / "a.parquet"
+    words = ["export", "work_precision", "--format", "parquet", "--to", str(to), "--out", str(out)]
+    assert run(make_suite, words) == 0
+    kept, table = pd.read_parquet(to), pd.read_csv(out / "work_precision.csv")
+    assert list(kept) == list(table)
+    assert np.array_equal(kept["seconds"], table["seconds"], equal_nan=True)
+    assert list(kept["contender"]) == list(table["contender"])
+
+
+def test_without_pyarrow_parquet_says_what_to_install(make_suite, out, capsys, monkeypatch):
+    def absent(*words, **more):
+        raise ImportError("Unable to find a usable engine.")
+
+    monkeypatch.setattr(pd.DataFrame, "to_parquet", absent)
+    words = ["export", "work_precision", "--format", "parquet", "--out", str(out)]
+    assert run(make_suite, words) == 2
+    assert " ".join(capsys.readouterr().err.split()) == f"{WITHOUT_PARQUET}."
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["work_precison"], "did you mean 'work_precision'"),
+        (["ratios", "--format", "tex"], "did you mean 'latex'"),
+        (["ratios", "--sort", "eror"], "did you mean 'error'"),
+        (["ratios", "--to", "."], "--to expects a file"),
+    ],
+)
+def test_what_was_mistyped_is_answered_in_a_sentence(make_suite, out, capsys, words, said):
+    assert run(make_suite, ["export", *words, "--out", str(out)]) == 2
+    told = capsys.readouterr().err
+    assert said in told and len(told.splitlines()) == 1
+
+
+def test_an_empty_folder_and_a_damaged_table_are_told(make_suite, tmp_path, capsys):
+    assert run(make_suite, ["export", "ratios", "--out", str(tmp_path)]) == 2
+    assert "holds no table yet; run compare or build first." in capsys.readouterr().err
+    (tmp_path / "ratios.csv").write_text("")
+    assert run(make_suite, ["export", "ratios", "--out", str(tmp_path)]) == 2
+    assert "ratios.csv cannot be read: No columns" in capsys.readouterr().err
+
+
+def test_every_form_has_a_suffix_of_its_own():
+    assert len(set(FORMATS.values())) == len(FORMATS) == 4

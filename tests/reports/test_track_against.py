@@ -1,0 +1,218 @@
+"""Two revisions side by side, with a galvi of ten lines: trees, processes, hangs, interrupts."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from benchmarks.timings.case import TRAJECTORY, Case
+from reports.tracking import against, command, side
+from reports.tracking.against import track_against
+from reports.tracking.command import choose_cases
+from reports.tracking.side import Failed, Side
+from reports.tracking.trees import CannotCompare, two_trees
+
+ROOT = Path(__file__).parents[2]
+STUB = """
+import types, numpy as np
+
+print("galvi says hello")
+
+class Problem:
+    q0, v0 = np.zeros(2), np.zeros(2)
+
+class problems:
+    kepler = staticmethod(lambda **given: Problem())
+
+Polynomials = gauss = lambda number: number
+Galerkin = lambda *parts: parts
+
+def integrate(problem, method, step, steps, save_every):
+    work = sum(range({work}))
+    counts = dict(steps=steps, iterations={iterations})
+    return types.SimpleNamespace(q=np.ones((2, 2)), counts=counts, success=True, status="ok")
+"""
+CASE = Case("orbit", TRAJECTORY, "kepler", 4, 4, 0.1, 10)
+
+
+def stub(work: int = 20_000, iterations: int = 5) -> str:
+    return STUB.format(work=work, iterations=iterations)
+
+
+def git(folder: Path, *words: str) -> None:
+    own = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
+    name = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"]
+    subprocess.run(["git", *name, *words], cwd=folder, env=os.environ | own, check=True,
+                   capture_output=True)  # fmt: skip
+
+
+def write(folder: Path, text: str) -> None:
+    (folder / "galvi").mkdir(parents=True, exist_ok=True)
+    (folder / "galvi" / "__init__.py").write_text(text)
+
+
+@pytest.fixture
+def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A repository with one commit of the stub; temporary folders are made beside it."""
+    root, spare = tmp_path / "root", tmp_path / "spare"
+    write(root, stub())
+    spare.mkdir()
+    git(root, "init", "--quiet")
+    git(root, "add", ".")
+    git(root, "commit", "--quiet", "-m", "first")
+    monkeypatch.setattr(against, "ROOT", root)
+    monkeypatch.setattr("tempfile.tempdir", str(spare))
+    return root
+
+
+def compared(root: Path, revision: str = "HEAD", **more: bool) -> int:
+    return track_against(revision, (CASE,), root.parent / "out", {"date": "d"}, False, **more)
+
+
+def told(root: Path) -> str:
+    return str(json.loads((root.parent / "out" / "against.json").read_text())["verdict"])
+
+
+def test_a_clean_tree_is_green_by_its_commit(checkout: Path, capsys: pytest.CaptureFixture) -> None:
+    assert compared(checkout) == 0
+    assert "is not worse than" in told(checkout) and "working tree" not in told(checkout)
+    assert told(checkout) in " ".join(capsys.readouterr().out.split())
+    assert list((checkout.parent / "spare").iterdir()) == []
+
+
+def test_a_changed_tree_is_compared_as_it_is_and_said_to_be(checkout: Path) -> None:
+    write(checkout, stub(work=60_000, iterations=6))
+    assert compared(checkout) == 1
+    assert told(checkout).startswith("The working tree (")
+    assert "with changes) is worse than" in told(checkout)
+    (row,) = json.loads((checkout.parent / "out" / "against.json").read_text())["benchmarks"]
+    assert set(row["alarms"]) == {"counts", "time"}
+    assert row["alarms"]["counts"] == "iterations 5 became 6, 20 % more."
+    assert len(row["processor_seconds"]) == 2
+    assert min(len(row["processor_seconds"][k][s]) for k in (0, 1) for s in ("base", "head")) >= 7
+    assert row["growth"] > 1.0
+
+
+def test_an_unknown_revision_is_a_sentence(checkout: Path) -> None:
+    for revision in ("nope", "--help", "HEAD:galvi"):
+        with pytest.raises(CannotCompare, match="expects a revision that git knows; received"):
+            compared(checkout, revision)
+
+
+def test_a_revision_without_galvi_and_a_folder_without_git_are_sentences(
+    checkout: Path, tmp_path: Path
+) -> None:
+    git(checkout, "rm", "-r", "--quiet", "galvi")
+    (checkout / "a").touch()
+    git(checkout, "add", ".")
+    git(checkout, "commit", "--quiet", "-m", "none")
+    with pytest.raises(CannotCompare, match="expects a revision that has galvi"):
+        compared(checkout)
+    (tmp_path / "bare").mkdir()
+    with pytest.raises(CannotCompare, match="needs a git checkout"), two_trees(
+        "HEAD", tmp_path / "bare"
+    ):  # fmt: skip
+        pass
+
+
+def test_a_head_that_cannot_be_imported_is_red(checkout: Path) -> None:
+    write(checkout, "raise RuntimeError('broken')")
+    assert compared(checkout) == 1
+    assert "orbit (status)" in told(checkout)
+
+
+def test_a_base_that_lacks_everything_cannot_be_compared(checkout: Path) -> None:
+    write(checkout, "nothing = 0")
+    git(checkout, "commit", "--quiet", "-am", "nothing")
+    write(checkout, stub())
+    with pytest.raises(CannotCompare, match="Nothing could be compared"):
+        compared(checkout)
+
+
+def test_a_side_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(side, "SECONDS", 3.0)
+    write(tmp_path, "import os\nclass problems:\n    kepler = staticmethod(lambda: os._exit(3))\n")
+    with Side(tmp_path) as one:
+        with pytest.raises(Failed, match="ended with status 3"):
+            one.prepare(CASE)
+        write(tmp_path, "import time\nclass problems:\n    kepler = lambda: time.sleep(99)\n")
+        with pytest.raises(Failed, match="no answer within 3 seconds"):
+            one.prepare(CASE)
+        write(tmp_path, "class problems:\n    pass\n")
+        with pytest.raises(Failed, match=r"AttributeError: .* no attribute 'kepler'"):
+            one.prepare(CASE)
+        one.stop()
+        write(tmp_path, stub())
+        assert one.prepare(CASE)["counts"] == {"steps": 10, "iterations": 5}
+        assert 0.0 < one.sample("orbit", 2)["processor"] < 1.0
+
+
+def test_each_side_has_the_galvi_of_its_own_tree(checkout: Path) -> None:
+    write(checkout, stub(iterations=7))
+    with two_trees("HEAD", checkout) as (base, head):
+        for tree, iterations in ((base, 5), (head, 7)):
+            with Side(tree.folder) as one:
+                assert one.prepare(CASE)["counts"]["iterations"] == iterations
+        (base.folder / "galvi" / "__init__.py").unlink()
+        (base.folder / "galvi").rmdir()
+        with Side(base.folder) as one, pytest.raises(Failed, match="not the one of its tree"):
+            one.prepare(CASE)
+
+
+@pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="processes are not listed")
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)]
+)
+def test_an_interrupt_leaves_no_folder_and_no_process(checkout: Path, number: int) -> None:
+    write(checkout, stub() + "import time\ntime.sleep(60)\n")
+    program = (
+        "import sys, tempfile; from pathlib import Path\n"
+        "tempfile.tempdir = sys.argv[2]\n"
+        "from reports.tracking import against\n"
+        "from benchmarks.timings.case import Case\n"
+        "against.ROOT = Path(sys.argv[1])\n"
+        f"case = Case(*{(CASE.name, CASE.kind, CASE.problem, 4, 4, 0.1, 10)!r})\n"
+        "against.track_against('HEAD', (case,), Path(sys.argv[3]), {}, False)\n"
+    )
+    spare, out = checkout.parent / "spare", checkout.parent / "out"
+    words = [sys.executable, "-c", program, str(checkout), str(spare), str(out)]
+    with subprocess.Popen(words, cwd=ROOT, stderr=subprocess.DEVNULL) as process:
+        deadline = time.monotonic() + 60.0
+        while not _workers(spare) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert _workers(spare)
+        process.send_signal(number)
+        assert process.wait(30) != 0
+    assert list(spare.iterdir()) == [] and not out.exists()
+    assert _workers(spare) == []
+
+
+def _workers(spare: Path) -> list[str]:
+    """Processes whose galvi lies below the folder."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/environ"):
+        try:
+            if f"PYTHONPATH={spare}".encode() in path.read_bytes():
+                found.append(path.parent.name)
+        except OSError:
+            continue
+    return found
+
+
+def test_benchmarks_are_chosen_by_parts_of_their_names() -> None:
+    assert {case.name for case in choose_cases(["rounding"], True)} == {
+        "Kepler, rounding",
+        "outer planets, rounding",
+        "free body, rounding",
+    }
+    assert all(case.quick for case in choose_cases([], True))
+    assert len(choose_cases([], False)) == len(command.CASES)

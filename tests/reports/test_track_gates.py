@@ -1,0 +1,190 @@
+"""The gates of a comparison, on fake samples: what goes red, with which words, what does not."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.timings.case import ROUND_OFF, TRAJECTORY, Case
+from reports.tracking import against
+from reports.tracking.against import Places, compare
+from reports.tracking.gates import judge
+from reports.tracking.rounds import Pair
+from reports.tracking.side import Failed
+from reports.tracking.trees import Tree
+from reports.tracking.verdict import Verdict, as_json, as_markdown
+
+CASE = Case("orbit", TRAJECTORY, "kepler", 4, 4, 0.1, 10, rounding=1e-14)
+OTHER = replace(CASE, name="other")
+TRUTH = np.array([1.0, 0.0])
+
+
+class Fake:
+    """A side with these times, and what its first call reaches; fails where it says so."""
+
+    def __init__(
+        self, factor: float = 1.0, why: str = "", hangs: bool = False, **told: Any
+    ) -> None:
+        self.factor, self.why, self.hangs, self.told = factor, why, hangs, told
+        self.random = np.random.default_rng(3)
+        self.prepared: list[str] = []
+
+    def prepare(self, case: Case) -> dict[str, Any]:
+        if self.why:
+            raise Failed(self.why)
+        self.prepared.append(case.name)
+        counts = {"steps": 10, "iterations": 50, "force_evaluations": 200}
+        reached = {"ends": [[1.0 + 1e-9, 0.0]], "counts": counts, "success": True, "status": "ok"}
+        return reached | {"first_call": 1.0, "warm": 0.01} | self.told
+
+    def sample(self, name: str, repeats: int) -> dict[str, float]:
+        if self.hangs:
+            raise Failed("It gave no answer within 120 seconds and was ended.")
+        time = self.factor * (1.0 + 0.01 * float(self.random.standard_normal()))
+        return {"processor": time, "wall": 3.0 * time}
+
+
+@pytest.fixture
+def compared(monkeypatch: pytest.MonkeyPatch, studies: Any) -> Any:
+    """Compare two fakes, or two of the first and two of the second round."""
+
+    def do(base: Fake, head: Fake, again: Fake | None = None, cases: Any = (CASE,)) -> Verdict:
+        heads = iter([head, again or head])
+
+        @contextmanager
+        def both(places: Places) -> Iterator[dict[str, Any]]:
+            yield {"base": base, "head": next(heads)}
+
+        monkeypatch.setattr(against, "both", both)
+        monkeypatch.setattr(against, "true_ends", lambda case: [TRUTH])
+        places = Places(Tree(Path("b"), "base"), Tree(Path("h"), "head"))
+        verdict, pairs = compare(places, cases, studies)
+        json.loads(as_json(verdict, pairs, {}))
+        return verdict
+
+    return do
+
+
+@pytest.fixture
+def studies() -> Any:
+    @contextmanager
+    def study(name: str, title: str) -> Iterator[Any]:
+        yield lambda text: None
+
+    return study
+
+
+def alarms(verdict: Verdict) -> dict[str, str]:
+    return verdict.findings[0].alarms
+
+
+def test_equal_sides_are_green_in_one_sentence(compared: Any) -> None:
+    verdict = compared(Fake(), Fake())
+    assert not verdict.worse
+    assert str(verdict).startswith("head is not worse than base in 1 benchmark: ")
+    assert verdict.findings[0].moved == 0.0
+
+
+@pytest.mark.parametrize("factor", [1.15, 1.3, 2.0])
+def test_a_slower_head_is_red_at_the_gate_of_time_alone(compared: Any, factor: float) -> None:
+    verdict = compared(Fake(), Fake(factor))
+    assert set(alarms(verdict)) == {"time"}
+    assert "slower by" in alarms(verdict)["time"] and "second round" in alarms(verdict)["time"]
+    assert str(verdict) == "head is worse than base in 1 of 1 benchmark: orbit (time)."
+
+
+def test_five_percent_slower_is_below_the_size(compared: Any) -> None:
+    assert not compared(Fake(), Fake(1.05)).worse
+
+
+def test_what_a_second_round_does_not_confirm_is_a_note(compared: Any) -> None:
+    verdict = compared(Fake(), Fake(1.3), again=Fake())
+    assert not verdict.worse
+    assert "which a second round did not confirm" in verdict.findings[0].notes[0]
+
+
+def test_only_suspects_run_a_second_time(compared: Any) -> None:
+    base, again = Fake(), Fake()
+    compared(base, Fake(), again=again)
+    assert again.prepared == []
+
+
+@pytest.mark.parametrize("name", ["iterations", "force_evaluations"])
+def test_one_more_of_a_count_is_red(compared: Any, name: str) -> None:
+    counts = {"steps": 10, "iterations": 50, "force_evaluations": 200}
+    more = counts | {name: counts[name] + 1}
+    assert set(alarms(compared(Fake(), Fake(counts=more)))) == {"counts"}
+    assert alarms(compared(Fake(counts=more), Fake())) == {}
+
+
+def test_an_error_beyond_its_tolerance_is_red_and_within_it_is_not(compared: Any) -> None:
+    assert set(alarms(compared(Fake(), Fake(ends=[[1.0 + 1.02e-9, 0.0]])))) == {"error"}
+    assert alarms(compared(Fake(), Fake(ends=[[1.0 + 1.005e-9, 0.0]]))) == {}
+    assert alarms(compared(Fake(), Fake(ends=[[1.0 + 0.5e-9, 0.0]]))) == {}
+
+
+def test_an_error_that_is_rounding_is_no_alarm(compared: Any) -> None:
+    base, head = Fake(ends=[[1.0, 0.0]]), Fake(ends=[[1.0, 9e-15]])
+    assert alarms(compared(base, head)) == {}
+    assert set(alarms(compared(base, Fake(ends=[[1.0, 2e-14]])))) == {"error"}
+
+
+def test_an_end_that_is_not_finite_is_red(compared: Any) -> None:
+    assert set(alarms(compared(Fake(), Fake(ends=[[None, 0.0]])))) == {"error"}
+
+
+def test_a_run_that_fails_is_red_once_and_a_base_that_fails_is_a_note(compared: Any) -> None:
+    failed = {"success": False, "status": "Newton failed.", "ends": [[None, None]]}
+    verdict = compared(Fake(), Fake(**failed))
+    assert alarms(verdict)["status"] == "The head's run fails: Newton failed."
+    other = compared(Fake(**failed), Fake())
+    assert not other.worse and other.findings[0].notes == ["The base's run fails: Newton failed."]
+
+
+def test_a_head_that_cannot_run_or_hangs_is_red_and_the_rest_goes_on(compared: Any) -> None:
+    for broken in (Fake(why="AttributeError: no kepler"), Fake(hangs=True)):
+        verdict = compared(Fake(), broken)
+        assert alarms(verdict)["status"].startswith("The head cannot run it: ")
+        assert math.isnan(verdict.findings[0].growth)
+
+
+def test_a_benchmark_that_the_base_lacks_is_not_compared(compared: Any) -> None:
+    verdict = compared(Fake(why="AttributeError: nothing"), Fake())
+    assert not verdict.worse and not verdict.findings[0].compared
+    assert "Nothing of head could be compared with base" in str(verdict)
+
+
+def test_rounding_is_not_timed(compared: Any) -> None:
+    verdict = compared(Fake(), Fake(3.0), cases=(replace(CASE, kind=ROUND_OFF),))
+    assert not verdict.worse and math.isnan(verdict.findings[0].growth)
+
+
+def test_a_benchmark_may_ask_for_a_larger_size(compared: Any) -> None:
+    lax = replace(CASE, slower=0.5)
+    verdict = compared(Fake(), Fake(1.3), cases=(lax, OTHER))
+    assert [finding.name for finding in verdict.worse] == ["other"]
+
+
+def test_a_truth_that_is_not_known_leaves_the_other_gates() -> None:
+    pair = Pair(CASE, Fake().prepare(CASE), Fake().prepare(CASE))
+    (finding,) = judge([pair], {"orbit": "no engine."}, set())
+    assert finding.compared and finding.notes == ["Its error is not known: no engine."]
+    assert math.isnan(finding.head_error) and finding.alarms == {}
+
+
+def test_markdown_has_the_sentence_the_table_and_the_alarms(compared: Any) -> None:
+    text = as_markdown(compared(Fake(), Fake(1.3), cases=(CASE, OTHER)), {"commit": "c"})
+    lines = text.splitlines()
+    assert lines[0].startswith("**head is worse than base in 2 of 2 benchmarks: orbit (time)")
+    assert lines[2].startswith("| benchmark | time | p |")
+    assert sum(line.startswith("| orbit |") for line in lines) == 1
+    assert any(line.startswith("- orbit: slower by ") for line in lines)
+    assert lines[-1] == "commit: c"

@@ -1,0 +1,163 @@
+"""The history of benches: read from many files, damaged ones set aside, machines kept apart."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from reports.tracking.history import COLUMNS, DAMAGED, TIME, YOUNG, read_history
+from reports.tracking.record import track
+from reports.tracking.series import all_series
+
+NAME = "test_a_run_of_galvi[Kepler, degree 8]"
+
+
+def bench(k: int, time: float = 1.0, cpu: str = "A", **extra: Any) -> dict[str, Any]:
+    """A file of pytest-benchmark with one benchmark, of the k-th day."""
+    info = {
+        "kind": "trajectory",
+        "problem": "kepler",
+        "error": 1e-9,
+        "counts": {"iterations": 100, "steps": 10},
+        "status": "Completed.",
+        "versions": {"numba": "1", "numpy": "2"},
+        "yardstick": {"name": "y", "seconds": 0.5},
+    }
+    return {
+        "machine_info": {"cpu": {"brand_raw": cpu}, "system": "S", "python_version": "3"},
+        "commit_info": {"id": f"{k:012}", "dirty": k % 2 == 1},
+        "benchmarks": [{"name": NAME, "stats": {"median": time}, "extra_info": info | extra}],
+        "datetime": f"2026-01-{k + 1:02}T00:00:00+00:00",
+        "version": "5",
+    }
+
+
+def store(folder: Path, name: str, content: Any, old: bool = True) -> Path:
+    path = folder / "benchmarks" / "machine" / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    if old:
+        os.utime(path, (1, 1))
+    return path
+
+
+def read(folder: Path) -> tuple[pd.DataFrame, list[str]]:
+    told: list[str] = []
+    return read_history(folder / "benchmarks", told.append), told
+
+
+def test_each_quantity_of_each_bench_is_a_row(tmp_path: Path) -> None:
+    store(tmp_path, "2.json", bench(1, 3.0))
+    store(tmp_path, "1.json", bench(2, 1.0))
+    frame, told = read(tmp_path)
+    assert told == [] and tuple(frame.columns) == COLUMNS
+    times = frame[frame["quantity"] == TIME]
+    assert list(times["value"]) == [6.0, 2.0]
+    assert list(times["commit"]) == ["000000000001+", "000000000002"]
+    assert set(times["benchmark"]) == {"Kepler, degree 8"}
+    assert {"iterations", "error", "seconds"} < set(frame["quantity"])
+
+
+def test_a_damaged_file_is_moved_with_a_sentence_and_the_rest_is_read(tmp_path: Path) -> None:
+    store(tmp_path, "good.json", bench(1))
+    for _ in range(2):
+        store(tmp_path, "half.json", json.dumps(bench(2))[:100])
+        frame, told = read(tmp_path)
+        assert frame["file"].unique().tolist() == ["good.json"]
+        assert len(told) == 1 and told[0].startswith("half.json is damaged: it is not JSON")
+    kept = sorted((tmp_path / "benchmarks" / DAMAGED / "machine").iterdir())
+    assert [path.name for path in kept] == ["half.json", "half.json.1"]
+    assert all(path.read_text() == json.dumps(bench(2))[:100] for path in kept)
+    assert read(tmp_path)[1] == []
+
+
+def test_a_file_that_may_still_be_written_is_left_where_it_is(tmp_path: Path) -> None:
+    path = store(tmp_path, "new.json", "{", old=False)
+    assert YOUNG >= 60.0
+    assert "may be on its way" in read(tmp_path)[1][0]
+    path.write_text(json.dumps(bench(1)))
+    assert not read(tmp_path)[0].empty
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"version": "0.1", "things": []},
+        [],
+        bench(1) | {"benchmarks": [{"name": "x"}]},
+        bench(1, time=-1.0),
+    ],
+)
+def test_json_of_another_version_is_left_out_with_a_sentence(tmp_path: Path, content: Any) -> None:
+    path = store(tmp_path, "other.json", content)
+    store(tmp_path, "good.json", bench(1))
+    frame, told = read(tmp_path)
+    assert set(frame["file"]) == {"good.json"} and path.exists()
+    assert len(told) == 1 and told[0].startswith("other.json is left out: it is JSON, but not")
+
+
+def test_a_bench_of_somebody_else_has_seconds_and_nothing_invented(tmp_path: Path) -> None:
+    plain = bench(1)
+    plain["benchmarks"][0]["extra_info"] = {}
+    store(tmp_path, "plain.json", plain)
+    frame, told = read(tmp_path)
+    assert list(frame["quantity"]) == ["seconds"] and told == []
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"cpu": "B"},
+        {"versions": {"numba": "2", "numpy": "2"}},
+        {"yardstick": {"name": "another", "seconds": 0.5}},
+    ],
+)
+def test_another_machine_or_version_is_another_series(tmp_path: Path, other: Any) -> None:
+    for k in range(6):
+        store(tmp_path, f"{k}.json", bench(k))
+        store(tmp_path, f"{k}-other.json", bench(k, 9.0, **other))
+    found = [one for one in all_series(read(tmp_path)[0]) if one.quantity == TIME]
+    assert [len(one.values) for one in found] == [6, 6]
+    assert all(np.ptp(one.values) == 0.0 and not one.changes for one in found)
+    assert found[0].place != found[1].place
+
+
+def test_changes_are_told_with_the_commit_they_came_with(tmp_path: Path) -> None:
+    for k in range(20):
+        late = {"counts": {"iterations": 101}, "error": 2e-9} if k >= 15 else {}
+        store(tmp_path, f"{k}.json", bench(k, (1.0 if k < 10 else 1.3) + 1e-3 * (k % 3), **late))
+    told = [line for one in all_series(read(tmp_path)[0]) for line in one.told()]
+    assert told == [
+        "Kepler, degree 8: time over yardstick +30.0 % at 000000000010",
+        "Kepler, degree 8: iterations +1.0 % at 000000000015+",
+        "Kepler, degree 8: error +100.0 % at 000000000015+",
+    ]
+
+
+def test_an_empty_history_is_a_sentence_and_still_a_page(tmp_path: Path) -> None:
+    told: list[str] = []
+    assert track(tmp_path, {"command": "x"}, told.append) == 0
+    assert told[0].startswith("There is no bench yet in ")
+    assert "There is no bench yet" in (tmp_path / "track.html").read_text()
+    assert (tmp_path / "history.csv").read_text().startswith("file,date,commit,benchmark")
+
+
+def test_the_page_has_each_machine_its_table_and_its_pictures(tmp_path: Path) -> None:
+    for k in range(3):
+        store(tmp_path, f"{k}.json", bench(k))
+    store(tmp_path, "other.json", bench(1, cpu="Quite another"))
+    store(tmp_path, "bad.json", "{")
+    told: list[str] = []
+    track(tmp_path, {"command": "x"}, told.append)
+    page = (tmp_path / "track.html").read_text()
+    assert "Quite another" in page and "bad.json is damaged" in page
+    assert page.count("<img ") == 2 and "shown apart" in page
+    assert (tmp_path / "figures" / "track-kepler-degree-8.svg").exists()
+    frame = pd.read_csv(tmp_path / "history.csv")
+    assert len(frame) == 4 * 6

@@ -1,0 +1,108 @@
+"""kill -9 at random moments of bench, track and build: nothing damaged, and it goes on.
+
+`python -m pytest tests/reports/test_track_kills.py -m slow -s` prints the table; KILLS sets how
+many.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from benchmarks.provenance import ROOT
+from benchmarks.timings.unfinished import FOLDER
+from reports.tracking.history import DAMAGED, read_history
+from reports.tracking.trees import seed
+
+KILLS = int(os.environ.get("KILLS", "20"))
+pytestmark = pytest.mark.slow
+
+
+def commands(out: Path) -> dict[str, tuple[list[str], float]]:
+    """Each command, and the seconds within which it is killed."""
+    python, reports = sys.executable, [sys.executable, "-m", "reports"]
+    bench = [python, "-m", "pytest", "benchmarks/timings", "-q", "-k", "closed"]
+    bench += ["--benchmark-enable", "--benchmark-only", "-p", "no:cacheprovider"]
+    bench += [f"--benchmark-storage=file://{out / 'benchmarks'}"]
+    return {
+        "bench": (bench, 8.0),
+        "track": ([*reports, "track", "--out", str(out)], 8.0),
+        "build": ([*reports, "build", "--quick", "--claims", "V1", "--out", str(out)], 40.0),
+    }
+
+
+def whole(path: Path) -> bool:
+    """Whether a file is as its writer meant it."""
+    if path.suffix == ".json":
+        json.loads(path.read_text())
+    elif path.suffix == ".csv":
+        pd.read_csv(path)
+    elif path.suffix == ".html":
+        return path.read_text().rstrip().endswith("</html>")
+    elif path.suffix == ".svg":
+        return path.read_text().rstrip().endswith("</svg>")
+    return True
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """A copy of the checkout, whose sources stay the same until the end."""
+    listed = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z"]
+    names = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    copy = tmp_path / "checkout"
+    for name in filter(None, names.split("\0")):
+        if (ROOT / name).is_file():
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(ROOT / name, copy / name)
+    seed(ROOT, copy)
+    return copy
+
+
+def test_nothing_is_damaged_and_everything_goes_on(checkout: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    table, moments, kept = [], random.Random(5), 0
+    known = commands(out)
+    for k in range(KILLS):
+        name = ("bench", "track", "bench", "build")[k % 4]
+        words, longest = known[name]
+        moment = moments.uniform(0.5, longest)
+        with subprocess.Popen(
+            words, cwd=checkout, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        ) as process:
+            time.sleep(moment)
+            ended = process.poll()
+            process.kill()
+        files = [path for path in out.rglob("*") if path.is_file() and path.name[0] != "."]
+        bad = [path.name for path in files if not whole(path)]
+        kept = max(kept, len(list((out / "benchmarks" / FOLDER).rglob("*.json"))))
+        frame = read_history(out / "benchmarks", lambda sentence: None)
+        table.append(
+            {
+                "killed": name,
+                "after [s]": moment,
+                "was": "running" if ended is None else f"done ({ended})",
+                "files": len(files),
+                "damaged": len(bad),
+                "benches": frame["file"].nunique(),
+                "rows kept": len(list((out / "benchmarks" / FOLDER).rglob("*.json"))),
+            }
+        )
+        assert bad == []
+    print("\n" + pd.DataFrame(table).to_string(index=False, float_format="%.1f"))
+    for name in ("bench", "track"):
+        done = subprocess.run(known[name][0], cwd=checkout, capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+        print(name, "at the end:", done.stdout.strip().splitlines()[-1])
+    assert not (out / "benchmarks" / DAMAGED).exists()
+    assert not list((out / "benchmarks" / FOLDER).rglob("*.json"))
+    assert read_history(out / "benchmarks")["file"].nunique() >= 1
+    assert kept > 0, "no bench was killed between two of its rows"

@@ -1,0 +1,173 @@
+"""Proofs, in minutes: planted faults go red at the right gate, and equal code under load does not.
+
+`python -m pytest tests/reports/test_track_proofs.py -m slow -s` prints the tables.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from benchmarks.clocks import busy
+from benchmarks.provenance import ROOT
+from benchmarks.timings.case import Case
+from benchmarks.timings.catalogue import CASES
+from reports.progress import Studies
+from reports.tracking.against import Places, compare
+from reports.tracking.trees import Tree, working_tree
+from reports.tracking.verdict import Verdict
+
+pytestmark = pytest.mark.slow
+COMPARISONS = int(os.environ.get("COMPARISONS", "20"))
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Edits (file of galvi, text, other text), where it must show, and at which gates."""
+
+    name: str
+    edits: tuple[tuple[str, str, str], ...]
+    cases: tuple[str, ...]
+    gates: tuple[str, ...]
+
+
+def slowed(times: int) -> tuple[tuple[str, str, str], ...]:
+    """Kepler's pull with so many roots of squares more, which change no bit of it."""
+    line = "        pull = constants[0] / (square * np.sqrt(square))\n        for i in range(Q.shape[0]):\n            out[i, k] = pull"  # noqa: E501
+    before, after = line.split("\n", 1)
+    more = f"        for _ in range({times}):\n            pull = np.sqrt(pull * pull)"
+    return (("kernels/central_force.py", line, f"{before}\n{more}\n{after}"),)
+
+
+KEPLER, BODIES = ("Kepler, degree 8",), ("3D pendulum, degree 4", "heavy top, degree 5")
+FAULTS = (
+    Fault("a kernel slowed by 15 %", slowed(7), KEPLER, ("time",)),
+    Fault("a kernel slowed by 30 %", slowed(14), KEPLER, ("time",)),
+    Fault("a kernel slowed to half", slowed(45), KEPLER, ("time",)),
+    Fault(
+        "one more solver iteration",
+        (
+            (
+                "kernels/solve.py",
+                "    forget(history)\n    for _passes in range(FIXED_POINT_PASSES):",
+                "    forget(history)\n    more = 1\n    for _passes in range(FIXED_POINT_PASSES):",
+            ),
+            (
+                "kernels/solve.py",
+                "        if code != GOING:\n            return code\n    return DIVERGED\n"
+                "\n\n@jit\ndef solve_newton",
+                "        if code != GOING:\n            if more == 0:\n"
+                "                return code\n            more -= 1\n    return DIVERGED\n"
+                "\n\n@jit\ndef solve_newton",
+            ),
+        ),
+        KEPLER,
+        ("counts",),
+    ),
+    Fault(
+        "a coefficient off by 1e-12",
+        (
+            (
+                "table.py",
+                "        A = psi @ C\n",
+                "        A = psi @ C\n        b[0] *= 1 + decimals([1e-12])[0]\n",
+            ),
+        ),
+        ("outer planets, rounding", "Kepler, rounding"),
+        ("error",),
+    ),
+    Fault(
+        "a lost compensated sum",
+        (
+            (
+                "kernels/step.py",
+                "state[2, i], state[3, i] = two_sum(v, v_low + h * kick)",
+                "state[2, i], state[3, i] = v + h * kick, 0.0",
+            ),
+        ),
+        ("Kepler, rounding",),
+        ("error",),
+    ),
+    Fault(
+        "a wrong sign in a torque",
+        (
+            (
+                "kernels/body_lanes.py",
+                "torque = cross(centre, _rotate(radial, -1, xi, weight))",
+                "torque = cross(_rotate(radial, -1, xi, weight), centre)",
+            ),
+        ),
+        BODIES,
+        ("error",),
+    ),
+)
+
+
+def chosen(names: tuple[str, ...]) -> tuple[Case, ...]:
+    """Cases by their full names."""
+    found = tuple(case for case in CASES if case.name in names)
+    assert len(found) == len(names)
+    return found
+
+
+def compared(base: Path, head: Path, cases: tuple[Case, ...]) -> Verdict:
+    with Studies(3) as studies:
+        return compare(Places(Tree(base, "base"), Tree(head, "head")), cases, studies)[0]
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the working tree, so that edits of the checkout do not reach a comparison."""
+    return working_tree(ROOT, tmp_path_factory.mktemp("tree")).folder
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_a_planted_fault_goes_red_at_its_gate(tree: Path, tmp_path: Path, fault: Fault) -> None:
+    head = Path(shutil.copytree(tree, tmp_path / "head"))
+    for name, text, other in fault.edits:
+        path = head / "galvi" / name
+        source = path.read_text()
+        assert source.count(text) == 1, f"{name} has moved: {text!r}"
+        path.write_text(source.replace(text, other))
+    verdict = compared(tree, head, chosen(fault.cases))
+    print()
+    for finding in verdict.findings:
+        print(f"{fault.name} | {finding.name} | {'; '.join(finding.alarms.values()) or '-'} | "
+              f"time {100 * finding.growth:+.1f} %, p = {finding.chance:.1e} | "
+              f"{' '.join(finding.notes)}")  # fmt: skip
+    assert verdict.worse, str(verdict)
+    for gate in fault.gates:
+        assert any(gate in finding.alarms for finding in verdict.worse), str(verdict)
+    if fault.gates != ("time",):
+        return
+    assert all(set(finding.alarms) == {"time"} for finding in verdict.worse), str(verdict)
+
+
+def test_equal_code_under_load_is_never_red(tree: Path, tmp_path: Path) -> None:
+    other = Path(shutil.copytree(tree, tmp_path / "other"))
+    cases = tuple(case for case in CASES if case.quick)
+    rows = []
+    with busy(1):
+        for k in range(COMPARISONS):
+            start = time.perf_counter()
+            verdict = compared(tree, other, cases)
+            growths = [f.growth for f in verdict.findings if f.growth == f.growth]
+            rows.append(
+                {
+                    "comparison": k + 1,
+                    "red": len(verdict.worse),
+                    "looked slower once": sum(bool(f.notes) for f in verdict.findings),
+                    "largest growth": max(growths),
+                    "least p": min(f.chance for f in verdict.findings if f.chance == f.chance),
+                    "seconds": time.perf_counter() - start,
+                }
+            )
+    table = pd.DataFrame(rows)
+    print("\n" + table.to_string(index=False, float_format="%.4g"))
+    assert len(table) == COMPARISONS and not table["red"].any()
