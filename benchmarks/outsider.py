@@ -50,8 +50,8 @@ class Outsider:
     name: str = ""
     exact: bool = False
     missing: str = ""
-    faults: list[str] = field(default_factory=list)
     strikes: int = 0
+    _noted: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     _slow: set[str] = field(default_factory=set)
     _process: Any = None
     _connection: Any = None
@@ -94,6 +94,15 @@ class Outsider:
     def timed(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> TimedRun:
         """A run that takes its own time; see `benchmarks.stopwatch`."""
         return TimedRun(self, problem, duration, dict(setting))
+
+    @property
+    def faults(self) -> list[str]:
+        """A sentence for each problem and each thing that went wrong on it."""
+        sentences = []
+        for (problem, why), (first, *others) in self._noted.items():
+            more = f" and {len(others)} more" if others else ""
+            sentences.append(f"{self.name}, {problem}, {first}{more}: {why}")
+        return sentences
 
     def close(self) -> None:
         """End its process."""
@@ -147,7 +156,7 @@ class Outsider:
         return value
 
     def _note(self, problem: Problem, doing: str, why: str) -> None:
-        self.faults.append(f"{self.name}, {problem.name or 'problem'}, {doing}: {why}")
+        self._noted.setdefault((problem.name or "problem", why), []).append(doing)
 
 
 @dataclass(eq=False)

@@ -30,12 +30,17 @@ def timed(benchmark: Any, call: Callable[[], Any]) -> Any:
     seconds = max(TIMER() - clock, 1e-6)
     repeats = max(1, math.ceil(LEAST / seconds))
     rounds = min(ROUNDS, max(FEWEST, int(BUDGET / (repeats * seconds))))
+    result = measured(benchmark, call, rounds, repeats)
+    benchmark.extra_info.update(first_call=first)
+    return result
+
+
+def measured(benchmark: Any, call: Callable[[], Any], rounds: int, repeats: int = 1) -> Any:
+    """The same for a call that is warm; the yardstick is timed before and after."""
     before = yardstick.yardstick(3)
     result = benchmark.pedantic(call, rounds=rounds, iterations=repeats)
     seconds = statistics.median(before + yardstick.yardstick(3))
-    benchmark.extra_info.update(
-        first_call=first, yardstick={"name": yardstick.NAME, "seconds": seconds}
-    )
+    benchmark.extra_info.update(yardstick={"name": yardstick.NAME, "seconds": seconds})
     return result
 
 

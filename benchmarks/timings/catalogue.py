@@ -14,6 +14,7 @@ KEPLER, PENDULUM = "Kepler, closed form", "pendulum, closed form"
 OSCILLATOR, STORED, IAS15 = "oscillator, closed form", "stored truth", "REBOUND IAS15"
 TOP, STORED_BODY = "free rigid body, closed form", "stored truth, rigid bodies"
 DOP853, BODY = "SciPy DOP853", "DOP853 on quaternions, compiled"
+CHAINS = "SciPy DOP853, chains"
 TIGHT = 1e-13  # tolerance of DOP853
 NEAR_CIRCLE = {"eccentricity": 0.2}
 
@@ -40,6 +41,11 @@ STEPS = (
     Case("spherical pendulum, a step", STEP, "spherical_pendulum", 5, 5, 0.2, 1, BODY,
          truth_tolerance=TIGHT),
     Case("body on SE(3), a step", STEP, "free_body_se3", 5, 5, 0.1, 1),
+    Case("double pendulum, a step", STEP, "double_pendulum", 4, 4, 0.1, 1, CHAINS,
+         truth_tolerance=TIGHT),
+    Case("planar chain, a step", STEP, "planar_chain", 4, 4, 0.1, 1, CHAINS,
+         truth_tolerance=TIGHT),
+    Case("brownout, a step", STEP, "brownout", 4, 4, 0.02, 1, DOP853, truth_tolerance=TIGHT),
 )  # fmt: skip
 
 TRAJECTORIES = (
@@ -75,6 +81,12 @@ TRAJECTORIES = (
     Case("spherical pendulum, degree 5", TRAJECTORY, "spherical_pendulum", 5, 5, 0.2, 200, BODY,
          truth_tolerance=TIGHT),
     Case("body on SE(3), degree 5", TRAJECTORY, "free_body_se3", 5, 5, 0.1, 50),
+    Case("double pendulum, degree 4", TRAJECTORY, "double_pendulum", 4, 4, 0.02, 100, CHAINS,
+         quick=True, truth_tolerance=TIGHT),
+    Case("planar chain, degree 4", TRAJECTORY, "planar_chain", 4, 4, 0.02, 50, CHAINS,
+         truth_tolerance=TIGHT),
+    Case("brownout, degree 3", TRAJECTORY, "brownout", 3, 3, 0.02, 100, DOP853,
+         truth_tolerance=TIGHT),
 )  # fmt: skip
 
 ROUNDING = (

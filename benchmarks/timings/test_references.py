@@ -36,6 +36,9 @@ PROBLEMS: dict[str, tuple[galvi.Problem, float, Contender | None]] = {
     "heavy top": (galvi.problems.heavy_top(), 10.0, None),
     "spherical pendulum": (galvi.problems.spherical_pendulum(), 10.0, None),
     "body on SE(3)": (galvi.problems.free_body_se3(), 10.0, None),
+    "double pendulum": (galvi.problems.double_pendulum(), 1.0, None),
+    "planar chain": (galvi.problems.planar_chain(), 1.0, None),
+    "brownout": (galvi.problems.brownout(), 2.0, None),
 }  # fmt: skip
 STEPS = 1000
 PAIRS = [

@@ -34,7 +34,7 @@ def commands(out: Path) -> dict[str, tuple[list[str], float]]:
     bench += ["--benchmark-enable", "--benchmark-only", "-p", "no:cacheprovider"]
     bench += [f"--benchmark-storage=file://{out / 'benchmarks'}"]
     return {
-        "bench": (bench, 8.0),
+        "bench": (bench, 6.0),
         "track": ([*reports, "track", "--out", str(out)], 8.0),
         "build": ([*reports, "build", "--quick", "--claims", "V1", "--out", str(out)], 40.0),
     }

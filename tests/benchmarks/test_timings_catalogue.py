@@ -1,0 +1,49 @@
+"""The catalogue of what is timed: every problem, unique names, truths that are there."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import galvi
+from benchmarks.timings.case import ROUND_OFF, STEP, TRAJECTORY, Case
+from benchmarks.timings.catalogue import CASES
+from benchmarks.timings.truth import Unknown, error_of, true_ends
+from references import reference
+
+
+@pytest.mark.parametrize("kind", [STEP, TRAJECTORY])
+def test_every_problem_has_a_case_of_this_kind(kind: str) -> None:
+    assert {case.problem for case in CASES if case.kind == kind} == set(galvi.problems.__all__)
+
+
+def test_names_are_unique_and_a_case_is_plain_data() -> None:
+    names = [case.name for case in CASES]
+    assert len(set(names)) == len(names)
+    for case in CASES:
+        assert Case(**json.loads(json.dumps(case.as_data()))) == case
+
+
+def test_every_truth_is_a_reference_that_solves_the_problem() -> None:
+    for case in CASES:
+        problem = getattr(galvi.problems, case.problem)(**case.arguments)
+        assert not case.truth or reference(case.truth).supports(problem), case.name
+
+
+def test_rounding_and_trajectories_are_among_the_quick_ones() -> None:
+    quick = [case for case in CASES if case.quick]
+    assert {case.kind for case in quick} == {STEP, TRAJECTORY, ROUND_OFF}
+    assert len(quick) < len(CASES) / 2
+
+
+def test_a_case_without_a_truth_says_so() -> None:
+    with pytest.raises(Unknown, match="has no truth that is not galvi's"):
+        true_ends(next(case for case in CASES if not case.truth))
+
+
+def test_the_error_is_the_rms_over_starts_and_not_a_number_for_a_failed_run() -> None:
+    truth = [[0.0, 0.0], [0.0, 0.0]]
+    assert error_of([[3.0, 0.0], [0.0, -4.0]], truth) == pytest.approx(12.5**0.5)
+    assert error_of([[None, 0.0], [0.0, 0.0]], truth) != error_of([[0.0, 0.0]], truth[:1])
+    assert not error_of([[None, 0.0], [0.0, 0.0]], truth) >= 0.0
