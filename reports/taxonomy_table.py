@@ -9,6 +9,7 @@ import pandas as pd
 from benchmarks.taxonomy import METHOD
 from reports.numerals import known, readable
 
+EVERY_RULE, ONE_RULE = "Polynomials", "Gauss"
 APART = 0.3  # of a measured order from the predicted one, from which both are told
 
 
@@ -25,12 +26,13 @@ def short_name(name: str) -> str:
 
 def taxonomy_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each space and family of rules, a column for each number of points; and how to set
-    the columns.
+    the columns. Polynomials have a line for every family, other spaces one with Gauss's rules.
 
     A cell has the measured order and the classical name, or why there is no method. The last
     columns are the range of C_N and the largest defects over the line's methods.
     """
     lines, numbers = [], sorted(set(frame["points"])) if len(frame) else []
+    frame = frame[(frame["kind"] == EVERY_RULE) | (frame["family"] == ONE_RULE)]
     for (space, family), rows in frame.groupby(["space", "family"], sort=False):
         cells = {row["points"]: _cell(row) for _, row in rows.iterrows()}
         made = rows[rows["verdict"] == METHOD]

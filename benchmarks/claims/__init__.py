@@ -41,10 +41,11 @@ from benchmarks.claims.v21 import V21
 from benchmarks.claims.v22 import V22
 from benchmarks.claims.v23 import V23
 from benchmarks.claims.v24 import V24
+from benchmarks.claims.v25 import V25
 
 CLAIMS: tuple[Claim, ...] = (
     *(V1, V2, V3, V4, V5, V6, V7, V8, V9, V10, V11),
-    *(V12, V13, V14, V15, V16, V17, V18, V19, V20, V21, V22, V23, V24),
+    *(V12, V13, V14, V15, V16, V17, V18, V19, V20, V21, V22, V23, V24, V25),
     *(L1, L2, L3, L4, L5, L6, L7, L8, L9, L10, L11, L12, L13, L14, L15, L16),
 )
 

@@ -156,19 +156,19 @@ def judge(found: pd.DataFrame) -> list[Row]:
              "well posed, consistent", "0", said, verdicts.HOLDS, "The same elimination.",
              verdicts.bound(said, 0.0)),
         _two(wide, PERIODIC, END, "how far a free particle comes in a step, over h v0",
-             "well posed", "1 -+ 1e-13 for a method of any order",
-             "beta_p = 0: what has the step as its period is where it was, and q never moves.",
+             "1 -+ 1e-13 for a method of any order",
+             "M's words for lemma 1, which holds: the motion is unique. But it is no solution: "
+             "beta_p = 0, what has the step as its period is where it was, and q never moves.",
              lambda value: abs(value - 1.0) <= STRAIGHT),
         _two(wide, MIXED, DEFECT, "how far a free particle is off a straight line, over h v0",
-             "well posed", "at most 1e-13 for a method of any order",
-             "Gauss 5 does not integrate cos 4 pi t; the error is a part of every step, however "
-             "short: order 0.", lambda value: value <= STRAIGHT),
+             "at most 1e-13 for a method of any order",
+             "The motion is unique, but bent: Gauss 5 does not integrate cos 4 pi t. The error is "
+             "a part of every step, however short: order 0.", lambda value: value <= STRAIGHT),
     ]  # fmt: skip
 
 
 def _two(
-    wide: pd.DataFrame, pair: str, quantity: str, words: str, claimed: str, bound: str, reason: str,
-    enough: Any,
+    wide: pd.DataFrame, pair: str, quantity: str, words: str, bound: str, reason: str, enough: Any,
 ) -> Row:  # fmt: skip
     known = len(wide) and pair in wide.index and wide.loc[pair, SOLVABLE] == 1.0
     measured = float(wide.loc[pair, quantity]) if known else float("nan")
@@ -177,8 +177,8 @@ def _two(
         verdict = verdicts.HOLDS if enough(measured) else verdicts.CONTRADICTED
     return _row(
         f"{words}, {pair}", pair, "M lemma 1, section 5",
-        f"{claimed}, that is, able to solve the free particle equations", bound, measured,
-        verdicts.CONTRADICTED, reason, verdict,
+        "well-posed if and only if it is able to solve the free particle equations", bound,
+        measured, verdicts.CONTRADICTED, reason, verdict,
     )  # fmt: skip
 
 

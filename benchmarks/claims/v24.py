@@ -106,12 +106,17 @@ def advantage(table: pd.DataFrame, errors: Sequence[float]) -> Array:
 
 
 def crossing(table: pd.DataFrame) -> float:
-    """The error [m] below which high order is cheaper, at all errors that both reach; else NaN."""
+    """The error [m] below which high order is cheaper, at all errors that both reach.
+
+    0 where it is not at the smallest of them; NaN where they reach none alike.
+    """
     errors = np.geomspace(HIGH, LOW, 200)
     ratios = advantage(table, errors)
     reached = np.isfinite(ratios)
-    if not np.any(reached) or not ratios[reached][-1] > 1.0:
+    if not np.any(reached):
         return float("nan")
+    if not ratios[reached][-1] > 1.0:
+        return 0.0
     dearer = np.flatnonzero(reached & (ratios <= 1.0))
     return float(errors[dearer[-1]]) if dearer.size else HIGH
 

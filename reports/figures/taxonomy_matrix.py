@@ -102,4 +102,4 @@ def _cell(axes: Axes, x: float, y: float, row: pd.Series, colors: Colormap) -> N
     text = f"{order:.0f}" if finite else "?"
     axes.text(x + 0.5, y + (0.32 if name else 0.5), text, color=ink, fontsize=8.5, ha="center",
               va="center")  # fmt: skip
-    axes.text(x + 0.5, y + 0.74, name, color=ink, fontsize=6.2, ha="center", va="center")
+    axes.text(x + 0.5, y + 0.74, name, color=ink, fontsize=7.0, ha="center", va="center")

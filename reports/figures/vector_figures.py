@@ -44,12 +44,13 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
         options={
             "rates": (
                 Rate(v14.IN_N, v14.ENDS, "end", v14.FLOOR[v14.ENDS]),
-                Rate(v14.IN_N, v14.CURVE, "curve", v14.FLOOR[v14.CURVE]),
+                Rate(v14.IN_N, v14.CURVE, "curve, $W^{1,1}$", v14.FLOOR[v14.CURVE]),
+                Rate(v14.IN_N, v14.LARGEST, r"curve, $L^\infty$", v14.FLOOR[v14.LARGEST]),
             ),
             "ylabel": "error of the end, distance of the curve",
         },
-        caption=f"{SOLID}. The curve, in the norm of W^{{1,1}}, against the exact motion between "
-        "the same points: half as many digits as the end.",
+        caption=f"{SOLID}. The curve, in the norms of W^{{1,1}} and L^infinity, against the exact "
+        "motion between the same points: half as many digits as the end.",
     ),
     Figure(
         name="curve-between-same-points-h",

@@ -13,6 +13,7 @@ from benchmarks.claims import CLAIMS
 from benchmarks.tidy import COLUMNS
 from benchmarks.verdicts import CONTRADICTED, EXCEEDS, HOLDS, NOT_RUN
 
+NEVER_RUN = {"V25"}
 BY_ID = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
 
 
@@ -22,7 +23,7 @@ def quick(claim: Claim) -> pd.DataFrame:
 
 def test_the_claims_are_numbered_without_a_gap() -> None:
     on_groups = [f"L{k}" for k in range(1, 17)]
-    assert [claim.id for claim in CLAIMS] == [*(f"V{k}" for k in range(1, 25)), *on_groups]
+    assert [claim.id for claim in CLAIMS] == [*(f"V{k}" for k in range(1, 26)), *on_groups]
 
 
 @BY_ID
@@ -35,8 +36,11 @@ def test_every_row_has_the_verdict_expected_of_it(claim: Claim) -> None:
     assert rows == claim.judge(frame.sample(frac=1.0, random_state=1)), "judge depends on the order"
     for row in rows:
         assert row.id == claim.id
-        assert row.expected in (HOLDS, EXCEEDS, CONTRADICTED)
-        assert isinstance(row.measured, float)
+        if claim.id in NEVER_RUN:
+            assert frame.empty and row.expected == NOT_RUN and row.measured is None
+        else:
+            assert row.expected in (HOLDS, EXCEEDS, CONTRADICTED)
+            assert isinstance(row.measured, float)
         assert row.uncertainty is None or row.uncertainty > 0.0
         empty = [f.name for f in fields(Row) if getattr(row, f.name) == ""]
         assert empty == []

@@ -11,7 +11,7 @@ import pytest
 
 import galvi
 from benchmarks.claim import Claim
-from benchmarks.claims import v15, v16, v22
+from benchmarks.claims import v14, v15, v16, v22
 from benchmarks.claims.v14 import V14
 from benchmarks.claims.v15 import V15
 from benchmarks.claims.v16 import V16
@@ -19,7 +19,8 @@ from benchmarks.claims.v17 import V17
 from benchmarks.claims.v18 import V18
 from benchmarks.claims.v22 import V22
 from benchmarks.pairs import kinds
-from benchmarks.verdicts import CONTRADICTED
+from benchmarks.tidy import frame, row
+from benchmarks.verdicts import CONTRADICTED, HOLDS
 
 
 def faulty(**scale: float) -> Callable[..., Any]:
@@ -41,15 +42,15 @@ def faulty(**scale: float) -> Callable[..., Any]:
 def contradicted(claim: Claim, make: Any = galvi.Galerkin) -> set[str]:
     """What was not expected to be."""
     found = claim.judge(claim.study(make, True, lambda sentence: None))
-    return {row.quantity for row in found if row.verdict == CONTRADICTED}
+    return {one.quantity for one in found if one.verdict == CONTRADICTED != one.expected}
 
 
 @pytest.mark.parametrize(
     ("claim", "make", "quantities"),
     [
         (V14, faulty(beta=1.0 + 1e-9, C=1.0 + 1e-4),
-         {"base of the step's error", "base of the curve's distance",
-          "order of the curve's distance, n = 6"}),
+         {"base of the step's error", f"base of the {v14.CURVE}", f"base of the {v14.LARGEST}",
+          f"order of the {v14.CURVE}, n = 6", f"order of the {v14.LARGEST}, n = 6"}),
         (V15, faulty(beta=1.0 + 1e-6, b=1.0 + 1e-3),
          {f"error of {v15.ALONG}",
           *(f"change of angular momentum at step ends, {kind}" for kind in kinds())}),
@@ -71,6 +72,20 @@ def test_a_table_that_is_slightly_wrong_is_caught(
     claim: Claim, make: Any, quantities: set[str]
 ) -> None:
     assert quantities <= contradicted(claim, make)
+
+
+@pytest.mark.parametrize(("more", "verdict"), [(0.0, CONTRADICTED), (0.5, HOLDS)])
+def test_the_printed_order_of_curves_would_hold_if_it_were_so(more: float, verdict: str) -> None:
+    """Curves of order n + 1/2 hold, and those of order n do not: no verdict is built in."""
+    steps = 2.0 ** -np.arange(2.0, 8.0)
+    powers = {v14.ENDS: lambda n: 2.0 * n - 1.0, v14.CURVE: lambda n: n + more}
+    powers[v14.LARGEST] = powers[v14.CURVE]
+    made = frame(
+        row(study=v14.IN_H, quantity=quantity, n=n, step=h, value=h ** power(n))
+        for n in v14.NS for quantity, power in powers.items() for h in steps
+    )  # fmt: skip
+    printed = [one for one in V14.judge(made) if one.quantity.endswith("C_f of thm. 2.3.8")]
+    assert [one.verdict for one in printed] == [verdict] * len(v14.NS)
 
 
 def test_a_momentum_that_leaks_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:

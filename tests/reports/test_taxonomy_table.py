@@ -43,6 +43,16 @@ def test_an_order_that_is_not_the_predicted_one_is_told_beside_it() -> None:
     assert read.iloc[0]["3 points"] == "not measured, predicted 4 Gauss collocation"
 
 
+def test_spaces_other_than_polynomials_have_one_line() -> None:
+    waves = {"kind": "Fourier", "space": "Fourier(harmonics=1)"}
+    read, _ = table({}, {"family": "Radau"}, waves, {**waves, "family": "Radau"})
+    assert list(zip(read["space"], read["rule"], strict=True)) == [
+        ("Polynomials(2)", "Gauss"),
+        ("Polynomials(2)", "Radau"),
+        ("Fourier(harmonics=1)", "Gauss"),
+    ]
+
+
 def test_a_rule_that_does_not_exist_is_not_called_ill_posed() -> None:
     read, _ = table({"points": 1}, {"family": "Lobatto"})
     assert list(read["1 point"]) == ["4.0 Gauss collocation", "-"]
