@@ -6,6 +6,7 @@ from galvi.attitude import orthogonality_defect, rotations
 from galvi.charts.cayley import Cayley
 from galvi.charts.exponential import Exponential
 from galvi.ensemble import integrate_many
+from galvi.forces.rotor_drag import RotorDrag
 from galvi.groups.matrices import nearest_rotation
 from galvi.groups.product import Product
 from galvi.groups.rn import Rn
@@ -21,6 +22,7 @@ from galvi.potentials.central_force import CentralForce
 from galvi.potentials.linear_spring import LinearSpring
 from galvi.potentials.pendulum import PendulumWeight
 from galvi.potentials.spring_chain import SpringChain
+from galvi.potentials.uniform_field import UniformField
 from galvi.potentials.uniform_gravity import UniformGravity
 from galvi.problem import Problem
 from galvi.recommend import recommend
@@ -77,10 +79,12 @@ __all__ = [
     "Recommendation",
     "RigidBody",
     "Rn",
+    "RotorDrag",
     "Rule",
     "SpringChain",
     "Theory",
     "Trajectory",
+    "UniformField",
     "UniformGravity",
     "clenshaw_curtis",
     "composite",

@@ -8,7 +8,7 @@ from galvi.arrays import Array
 from galvi.spaces.legendre import legendre
 from galvi.table import Table
 
-MOST = 40  # stages up to which matrices of collocation are computed in float64
+MOST = 65  # stages up to which matrices of collocation are computed in float64
 VERLET = ("Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2")
 
 

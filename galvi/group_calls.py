@@ -42,10 +42,11 @@ def general_on_group(
     def call(todo: int) -> int:
         return int(kernel(
             *field.functions, field.kind, field.timed, field.side, field.constants, field.pushed,
-            system.group.layout, chart.number, chart.farthest, kernel_tableau(table), table.psi,
-            table.slope, table.end, table.fit, unknowns, problem.t0, step, tolerance, start.first,
-            todo, steps, every, work.state, work.stages, work.memo, work.turned, work.counts,
-            work.saved_g, work.saved_mu, work.bases, work.coefficients,
+            field.push_constants, system.group.layout, chart.number, chart.farthest,
+            kernel_tableau(table), table.psi, table.slope, table.end, table.fit, unknowns,
+            problem.t0, step, tolerance, start.first, todo, steps, every, work.state, work.stages,
+            work.memo, work.turned, work.counts, work.saved_g, work.saved_mu, work.bases,
+            work.coefficients,
         ))  # fmt: skip
 
     return call

@@ -23,6 +23,7 @@ from galvi.charts.cayley import Cayley
 from galvi.charts.exponential import Exponential
 from galvi.continuation import Continuation
 from galvi.curves import Curves
+from galvi.forces.rotor_drag import RotorDrag
 from galvi.group_curves import GroupCurves
 from galvi.group_system import group_system
 from galvi.groups.product import Product
@@ -35,6 +36,7 @@ from galvi.potentials.central_force import CentralForce
 from galvi.potentials.linear_spring import LinearSpring
 from galvi.potentials.pendulum import PendulumWeight
 from galvi.potentials.spring_chain import SpringChain
+from galvi.potentials.uniform_field import UniformField
 from galvi.potentials.uniform_gravity import UniformGravity
 from galvi.problem import Problem
 from galvi.rules.rule import Rule
@@ -53,11 +55,10 @@ from galvi.systems.rigid_body import RigidBody
 from galvi.trajectory import Trajectory
 
 VALUES = (
-    CentralForce, LinearSpring, SpringChain, PendulumWeight, UniformGravity, Polynomials,
-    ComponentPolynomials, Rule,
-    Cayley, Exponential, Galerkin, Canonical, NBody, RigidBody, FreeBody,
+    CentralForce, LinearSpring, SpringChain, PendulumWeight, UniformField, UniformGravity,
+    RotorDrag, Polynomials, ComponentPolynomials, Fourier, PolynomialFourier, PiecewisePolynomials,
+    PiecewiseHermite, Rule, Cayley, Exponential, Galerkin, Canonical, NBody, RigidBody, FreeBody,
     Lagrangian, PlanarChain, Product, Rn, SE3, SO2, SO3,
-    Fourier, PolynomialFourier, PiecewisePolynomials, PiecewiseHermite,
 )  # fmt: skip
 NAMES = {kind.__name__: kind for kind in VALUES}
 VERSION = 1

@@ -173,7 +173,11 @@ def _ill_posed(space: Space, rule: Rule) -> str:
     pieces = getattr(space, "pieces", 1)
     remedy = "a rule with more points or a smaller space"
     if pieces > 1:
-        remedy = f"a rule repeated on each piece, galvi.composite(rule, {pieces}), or fewer pieces"
+        remedy = (
+            f"a rule repeated on each piece, galvi.composite(rule, {pieces}), with enough points "
+            f"before the piece's end (at a joint slopes are those of the later piece), or fewer "
+            f"pieces"
+        )
     return (
         f"{space} with {rule.name} is ill-posed: a free particle has no unique motion, "
         f"because the rule cannot see some function of the space. Expected at least "

@@ -9,9 +9,11 @@ from galvi.analysis import step_bounds
 from galvi.analysis.friedrichs import Z0
 from galvi.analysis.step_bounds import Bound
 from galvi.analysis.stiffness import Stiffness, estimated, given
+from galvi.kernels.charts import RN, SO2
 from galvi.problem import Problem
 from galvi.rules.rule import Rule
 from galvi.spaces.space import Space
+from galvi.systems.component_degrees import checked_degrees
 
 STEPS = 10.0  # that K is estimated along
 BOUNDS = (
@@ -34,16 +36,18 @@ def motion_theory(
     """The fields of a `Theory` that a problem adds or changes, and the reasons for what is None.
 
     pair  the fields without a problem
+
+    Raises ValueError for a space with degrees for components that the problem does not have.
     """
     found: dict[str, Any] = {
         "problem": problem.name or type(problem.system).__name__,
         "units": problem.units,
         "step": None if step is None else float(step),
     }
-    on_group = hasattr(problem.system, "group")
+    checked_degrees(space, problem.system, problem.v0.size)
     changed: dict[str, Any] = {}
     reasons: dict[str, str] = {}
-    if on_group:
+    if pair["symmetric"] and not _commutes(problem.system):
         changed["symmetric"] = None
         reasons["symmetric"] = (
             "on a group a step's chart has its base at the start: forward and backward differ by "
@@ -79,8 +83,13 @@ def _stiffness(
         return None, "the theorems are for forces that have a potential; here is one besides."
     if lipschitz is not None:
         return given(problem, float(lipschitz)), ""
-    length = None if step is None else STEPS * abs(float(step))
-    return estimated(problem, length), "the force or its derivative is not finite near the start."
+    return estimated(problem, None if step is None else STEPS * float(step))
+
+
+def _commutes(system: Any) -> bool:
+    """Whether no chart's base matters: on vector spaces and for turns about one axis."""
+    layout = system.group.layout if hasattr(system, "group") else []
+    return all(kind in (RN, SO2) for kind, _ in layout)
 
 
 def _bounds(

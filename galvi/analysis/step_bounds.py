@@ -55,12 +55,13 @@ def contracting_stages(space: Space, rule: Rule, stiffness: Stiffness) -> Bound:
 def minimal_action(space: Space, rule: Rule, stiffness: Stiffness) -> Bound:
     """H theorem 2.3.5: stationary points are minima while h < pi sqrt(m / (D C_R))."""
     highest = max(getattr(space, "degrees", (space.degree,)))
-    polynomial = space.dimension == highest + 1
-    if not polynomial or rule.degree < 2 * highest:
+    if space.dimension != highest + 1:
+        return Bound(None, "H theorem 2.3.5 is for spaces of polynomials alone.")
+    if rule.degree < 2 * highest:
         return Bound(
             None,
-            f"H theorem 2.3.5 asks for polynomials and a rule of degree 2 s, here {2 * highest}; "
-            f"{rule.name} has {rule.degree}.",
+            f"H theorem 2.3.5 asks for a rule of degree 2 s, here {2 * highest}; {rule.name} has "
+            f"{rule.degree}.",
         )
     return Bound(_divided(math.pi, _widest(stiffness)))
 

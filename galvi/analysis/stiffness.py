@@ -48,39 +48,58 @@ def given(problem: Problem, lipschitz: float) -> Stiffness:
     return Stiffness(lipschitz, square, square, problem.q0.size, "given")
 
 
-def estimated(problem: Problem, duration: float | None) -> Stiffness | None:
-    """The largest along a short trajectory; None where V'' or the force is not finite.
+def estimated(problem: Problem, duration: float | None) -> tuple[Stiffness | None, str]:
+    """The largest along a short trajectory, and ""; or None, and why.
 
-    duration  to follow; five periods of the start's fastest vibration when None
+    duration  to follow, negative for backwards; five periods of the start's fastest vibration when
+              None
 
-    Velocity Verlet from the start in steps of a tenth of 1 / frequency there, at most 400 and for
-    large systems fewer: the estimate is a lower bound, and the source says how far it went.
+    Velocity Verlet from the start in steps of a tenth of 1 / frequency, there and where they lead,
+    at most 400 and for large systems fewer: the estimate is a lower bound, and the source says how
+    far it went.
     """
     system: Any = problem.system
     d, q, v, t = problem.q0.size, problem.q0, problem.v0, problem.t0
     root: Array = np.asarray(np.linalg.cholesky(_mass(problem)), dtype=np.float64)
-    most = int(np.clip(WORK / d**3, LEAST, MOST))
-    left = np.inf if duration is None else abs(duration)
-    largest = np.zeros(3)
-    force: Array = system.acceleration(q, t)
-    for _ in range(most):
-        found = _sizes(system.acceleration_jacobian(q, t).reshape(d, d), root)
+    force, found = _at(system, q, t, root)
+    if duration is None and found[1] == 0.0:
+        return None, (
+            "at the start the force does not change with place, which tells no time to look along. "
+            "Give a step, or lipschitz."
+        )
+    left = PERIODS / np.sqrt(found[1]) if duration is None else duration
+    largest, most = found, _longest(found, left)
+    for _ in range(int(np.clip(WORK / d**3, LEAST, MOST))):
         if not np.all(np.isfinite(found)) or not np.all(np.isfinite(force)):
-            return None
+            return None, "the force or its derivative is not finite near the start."
         largest = np.maximum(largest, found)
-        if left == np.inf:
-            left = PERIODS / np.sqrt(found[1]) if found[1] > 0.0 else 0.0
-        if left <= 0.0:
+        if left == 0.0:
             break
-        dt = min(left, SHARE / np.sqrt(found[1])) if found[1] > 0.0 else left
-        left -= dt
+        dt = most if abs(most) < abs(left) else left
         half = v + 0.5 * dt * force
-        q, t = q + dt * half, t + dt
-        force = system.acceleration(q, t)
-        v = half + 0.5 * dt * force
+        there = q + dt * half
+        pull, ahead = _at(system, there, t + dt, root)
+        if abs(dt) > 2.0 * abs(_longest(ahead, left)):
+            most = 0.5 * _longest(ahead, left)
+            continue
+        q, t, force, found, v = there, t + dt, pull, ahead, half + 0.5 * dt * pull
+        left, most = left - dt, _longest(found, left)
     source = f"estimated along the motion from t = {problem.t0:g} to {t:g}"
     lipschitz, square, entries = (float(x) for x in largest)
-    return Stiffness(lipschitz, square, entries, d, source)
+    return Stiffness(lipschitz, square, entries, d, source), ""
+
+
+def _at(system: Any, q: Array, t: float, root: Array) -> tuple[Array, Array]:
+    """The acceleration, of q's shape, and `_sizes` of its Jacobian, at one configuration."""
+    jacobian = system.acceleration_jacobian(q, t).reshape(q.size, q.size)
+    force: Array = system.acceleration(q, t)
+    return force, _sizes(jacobian, root)
+
+
+def _longest(found: Array, left: float) -> float:
+    """The step where the sizes are ``found``, in the direction of ``left``."""
+    length = SHARE / np.sqrt(found[1]) if found[1] > 0.0 else abs(left)
+    return float(np.copysign(length, left))
 
 
 def _mass(problem: Problem) -> Array:

@@ -128,7 +128,7 @@ def theory(
     method     a `galvi.Galerkin`, or a space, whose rule comes next
     rule       of the space; left out for a method
     problem    whose force decides how long a step may be
-    step       of a run, in the problem's unit of time; its sign says nothing here
+    step       of a run, in the problem's unit of time; negative backwards
     lipschitz  K, of dV/dq; estimated along a short trajectory when it is not given
 
     Raises TypeError for what is no method, space, rule or problem, ValueError for a step or a

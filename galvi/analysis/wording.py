@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import inf
 from typing import Any
 
 LIMITS = (
@@ -10,7 +11,7 @@ LIMITS = (
     ("unique_step", "exists", "a step has exactly one solution (M theorem 2)"),
     ("stage_step", "", "H's iteration contracts (H theorem 2.3.1)"),
     ("minimum_step", "minimizes", "a step's curve is a minimum (H theorem 2.3.5)"),
-    ("coercive_step", "coercive", "the action is coercive (H theorem 2.3.8)"),
+    ("coercive_step", "coercive", "the exact action is coercive (H theorem 2.3.8)"),
     ("fixed_point_step", "converges", "fixed-point iteration contracts (spectrum)"),
 )
 
@@ -58,7 +59,7 @@ def _limits(theory: Any) -> Iterator[str]:
         if limit is None:
             yield f"no bound      {theory.reasons[name]}"
             continue
-        line = f"h < {limit:<10.4g}{words}"
+        line = f"{'any step' if limit == inf else f'h < {limit:.4g}':<14}{words}"
         if holds and theory.step is not None:
             line += f": {'yes' if getattr(theory, holds) else 'not said'} at {theory.step:g}"
         yield line

@@ -37,6 +37,7 @@ def substitute(matrix, pivots, rhs):
     n = matrix.shape[0]
     for k in range(n):
         rhs[k], rhs[pivots[k]] = rhs[pivots[k]], rhs[k]
+    for k in range(n):
         for i in range(k + 1, n):
             rhs[i] -= matrix[i, k] * rhs[k]
     for k in range(n - 1, -1, -1):

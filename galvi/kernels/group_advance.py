@@ -26,7 +26,6 @@ from galvi.kernels.step import copy_into, predict
 STREAK = 1
 LEFT_CHART = 4
 RATES = 3  # what stages may hold, besides galvi.kernels.advance: xi' of the step to come
-FARTHEST_FLOOR = 1e-300
 
 
 @jit
@@ -63,28 +62,12 @@ def momentum_in_space(basis, h, g, forces, state, g1, mu1):
 
 
 @jit
-def measure(layout, g, velocity, h, scale):
-    """scale (d,): 1 for rotations; the largest coordinate and h |v| of a factor for places."""
-    first, start = 0, 0
-    for factor_ in range(layout.shape[0]):
-        kind, n = layout[factor_, 0], layout[factor_, 1]
-        d = charts.dimension(kind, n)
-        turning = 0 if kind == charts.RN else (1 if kind == charts.SO2 else 3)
-        size = FARTHEST_FLOOR
-        for i in range(turning, d):
-            where = g[first + i] if kind == charts.RN else g[first + 4 * (i - 3) + 3]
-            size = max(size, abs(where), abs(h * velocity[start + i]))
-        for i in range(d):
-            scale[start + i] = 1.0 if i < turning else size
-        first, start = first + charts.entries(kind, n), start + d
-
-
-@jit
 def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_gradient, field_law,
-                  field_gradient, timed_field_gradient, force_1, force_2, force_3, force_4, kind,
-                  timed, side, constants, pushed, layout, chart, farthest, tableau, psi, slope, end,
-                  fit, unknowns, t0, h, tolerance, first, todo, total, every, state, stages, memo,
-                  turned, counts, saved_g, saved_mu, bases, curves):  # fmt: skip
+                  field_gradient, timed_field_gradient, push, force_1, force_2, force_3, force_4,
+                  kind, timed, side, constants, pushed, push_constants, layout, chart, farthest,
+                  tableau, psi, slope, end, fit, unknowns, t0, h, tolerance, first, todo, total,
+                  every, state, stages, memo, turned, counts, saved_g, saved_mu, bases, curves,
+                  ):  # fmt: skip
     """Do ``todo`` more steps; returns a code. A step that fails leaves the state where it was.
 
     psi, slope, end  (s, m), (s, m), (m,)  basis and its derivative at the stages, basis at 1
@@ -97,16 +80,16 @@ def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_g
     functions = (
         (kind, law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_gradient),
         (kind, field_law, field_gradient, timed_field_gradient),
-        (kind, force_1, force_2, force_3, force_4),
+        (kind, push, force_1, force_2, force_3, force_4),
     )
-    rule = (functions, kind, timed, side, constants, pushed)
+    rule = (functions, kind, timed, side, constants, pushed, push_constants)
     c, b = tableau[0], tableau[1]
     d, s = stages.shape
     m, r = end.size, saved_g.shape[1]
     basis = (psi, slope, end, b, c, unknowns)
     x, t, velocities = np.empty((d, m)), np.empty(s), np.empty((d, s))
     forces = np.empty((3, d, s))
-    g, mu, g1, mu1, scale = np.empty(r), np.empty(d), np.empty(r), np.empty(d), np.empty(d)
+    g, mu, g1, mu1 = np.empty(r), np.empty(d), np.empty(r), np.empty(d)
     last = saved_g.shape[0] - 1
     for step in range(memo[DONE], memo[DONE] + todo):
         for i in range(r):
@@ -119,12 +102,11 @@ def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_g
             predict(tableau, stages, velocities)
         else:
             copy_into(velocities, stages)
-        measure(layout, g, velocities[:, 0], h, scale)
         if memo[HOLDS] == RATES:
             coefficients(unknowns, fit, h, velocities, x)
         else:
             guess_curve(layout, chart, basis, fit, h, velocities, x)
-        code = solve_group(rule, layout, chart, basis, h, t, g, mu, scale, tolerance, counts, x,
+        code = solve_group(rule, layout, chart, basis, h, t, g, mu, tolerance, counts, x,
                            forces, velocities)  # fmt: skip
         if code != SOLVED:
             return code
@@ -173,8 +155,9 @@ def compiled_advance_group():
     )  # fmt: skip
     signature = whole(
         slopes.LAW_TYPE, *user, slopes.GRADIENT_TYPE, slopes.TIMED_GRADIENT_TYPE, laws.LAW,
-        laws.GRADIENT_TYPE, laws.TIMED_GRADIENT_TYPE, *user, whole, types.boolean, whole,
-        laws.VECTOR, whole, types.int64[:, ::1], whole, real, TABLEAU, fixed, fixed,
+        laws.GRADIENT_TYPE, laws.TIMED_GRADIENT_TYPE, slopes.LAW_TYPE, *user, whole, types.boolean,
+        whole, laws.VECTOR, whole, laws.VECTOR, types.int64[:, ::1], whole, real, TABLEAU, fixed,
+        fixed,
         types.Array(real, 1, "C", readonly=True), fixed, counts, real, real, real, whole, whole,
         whole, whole, matrix, matrix, counts, laws.VECTOR, counts, matrix, matrix, matrix,
         laws.BLOCKS,

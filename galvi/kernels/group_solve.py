@@ -6,6 +6,7 @@ import numpy as np
 
 from galvi.kernels import charts
 from galvi.kernels.elimination import factor, substitute
+from galvi.kernels.group_scale import FAR, largest, measure, narrowed, relative, widen
 from galvi.kernels.group_stages import derivative, place_curve, residual, stage_slopes
 from galvi.kernels.jit import jit
 from galvi.kernels.solve import (
@@ -22,6 +23,9 @@ from galvi.kernels.solve import (
 
 PASSES = 60
 RENEW = 0.2  # contraction above which the derivative is formed anew
+NEAR = 1e-10  # relative change below which it is not, and none is taken back
+MEASURED = 4  # derivatives at the start of a step, each with the sizes that the last one found
+SHORTEST = 2.0**-24  # share of a correction, at the end of halving it
 PULLS = 4  # corrections of a first guess for the chart's tangent map
 
 
@@ -66,68 +70,119 @@ def guess_curve(layout, chart, basis, fit, h, velocities, x):
 
 @jit
 def form(
-    law, layout, chart, basis, scale, h, g, mu0, t, x, place, rate, forces, matrix, pivots, counts
-):
+    law, layout, chart, basis, scale, pace, h, g, mu0, t, x, place, rate, forces, matrix, pivots,
+    counts,
+):  # fmt: skip
     """The factored derivative at the stages; whether it is regular."""
     d, s = place.shape
-    derivative(law, layout, chart, basis, scale, h, g, mu0, t, x, place, rate, forces, matrix)
+    derivative(law, layout, chart, basis, scale, pace, h, g, mu0, t, x, place, rate, forces, matrix)
     counts[FORCES] += 4 * d * s
     counts[SOLVES] += 1
     return factor(matrix, pivots)
 
 
 @jit
-def solve_group(law, layout, chart, basis, h, t, g, mu0, scale, tolerance, counts, x, forces,
+def correct(matrix, pivots, first, R, step):
+    """step (d, m) <- -matrix^-1 R."""
+    flat = np.empty(first[R.shape[0]])
+    for a in range(R.shape[0]):
+        for i in range(first[a + 1] - first[a]):
+            flat[first[a] + i] = -R[a, i]
+    substitute(matrix, pivots, flat)
+    step[:, :] = 0.0
+    for a in range(R.shape[0]):
+        for i in range(first[a + 1] - first[a]):
+            step[a, i] = flat[first[a] + i]
+
+
+@jit
+def add(x, factor_, step):
+    """x <- x + factor_ step, (d, m)."""
+    for a in range(x.shape[0]):
+        for i in range(x.shape[1]):
+            x[a, i] += factor_ * step[a, i]
+
+
+@jit
+def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, counts, x, forces,
                 velocities):  # fmt: skip
     """x (d, m) <- the solution nearest to x; forces and velocities there. Returns a code.
 
-    The derivative is kept as long as the iteration contracts well.
+    The derivative is kept as long as the iteration contracts well. A correction after which the
+    next one is larger was too long: it is taken back, and done with a new derivative or by half
+    (natural monotonicity: Deuflhard, Newton Methods for Nonlinear Problems, 3.3). What a motion
+    from rest measures is known from its first correction, with which differences are done again.
     """
     d, m = x.shape
     s, first = t.size, basis[5]
-    unknowns = first[d]
-    place, rate, before = np.empty((d, s)), np.empty((d, s)), np.empty((d, s))
-    R, step = np.empty((d, m)), np.empty(unknowns)
-    matrix, pivots = np.empty((unknowns, unknowns)), np.empty(unknowns, np.int64)
-    history = np.empty(4)
+    place, rate = np.empty((d, s)), np.empty((d, s))
+    to_place, to_rate = np.empty((d, s)), np.empty((d, s))
+    R, ahead, step = np.empty((d, m)), np.empty((d, m)), np.empty((d, m))
+    matrix, pivots = np.empty((first[d], first[d])), np.empty(first[d], np.int64)
+    history, scale = np.empty(4), np.empty(d)
+    now, sizes = np.empty(d), np.empty(d)
     forget(history)
-    fresh, last = False, np.inf
+    formed = here = False  # whether there is a derivative, and whether it is of where step began
+    last, share = np.inf, 1.0
     place_curve(basis, h, x, place, rate)
-    for _pass in range(PASSES):
+    measure(layout, g, scale)
+    widen(layout, place, rate, h, scale)
+    for passes in range(PASSES):
         stage_slopes(law, layout, chart, g, t, place, rate, forces, velocities)
         residual(layout, chart, basis, h, mu0, forces, x, R)
         counts[ITERATIONS] += 1
         counts[FORCES] += s
-        if not fresh:
-            if not form(law, layout, chart, basis, scale, h, g, mu0, t, x, place, rate, forces,
-                        matrix, pivots, counts):  # fmt: skip
-                return NOT_FINITE
-            fresh = True
-        for a in range(d):
-            for i in range(first[a + 1] - first[a]):
-                step[first[a] + i] = -R[a, i]
-        substitute(matrix, pivots, step)
-        for a in range(d):
-            for i in range(first[a + 1] - first[a]):
-                x[a, i] += step[first[a] + i]
-            for j in range(s):
-                before[a, j] = place[a, j]
+        if formed:
+            correct(matrix, pivots, first, R, ahead)
+            place_curve(basis, h, ahead, to_place, to_rate)
+            change = relative(to_place, to_rate, h, scale, largest(rate))
+            if not change <= last and last > NEAR:
+                add(x, -share, step)
+                formed, share = here, 0.5 * share
+                if here:
+                    add(x, share, step)
+                if share < SHORTEST:
+                    return DIVERGED if change < np.inf else NOT_FINITE
+                place_curve(basis, h, x, place, rate)
+                continue
+            formed = change <= RENEW * last or change < NEAR
+        here = not formed
+        if not formed:
+            pace = largest(rate)
+            at_rest = pace == 0.0
+            for _measured in range(MEASURED if passes == 0 else 1):
+                for a in range(d):
+                    sizes[a] = scale[a] if scale[a] > 0.0 else 1.0
+                pace = pace if pace > 0.0 else np.max(sizes) / abs(h)
+                if not form(law, layout, chart, basis, sizes, pace, h, g, mu0, t, x, place, rate,
+                            forces, matrix, pivots, counts):  # fmt: skip
+                    return NOT_FINITE
+                correct(matrix, pivots, first, R, ahead)
+                place_curve(basis, h, ahead, to_place, to_rate)
+                found = largest(to_rate)
+                if not found > FAR * pace and not (at_rest and 0.0 < FAR * found < pace):
+                    break
+                widen(layout, to_place, to_rate, h, scale)
+                pace = found
+            widen(layout, to_place, to_rate, h, scale)
+            change = relative(to_place, to_rate, h, scale, largest(rate))
+            formed = True
+        step[:, :] = ahead
+        add(x, 1.0, step)
+        last, share = change, 1.0
         place_curve(basis, h, x, place, rate)
-        change = 0.0
-        total = 0.0
-        for a in range(d):
-            for j in range(s):
-                change = max(change, abs(place[a, j] - before[a, j]) / scale[a])
-                total += abs(place[a, j])
-        if not total < np.inf:
+        if not largest(place) < np.inf:
             return NOT_FINITE
         code = verdict(change, tolerance, history)
         if code == SOLVED:
-            stage_slopes(law, layout, chart, g, t, place, rate, forces, velocities)
-            counts[FORCES] += s
-            return SOLVED
-        if code != GOING:
+            measure(layout, g, now)
+            widen(layout, place, rate, h, now)
+            if not narrowed(now, scale):
+                stage_slopes(law, layout, chart, g, t, place, rate, forces, velocities)
+                counts[FORCES] += s
+                return SOLVED
+            forget(history)
+            last = np.inf
+        elif code != GOING:
             return DIVERGED if code != NOT_FINITE else code
-        fresh = change <= RENEW * last or change < 1e-10
-        last = change
     return DIVERGED

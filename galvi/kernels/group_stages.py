@@ -19,8 +19,10 @@ place    (d, s) and rate (d, s)   xi and xi' at the stages
 forces   (3, d, s)   pi, f and n
 basis    (psi (s, m), slope (s, m), end (m,), b (s,), c (s,), first (d + 1,)); the unknowns of
          component a are x[a, i] with i < first[a + 1] - first[a], the others are 0
-law      (functions, kind, timed, side, constants, pushed), see galvi.kernels.slopes
-scale    (d,)  1 for rotations, the size of places and of moves for translations
+law      (functions, kind, timed, side, constants, pushed, push_constants), see
+         galvi.kernels.slopes
+scale    (d,)  1 for rotations, the size of places and of moves for translations; not 0
+pace     of xi', not 0
 """
 
 from __future__ import annotations
@@ -50,7 +52,7 @@ def place_curve(basis, h, x, place, rate):
 @jit
 def local_slopes(law, layout, chart, g, xi, eta, t, velocity, out):
     """out (3, d) <- pi, f and n of the Lagrangian in the chart at g; velocity (d,) <- T xi'."""
-    functions, kind, timed, side, constants, pushed = law
+    functions, kind, timed, side, constants, pushed, push_constants = law
     d = xi.size
     T, G = np.empty((d, d)), np.empty((d, d))
     there, own = np.empty(g.size), np.empty((2, d))
@@ -60,7 +62,8 @@ def local_slopes(law, layout, chart, g, xi, eta, t, velocity, out):
         velocity[i] = 0.0
         for j in range(d):
             velocity[i] += T[i, j] * eta[j]
-    slopes(functions, kind, timed, side, constants, pushed, layout, there, velocity, t, own)
+    slopes(functions, kind, timed, side, constants, pushed, push_constants, layout, there,
+           velocity, t, own)  # fmt: skip
     for i in range(d):
         out[0, i] = out[1, i] = 0.0
         for j in range(d):
@@ -135,21 +138,18 @@ def residual(layout, chart, basis, h, mu0, forces, x, R):
 
 
 @jit
-def curvature(law, layout, chart, scale, g, t, xi, eta, blocks):
+def curvature(law, layout, chart, scale, pace, g, t, xi, eta, blocks):
     """blocks (2, 3, d, d) <- derivatives by xi and by xi' of pi, f and n, by central differences.
 
     They only steer Newton's iteration; what it converges to does not depend on them.
     """
     d = xi.size
     ahead, behind, velocity = np.empty((3, d)), np.empty((3, d)), np.empty(d)
-    size = 0.0
-    for a in range(d):
-        size = max(size, abs(eta[a]))
     for a in range(d):
         for kind in range(2):
             moved = xi if kind == 0 else eta
             kept = moved[a]
-            nudge = NUDGE * (scale[a] if kind == 0 else max(size, 1e-100))
+            nudge = NUDGE * (scale[a] if kind == 0 else pace)
             moved[a] = kept + nudge
             local_slopes(law, layout, chart, g, xi, eta, t, velocity, ahead)
             moved[a] = kept - nudge
@@ -184,7 +184,9 @@ def end_curvature(layout, chart, scale, xi, momentum, by_place, by_momentum):
 
 
 @jit
-def derivative(law, layout, chart, basis, scale, h, g, mu0, t, x, place, rate, forces, matrix):
+def derivative(
+    law, layout, chart, basis, scale, pace, h, g, mu0, t, x, place, rate, forces, matrix
+):
     """matrix <- dR/dx, (unknowns, unknowns), that of x[a, i] and equation R[a, i] first[a] + i."""
     psi, slope, end, b, c, first = basis
     d, s = place.shape
@@ -195,7 +197,7 @@ def derivative(law, layout, chart, basis, scale, h, g, mu0, t, x, place, rate, f
     for j in range(s):
         for a in range(d):
             xi[a], eta[a] = place[a, j], rate[a, j]
-        curvature(law, layout, chart, scale, g, t[j], xi, eta, blocks)
+        curvature(law, layout, chart, scale, pace, g, t[j], xi, eta, blocks)
         for a in range(d):
             for k in range(d):
                 for l in range(m):

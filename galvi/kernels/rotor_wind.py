@@ -11,9 +11,10 @@ zeta     height above a ring, z - Z_j, and above its image, z + Z_j, which turns
 One ring, of circulation Gamma, has the Stokes stream function
     psi = (Gamma R^2 / 4) r^2 / B^(3/4),   B = P^2 - 4 R^2 r^2,   P = r^2 + R^2 + zeta^2 + a^2,
 so u_r = -psi_z / r and u_z = psi_r / r: free of divergence by its form, with no flow through the
-ground, where ring and image have the same psi with opposite signs. On the axis and far away it is
-the velocity of a thin ring by Biot and Savart's law (Lamb, Hydrodynamics, art. 161); about the core
-it is smooth, as B = ((r - R)^2 + zeta^2 + a^2) ((r + R)^2 + zeta^2 + a^2) > 0.
+ground, where ring and image have the same psi with opposite signs. Far away it is the velocity of a thin
+ring by Biot and Savart's law (Lamb, Hydrodynamics, art. 161), and on the axis that with R^2 + zeta^2
++ a^2 for R^2 + zeta^2; about the core it is smooth, as
+B = ((r - R)^2 + zeta^2 + a^2) ((r + R)^2 + zeta^2 + a^2) > 0.
 
 Chosen over elliptic integrals because they lose digits near the axis and are infinite at the core:
 here psi / r^2 is an algebraic function of r^2, so the wind is analytic in x, y, z and t and takes
@@ -70,3 +71,14 @@ def rotor_wind(x, y, z, t):
         outwards += spread - mirrored
         upwards += rise - falling
     return STRENGTH * outwards * x, STRENGTH * outwards * y, STRENGTH * upwards
+
+
+@jit
+def drag(g, v, t, constants, out):
+    """out[1] <- out[1] - k |w| w, w = v - wind.   constants [k]"""
+    x, y, z = rotor_wind(g[0], g[1], g[2], t)
+    a, b, c = v[0] - x, v[1] - y, v[2] - z
+    size = constants[0] * math.sqrt(a * a + b * b + c * c)
+    out[1, 0] -= size * a
+    out[1, 1] -= size * b
+    out[1, 2] -= size * c

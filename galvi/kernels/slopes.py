@@ -14,7 +14,8 @@ CANONICAL  L = v.Mv/2 - V on R^d, M by rows in constants: a law of galvi.kernels
 CANONICAL_GRADIENT  likewise, dV/dq a user's of (q) or (q, t)
 
 An external force is added to the second row: by the principle of Lagrange and d'Alembert it acts on
-a variation along g hat(e_a) as dL/dg does. It is a user's (q, v) or (q, v, t) -> (d,).
+a variation along g hat(e_a) as dL/dg does. It is a built-in one, of LAW's type with constants of
+its own, or a user's (q, v) or (q, v, t) -> (d,).
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from galvi.kernels.jit import jit
 from galvi.kernels.laws import MATRIX, VECTOR
 
 LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL, CANONICAL_GRADIENT = 0, 1, 2, 3, 4, 5
-FREE, PUSHED, TIMED_PUSHED = 0, 1, 2  # whether a force acts, and whether it takes the time
+FREE, PUSHED, TIMED_PUSHED, PUSHED_BY_LAW = 0, 1, 2, 3  # which force acts
 
 LAW_TYPE = types.FunctionType(types.void(VECTOR, VECTOR, types.float64, VECTOR, MATRIX))
 SLOPES_TYPE = types.FunctionType(VECTOR(VECTOR, VECTOR))
@@ -159,26 +160,29 @@ def canonical(kind, law, gradient, timed_gradient, constants, g, v, t, out):
 
 
 @jit
-def push(forces, pushed, side, g, v, t, out):
+def push(forces, constants, pushed, side, g, v, t, out):
     """out[1] <- out[1] + the external force; NaN when a user's function has another length."""
-    _, plain, timed_plain, matrix, timed_matrix = forces
-    d = v.size
+    _, law, plain, timed_plain, matrix, timed_matrix = forces
+    d, timed = v.size, pushed == TIMED_PUSHED
+    if pushed == PUSHED_BY_LAW:
+        law(g, v, t, constants, out)
+        return
     if side == 0:
-        force = timed_plain(g.copy(), v.copy(), t) if pushed > 1 else plain(g.copy(), v.copy())
+        force = timed_plain(g.copy(), v.copy(), t) if timed else plain(g.copy(), v.copy())
     else:
         q = g.copy().reshape((side, side))
-        force = timed_matrix(q, v.copy(), t) if pushed > 1 else matrix(q, v.copy())
+        force = timed_matrix(q, v.copy(), t) if timed else matrix(q, v.copy())
     for i in range(d):
         out[1, i] += force[i] if force.size == d else np.nan
 
 
 @jit
-def slopes(functions, kind, timed, side, constants, pushed, layout, g, v, t, out):
+def slopes(functions, kind, timed, side, constants, pushed, push_constants, layout, g, v, t, out):
     """out (2, d) at one configuration; side = 0 when the user takes a vector, else its rows."""
     lagrangian, fields_, forces = functions
     own_slopes(lagrangian, fields_, kind, timed, side, constants, layout, g, v, t, out)
     if pushed > 0:
-        push(forces, pushed, side, g, v, t, out)
+        push(forces, push_constants, pushed, side, g, v, t, out)
 
 
 @jit

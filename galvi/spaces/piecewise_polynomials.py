@@ -22,8 +22,9 @@ class PiecewisePolynomials:
 
     phi_0 = 1; the derivatives of the others are Legendre polynomials on one piece each, 0 elsewhere
     (at a joint they are those of the later piece). They jump at the joints, so the space needs a
-    rule that keeps the pieces apart, ``composite(rule, pieces)`` of one without both end points:
-    a step with ``composite(gauss(degree), pieces)`` is that many steps of Gauss collocation.
+    rule that keeps the pieces apart, ``composite(rule, pieces)`` of one without the end point 1,
+    such as gauss or radau from the left: a step with ``composite(gauss(degree), pieces)`` is that
+    many steps of Gauss collocation.
 
     Raises ValueError for numbers outside these.
     """

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.forces.known_force import KnownForce
 from galvi.kernels import slopes
 from galvi.kernels.laws import MATRIX, VECTOR
 from galvi.systems.compiles import compiles
@@ -40,6 +41,10 @@ def check_force(system: Forced) -> None:
         raise ValueError("timed_force means a force(q, v, t); received no force. Give one.")
     if system.force is not None and not callable(system.force):
         raise TypeError(f"force must be a function of {arguments}; received {system.force!r}.")
+    if isinstance(system.force, KnownForce) and not system.timed_force:
+        raise ValueError(
+            f"{system.force!r} takes (q, v, t); received timed_force=False. Set timed_force."
+        )
 
 
 def force_at(system: Forced, q: Array, v: Array, t: float) -> Array:
@@ -69,6 +74,11 @@ def with_force(field: GroupField, system: Forced, side: int) -> GroupField:
     """The field with the system's force; side = 0 when the user takes a vector, else its rows."""
     if system.force is None:
         return field
+    if isinstance(system.force, KnownForce):
+        known = system.force.push()
+        return replace(
+            field, pushed=slopes.PUSHED_BY_LAW, push=known.add, push_constants=known.constants
+        )
     timed = system.timed_force
     name = ("timed_" if timed else "") + ("matrix_" if side else "") + "force"
     arguments: tuple[Any, ...] = (MATRIX if side else VECTOR, VECTOR)

@@ -22,7 +22,8 @@ class GroupField:
     timed      whether a user's function takes the time
     side       rows of the matrix that a user's slopes and force take; 0 for a vector
     constants  (c,) numbers for law
-    pushed     slopes.FREE, PUSHED or TIMED_PUSHED
+    pushed     slopes.FREE, PUSHED, TIMED_PUSHED or PUSHED_BY_LAW
+    push_constants  (c,) numbers for push
     compiled   whether every function can run inside a compiled kernel
     """
 
@@ -37,6 +38,7 @@ class GroupField:
     field_law: Callable[..., Any] = laws.no_law
     field_gradient: Callable[..., Any] = laws.no_gradient
     timed_field_gradient: Callable[..., Any] = laws.no_timed_gradient
+    push: Callable[..., Any] = stage.no_law
     force: Callable[..., Any] = stage.no_slopes
     timed_force: Callable[..., Any] = stage.no_timed_slopes
     matrix_force: Callable[..., Any] = stage.no_matrix_slopes
@@ -45,6 +47,7 @@ class GroupField:
     side: int = 0
     constants: Array = field(default_factory=laws.no_constants)
     pushed: int = stage.FREE
+    push_constants: Array = field(default_factory=laws.no_constants)
     compiled: bool = True
 
     @property
@@ -53,6 +56,6 @@ class GroupField:
         return (
             self.law, self.slopes, self.timed_slopes, self.matrix_slopes, self.timed_matrix_slopes,
             self.gradient, self.timed_gradient, self.field_law, self.field_gradient,
-            self.timed_field_gradient, self.force, self.timed_force, self.matrix_force,
+            self.timed_field_gradient, self.push, self.force, self.timed_force, self.matrix_force,
             self.timed_matrix_force,
         )  # fmt: skip

@@ -80,14 +80,20 @@ def somewhere(L: SymbolicLagrangian, k: int) -> str:
 def at(L: SymbolicLagrangian, k: int, q: Array, v: Array, t: float) -> bool:
     """Whether the state is on surface k, and L has no second derivatives there."""
     x = np.concatenate([q, v, [t]])
-    size = float(np.max(np.abs(x))) or 1.0
-    axes = np.eye(x.size)
-    ahead, behind = ([_sign(L, k, x + s * size * NEAR * e) for e in axes] for s in (1.0, -1.0))
-    across = [e for e, a, b in zip(axes, ahead, behind, strict=True) if a != b]
+    sizes = np.concatenate([_sizes(q), _sizes(v), _sizes(np.array([t]))])
+    steps = np.diag(sizes)
+    ahead, behind = ([_sign(L, k, x + s * NEAR * step) for step in steps] for s in (1.0, -1.0))
+    across = [i for i, (a, b) in enumerate(zip(ahead, behind, strict=True)) if a != b]
     level = L.switches(q, v, t)[k]
-    ahead_most = max(abs(L.switches(*_split(x + size * e))[k] - level) for e in axes)
+    ahead_most = max(abs(L.switches(*_split(x + step))[k] - level) for step in steps)
     on = abs(level) <= 1e-12 * ahead_most
-    return on and any(_jump(L, x, e, size) for e in across)
+    return on and any(_jump(L, x, steps[i] / sizes[i], sizes[i]) for i in across)
+
+
+def _sizes(x: Array) -> Array:
+    """Of each component, in its own unit; of one that is 0 the largest of the others, or 1."""
+    size = np.abs(x)
+    return np.where(size > 0.0, size, np.max(size) or 1.0)
 
 
 def _jump(L: SymbolicLagrangian, x: Array, along: Array, size: float) -> str:

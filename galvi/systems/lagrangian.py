@@ -109,7 +109,7 @@ class Lagrangian:
             raise ValueError(
                 f"the derivatives of the Lagrangian must be finite at the start; received "
                 f"{left.tolist()}. "
-                + ("Give slopes" if self._slopes is None else "Check slopes")
+                + ("Give slopes" if self._slopes is None else _remedy(self.function))
                 + ", or start elsewhere."
             )
         if isinstance(self.function, SymbolicLagrangian):
@@ -244,3 +244,7 @@ class Lagrangian:
             if np.all(np.isfinite(x)) and np.all(np.isfinite(w)):
                 out[row] = one(x, w, float(s))
         return out.reshape(*lead, width or d)
+
+
+def _remedy(function: Function) -> str:
+    return "Write L without 0 / 0" if isinstance(function, SymbolicLagrangian) else "Check slopes"

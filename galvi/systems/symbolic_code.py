@@ -29,7 +29,7 @@ FROM_MATH = {"erf", "erfc", "gamma", "lgamma"}
 FROM_NUMPY = {
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "asinh", "acosh",
     "atanh", "exp", "expm1", "log", "log10", "log1p", "log2", "sqrt", "hypot", "floor", "ceil",
-    "sign", "maximum", "minimum", "pi", "e",
+    "sign", "maximum", "minimum", "pi", "e", "nan",
 }  # fmt: skip
 IN_NUMPY = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2",
             "asinh": "arcsinh", "acosh": "arccosh", "atanh": "arctanh"}  # fmt: skip
@@ -73,6 +73,12 @@ def printed(expression: Any) -> str:
         def _print_sign(self, of: Any) -> str:
             return f"sign({self._print(of.args[0])})"
 
+        def _print_Piecewise(self, of: Any) -> str:
+            code = "nan"  # where no condition holds
+            for value, condition in reversed(of.args):
+                code = f"({self._print(value)} if {self._print(condition)} else {code})"
+            return code
+
         def _print_Max(self, of: Any) -> str:
             return self._nested("maximum", of.args)
 
@@ -93,8 +99,8 @@ def printed(expression: Any) -> str:
     if not code or unknown:
         heads = sorted({type(f).__name__ for f in expression.atoms(_function_class())})
         raise ValueError(
-            f"the Lagrangian and its derivatives must be made of functions that can be compiled; "
-            f"received one of {', '.join(sorted(unknown) or heads)}. Replace it, or give "
+            f"the Lagrangian, its derivatives and the force must be made of functions that can be "
+            f"compiled; received one of {', '.join(sorted(unknown) or heads)}. Replace it, or give "
             f"galvi.Lagrangian functions of Python."
         )
     return str(code)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass
 from typing import Any
 
 from galvi import checks
+from galvi.systems.symbolic_expression import complete, in_words, real_expression, unlike
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,12 +64,13 @@ def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> 
                  **dict(zip(numbers, own["c"], strict=True))},
                 {} if t is None else {t: time}]  # fmt: skip
     known = {*own["q"], *own["v"], *own["c"], time}
+    names = {str(x) for x in given}
 
     def read(what: str, expression: Any) -> Any:
-        found = _real_expression(what, expression, sympy)
+        found = real_expression(what, expression)
         for step in replaced:
             found = found.xreplace(step)
-        return _complete(what, found, known, words, sympy)
+        return complete(what, found, known, words, names)
 
     words = {a: _name(x) for a, x in zip(own["q"], places, strict=True)}
     words |= {a: _name(x) for a, x in zip(own["v"], rates, strict=True)}
@@ -77,7 +79,7 @@ def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> 
         words[time] = str(t)
     forces = None
     if force is not None:
-        rows = list(force) if isinstance(force, Iterable) else [force]
+        rows = _listed("force", force)
         if len(rows) != len(places):
             raise ValueError(
                 f"force must hold one expression for each coordinate; received {len(rows)} for "
@@ -90,23 +92,30 @@ def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> 
     )  # fmt: skip
 
 
-def in_words(expression: Any, words: Mapping[Any, str]) -> str:
-    """Its symbols replaced by these names."""
-    import sympy
-
-    return str(expression.xreplace({own: sympy.Symbol(name) for own, name in words.items()}))
-
-
 def _several(name: str, given: Any) -> list[Any]:
     from sympy import Derivative, Symbol
     from sympy.core.function import AppliedUndef
 
-    found = list(given) if isinstance(given, Iterable) else [given]
+    found = _listed(name, given)
     if not found or not all(isinstance(x, Symbol | AppliedUndef | Derivative) for x in found):
         raise TypeError(
-            f"{name} must hold SymPy symbols, or functions of the time; received {given!r}."
+            f"{name} must hold SymPy symbols, or functions of the time such as theta(t); received "
+            f"{given!r}."
         )
     return found
+
+
+def _listed(name: str, given: Any) -> list[Any]:
+    """What is in a list, a tuple, an array or a matrix; one thing alone as a list of one."""
+    import sympy
+
+    if isinstance(given, Set | Mapping | sympy.Set | sympy.Dict):
+        raise TypeError(
+            f"{name} must be a list, in the order of the coordinates; received {given!r}, which "
+            f"has no order."
+        )
+    several = isinstance(given, Iterable | sympy.MatrixBase) and not isinstance(given, str)
+    return list(given) if several else [given]
 
 
 def _velocities(places: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
@@ -120,7 +129,9 @@ def _velocities(places: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
         if others or not single or (t is not None and t != when[0]):
             raise ValueError(
                 f"coordinates must be functions of the time alone, the same for all; received "
-                f"{', '.join(map(str, places))}" + (f" with t = {t}." if t is not None else ".")
+                f"{', '.join(map(str, places))}"
+                + (f" with t = {t}." if t is not None else ".")
+                + unlike({str(t)} & {str(x) for (x, *_) in times if t is not None})
             )
         t = when[0]
     if t is not None and not isinstance(t, Symbol):
@@ -141,62 +152,16 @@ def _numbers(parameters: Any, sympy: Any) -> dict[Any, float]:
     given = dict(parameters or {})
     for symbol in given:
         if not isinstance(symbol, sympy.Symbol):
-            raise TypeError(f"parameters must have SymPy symbols as keys; received {symbol!r}.")
+            raise TypeError(
+                f"parameters must have SymPy symbols as keys; received {symbol!r}."
+                + " Give the symbol, not its name." * isinstance(symbol, str)
+            )
     ordered = sorted(given, key=lambda symbol: (symbol.name, str(symbol.assumptions0)))
-    plain = {x: float(y) if isinstance(y, sympy.Number) else y for x, y in given.items()}
+    plain = {
+        x: float(y) if isinstance(y, sympy.Expr) and y.is_number and y.is_real else y
+        for x, y in given.items()
+    }
     return {x: checks.real(f"parameter {x}", plain[x]) for x in ordered}
-
-
-def _real_expression(what: str, expression: Any, sympy: Any) -> Any:
-    if isinstance(expression, int | float):
-        expression = sympy.sympify(expression)
-    if not isinstance(expression, sympy.Expr):
-        shape = getattr(expression, "shape", None)
-        received = repr(expression) if shape is None else f"a matrix of shape {shape}"
-        remedy = " Take its entry, L[0]." if shape == (1, 1) else ""
-        raise TypeError(f"{what} must be a SymPy expression; received {received}.{remedy}")
-    infinite = (sympy.I, sympy.zoo, sympy.oo, -sympy.oo, sympy.nan)
-    if expression.has(*infinite):
-        raise ValueError(f"{what} must be real and finite; received {expression}.")
-    return expression
-
-
-def _complete(what: str, found: Any, known: set[Any], words: Mapping[Any, str], sympy: Any) -> Any:
-    """The same, if nothing is left to be done and every symbol is known."""
-    from sympy.core.function import AppliedUndef
-
-    left = found.atoms(
-        sympy.Derivative, sympy.Integral, sympy.Sum, sympy.Product, sympy.Limit, sympy.Subs
-    )
-    if left:
-        received = ", ".join(sorted(in_words(x, words) for x in left))
-        raise ValueError(
-            f"{what} must be an expression of q, v and t without derivatives, integrals or sums "
-            f"left to do; received {received}. Call doit() on it, or replace velocities by those "
-            f"in v."
-        )
-    unknown = sorted(map(str, found.free_symbols - known))
-    if unknown:
-        values = ", ".join(f"{name}: ..." for name in unknown)
-        alike = " The symbol must be the same one, with the same assumptions."
-        raise ValueError(
-            f"{what} must hold q, v, t and symbols with a value alone; received "
-            f"{', '.join(unknown)}. Give parameters={{{values}}}."
-            + alike
-            * bool({*unknown} & {*words.values()})
-        )
-    undefined = sorted(in_words(x, words) for x in found.atoms(AppliedUndef))
-    if undefined:
-        raise ValueError(
-            f"{what} must be made of known functions; received {', '.join(undefined)}. Put its "
-            f"formula in its place."
-        )
-    if found.has(sympy.I, sympy.zoo, sympy.oo, -sympy.oo, sympy.nan):
-        raise ValueError(
-            f"{what} must be real and finite for real coordinates; received "
-            f"{in_words(found, words)}."
-        )
-    return found
 
 
 def _name(x: Any) -> str:

@@ -223,7 +223,7 @@ def test_backwards_undoes_forwards_for_degree_one_in_the_exponential_chart(probl
 @pytest.mark.parametrize("more", [0, 1], ids=["packed", "H's"])
 @pytest.mark.parametrize("problem", [PENDULUM, galvi.problems.heavy_top(), FLYING], ids=title)
 def test_backwards_undoes_forwards_to_one_order_more_than_that_of_the_method(problem, more, chart):
-    for degree, counts in ((2, (64, 128)), (3, (64, 90))):
+    for degree, counts in ((2, (64, 128)), (3, (45, 64))):
         method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + more), chart)
         errors = [galvi.round_trip_error(problem, method, LENGTH / n, n) for n in counts]
         measured = np.log(errors[0] / errors[1]) / np.log(counts[1] / counts[0])
@@ -404,8 +404,9 @@ def test_fixed_point_iteration_alone_is_what_its_name_says(problem, chart):
     alone = galvi.integrate(problem, collocation(6, chart), 1.05, 30, solver="fixed_point")
     assert alone.counts["linear_solves"] == 0
     if not alone.success and run.success:
-        assert "fixed-point iteration did not solve the stage equations" in alone.status
-        assert "Newton" not in alone.status and alone.status.endswith("or the solver auto.")
+        assert "Newton" not in alone.status
+        ends = "or chart=galvi.Exponential(), which ends at 2 pi."
+        assert alone.status.endswith(ends if chart is CAYLEY else "or the solver auto.")
     assert (problem is FREE) == (not alone.success)
 
 

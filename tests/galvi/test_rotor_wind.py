@@ -78,7 +78,7 @@ def test_no_wind_goes_through_the_ground_and_the_images_are_why():
     assert abs(kernel.ring(25.0, -4.0)[1] * STRENGTH) > 1.0  # one ring alone does blow through it
 
 
-def test_on_the_axis_and_far_away_a_ring_is_that_of_biot_and_savart():
+def test_far_away_a_ring_is_that_of_biot_and_savart_and_on_the_axis_with_its_core():
     for zeta in (0.0, -3.0, 40.0):
         spread, rise = kernel.ring(0.0, zeta)
         assert rise == pytest.approx(2.0 * (R**2 + zeta**2 + CORE**2) ** -1.5, rel=1e-13)

@@ -111,7 +111,7 @@ def test_refusals_name_the_remedy_for_the_space():
         galvi.Galerkin(Fourier(2), galvi.gauss(16))
     with pytest.raises(ValueError, match=r"on each piece, galvi.composite\(rule, 2\), with a rule"):
         galvi.Galerkin(PiecewisePolynomials(1, 2), galvi.gauss(3))
-    with pytest.raises(ValueError, match=r"on each piece, galvi.composite\(rule, 4\), or fewer"):
+    with pytest.raises(ValueError, match=r"on each piece, galvi.composite\(rule, 4\), with enou"):
         galvi.Galerkin(PiecewisePolynomials(1, 4), galvi.gauss(3))
     remedy = galvi.Galerkin(PiecewisePolynomials(1, 4), composite(galvi.gauss(1), 4))
     assert remedy.order == 2
@@ -201,10 +201,59 @@ def test_heavy_and_light_bodies_are_compared_by_their_accelerations():
     assert said.exists is False and said.converges is True
 
 
+def quartic():
+    return galvi.Canonical(
+        1.0, lambda q: 0.25 * q[0] ** 4, lambda q: q**3, lambda q: 3.0 * q[None] ** 2
+    )
+
+
+def test_a_stiffness_that_is_0_at_the_start_is_found_along_the_motion():
+    """v^2 / 2 + q^4 / 4 = 1/2: 3 q^2 is at most 3 sqrt 2 = 4.243."""
+    problem = galvi.Problem(quartic(), [0.0], [1.0])
+    for step in (1.0, 10.0, 1000.0):
+        assert 0.97 * 3.0 * np.sqrt(2.0) < method().theory(problem, step).lipschitz < 4.28  # 4.234
+    said = method().theory(problem)
+    assert said.lipschitz is None and "Give a step, or lipschitz" in said.reasons["lipschitz"]
+    assert method().theory(problem, lipschitz=4.25).exists is None
+
+
+def test_a_negative_step_looks_backwards():
+    problem = replace(
+        KEPLER, q0=[-1.0, 0.9], v0=[-0.6, -0.8]
+    )  # towards pericentre, or away from it
+    ahead, back = (method().theory(problem, step) for step in (0.2, -0.2))
+    assert back.source.endswith("from t = 0 to -2") and ahead.source.endswith("from t = 0 to 2")
+    mirrored = replace(problem, v0=-problem.v0)
+    assert back.lipschitz == method().theory(mirrored, 0.2).lipschitz != ahead.lipschitz
+
+
+def test_degrees_that_a_problem_does_not_have_are_refused_as_by_integrate():
+    unlike = galvi.ComponentPolynomials((8, 4, 3))
+    with pytest.raises(ValueError, match="a degree for each of the 2 components; received 3"):
+        galvi.theory(unlike, galvi.gauss(8), KEPLER)
+    pair = galvi.Problem(galvi.NBody([1.0]), [[0.0, 0.0, 1.0]], [[0.0, 1.0, 0.0]])
+    with pytest.raises(ValueError, match="for Canonical and Lagrangian systems"):
+        galvi.theory(unlike, galvi.gauss(8), pair)
+
+
+def test_a_lagrangian_on_a_vector_space_keeps_the_symmetry():
+    said = method().theory(galvi.problems.double_pendulum(), 0.1)
+    assert said.symmetric is True and "symmetric" not in said.reasons
+    error = galvi.round_trip_error(galvi.problems.double_pendulum(), method(), 0.1, 20)
+    assert error < 1e-12  # 2e-14
+
+
+def test_names_reach_the_highest_degree():
+    assert galvi.theory(P(64), galvi.gauss(64)).name == "Gauss collocation, 64 stages"
+    assert galvi.theory(P(64), galvi.lobatto(65)).name == "Lobatto IIIA-IIIB, 65 stages"
+    assert galvi.theory(P(64), galvi.gauss(65)).name == ""
+
+
 def test_a_free_particle_may_take_any_step():
     free = galvi.Canonical(1.0, lambda q: 0.0, np.zeros_like, lambda q: np.zeros((1, 1)))
     said = method().theory(galvi.Problem(free, [0.0], [1.0]), step=1e6)
     assert said.exists and said.unique_step == np.inf and said.contraction == 0.0
+    assert "any step      a step has exactly one solution" in str(said) and "inf" not in str(said)
 
 
 def test_a_force_that_is_not_finite_has_no_bounds():

@@ -1,0 +1,1 @@
+"""External forces that references recognise by type and fields."""

@@ -1,0 +1,27 @@
+"""Linear equations with pivoting, against numpy: whatever the order of the rows."""
+
+import numpy as np
+import pytest
+
+from galvi.kernels.elimination import factor, substitute
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 7, 24])
+def test_solutions_are_those_of_numpy_whatever_the_order_of_the_rows(n):
+    random = np.random.default_rng(n)
+    moved = 0
+    for _ in range(20):
+        matrix, rhs = random.normal(size=(n, n)), random.normal(size=n)
+        factors, pivots, solved = matrix.copy(), np.empty(n, np.int64), rhs.copy()
+        assert factor(factors, pivots)
+        substitute(factors, pivots, solved)
+        moved += int(np.sum(pivots[1:] != np.arange(1, n)))
+        assert np.allclose(matrix @ solved, rhs, rtol=0, atol=1e-11)  # 3e-13
+        given = np.linalg.solve(matrix, rhs)
+        assert np.allclose(solved, given, rtol=1e-8, atol=0)
+    assert n < 3 or moved > 0  # rows were exchanged after the first column
+
+
+def test_a_singular_matrix_and_one_that_is_not_finite_are_seen():
+    for matrix in (np.ones((2, 2)), np.zeros((3, 3)), np.full((2, 2), np.nan)):
+        assert not factor(matrix, np.empty(len(matrix), np.int64))
