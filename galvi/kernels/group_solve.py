@@ -6,8 +6,9 @@ import numpy as np
 
 from galvi.kernels import charts
 from galvi.kernels.elimination import factor, substitute
+from galvi.kernels.group_derivative import derivative
 from galvi.kernels.group_scale import FAR, largest, measure, narrowed, relative, widen
-from galvi.kernels.group_stages import derivative, place_curve, residual, stage_slopes
+from galvi.kernels.group_stages import is_flat, place_curve, residual, scratch, stage_slopes
 from galvi.kernels.jit import jit
 from galvi.kernels.solve import (
     DIVERGED,
@@ -47,6 +48,9 @@ def guess_curve(layout, chart, basis, fit, h, velocities, x):
 
     xi' = T(xi)^-1 velocity, where xi is improved a few times; fit (m, s) takes rates to x / h.
     """
+    if is_flat(layout):
+        coefficients(basis[5], fit, h, velocities, x)
+        return
     d, s = velocities.shape
     place, rate = np.zeros((d, s)), np.empty((d, s))
     xi, eta, T, G = np.empty(d), np.zeros(d), np.empty((d, d)), np.empty((d, d))
@@ -70,13 +74,14 @@ def guess_curve(layout, chart, basis, fit, h, velocities, x):
 
 @jit
 def form(
-    law, layout, chart, basis, scale, pace, h, g, mu0, t, x, place, rate, forces, matrix, pivots,
-    counts,
+    law, layout, chart, basis, room, scale, pace, h, g, mu0, t, x, place, rate, forces, matrix,
+    pivots, counts,
 ):  # fmt: skip
     """The factored derivative at the stages; whether it is regular."""
     d, s = place.shape
-    derivative(law, layout, chart, basis, scale, pace, h, g, mu0, t, x, place, rate, forces, matrix)
-    counts[FORCES] += 4 * d * s
+    derivative(law, layout, chart, basis, room, scale, pace, h, g, mu0, t, x, place, rate, forces,
+               matrix)  # fmt: skip
+    counts[FORCES] += 2 * d * s
     counts[SOLVES] += 1
     return factor(matrix, pivots)
 
@@ -119,7 +124,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, counts, x, f
     to_place, to_rate = np.empty((d, s)), np.empty((d, s))
     R, ahead, step = np.empty((d, m)), np.empty((d, m)), np.empty((d, m))
     matrix, pivots = np.empty((first[d], first[d])), np.empty(first[d], np.int64)
-    history, scale = np.empty(4), np.empty(d)
+    room, history, scale = scratch(d, g.size), np.empty(4), np.empty(d)
     now, sizes = np.empty(d), np.empty(d)
     forget(history)
     formed = here = False  # whether there is a derivative, and whether it is of where step began
@@ -128,7 +133,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, counts, x, f
     measure(layout, g, scale)
     widen(layout, place, rate, h, scale)
     for passes in range(PASSES):
-        stage_slopes(law, layout, chart, g, t, place, rate, forces, velocities)
+        stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities)
         residual(layout, chart, basis, h, mu0, forces, x, R)
         counts[ITERATIONS] += 1
         counts[FORCES] += s
@@ -154,8 +159,8 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, counts, x, f
                 for a in range(d):
                     sizes[a] = scale[a] if scale[a] > 0.0 else 1.0
                 pace = pace if pace > 0.0 else np.max(sizes) / abs(h)
-                if not form(law, layout, chart, basis, sizes, pace, h, g, mu0, t, x, place, rate,
-                            forces, matrix, pivots, counts):  # fmt: skip
+                if not form(law, layout, chart, basis, room, sizes, pace, h, g, mu0, t, x, place,
+                            rate, forces, matrix, pivots, counts):  # fmt: skip
                     return NOT_FINITE
                 correct(matrix, pivots, first, R, ahead)
                 place_curve(basis, h, ahead, to_place, to_rate)
@@ -178,7 +183,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, counts, x, f
             measure(layout, g, now)
             widen(layout, place, rate, h, now)
             if not narrowed(now, scale):
-                stage_slopes(law, layout, chart, g, t, place, rate, forces, velocities)
+                stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities)
                 counts[FORCES] += s
                 return SOLVED
             forget(history)

@@ -1,4 +1,4 @@
-"""One step on a group: the residual of its stage equations and their derivative.
+"""One step on a group: the residual of its stage equations.
 
 The curve of a step is g Phi(xi(tau)), xi = sum_i x_i psi_i(tau), and L along it is a Lagrangian
 l(xi, xi', t) in the algebra, with pi = dl/dxi' and f = dl/dxi at the stages. The discrete
@@ -23,6 +23,7 @@ law      (functions, kind, timed, side, constants, pushed, push_constants), see
          galvi.kernels.slopes
 scale    (d,)  1 for rotations, the size of places and of moves for translations; not 0
 pace     of xi', not 0
+room     arrays to work in, of ``scratch``
 """
 
 from __future__ import annotations
@@ -32,8 +33,6 @@ import numpy as np
 from galvi.kernels import charts, covectors
 from galvi.kernels.jit import jit
 from galvi.kernels.slopes import slopes
-
-NUDGE = 2.0**-20  # of a difference, where slopes are accurate to round-off
 
 
 @jit
@@ -50,12 +49,34 @@ def place_curve(basis, h, x, place, rate):
 
 
 @jit
-def local_slopes(law, layout, chart, g, xi, eta, t, velocity, out):
+def is_flat(layout):
+    """Whether the group is R^n alone, where T = Ad* = 1."""
+    return layout.shape[0] == 1 and layout[0, 0] == charts.RN
+
+
+@jit
+def scratch(d, r):
+    """Room for one step: xi, eta, velocity (d,), place (r,), (2, d), (3, d), T and G (d, d)."""
+    return (
+        np.empty(d), np.empty(d), np.empty(d), np.empty(r), np.empty((2, d)), np.empty((3, d)),
+        np.empty((d, d)), np.empty((d, d)),
+    )  # fmt: skip
+
+
+@jit
+def local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, out):
     """out (3, d) <- pi, f and n of the Lagrangian in the chart at g; velocity (d,) <- T xi'."""
     functions, kind, timed, side, constants, pushed, push_constants = law
+    there, own, T, G = room[3], room[4], room[6], room[7]
     d = xi.size
-    T, G = np.empty((d, d)), np.empty((d, d))
-    there, own = np.empty(g.size), np.empty((2, d))
+    if is_flat(layout):
+        for i in range(d):
+            there[i], velocity[i] = g[i] + xi[i], eta[i]
+        slopes(functions, kind, timed, side, constants, pushed, push_constants, layout, there,
+               velocity, t, own)  # fmt: skip
+        for i in range(d):
+            out[0, i], out[1, i], out[2, i] = own[0, i], own[1, i], own[1, i]
+        return
     charts.place(layout, chart, g, xi, there)
     charts.tangent(layout, chart, xi, eta, T, G)
     for i in range(d):
@@ -73,14 +94,14 @@ def local_slopes(law, layout, chart, g, xi, eta, t, velocity, out):
 
 
 @jit
-def stage_slopes(law, layout, chart, g, t, place, rate, forces, velocities):
+def stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities):
     """forces (3, d, s) and the velocities (d, s) at all stages."""
     d, s = place.shape
-    xi, eta, velocity, out = np.empty(d), np.empty(d), np.empty(d), np.empty((3, d))
+    xi, eta, velocity, out = room[0], room[1], room[2], room[5]
     for j in range(s):
         for a in range(d):
             xi[a], eta[a] = place[a, j], rate[a, j]
-        local_slopes(law, layout, chart, g, xi, eta, t[j], velocity, out)
+        local_slopes(law, layout, chart, room, g, xi, eta, t[j], velocity, out)
         for a in range(d):
             forces[0, a, j], forces[1, a, j], forces[2, a, j] = out[0, a], out[1, a], out[2, a]
             velocities[a, j] = velocity[a]
@@ -111,6 +132,10 @@ def carried(basis, h, mu0, forces, out):
 def end_momentum(layout, chart, xi, momentum, mu1, p1):
     """mu1 and p1 = T^T mu1 from xi(1) and the momentum seen from the frame of g."""
     d = xi.size
+    if is_flat(layout):
+        for i in range(d):
+            mu1[i] = p1[i] = momentum[i]
+        return
     T, G = np.empty((d, d)), np.empty((d, d))
     covectors.from_base(layout, chart, xi, momentum, mu1)
     charts.tangent(layout, chart, xi, xi, T, G)
@@ -135,92 +160,3 @@ def residual(layout, chart, basis, h, mu0, forces, x, R):
             for j in range(b.size):
                 total += b[j] * (h * forces[1, a, j] * psi[j, i] + forces[0, a, j] * slope[j, i])
             R[a, i] = total
-
-
-@jit
-def curvature(law, layout, chart, scale, pace, g, t, xi, eta, blocks):
-    """blocks (2, 3, d, d) <- derivatives by xi and by xi' of pi, f and n, by central differences.
-
-    They only steer Newton's iteration; what it converges to does not depend on them.
-    """
-    d = xi.size
-    ahead, behind, velocity = np.empty((3, d)), np.empty((3, d)), np.empty(d)
-    for a in range(d):
-        for kind in range(2):
-            moved = xi if kind == 0 else eta
-            kept = moved[a]
-            nudge = NUDGE * (scale[a] if kind == 0 else pace)
-            moved[a] = kept + nudge
-            local_slopes(law, layout, chart, g, xi, eta, t, velocity, ahead)
-            moved[a] = kept - nudge
-            local_slopes(law, layout, chart, g, xi, eta, t, velocity, behind)
-            moved[a] = kept
-            for row in range(3):
-                for i in range(d):
-                    blocks[kind, row, i, a] = 0.5 * (ahead[row, i] - behind[row, i]) / nudge
-
-
-@jit
-def end_curvature(layout, chart, scale, xi, momentum, by_place, by_momentum):
-    """Derivatives (d, d) of p1 by xi(1) and by the momentum, by central differences."""
-    d = xi.size
-    mu1, ahead, behind = np.empty(d), np.empty(d), np.empty(d)
-    size = 0.0
-    for a in range(d):
-        size = max(size, abs(momentum[a]))
-    for a in range(d):
-        for kind in range(2):
-            moved = xi if kind == 0 else momentum
-            out = by_place if kind == 0 else by_momentum
-            kept = moved[a]
-            nudge = NUDGE * (scale[a] if kind == 0 else max(size, 1e-100))
-            moved[a] = kept + nudge
-            end_momentum(layout, chart, xi, momentum, mu1, ahead)
-            moved[a] = kept - nudge
-            end_momentum(layout, chart, xi, momentum, mu1, behind)
-            moved[a] = kept
-            for i in range(d):
-                out[i, a] = 0.5 * (ahead[i] - behind[i]) / nudge
-
-
-@jit
-def derivative(
-    law, layout, chart, basis, scale, pace, h, g, mu0, t, x, place, rate, forces, matrix
-):
-    """matrix <- dR/dx, (unknowns, unknowns), that of x[a, i] and equation R[a, i] first[a] + i."""
-    psi, slope, end, b, c, first = basis
-    d, s = place.shape
-    m = end.size
-    xi, eta, blocks = np.empty(d), np.empty(d), np.empty((2, 3, d, d))
-    kicks = np.zeros((d, d, m))
-    matrix[:, :] = 0.0
-    for j in range(s):
-        for a in range(d):
-            xi[a], eta[a] = place[a, j], rate[a, j]
-        curvature(law, layout, chart, scale, pace, g, t[j], xi, eta, blocks)
-        for a in range(d):
-            for k in range(d):
-                for l in range(m):
-                    kicks[a, k, l] += b[j] * (
-                        h * blocks[0, 2, a, k] * psi[j, l] + blocks[1, 2, a, k] * slope[j, l]
-                    )
-                for i in range(first[a + 1] - first[a]):
-                    late, bend = h * b[j] * psi[j, i], b[j] * slope[j, i]
-                    by_place = late * blocks[0, 1, a, k] + bend * blocks[0, 0, a, k]
-                    by_rate = (late * blocks[1, 1, a, k] + bend * blocks[1, 0, a, k]) / h
-                    for l in range(first[k + 1] - first[k]):
-                        matrix[first[a] + i, first[k] + l] += (
-                            by_place * psi[j, l] + by_rate * slope[j, l]
-                        )
-    momentum, by_end, by_momentum = np.empty(d), np.empty((d, d)), np.empty((d, d))
-    end_place(basis, x, xi)
-    carried(basis, h, mu0, forces, momentum)
-    end_curvature(layout, chart, scale, xi, momentum, by_end, by_momentum)
-    for a in range(d):
-        for k in range(d):
-            for l in range(first[k + 1] - first[k]):
-                moved = by_end[a, k] * end[l]
-                for n in range(d):
-                    moved += by_momentum[a, n] * kicks[n, k, l]
-                for i in range(first[a + 1] - first[a]):
-                    matrix[first[a] + i, first[k] + l] -= end[i] * moved

@@ -11,9 +11,9 @@ zeta     height above a ring, z - Z_j, and above its image, z + Z_j, which turns
 One ring, of circulation Gamma, has the Stokes stream function
     psi = (Gamma R^2 / 4) r^2 / B^(3/4),   B = P^2 - 4 R^2 r^2,   P = r^2 + R^2 + zeta^2 + a^2,
 so u_r = -psi_z / r and u_z = psi_r / r: free of divergence by its form, with no flow through the
-ground, where ring and image have the same psi with opposite signs. Far away it is the velocity of a thin
-ring by Biot and Savart's law (Lamb, Hydrodynamics, art. 161), and on the axis that with R^2 + zeta^2
-+ a^2 for R^2 + zeta^2; about the core it is smooth, as
+ground, where ring and image have the same psi with opposite signs. Far away it is the velocity of
+a thin ring by Biot and Savart's law (Lamb, Hydrodynamics, art. 161), and so it is on the axis, with
+R^2 + zeta^2 + a^2 for R^2 + zeta^2. About the core it is smooth, as
 B = ((r - R)^2 + zeta^2 + a^2) ((r + R)^2 + zeta^2 + a^2) > 0.
 
 Chosen over elliptic integrals because they lose digits near the axis and are infinite at the core:
