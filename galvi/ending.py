@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import cast
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +11,14 @@ from galvi.charts.chart import Chart
 from galvi.kernels.group_advance import LEFT_CHART
 from galvi.kernels.solve import NOT_FINITE, SOLVED
 from galvi.potentials.potential import Potential
+from galvi.potentials.uniform_gravity import UniformGravity
 from galvi.problem import Problem
+from galvi.states import velocity_at
 from galvi.systems.canonical import Canonical
+from galvi.systems.free_body import FreeBody
+from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
-from galvi.systems.system import VectorSystem
+from galvi.systems.rigid_body import RigidBody
 from galvi.trajectory import COMPLETED
 
 OFF = 0.1  # change of the energy over |T| + |V| that no usable run has
@@ -40,7 +44,7 @@ def ending(
     state   (4, d), see galvi.continuation
     """
     if done == steps:
-        return _completed(problem, state)
+        return _completed(problem, state[0], state[2])
     where = f"at step {done + 1} of {steps}, from t = {t:g}"
     if code == SOLVED:
         return f"Interrupted {where}; what was computed is kept."
@@ -59,16 +63,20 @@ def ending(
 
 
 def ending_on_group(
-    chart: Chart, code: int, solver: str, step: float, done: int, steps: int, t: float, turn: float,
-    slopes: bool,
+    problem: Problem, chart: Chart, code: int, solver: str, step: float, done: int, steps: int,
+    t: float, q: Array, p: Array, near: Array, turn: float, slopes: bool,
 ) -> str:  # fmt: skip
     """The status of a run on a group; arguments as for `ending`.
 
+    q, p    where it stands
+    near    (d,) about its velocity
     turn    angle, radians, by which the step that failed turns; 0 where nothing turns
     slopes  whether the derivatives of the Lagrangian are known, not differenced
     """
     if done == steps:
-        return COMPLETED
+        if not _conserves_energy(problem.system):
+            return COMPLETED
+        return _completed(problem, q, velocity_at(problem.system, q, p, t, near))
     where = f"at step {done + 1} of {steps}, from t = {t:g}"
     if code == SOLVED:
         return f"Interrupted {where}; what was computed is kept."
@@ -98,22 +106,12 @@ def ending_on_group(
     )
 
 
-def _completed(problem: Problem, state: Array) -> str:
-    """Completed, with a word when the energy of a known potential says that it went wrong."""
-    system = problem.system
-    known = isinstance(system, NBody) or (
-        isinstance(system, Canonical) and isinstance(system.potential, Potential)
-    )
-    if not known:
+def _completed(problem: Problem, q: Array, v: Array) -> str:
+    """Completed at (q, v), with a word when a conserved energy says that it went wrong."""
+    if not _conserves_energy(problem.system):
         return COMPLETED
     with np.errstate(all="ignore"):
-        energies = []
-        for q, v in ((problem.q0, problem.v0), (state[0], state[2])):
-            q, v = q.reshape(problem.q0.shape), v.reshape(problem.q0.shape)
-            kinetic = 0.5 * float(np.sum(v * system.momentum(v)))
-            energies.append(
-                (kinetic, float(cast(VectorSystem, system).potential_energy(q, np.zeros(()))))
-            )
+        energies = [_energy(problem, *state) for state in ((problem.q0, problem.v0), (q, v))]
         size = sum(abs(part) for part in energies[0])
         change = abs(sum(energies[1]) - sum(energies[0]))
     if change <= OFF * size:
@@ -123,6 +121,31 @@ def _completed(problem: Problem, state: Array) -> str:
         f"|V| at the start: the step is too large for this motion. Use a smaller step or a higher "
         f"degree."
     )
+
+
+def _conserves_energy(system: Any) -> bool:
+    """Whether it does, and its energy is known to round-off and quickly had."""
+    if isinstance(system, NBody | FreeBody):
+        return True
+    if getattr(system, "force", None) is not None:
+        return False
+    if isinstance(system, Lagrangian):
+        return not system.explicit_time and system.potential_calls_per_force == 0
+    if isinstance(system, RigidBody):
+        return system.gradient is None and isinstance(system.potential, UniformGravity | None)
+    return isinstance(system, Canonical) and isinstance(system.potential, Potential)
+
+
+def _energy(problem: Problem, q: Array, v: Array) -> tuple[float, float]:
+    """T and V; v . dL/dv and -L of a Lagrangian."""
+    system: Any = problem.system
+    if isinstance(system, Lagrangian):
+        t = np.asarray(problem.t0)
+        product = float(v @ system.momentum(v, q, t))
+        return product, float(system.energy(q, v, t)) - product
+    q, v = q.reshape(problem.q0.shape), v.reshape(problem.v0.shape)
+    kinetic = 0.5 * float(np.sum(v * system.momentum(v)))
+    return kinetic, float(system.potential_energy(q, np.zeros(())))
 
 
 def _encounter(

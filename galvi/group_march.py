@@ -94,8 +94,10 @@ def march_on_group(
         success=done == steps,
         interrupted=done < steps and code == SOLVED,
         status=ending_on_group(
-            method.chart, code, start.solver, step, done, steps, t_first + done * step,
-            float(work.turned[0]), not differenced,
+            problem, method.chart, code, start.solver, step, done, steps, t_first + done * step,
+            work.state[0, : problem.q0.size].reshape(group.shape),
+            work.state[1, : group.dimension], work.stages[:, -1], float(work.turned[0]),
+            not differenced,
         ),
         failed_step=None if done == steps else done + 1,
         counts={"steps": done, **counts},

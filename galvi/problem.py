@@ -46,6 +46,8 @@ class Problem:
         q0 = checks.array("q0", self.q0)
         shape = self.system.velocity_shape(q0.shape)
         remedy = "v0 has the shape of q0." if shape == q0.shape else "v0 is the body velocity."
+        if q0.ndim < 2 and shape != q0.shape:
+            remedy = f"So must q0; received shape {q0.shape}."
         v0 = checks.array("v0", self.v0, shape, remedy)
         self.system.check(q0, v0)
         object.__setattr__(self, "q0", q0)

@@ -63,7 +63,7 @@ class ReboundAdaptive:
         q, v = (np.full((len(times), *problem.q0.shape), np.nan) for _ in "qv")
         q[0], v[0] = problem.q0, problem.v0
         failure = None
-        with rebound_simulation.messages() as status:
+        with rebound_simulation.interrupts_kept(), rebound_simulation.messages() as status:
             for row, t in enumerate(times[1:] - problem.t0, start=1):
                 try:
                     sim.engine.integrate(t, exact_finish_time=1)

@@ -7,6 +7,8 @@ heliocentric coordinates need), its constant G, its three dimensions and its mes
 from __future__ import annotations
 
 import ctypes
+import signal
+import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -123,6 +125,21 @@ def arithmetic_kept() -> Iterator[None]:
         yield
     finally:
         library.fesetenv(modes)
+
+
+@contextmanager
+def interrupts_kept() -> Iterator[None]:
+    """Undo what the engine does to Ctrl-C.
+
+    Its integrate (5.2.2) puts a handler of its own in the place of Python's and leaves it there:
+    from then on no Ctrl-C would reach the rest of the program.
+    """
+    try:
+        yield
+    finally:
+        handler = signal.getsignal(signal.SIGINT)
+        if handler is not None and threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGINT, handler)
 
 
 @lru_cache(maxsize=1)

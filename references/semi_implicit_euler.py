@@ -20,10 +20,12 @@ from numba import types
 
 from galvi import Canonical, NBody, Problem, Trajectory
 from galvi.arrays import Array
+from galvi.forces.known_force import KnownForce
 from galvi.kernels import interpreted as interpretation
 from galvi.kernels import laws
 from galvi.kernels.accelerations import accelerations, apply_inverse_mass
 from galvi.kernels.jit import compiled_for, jit
+from galvi.kernels.slopes import LAW_TYPE, no_law
 from galvi.systems.compiles import compiles
 from references.contender import require
 from references.outcome import Failure, outcome
@@ -32,12 +34,12 @@ from references.setting import check_keys, described, fixed_steps
 
 CHUNK = 100_000  # steps between two looks at Ctrl-C
 STATE, ROWS, WHOLE, REAL = laws.VECTOR, laws.MATRIX, types.int64, types.float64
-FREE, FORCED, TIMED = 0, 1, 2
+FREE, FORCED, TIMED, KNOWN = 0, 1, 2, 3
 ARGUMENTS = {FREE: (STATE, STATE), FORCED: (STATE, STATE), TIMED: (STATE, STATE, REAL)}
 SIGNATURE = WHOLE(
     WHOLE, laws.LAW, laws.GRADIENT_TYPE, laws.TIMED_GRADIENT_TYPE, STATE, ROWS,
     WHOLE, types.FunctionType(STATE(*ARGUMENTS[FORCED])),
-    types.FunctionType(STATE(*ARGUMENTS[TIMED])),
+    types.FunctionType(STATE(*ARGUMENTS[TIMED])), LAW_TYPE, STATE,
     STATE, STATE, REAL, REAL, WHOLE, WHOLE, WHOLE, WHOLE, ROWS, ROWS,
 )  # fmt: skip
 
@@ -57,21 +59,28 @@ def no_timed_force(q, v, t):
 @jit
 def advance(
     kind, law, gradient, timed_gradient, constants, inverse_mass, forced, force, timed_force,
-    q, v, t0, h, first, last, total, every, saved_q, saved_v,
+    push, push_constants, q, v, t0, h, first, last, total, every, saved_q, saved_v,
 ):  # fmt: skip
     """Steps first .. last; returns the number of the step that failed, 0 when none did."""
     d = q.size
     Q = np.empty((d, 1))
     a = np.empty((d, 1))
     pushed = np.zeros((d, 1))
+    added = np.empty((2, d))
     t = np.empty(1)
     for k in range(first, last):
         t[0] = t0 + k * h
         Q[:, 0] = q
         accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, Q, t, a)
-        if forced != 0:
-            f = timed_force(q.copy(), v.copy(), t[0]) if forced == 2 else force(q.copy(), v.copy())
-            pushed[:, 0] = -f
+        if forced != FREE:
+            added[:, :] = 0.0
+            if forced == KNOWN:
+                push(q, v, t[0], push_constants, added)
+            elif forced == TIMED:
+                added[1, :] = timed_force(q.copy(), v.copy(), t[0])
+            else:
+                added[1, :] = force(q.copy(), v.copy())
+            pushed[:, 0] = -added[1, :]
             apply_inverse_mass(inverse_mass, pushed)
         residue = 0.0
         for i in range(d):
@@ -151,14 +160,18 @@ class SemiImplicitEuler:
         )
 
 
-def _forces(problem: Problem) -> tuple[int, tuple[Any, Any], bool]:
+def _forces(problem: Problem) -> tuple[int, tuple[Any, ...], bool]:
     """Which kind the external force is of, what the kernel is given, and whether it compiles."""
     system: Any = problem.system
+    none, unknown = (no_force, no_timed_force), (no_law, laws.no_constants())
     if not is_forced(problem):
-        return FREE, (no_force, no_timed_force), True
+        return FREE, (*none, *unknown), True
+    if isinstance(system.force, KnownForce):
+        known = system.force.push()
+        return KNOWN, (*none, known.add, known.constants), True
     kind = TIMED if system.timed_force else FORCED
     forces = (no_force, system.force) if system.timed_force else (system.force, no_timed_force)
-    return kind, forces, compiles(system.force, ARGUMENTS[kind], STATE)
+    return kind, (*forces, *unknown), compiles(system.force, ARGUMENTS[kind], STATE)
 
 
 def _failure(failed: int, saved: Any, times: Array) -> Failure:

@@ -43,7 +43,8 @@ class Start:
 
 STARTS: Mapping[str, Start] = {
     AWAY: Start(
-        "3 m above the ground, outside the rotor's edge, |w| > 3 m/s", (8.5, 0.0, 3.0), (0.0, 1.0, 0.0), 2.0
+        "3 m above the ground, outside the rotor's edge, |w| > 3 m/s",
+        (8.5, 0.0, 3.0), (0.0, 1.0, 0.0), 2.0,
     ),
     ACROSS: Start(
         "dropped on the axis: the downwash overtakes it until it falls through the air again",

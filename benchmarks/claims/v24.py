@@ -42,7 +42,9 @@ def multiples(quick: bool) -> dict[str, tuple[int, ...]]:
     """Steps in a piece of the duration, for each contender."""
     euler = (4, 16, 64, 256, 1024, 8192) if quick else (4, 16, 64, 256, 1024, 4096, 8192, 16384)
     ours = (1, 2, 4, 8, 32) if quick else (1, 2, 3, 4, 6, 8, 16, 32)
-    return {EULER: euler, **{label_of(degree): ours for degree in DEGREES}}
+    short = [size for size in ours if size <= 8]  # of the highest degree, then at round-off
+    high = {label_of(max(DEGREES)): tuple(short)}
+    return {EULER: euler, **{label_of(degree): ours for degree in DEGREES}, **high}
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:

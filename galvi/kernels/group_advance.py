@@ -18,7 +18,7 @@ from numba import types
 from galvi.kernels import charts, laws, slopes
 from galvi.kernels.advance import DONE, HOLDS, LAST_STEP, TABLEAU
 from galvi.kernels.group_solve import coefficients, guess_curve, solve_group
-from galvi.kernels.group_stages import carried, end_momentum, end_place
+from galvi.kernels.group_stages import carried, end_momentum, end_place, is_flat
 from galvi.kernels.jit import compiled_for, jit
 from galvi.kernels.solve import NOT_FINITE, SOLVED
 from galvi.kernels.step import copy_into, predict
@@ -106,7 +106,8 @@ def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_g
             coefficients(unknowns, fit, h, velocities, x)
         else:
             guess_curve(layout, chart, basis, fit, h, velocities, x)
-        code = solve_group(rule, layout, chart, basis, h, t, g, mu, tolerance, counts, x,
+        bold = is_flat(layout) or memo[HOLDS] == RATES
+        code = solve_group(rule, layout, chart, basis, h, t, g, mu, tolerance, bold, counts, x,
                            forces, velocities)  # fmt: skip
         if code != SOLVED:
             return code

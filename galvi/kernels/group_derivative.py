@@ -15,7 +15,7 @@ NUDGE = 2.0**-22  # of a difference: slopes may be differenced themselves, to 1e
 
 @jit
 def curvature(law, layout, chart, room, scale, pace, g, t, xi, eta, here, blocks):
-    """blocks (2, 3, d, d) <- slopes by xi and by xi' of pi, f and n, whose values are here (3, d)."""
+    """blocks (2, 3, d, d) <- slopes by xi and xi' of pi, f and n, whose values are here (3, d)."""
     d = xi.size
     velocity, ahead = room[2], room[5]
     for a in range(d):

@@ -109,14 +109,16 @@ def add(x, factor_, step):
 
 
 @jit
-def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, counts, x, forces,
+def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, bold, counts, x, forces,
                 velocities):  # fmt: skip
     """x (d, m) <- the solution nearest to x; forces and velocities there. Returns a code.
 
     The derivative is kept as long as the iteration contracts well. A correction after which the
     next one is larger was too long: it is taken back, and done with a new derivative or by half
-    (natural monotonicity: Deuflhard, Newton Methods for Nonlinear Problems, 3.3). What a motion
-    from rest measures is known from its first correction, with which differences are done again.
+    (natural monotonicity: Deuflhard, Newton Methods for Nonlinear Problems, 3.3). Far from a good
+    guess that may find another root, where a step turns further than the chart: only if ``bold``.
+    What a motion from rest measures is known from its first correction, with which differences are
+    done again.
     """
     d, m = x.shape
     s, first = t.size, basis[5]
@@ -141,7 +143,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, counts, x, f
             correct(matrix, pivots, first, R, ahead)
             place_curve(basis, h, ahead, to_place, to_rate)
             change = relative(to_place, to_rate, h, scale, largest(rate))
-            if not change <= last and last > NEAR:
+            if bold and not change <= last and last > NEAR:
                 add(x, -share, step)
                 formed, share = here, 0.5 * share
                 if here:

@@ -83,8 +83,8 @@ class Lagrangian:
         ImportError without SymPy, TypeError or ValueError for what cannot be used, and warns of a
         Lagrangian that is not twice differentiable.
         """
-        found, timed, push, pushed = symbolic(L, q, v, t, parameters, force)
-        forces: dict[str, Any] = {} if push is None else {"force": push, "timed_force": pushed}
+        found, timed, push = symbolic(L, q, v, t, parameters, force)
+        forces: dict[str, Any] = {} if push is None else {"force": push, "timed_force": True}
         return cls(found, Rn(found.dimension), explicit_time=timed, **forces)
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
@@ -247,4 +247,4 @@ class Lagrangian:
 
 
 def _remedy(function: Function) -> str:
-    return "Write L without 0 / 0" if isinstance(function, SymbolicLagrangian) else "Check slopes"
+    return "Rewrite L" if isinstance(function, SymbolicLagrangian) else "Check slopes"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +12,7 @@ from galvi.arrays import Array
 from galvi.kernels import slopes
 from galvi.systems import kinks, symbolic_code
 from galvi.systems.group_field import GroupField
+from galvi.systems.symbolic_force import SymbolicForce, symbolic_force
 from galvi.systems.symbolic_input import Expressions, expressions
 
 
@@ -75,9 +75,8 @@ class SymbolicLagrangian:
 
 def symbolic(
     L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any
-) -> tuple[SymbolicLagrangian, bool, Callable[..., Any] | None, bool]:
-    """L as a value, whether it takes the time; the force as a compiled function, or None, and
-    whether that takes the time.
+) -> tuple[SymbolicLagrangian, bool, SymbolicForce | None]:
+    """L as a value, whether it takes the time, and the force or None.
 
     Raises ImportError without SymPy, TypeError or ValueError for what cannot be used; warns of a
     Lagrangian that is not twice differentiable somewhere.
@@ -102,16 +101,12 @@ def symbolic(
                 f"{where} there. Steps across lose their order; smooth it, or end the run there.",
                 stacklevel=3,
             )
-    pushing = None if given.forces is None else _force(given)
-    of_time = given.forces is not None and any(given.t in f.free_symbols for f in given.forces)
-    return found, given.t in given.L.free_symbols, pushing, of_time
+    pushing = None if given.forces is None else symbolic_force(given)
+    return found, given.t in given.L.free_symbols, pushing
 
 
 def _source(given: Expressions, surfaces: tuple[Any, ...]) -> str:
-    places = {symbol: f"q[{i}]" for i, symbol in enumerate(given.q)}
-    places |= {symbol: f"v[{i}]" for i, symbol in enumerate(given.v)}
-    places |= {symbol: f"c[{i}]" for i, symbol in enumerate(given.c)}
-    d = len(given.q)
+    d, places = len(given.q), given.places
     by = [kinks.differentiated(given.L, x) for x in (*given.v, *given.q)]
     bodies = {
         "law": (by, lambda k, code: f"out[{k // d}, {k % d}] = {code}"),
@@ -122,18 +117,3 @@ def _source(given: Expressions, surfaces: tuple[Any, ...]) -> str:
         name: ("q, v, t, c, out", symbolic_code.written(results, places, store))
         for name, (results, store) in bodies.items() if results
     })  # fmt: skip
-
-
-def _force(given: Expressions) -> Callable[..., Any]:
-    """The generalised forces as force(q, v), or force(q, v, t), with the parameters' values."""
-    assert given.forces is not None
-    values = dict(zip(given.c, given.values, strict=True))
-    places = {symbol: f"q[{i}]" for i, symbol in enumerate(given.q)}
-    places |= {symbol: f"v[{i}]" for i, symbol in enumerate(given.v)}
-    places |= {symbol: repr(value) for symbol, value in values.items()}
-    lines = symbolic_code.written(given.forces, places, lambda k, code: f"out[{k}] = {code}")
-    timed = any(given.t in force.free_symbols for force in given.forces)
-    lines = [f"out = np.empty({len(given.q)})", *lines, "return out"]
-    text = symbolic_code.source({"force": ("q, v, t" if timed else "q, v", lines)})
-    function: Callable[..., Any] = symbolic_code.functions(text)["force"]
-    return function

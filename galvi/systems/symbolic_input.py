@@ -30,6 +30,12 @@ class Expressions:
     values: tuple[float, ...]
     readable: Mapping[Any, str]
 
+    @property
+    def places(self) -> dict[Any, str]:
+        """Symbol -> what it is in the code; t is itself."""
+        named = (("q", self.q), ("v", self.v), ("c", self.c))
+        return {x: f"{name}[{i}]" for name, symbols in named for i, x in enumerate(symbols)}
+
     def text(self, expression: Any) -> str:
         """An expression in the user's words."""
         return in_words(expression, self.readable)

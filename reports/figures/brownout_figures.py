@@ -47,7 +47,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
                 ACROSS,
                 "overtaken by the air",
                 "Where the velocity relative to the air is 0 the drag's second derivative jumps, "
-                "and no degree has an order above 3.",
+                "and in the end no degree has an order above 3.",
             ),
         )
     ),

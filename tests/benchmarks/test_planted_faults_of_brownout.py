@@ -6,15 +6,17 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import galvi
 from benchmarks.claim import Claim, Row
-from benchmarks.claims.brownout_particle import ACROSS, AWAY
+from benchmarks.claims.brownout_particle import ACROSS, AWAY, STARTS
 from benchmarks.claims.v23 import TOLERANCES, V23
 from benchmarks.claims.v24 import EULER, SECONDS, V24
 from benchmarks.verdicts import CONTRADICTED
 from galvi import Problem
+from galvi.kernels.rotor_wind import rotor_wind
 from galvi.problems import brownout
 
 INTEGRATE = galvi.integrate
@@ -90,6 +92,21 @@ def test_a_saturation_that_is_not_of_the_tolerance_is_caught(
     found = contradicted(V23)
     assert sum("solve stopped at" in quantity for quantity in found) == len(TOLERANCES)
     assert "power of the tolerance that this error falls with, N = 4" in found
+
+
+def slowest(start: str) -> float:
+    """The smallest velocity relative to the wind on the way [m/s]."""
+    problem = STARTS[start].problem()
+    four = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(5))
+    run = galvi.integrate(problem, four, STARTS[start].duration / 64, 64)
+    v = problem.system.velocity(run.p)
+    w = [a - rotor_wind(*q, t) for a, q, t in zip(v, run.q, run.t, strict=True)]
+    return float(np.min(np.linalg.norm(w, axis=1)))
+
+
+def test_the_starts_are_what_their_words_say() -> None:
+    assert slowest(AWAY) > 3.0 and "|w| > 3 m/s" in STARTS[AWAY].words  # 3.16
+    assert slowest(ACROSS) < 0.1  # 0.015
 
 
 def test_a_high_order_that_is_dear_is_caught() -> None:

@@ -99,3 +99,22 @@ def test_without_gravity_a_chain_keeps_its_angular_momentum():
 def test_a_chain_that_cannot_be_is_refused(make, error, sentence):
     with pytest.raises(error, match=sentence):
         make()
+
+
+def test_a_step_too_large_for_the_motion_is_said_so_though_it_is_solved():
+    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    wild = galvi.integrate(galvi.problems.double_pendulum(), two, 0.3, 6)
+    assert wild.success
+    assert "the energy changed by" in wild.status  # by 190 times |T| + |V|
+    tame = galvi.integrate(galvi.problems.double_pendulum(), two, 0.02, 90)
+    assert tame.status == "Completed."
+
+
+def test_a_force_may_change_the_energy_without_a_word():
+    chain = galvi.problems.double_pendulum()
+    braked = galvi.Lagrangian(
+        chain.system.function, chain.system.group, force=lambda q, v: -4.0 * v
+    )
+    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    run = galvi.integrate(galvi.Problem(braked, chain.q0, chain.v0), two, 0.05, 40)
+    assert run.status == "Completed."

@@ -172,6 +172,16 @@ def test_parameters_are_numbers_of_the_system_and_not_of_the_code():
     assert renamed.function.slopes(np.array([1.0]), np.array([2.0])).tolist() == [2.0, -2.0]
 
 
+def test_a_sweep_of_a_force_compiles_once():
+    def pushed(value):
+        return made(FREE, x, u, t, parameters={c: value}, force=-c * u * sympy.sqrt(t)).force
+
+    one, other = pushed(0.25), pushed(0.5)
+    assert one.push().add is other.push().add
+    assert one(np.ones(1), np.ones(1), 4.0) == -0.5 and other(np.ones(1), np.ones(1), 4.0) == -1.0
+    assert np.isnan(one(np.ones(1), np.ones(1), -1.0)[0])
+
+
 SOURCE = """
 import numpy, sympy, galvi
 a, b, u, v, g = sympy.symbols("a b u v g")
@@ -285,7 +295,8 @@ def test_coordinates_and_forces_in_a_matrix_and_parameters_of_sympy_are_taken():
     numbers = {m: sympy.sqrt(2), k: sympy.Rational(1, 2)}
     matrices = made(L, *columns, parameters=numbers, force=sympy.Matrix([-u, 0]))
     assert matrices.function == lists.function
-    assert matrices.force(np.ones(2), np.ones(2)).tolist() == [-1.0, 0.0]
+    assert matrices.force == lists.force and repr(lists.force) == "[-u, 0]"
+    assert matrices.force(np.ones(2), np.ones(2), 0.0).tolist() == [-1.0, 0.0]
 
 
 def test_a_piecewise_that_does_not_say_what_holds_elsewhere_is_not_defined_there():

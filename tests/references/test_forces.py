@@ -15,7 +15,7 @@ from references import REFERENCES, Contender, reference
 from references.free_top import FREE_TOP
 from references.scipy_ivp import DOP853, TIGHT
 from references.second_law import is_forced
-from references.semi_implicit_euler import SEMI_IMPLICIT_EULER
+from references.semi_implicit_euler import SEMI_IMPLICIT_EULER, _forces
 
 RATE, DURATION = 0.4, 1.0
 SPRING = galvi.problems.harmonic_oscillator()
@@ -166,6 +166,18 @@ def test_semi_implicit_euler_with_too_large_a_step_says_so():
     run = SEMI_IMPLICIT_EULER.run(replace(stiff, v0=[10.0]), 100.0, {"step": 1.0})
     assert not run.success and "non-finite state" in run.status
     assert np.all(np.isnan(run.q[-1]))
+
+
+def test_a_force_of_galvis_own_runs_compiled_and_is_the_function_it_is_called_as():
+    problem = galvi.problems.brownout(100e-6)
+    drag = problem.system.force
+    plain = replace(problem.system, force=lambda q, v, t: drag(q, v, t))
+    known, called = (
+        SEMI_IMPLICIT_EULER.run(replace(problem, system=system), 0.5, {"step": 1e-3})
+        for system in (problem.system, plain)
+    )
+    np.testing.assert_allclose(known.q, called.q, rtol=0, atol=1e-13)  # 2e-15
+    assert _forces(problem)[2] and not _forces(replace(problem, system=plain))[2]
 
 
 def test_galvi_agrees_with_dop853_about_a_body_that_a_torque_brakes():

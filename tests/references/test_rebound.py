@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+import time
+
 import numpy as np
 import pytest
 
@@ -20,6 +23,14 @@ TRUTH = IAS15.run(SOLAR, 2000.0, {})
 
 def error(run):
     return float(np.abs(run.q[-1] - TRUTH.q[-1]).max())
+
+
+def test_ctrl_c_reaches_the_program_after_a_run_too():
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    IAS15.run(SOLAR, 10.0, {})
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(1.0)
 
 
 def test_ias15_keeps_the_energy_to_round_off():
