@@ -110,7 +110,18 @@ def settings(contender: Any, problem: Problem, duration: float) -> list[dict[str
     offered = list(contender.settings(problem, duration))
     if not offered or not all(isinstance(one, Mapping) for one in offered):
         raise Fault(f"Its settings must be mappings, one at least; received {offered!r}.")
-    return [dict(one) for one in offered]
+    return [{str(name): _plain(str(name), value) for name, value in one.items()} for one in offered]
+
+
+def _plain(name: str, value: Any) -> Any:
+    """A value that another process can take without running code of the contender's."""
+    value = value.item() if isinstance(value, np.generic) else value
+    if value is not None and type(value) not in (bool, int, float, str):
+        raise Fault(
+            f"Its settings must hold numbers, words, True, False or None; {name} is a "
+            f"{type(value).__name__}."
+        )
+    return value
 
 
 def run(
@@ -148,7 +159,13 @@ def examined(
         t, q, p = (np.array(part, dtype=np.float64) for part in (found.t, found.q, found.p))
     except (TypeError, ValueError) as error:
         raise Fault(f"Its t, q and p must be arrays of numbers; {error}.") from None
-    times = _times(problem, duration, setting)
+    try:
+        times = _times(problem, duration, setting)
+    except (KeyError, TypeError, ValueError) as error:
+        raise Fault(
+            "Its settings must say at which times a run has states, as step and save_every or as "
+            f"samples; received {dict(setting)!r} ({_told(error)})."
+        ) from None
     if t.shape != times.shape or not np.allclose(t, times, rtol=0.0, atol=NEAR * abs(duration)):
         raise Fault(
             f"Its times must be the {len(times)} from {times[0]:g} to {times[-1]:g} that its "
@@ -163,7 +180,12 @@ def examined(
     success = bool(found.success)
     if success and not (np.isfinite(q).all() and np.isfinite(p).all()):
         raise Fault("It says that it succeeded, and its states are not finite.")
-    counts = {str(name): int(count) for name, count in dict(found.counts).items()}
+    try:
+        counts = {str(name): int(count) for name, count in dict(found.counts).items()}
+    except (TypeError, ValueError):
+        raise Fault(
+            f"Its counts must be whole numbers by their names; received {found.counts!r}."
+        ) from None
     return {
         "t": t, "q": q, "p": p, "success": success, "status": str(found.status), "counts": counts,
     }  # fmt: skip

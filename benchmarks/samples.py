@@ -11,7 +11,7 @@ import math
 import statistics
 from collections.abc import Mapping, Sequence
 
-from scipy.stats import mannwhitneyu
+from scipy.stats import rankdata
 
 LEVEL = 0.002  # chance of any false alarm by rank alone
 LEAST = 7  # samples a side
@@ -33,10 +33,21 @@ def chance(base: Sequence[float], head: Sequence[float]) -> float:
             )
     if min(len(base), len(head)) < LEAST:
         return 1.0
-    method = "exact" if len(set(base) | set(head)) == len(base) + len(head) else "asymptotic"
-    if len(set(base) | set(head)) == 1:
-        return 1.0
-    return float(mannwhitneyu(head, base, alternative="greater", method=method).pvalue)
+    doubled = [round(2 * rank) for rank in rankdata([*head, *base])]
+    return _at_least(sum(doubled[: len(head)]), doubled, len(head))
+
+
+def _at_least(reached: int, ranks: Sequence[int], count: int) -> float:
+    """The share of the choices of so many of these ranks whose sum reaches that; exact with ties,
+    where a normal approximation of few samples never gets below what Holm asks.
+    """
+    ways: list[dict[int, int]] = [{0: 1}] + [{} for _ in range(count)]  # sum: choices, by number
+    for rank in ranks:
+        for chosen in range(count, 0, -1):
+            for total, many in ways[chosen - 1].items():
+                ways[chosen][total + rank] = ways[chosen].get(total + rank, 0) + many
+    reaching = sum(many for total, many in ways[count].items() if total >= reached)
+    return reaching / math.comb(len(ranks), count)
 
 
 def growth(base: Sequence[float], head: Sequence[float]) -> float:

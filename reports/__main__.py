@@ -1,4 +1,4 @@
-"""``python -m reports [verify | compare | build | studies | track | readme]``."""
+"""``python -m reports [verify | compare | build | studies | export | track | readme]``."""
 
 import sys
 

@@ -1,8 +1,9 @@
 """The command line: which words it knows, and the exit status.
 
-0  done, and every verdict is the expected one
-1  a verdict differs from the expected one, or something was not run
-2  a word was mistyped; nothing was run
+0    done, and every verdict is the expected one; nothing got worse
+1    a verdict differs from the expected one, something was not run, or something got worse
+2    a word was mistyped and nothing was run, or there is nothing to compare with
+130  interrupted
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ from reports.suite import Suite
 from reports.usage import UsageError, choose_claims, choose_engines, sentence
 
 Load = Callable[[], Suite]
+INTERRUPTED = 130
 QUICK = typer.Option(False, "--quick", help="Fewer and shorter runs: under a minute.")
 REQUIRE = typer.Option(
-    "", "--require", metavar="rebound,mujoco", help="Engines whose absence is a failure."
+    None, "--require", metavar="rebound,mujoco", help="Engines whose absence is a failure."
 )
 CLAIMS = typer.Option("", "--claims", metavar="V3,V5", help="Only these claims.")
 CONTENDER = typer.Option(
@@ -42,9 +44,11 @@ def application(load: Load, command: str) -> typer.Typer:
         help="Check the papers' claims, compare methods, and write tables, figures and a page.",
     )
 
-    def order(suite: Suite, quick: bool, out: Path, claims: str = "", require: str = "") -> Order:
+    def order(
+        suite: Suite, quick: bool, out: Path, claims: str = "", require: str | None = None
+    ) -> Order:
         chosen = choose_claims(claims, [claim.id for claim in suite.claims])
-        engines = choose_engines(require, suite.engines()) if require else ()
+        engines = () if require is None else choose_engines(require, suite.engines())
         if out.exists() and not out.is_dir():
             raise typer.BadParameter(f"--out expects a folder; received the file {out}.")
         try:
@@ -140,7 +144,7 @@ def application(load: Load, command: str) -> typer.Typer:
 
     @app.command("track", help="The history of benches; with --against, what got worse.")
     def track_performance(
-        against: str = typer.Option("", "--against", metavar="REV", help="A commit or a branch."),
+        against: str = typer.Option(None, "--against", metavar="REV", help="A commit or a branch."),
         only: list[str] = typer.Option([], "--only", metavar="TEXT", help="Part of a name."),
         isolate: bool = typer.Option(False, "--isolate", help="Install both sides: minutes."),
         quick: bool = QUICK,
@@ -174,6 +178,7 @@ def run(load: Load, arguments: Sequence[str]) -> int:
         print(sentence(error, [one.name for one in app.registered_commands]), file=sys.stderr)
         return 2
     except (KeyboardInterrupt, typer.Abort):
+        status = INTERRUPTED
+    if status == INTERRUPTED:  # typer, too, makes this status of an interrupt
         print("Interrupted; the files of finished parts are whole.", file=sys.stderr)
-        return 130
     return int(status or 0)

@@ -34,10 +34,10 @@ def choose_claims(text: str, known: Iterable[str]) -> tuple[str, ...]:
 
 
 def choose_engines(text: str, known: Iterable[str]) -> tuple[str, ...]:
-    """Engines from "rebound,mujoco"; none for "". Raises typer.BadParameter for one not known."""
+    """Engines from "rebound,mujoco". Raises typer.BadParameter for none, and one not known."""
     known = tuple(known)
     asked = [word.strip() for word in text.split(",") if word.strip()]
-    if text and not asked:
+    if not asked:
         raise typer.BadParameter(
             f"--require expects engines of {', '.join(known)}, separated by commas; "
             f"received {text!r}."
@@ -53,7 +53,7 @@ def choose_engines(text: str, known: Iterable[str]) -> tuple[str, ...]:
 
 def sentence(error: Any, commands: Iterable[str]) -> str:
     """One sentence for a usage error that typer raised."""
-    message = " ".join(str(error.message).split()).rstrip(".")
+    message = " ".join((error.message or error.format_message()).split()).rstrip(".")
     if hasattr(error, "possibilities"):
         known = [name for param in error.ctx.command.params for name in param.opts]
         known = [name for name in (*known, "--help") if name.startswith("--")]

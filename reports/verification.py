@@ -55,6 +55,8 @@ def _check(
         with studies(claim.id, claim.title) as report:
             measured = claim.study(make_method, quick, report)
             rows = tuple(_explained(row, measured) for row in claim.judge(measured))
+            if not rows:
+                raise ValueError("its judge gave no row, so that nothing of it was checked")
     except Exception as error:
         rows = _spoiled(claim, error)
     excused = tuple(_excused(row, absent) for row in rows)

@@ -4,7 +4,8 @@ It stands alone: nothing of the suite is imported, so that it serves any version
 and answers are lines of JSON. The process stays alive, so that start-up and compilation are outside
 of every sample.
 
-{"do": "prepare", "case": ...}    the ends reached, counts, status, seconds of the first call
+{"do": "prepare", "case": ...}    the ends reached, counts, status, seconds of the first call, and
+                                  numbers that tell what the problem is, see `probed`
 {"do": "sample", "name", "repeats"}  seconds of one call: processor time and wall time
 """
 
@@ -20,13 +21,21 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 SPREAD = 1e-3  # between the starts of a case
+ASIDE = 0.1  # in units of time: how far from the start a problem's functions are evaluated
+
+
+def problem_of(case: Mapping[str, Any]) -> Any:
+    """The case's problem, of the galvi that is imported."""
+    import galvi
+
+    return getattr(galvi.problems, case["problem"])(**case["arguments"])
 
 
 def prepared(case: Mapping[str, Any]) -> Callable[[], list[Any]]:
     """What runs a case once, giving a trajectory for each start; raises what galvi raises."""
     import galvi
 
-    made = getattr(galvi.problems, case["problem"])(**case["arguments"])
+    made = problem_of(case)
     charts = (getattr(galvi, case["chart"])(),) if case["chart"] else ()
     rule = getattr(galvi, case["rule"])(case["points"])
     method = galvi.Galerkin(galvi.Polynomials(case["degree"]), rule, *charts)
@@ -62,6 +71,39 @@ def described(runs: list[Any]) -> dict[str, Any]:
     }
 
 
+def probed(problem: Any) -> dict[str, list[float]]:
+    """Where a problem starts, and its functions a little aside: two with other numbers are two.
+
+    A function that its system lacks, or that asks for something else, is left out.
+    """
+    q, v, t = problem.q0, problem.v0, getattr(problem, "t0", 0.0)
+    system = getattr(problem, "system", None)
+    aside = q + ASIDE * v if q.shape == v.shape else q
+    asked: tuple[tuple[str, tuple[Any, ...]], ...] = (
+        ("momentum", (v,)),
+        ("potential_energy", (aside[None], [t])),
+        ("acceleration", (aside, t)),
+        ("torque", (aside, t)),
+        ("force", (aside, v)),
+        ("force", (aside, v, t)),
+        ("function", (aside, v)),
+        ("slopes", (aside, v)),
+    )
+    told = {"start": [float(t), *_flat(q), *_flat(v)]}
+    for name, arguments in asked:
+        try:
+            told[name] = _flat(getattr(system, name)(*arguments))
+        except Exception:
+            continue
+    return told
+
+
+def _flat(value: Any) -> list[float]:
+    import numpy
+
+    return [float(x) for x in numpy.ravel(value)]
+
+
 def sample(call: Callable[[], Any], repeats: int) -> dict[str, float]:
     """Seconds of one call, the mean over the repeats; the collector of garbage waits."""
     gc.disable()
@@ -90,7 +132,8 @@ def answer(order: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dic
     first = time.perf_counter() - start
     calls[case["name"]] = call
     gc.collect()
-    return described(runs) | {"first_call": first, "warm": sample(call, 1)["processor"]}
+    told = {"first_call": first, "warm": sample(call, 1)["processor"]}
+    return described(runs) | told | {"problem": probed(problem_of(case))}
 
 
 def serve() -> None:

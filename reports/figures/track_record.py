@@ -37,7 +37,7 @@ def track_record(axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Any]) -> N
             one.set_yscale("log")
         elif known.size and known.min() >= 0.0:
             one.set_ylim(0.0, 1.25 * known.max() or 1.0)
-        if one.get_yscale() == "linear":
+        if one.get_yscale() == "linear" and not logarithmic:  # errors may be tiny, some of them 0
             one.ticklabel_format(axis="y", style="plain", useOffset=False)
         one.set_ylabel(label, fontsize=8)
         one.set_xlim(-0.5, len(commits) - 0.5)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -16,6 +15,7 @@ from benchmarks.samples import samples_needed
 from benchmarks.timings.case import ROUND_OFF, Case
 from benchmarks.timings.truth import Unknown, true_ends
 from reports.atomic import write
+from reports.markdown_summary import hand_to_forge
 from reports.progress import Studies
 from reports.tracking.gates import judge, suspects
 from reports.tracking.rounds import Pair, Told, prepare, take_turns
@@ -50,10 +50,7 @@ def track_against(
     write(out / "against.json", as_json(verdict, pairs, provenance))
     text = as_markdown(verdict, provenance)
     write(out / "against.md", text)
-    page = os.environ.get("GITHUB_STEP_SUMMARY")
-    if page:
-        with open(page, "a", encoding="utf-8") as file:
-            file.write(text)
+    hand_to_forge(text)
     show(verdict)
     if not any(finding.compared for finding in verdict.findings):
         raise CannotCompare("Nothing could be compared: no benchmark runs on both sides.")
@@ -82,13 +79,14 @@ def compare(places: Places, cases: Sequence[Case], studies: Any) -> tuple[Verdic
 
 
 def _again(places: Places, pairs: Sequence[Pair], report: Told) -> set[str]:
-    """Cases that are slower in new processes too; their samples join the first round's."""
+    """Cases that are slower in new processes too; samples and failures join the first round's."""
     with both(places) as sides:
         fresh = prepare(sides, [pair.case for pair in pairs], report)
         take_turns(sides, fresh, samples_needed(len(fresh)), report)
     for pair, again in zip(pairs, fresh, strict=True):
         pair.samples += again.samples
         pair.walls += again.walls
+        pair.why |= again.why
     return suspects(fresh)
 
 

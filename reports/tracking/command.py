@@ -15,13 +15,18 @@ from reports.tracking.trees import CannotCompare
 
 
 def track_command(
-    order: Order, provenance: Mapping[str, str], against: str, only: Sequence[str], isolate: bool
-) -> int:
+    order: Order, provenance: Mapping[str, str], against: str | None, only: Sequence[str],
+    isolate: bool,
+) -> int:  # fmt: skip
     """The history, or a comparison with a revision; 1 when that got worse, 2 when it cannot be.
 
     Raises typer.BadParameter for options that do not go together and for an unknown benchmark.
     """
-    if not against:
+    if against is not None and not against.strip():
+        raise typer.BadParameter(
+            "--against expects a commit, a branch or a tag; received nothing: is a variable empty?"
+        )
+    if against is None:
         if only or isolate:
             raise typer.BadParameter("--only and --isolate go with --against REV.")
         from reports.tracking.record import track

@@ -1,4 +1,8 @@
-"""What got worse: status, counts and errors beyond their tolerances, times by rank and size."""
+"""What got worse: status, counts and errors beyond their tolerances, times by rank and size.
+
+A problem that is not the same on both sides is an alarm too. References solve the head's problem,
+so that a wrong force in it would be in the truth as well, and the base would look wrong.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +18,10 @@ from benchmarks.timings.truth import error_of
 from reports.numerals import plain
 from reports.tracking.rounds import Pair
 
-FAILS, COUNTS, ERROR, TIME = "status", "counts", "error", "time"
+FAILS, PROBLEM, COUNTS, ERROR, TIME = "status", "problem", "counts", "error", "time"
 SAME_WORK = ("steps",)  # counts that are what was asked for, not what it cost
+# What rounding may change in a problem's functions: of the number, and of the largest beside it.
+ROUNDED, CANCELLED = 1e-9, 1e-13
 
 
 @dataclass
@@ -95,15 +101,41 @@ def _found(pair: Pair, truth: Sequence[Any] | str) -> Finding:
     if not base["success"]:
         finding.notes.append(f"The base's run fails: {base['status']}")
         return finding
+    _compare_problems(finding, base.get("problem", {}), head.get("problem", {}))
     _compare_counts(finding, pair)
     _compare_errors(finding, pair, truth)
     return finding
 
 
+def _compare_problems(
+    finding: Finding, base: Mapping[str, Sequence[Any]], head: Mapping[str, Sequence[Any]]
+) -> None:
+    """Numbers of the worker's `probed`, those that both sides have."""
+    other = [name for name in base if name in head and _differ(base[name], head[name])]
+    if other:
+        named = ", ".join(name.replace("_", " ") for name in other)
+        finding.alarms[PROBLEM] = (
+            f"The problem itself is not the base's ({named}), and the truth is that of the head's "
+            "problem: counts and errors do not compare."
+        )
+
+
+def _differ(one: Sequence[Any], other: Sequence[Any]) -> bool:
+    """None stands for what is not finite."""
+    if len(one) != len(other) or [x is None for x in one] != [x is None for x in other]:
+        return True
+    pairs = [(x, y) for x, y in zip(one, other, strict=True) if x is not None]
+    scale = max((max(abs(x), abs(y)) for x, y in pairs), default=0.0)
+    return any(abs(x - y) > ROUNDED * max(abs(x), abs(y)) + CANCELLED * scale for x, y in pairs)
+
+
 def _compare_counts(finding: Finding, pair: Pair) -> None:
-    more = []
+    more, alone = [], sorted(finding.head_counts.keys() ^ finding.base_counts.keys())
+    if alone:
+        named = ", ".join(name.replace("_", " ") for name in alone)
+        finding.notes.append(f"Only one side counts {named}, so that cannot be compared.")
     for name, count in finding.head_counts.items():
-        before = finding.base_counts.get(name, 0)
+        before = finding.base_counts.get(name, count)
         if name in SAME_WORK or count <= before * (1.0 + pair.case.count_tolerance):
             continue
         share = f", {100 * (count / before - 1):.2g} % more" if before else ""
@@ -121,6 +153,9 @@ def _compare_errors(finding: Finding, pair: Pair, truth: Sequence[Any] | str) ->
         return
     finding.base_error, finding.head_error = error_of(base, truth), error_of(head, truth)
     if not pair.head["success"]:
+        return
+    if math.isnan(finding.base_error):
+        finding.notes.append("The base's ends are not finite, so that errors do not compare.")
         return
     allowed = max(finding.base_error * (1.0 + pair.case.error_tolerance), pair.case.rounding)
     if not finding.head_error <= allowed:

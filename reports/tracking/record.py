@@ -115,11 +115,7 @@ def _picture(benchmark: str, quantities: dict[str, Series], place: int) -> Pictu
     if not chosen:
         return None
     longest = max(chosen, key=lambda one: len(one.values))
-    panels = [
-        (one.quantity, one.values, one.changes, one.quantity == ERROR)
-        for one in chosen
-        if len(one.values) == len(longest.values)
-    ]
+    panels = [(one.quantity, *one.among(longest.files), one.quantity == ERROR) for one in chosen]
     ending = f"-{place + 1}" if place else ""
     figure = Figure(
         name=slug(benchmark).replace("work-precision", "track") + ending,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,14 +16,24 @@ NOT_COUNTS = (TIME, SECONDS, YARDSTICK, ERROR)
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """commits and values in the order of the benches; changes: positions of new levels."""
+    """files, commits and values in the order of the benches; changes: positions of new levels."""
 
     place: str
     benchmark: str
     quantity: str
+    files: tuple[str, ...]
     commits: tuple[str, ...]
     values: np.ndarray
     changes: tuple[int, ...]
+
+    def among(self, files: Sequence[str]) -> tuple[np.ndarray, list[int]]:
+        """values and changes at the places of these files; NaN where the quantity is not known."""
+        places, values = {name: k for k, name in enumerate(files)}, np.full(len(files), np.nan)
+        own = [places.get(name) for name in self.files]
+        for place, value in zip(own, self.values, strict=True):
+            if place is not None:
+                values[place] = value
+        return values, [place for k in self.changes if (place := own[k]) is not None]
 
     def told(self) -> list[str]:
         """A sentence for each change."""
@@ -32,7 +42,10 @@ class Series:
         for first, change, end in zip(bounds, bounds[1:], bounds[2:], strict=False):
             before = float(np.nanmedian(self.values[first:change]))
             after = float(np.nanmedian(self.values[change:end]))
-            share = f"{100 * (after / before - 1):+.1f} %" if before > 0 else f"{before:g} no more"
+            share = (
+                f"{100 * (after / before - 1):+.1f} %" if before > 0
+                else f"{before:g} became {after:.3g}"
+            )  # fmt: skip
             sentences.append(f"{self.benchmark}: {self.quantity} {share} at {self.commits[change]}")
         return sentences
 
@@ -57,6 +70,6 @@ def all_series(frame: pd.DataFrame) -> Iterator[Series]:
         else:
             changes = steps(values.tolist(), 0.0)
         yield Series(
-            place_of(rows.iloc[0]), str(benchmark), str(quantity), tuple(rows["commit"]), values,
-            tuple(changes),
+            place_of(rows.iloc[0]), str(benchmark), str(quantity), tuple(rows["file"]),
+            tuple(rows["commit"]), values, tuple(changes),
         )  # fmt: skip

@@ -35,6 +35,8 @@ class Side:
     def __init__(self, folder: Path, interpreter: str = sys.executable) -> None:
         self.folder, self.interpreter = folder, interpreter
         self.process: subprocess.Popen[str] | None = None
+        self._cases: dict[str, Case] = {}
+        self._ready: set[str] = set()  # those that the process of now has run
 
     def __enter__(self) -> Side:
         return self
@@ -49,15 +51,25 @@ class Side:
 
     def prepare(self, case: Case) -> dict[str, Any]:
         """Run a case for the first time, which compiles what it needs; see the worker."""
-        return self._ask({"do": "prepare", "case": case.as_data()}, SECONDS)
+        self._cases[case.name] = case
+        told = self._ask({"do": "prepare", "case": case.as_data()}, SECONDS)
+        self._ready.add(case.name)
+        return told
 
     def sample(self, name: str, repeats: int) -> dict[str, float]:
-        """Seconds of one call, in processor time and by the wall clock."""
+        """Seconds of one call, in processor time and by the wall clock.
+
+        A process that another case has ended is replaced by one that runs this case for the first
+        time before.
+        """
+        if name not in self._ready:
+            self.prepare(self._cases[name])
         return self._ask({"do": "sample", "name": name, "repeats": repeats}, SAMPLE)
 
     def stop(self) -> None:
         """End the process, if there is one; the next question starts another."""
         process, self.process = self.process, None
+        self._ready.clear()
         if process is not None:
             process.kill()
             process.wait()
@@ -85,10 +97,12 @@ class Side:
             env=kept | own,
             start_new_session=True,
         )
-        at = Path(self._exchange({"do": "where"}, SECONDS).get("file") or "nowhere")
+        told = self._exchange({"do": "where"}, SECONDS)
+        at = Path(told.get("file") or "nowhere")
         if self.folder.resolve() not in at.resolve().parents:
             self.stop()
-            raise Failed("Its galvi cannot be imported: it is not the one of its tree.")
+            why = told.get("raised", "it is not the one of its tree")
+            raise Failed(f"Its galvi cannot be imported: {why}.")
 
     def _exchange(self, order: dict[str, Any], seconds: float) -> dict[str, Any]:
         """Send a line and wait for its answer, no longer than that."""

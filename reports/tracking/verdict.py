@@ -61,7 +61,7 @@ def lines(verdict: Verdict) -> list[tuple[str, ...]]:
             one.name,
             f"{100 * one.growth:+.1f} %" if known(one.growth) else "-",
             plain(one.chance, 2) or "-",
-            _change(_sum(one.base_counts), _sum(one.head_counts)),
+            _change(*_sums(one.base_counts, one.head_counts)),
             _change(one.base_error, one.head_error),
             plain(one.moved, 2) or "-",
             f"worse: {', '.join(one.alarms)}" if one.alarms
@@ -142,8 +142,12 @@ def as_json(verdict: Verdict, pairs: Sequence[Pair], provenance: dict[str, str])
     return json.dumps(_finite(whole), indent=1) + "\n"
 
 
-def _sum(counts: dict[str, int]) -> float:
-    return float(sum(counts.values())) if counts else math.nan
+def _sums(base: dict[str, int], head: dict[str, int]) -> tuple[float, float]:
+    """Of the counts that both sides have; NaN when there are none."""
+    shared = base.keys() & head.keys()
+    if not shared:
+        return math.nan, math.nan
+    return float(sum(base[name] for name in shared)), float(sum(head[name] for name in shared))
 
 
 def _change(base: float, head: float) -> str:

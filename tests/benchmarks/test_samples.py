@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from itertools import combinations
 
 import numpy as np
 import pytest
+from scipy.stats import rankdata
 
 from benchmarks.samples import LEAST, LEVEL, chance, growth, holm, samples_needed, slower
 
@@ -21,6 +23,15 @@ def test_the_chance_of_complete_separation_is_the_exact_one() -> None:
     head = [2.0 + k / 100 for k in range(10)]
     assert chance(base, head) == pytest.approx(1.0 / math.comb(20, 10), rel=1e-12)
     assert chance(head, base) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_the_chance_is_exact_with_ties_too_and_never_far_above_what_holm_asks() -> None:
+    base, head = [1.0, 1.1, 1.1, 1.2, 1.3, 1.3, 1.4, 1.5], [1.1, 1.3, 1.4, 1.4, 1.5, 1.6, 1.6, 1.7]
+    ranks = rankdata(head + base)
+    sums = [sum(some) for some in combinations(ranks, 8)]
+    assert chance(base, head) == np.mean(np.array(sums) >= sum(ranks[:8]))
+    count = samples_needed(60)
+    assert chance([1.0] * count, [1.2] * count) < LEVEL / 60
 
 
 def test_too_few_samples_and_equal_ones_decide_nothing() -> None:

@@ -15,7 +15,7 @@ import pytest
 import galvi
 from benchmarks import high_eccentricity, work_precision
 from benchmarks.arena import kepler
-from benchmarks.contender_process import Fault, examined, opened
+from benchmarks.contender_process import Fault, examined, opened, settings
 from benchmarks.outsider import Outsider, TimedRun
 from benchmarks.stopwatch import interleaved, warmed
 from reports.commands import run
@@ -164,6 +164,7 @@ def finished(**parts):
         ({"t": np.array([0.0, 1.0])}, "received 2 from 0 to 1"),
         ({"t": np.array(1.0)}, "received an array of shape"),
         ({"q": "far away"}, "must be arrays of numbers"),
+        ({"counts": {"steps": "many"}}, "counts must be whole numbers by their names; received"),
     ],
 )
 def test_a_run_of_another_shape_or_time_is_refused(parts, said):
@@ -171,6 +172,19 @@ def test_a_run_of_another_shape_or_time_is_refused(parts, said):
     assert good["success"] and good["q"].shape == (3, 2)
     with pytest.raises(Fault, match=said):
         examined(finished(**parts), ORBIT, 1.0, {"samples": 2})
+
+
+def test_settings_are_plain_and_say_at_which_times_a_run_has_states():
+    def offering(**setting):
+        return SimpleNamespace(settings=lambda problem, duration: [setting])
+
+    assert settings(offering(step=np.float64(0.5), save_every=np.int64(2)), ORBIT, 1.0) == [
+        {"step": 0.5, "save_every": 2}
+    ]
+    with pytest.raises(Fault, match="x is a SimpleNamespace"):
+        settings(offering(samples=2, x=SimpleNamespace()), ORBIT, 1.0)
+    with pytest.raises(Fault, match="must say at which times a run has states"):
+        examined(finished(), ORBIT, 1.0, {"step": 0.5, "save_every": "often"})
 
 
 def test_a_run_that_says_it_failed_may_hold_nan():

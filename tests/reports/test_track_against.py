@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.timings.case import TRAJECTORY, Case
+from reports.commands import run
+from reports.suite import load
 from reports.tracking import against, command, side
 from reports.tracking.against import track_against
 from reports.tracking.command import choose_cases
@@ -126,6 +128,22 @@ def test_a_head_that_cannot_be_imported_is_red(checkout: Path) -> None:
     write(checkout, "raise RuntimeError('broken')")
     assert compared(checkout) == 1
     assert "orbit (status)" in told(checkout)
+    assert "RuntimeError: broken" in (checkout.parent / "out" / "against.md").read_text()
+
+
+def test_a_side_whose_process_was_lost_runs_other_cases_again(tmp_path: Path) -> None:
+    write(tmp_path, stub())
+    with Side(tmp_path) as one:
+        one.prepare(CASE)
+        one.stop()
+        assert one.sample("orbit", 1)["processor"] > 0.0
+
+
+def test_an_empty_revision_is_refused_and_not_taken_for_none(capsys: pytest.CaptureFixture) -> None:
+    assert run(load, ["track", "--against", ""]) == 2
+    assert "--against expects a commit, a branch or a tag; received nothing" in (
+        capsys.readouterr().err
+    )
 
 
 def test_a_base_that_lacks_everything_cannot_be_compared(checkout: Path) -> None:

@@ -20,7 +20,7 @@ from reports.tracking.gates import judge
 from reports.tracking.rounds import Pair
 from reports.tracking.side import Failed
 from reports.tracking.trees import Tree
-from reports.tracking.verdict import Verdict, as_json, as_markdown
+from reports.tracking.verdict import Verdict, as_json, as_markdown, lines
 
 CASE = Case("orbit", TRAJECTORY, "kepler", 4, 4, 0.1, 10, rounding=1e-14)
 OTHER = replace(CASE, name="other")
@@ -123,6 +123,33 @@ def test_one_more_of_a_count_is_red(compared: Any, name: str) -> None:
     more = counts | {name: counts[name] + 1}
     assert set(alarms(compared(Fake(), Fake(counts=more)))) == {"counts"}
     assert alarms(compared(Fake(counts=more), Fake())) == {}
+
+
+def test_a_count_that_one_side_lacks_is_a_note(compared: Any) -> None:
+    verdict = compared(Fake(), Fake(counts={"steps": 10, "force_evaluations": 200, "passes": 9}))
+    assert not verdict.worse and lines(verdict)[0][3] == "same"
+    assert verdict.findings[0].notes == [
+        "Only one side counts iterations, passes, so that cannot be compared."
+    ]
+
+
+def test_a_problem_that_changed_is_red_where_the_truth_would_hide_it(compared: Any) -> None:
+    known = {"start": [0.0, 1.0], "acceleration": [-1.0, 1e-17, None]}
+    far = Fake(ends=[[5.0, 0.0]], problem=known)
+    wrong = Fake(problem=known | {"acceleration": [1.0, 0.0, None]})
+    assert "not the base's (acceleration)" in alarms(compared(far, wrong))["problem"]
+    rounded = Fake(problem=known | {"acceleration": [-1.0 - 2e-16, -1e-17, None], "more": [1.0]})
+    assert alarms(compared(Fake(problem=known), rounded)) == {}
+
+
+def test_a_base_whose_ends_are_not_finite_does_not_accuse_the_head(compared: Any) -> None:
+    verdict = compared(Fake(ends=[[None, 0.0]]), Fake())
+    assert not verdict.worse and "not finite" in verdict.findings[0].notes[0]
+
+
+def test_a_head_that_hangs_in_the_second_round_is_red(compared: Any) -> None:
+    verdict = compared(Fake(), Fake(1.3), again=Fake(hangs=True))
+    assert alarms(verdict)["status"].startswith("The head cannot run it: It gave no answer")
 
 
 def test_an_error_beyond_its_tolerance_is_red_and_within_it_is_not(compared: Any) -> None:

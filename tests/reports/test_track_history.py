@@ -140,6 +140,18 @@ def test_changes_are_told_with_the_commit_they_came_with(tmp_path: Path) -> None
     ]
 
 
+def test_a_quantity_that_some_benches_lack_stands_at_its_own(tmp_path: Path) -> None:
+    for k in range(6):
+        store(tmp_path, f"{k}.json", bench(k, error=None if k in (0, 3) else 0.0 if k < 5 else 1.0))
+    series = {one.quantity: one for one in all_series(read(tmp_path)[0])}
+    values, changes = series["error"].among(series[TIME].files)
+    assert np.array_equal(values, [np.nan, 0.0, 0.0, np.nan, 0.0, 1.0], equal_nan=True)
+    assert changes == [5]
+    assert series["error"].told() == [
+        "Kepler, degree 8: error 0 became 1 at 000000000005+",
+    ]
+
+
 def test_an_empty_history_is_a_sentence_and_still_a_page(tmp_path: Path) -> None:
     told: list[str] = []
     assert track(tmp_path, {"command": "x"}, told.append) == 0

@@ -106,6 +106,18 @@ FAULTS = (
         BODIES,
         ("error",),
     ),
+    Fault(
+        "a wrong sign in a problem's force",
+        (
+            (
+                "problems/henon_heiles.py",
+                "q[1] + q[0] ** 2 - q[1] ** 2])",
+                "q[1] + q[0] ** 2 + q[1] ** 2])",
+            ),
+        ),
+        ("Henon-Heiles, degree 4",),
+        ("problem",),
+    ),
 )
 
 

@@ -120,8 +120,21 @@ def test_an_import_that_fails_for_another_reason_is_no_excuse(make_suite, make_c
     assert run(lambda: suite, ["verify", "--out", str(tmp_path)]) == 1
 
 
+def test_a_claim_whose_judge_gives_no_row_is_not_green(make_suite, make_claim, tmp_path, capsys):
+    suite = make_suite(make_claim("V1"), make_claim("V2", ()))
+    assert run(lambda: suite, ["verify", "--out", str(tmp_path)]) == 1
+    assert "V2 title of V2 was not run: ValueError: its judge gave no row" in (
+        " ".join(capsys.readouterr().out.split())
+    )
+
+
 @pytest.mark.parametrize(
-    ("word", "said"), [("rebuond", "did you mean 'rebound'"), (",", "--require expects engines")]
+    ("word", "said"),
+    [
+        ("", "--require expects engines"),
+        ("rebuond", "did you mean 'rebound'"),
+        (",", "--require expects engines"),
+    ],
 )
 def test_a_mistyped_engine_is_refused_in_a_sentence(without_rebound, tmp_path, capsys, word, said):
     words = ["verify", "--require", word, "--out", str(tmp_path)]
