@@ -68,23 +68,23 @@ def local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, out):
     """out (3, d) <- pi, f and n of the Lagrangian in the chart at g; velocity (d,) <- T xi'."""
     functions, kind, timed, side, constants, pushed, push_constants = law
     there, own, T, G = room[3], room[4], room[6], room[7]
-    d = xi.size
-    if is_flat(layout):
+    d, flat = xi.size, is_flat(layout)
+    if flat:
         for i in range(d):
             there[i], velocity[i] = g[i] + xi[i], eta[i]
-        slopes(functions, kind, timed, side, constants, pushed, push_constants, layout, there,
-               velocity, t, own)  # fmt: skip
+    else:
+        charts.place(layout, chart, g, xi, there)
+        charts.tangent(layout, chart, xi, eta, T, G)
+        for i in range(d):
+            velocity[i] = 0.0
+            for j in range(d):
+                velocity[i] += T[i, j] * eta[j]
+    slopes(functions, kind, timed, side, constants, pushed, push_constants, layout, there,
+           velocity, t, own)  # fmt: skip
+    if flat:
         for i in range(d):
             out[0, i], out[1, i], out[2, i] = own[0, i], own[1, i], own[1, i]
         return
-    charts.place(layout, chart, g, xi, there)
-    charts.tangent(layout, chart, xi, eta, T, G)
-    for i in range(d):
-        velocity[i] = 0.0
-        for j in range(d):
-            velocity[i] += T[i, j] * eta[j]
-    slopes(functions, kind, timed, side, constants, pushed, push_constants, layout, there,
-           velocity, t, own)  # fmt: skip
     for i in range(d):
         out[0, i] = out[1, i] = 0.0
         for j in range(d):

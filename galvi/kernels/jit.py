@@ -36,6 +36,11 @@ def bare(function):
     return jit(function, _nrt=False, forceinline=True)
 
 
+def inlined(function):
+    """As ``jit``, and inlined: numba hands a tuple of functions over in dozens of words."""
+    return jit(function, forceinline=True)
+
+
 def compiled_for(dispatcher, signature, compiler=jit):
     """A dispatcher of the same function, by ``jit`` or ``bare``, for these types and no others."""
     with _ONE_AT_A_TIME:

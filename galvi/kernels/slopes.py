@@ -26,7 +26,7 @@ from numba import types
 from galvi.kernels import covectors
 from galvi.kernels import laws as fields
 from galvi.kernels.accelerations import accelerations
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import inlined, jit
 from galvi.kernels.laws import MATRIX, VECTOR
 
 LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL, CANONICAL_GRADIENT = 0, 1, 2, 3, 4, 5
@@ -176,11 +176,14 @@ def push(forces, constants, pushed, side, g, v, t, out):
         out[1, i] += force[i] if force.size == d else np.nan
 
 
-@jit
+@inlined
 def slopes(functions, kind, timed, side, constants, pushed, push_constants, layout, g, v, t, out):
     """out (2, d) at one configuration; side = 0 when the user takes a vector, else its rows."""
     lagrangian, fields_, forces = functions
-    own_slopes(lagrangian, fields_, kind, timed, side, constants, layout, g, v, t, out)
+    if kind == LAW:
+        lagrangian[1](g, v, t, constants, out)
+    else:
+        own_slopes(lagrangian, fields_, kind, timed, side, constants, layout, g, v, t, out)
     if pushed > 0:
         push(forces, push_constants, pushed, side, g, v, t, out)
 
