@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from typing import Any, cast
 
 import numpy as np
 
@@ -156,8 +157,8 @@ class Lagrangian:
 
     def group_field(self) -> GroupField:
         """For the kernels."""
-        if self.slopes is None and isinstance(self.function, KnownLagrangian):
-            return with_force(self.function.group_field(), self, 0)
+        if self.slopes is None and self._slopes is not None:
+            return with_force(cast(KnownLagrangian, self.function).group_field(), self, 0)
         side = self.group.shape[0] if len(self.group.shape) == 2 else 0
         name = ("timed_" if self.explicit_time else "") + ("matrix_" if side else "") + "slopes"
         if self.slopes is not None:
@@ -178,11 +179,10 @@ class Lagrangian:
         """Lagrangians evaluated, for each component, to difference a gradient, at least; else 0."""
         return 0 if self._slopes is not None else 2 * CALLS
 
-    @property
+    @cached_property  # to look what a value can do takes ten microseconds
     def _slopes(self) -> Function | None:
-        if self.slopes is None and isinstance(self.function, KnownLagrangian):
-            return self.function.slopes
-        return self.slopes
+        known = self.slopes is None and isinstance(self.function, KnownLagrangian)
+        return cast(KnownLagrangian, self.function).slopes if known else self.slopes
 
     def _arguments(self, q: Array, v: Array, t: float) -> tuple[Any, ...]:
         q, v = np.array(q, dtype=np.float64), np.array(v, dtype=np.float64)
