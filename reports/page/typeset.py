@@ -6,12 +6,13 @@ import re
 
 from markupsafe import Markup, escape
 
-POWER = re.compile(r"\^(\((?:[^()]|\([^()]*\))*\)|-?[A-Za-z0-9./*]*[A-Za-z0-9])")
+POWER = re.compile(r"\^(\((?:[^()]|\([^()]*\))*\)|\{[^{}]*\}|-?[A-Za-z0-9./*]*[A-Za-z0-9])")
 TEN = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)(?!\w)")
 JOINED = re.compile(r"(?<=[\w)\]|]) ([+=/*±≤≥]|&lt;|&gt;) (?=[\w(\[|]|-\d)")
 LESS = re.compile(r"(?<![A-Za-z]{2}) - (?=[\w(\[|])")
 UNBROKEN = "\u00a0"
 MINUS = "\u2212"
+INFINITY = "\u221e"
 
 
 def typeset(text: str) -> Markup:
@@ -27,9 +28,9 @@ def typeset(text: str) -> Markup:
 
 def _raised(match: re.Match[str]) -> str:
     inside = match.group(1)
-    if inside.startswith("("):
+    if inside[0] in "({":
         inside = inside[1:-1]
-    return f"<sup>{inside.replace('-', MINUS)}</sup>"
+    return f"<sup>{inside.replace('-', MINUS).replace('infinity', INFINITY)}</sup>"
 
 
 def _ten(match: re.Match[str]) -> str:

@@ -61,6 +61,7 @@ def test_times_have_the_unit_that_fits():
         ("2.5e-3 of it", "2.5·10<sup>\u22123</sup> of it"),
         ("0.56 -+ 0.005", "0.56\u00a0±\u00a00.005"),
         ("1e-3 <b>", "10<sup>\u22123</sup> &lt;b&gt;"),
+        ("in W^{1,1} and L^infinity", "in W<sup>1,1</sup> and L<sup>\u221e</sup>"),
         ("on 2000-01-01", "on 2000-01-01"),
         ("order 2 (n - 1)", "order 2 (n\u00a0\u2212\u00a01)"),
         ("this - and that", "this - and that"),
