@@ -26,7 +26,7 @@ COLUMNS = (
     "few_steps",
     "many_steps",
 )
-TIMES, QUICK_TIMES = 4, 2  # processes, the first to fill the cache; the quickest counts
+TIMES, QUICK_TIMES = 3, 2  # processes, the first to fill the cache; the quickest counts
 STEPS, MANY_STEPS, QUICK_STEPS = 10**4, 10**6, 10**5
 EXPLANATION = (
     "Seconds in a fresh process: to import galvi, then to the end of a first run of ten steps. "

@@ -78,7 +78,7 @@ def work_precision(
 
 def _least(arena: Arena, quick: bool) -> float:
     """Seconds of each setting's turn in a round; less where runs are made that long."""
-    least = 0.01 if quick else 0.15
+    least = 0.01 if quick else 0.12
     return 0.5 * least if arena.prolonged else least
 
 
