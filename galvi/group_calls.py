@@ -62,9 +62,10 @@ def by_fixed_point(problem: Problem, method: Galerkin) -> bool:
     """Whether the packed kernel serves, the only one on groups with fixed-point iteration."""
     system, table = problem.system, method.table
     square = table.psi.shape[0] == table.psi.shape[1] and float(np.min(table.b)) > 0.0
+    one_space = not hasattr(method.space, "degrees")
     return (
         isinstance(system, RigidBody) and system.gradient is None and system.force is None
-        and square
+        and square and one_space
         and isinstance(method.chart, Cayley | Exponential)
         and isinstance(system.potential, UniformGravity | None)
     )  # fmt: skip

@@ -101,3 +101,14 @@ def test_a_run_is_saved_and_resumed(tmp_path):
     galvi.save(galvi.integrate(problem, mixed(5, 4), 0.25, 6), tmp_path / "run.npz")
     rest = galvi.resume(galvi.load(tmp_path / "run.npz"), 4)
     assert np.array_equal(rest.q, whole.q[6:])
+
+
+def test_a_body_has_the_degrees_it_was_given():
+    body = galvi.problems.free_rigid_body()
+    plain = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    whole, equal, less = (
+        galvi.integrate(body, method, 0.2, 10).q[-1]
+        for method in (plain, mixed(4, 4, 4), mixed(4, 2, 4))
+    )
+    assert np.max(np.abs(whole - equal)) < 1e-13  # 1e-15
+    assert np.max(np.abs(whole - less)) > 1e-6  # 3e-4
