@@ -20,7 +20,8 @@ from references.mujoco_steps import (
     MUJOCO_IMPLICITFAST,
     MUJOCO_RK4,
 )
-from references.stored_chain import CASES, FOLDER, STORED_CHAIN, stored, table
+from references.stored_chain import STORED_CHAIN
+from references.truth import FOLDER
 
 needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
 needs_heyoka = pytest.mark.skipif(
@@ -143,9 +144,9 @@ def test_heyoka_and_dop853_agree(name, truths):
     assert HEYOKA_CHAIN_QUADRUPLE.exact and not HEYOKA_CHAIN.exact
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", STORED_CHAIN.cases)
 def test_others_come_to_the_stored_truth(case):
-    problem, _ = CASES[case]
+    problem, _ = STORED_CHAIN.cases[case]
     truth = STORED_CHAIN.run(problem, 4.0, {"samples": 8})
     peer = CHAIN_DOP853.run(problem, 4.0, {"samples": 1, **TIGHT})
     ours = galvi.integrate(problem, EIGHT, 0.0125, 320)
@@ -163,7 +164,7 @@ def test_the_stored_truth_is_kept_for_its_problem_and_no_other():
         galvi.problems.planar_pendulum(),
     )
     assert not any(STORED_CHAIN.supports(other) for other in others)
-    assert all(stored(case).of(problem) for case, (problem, _) in CASES.items())
+    assert all(STORED_CHAIN.supports(problem) for problem, _ in STORED_CHAIN.cases.values())
     with pytest.raises(ValueError, match=r"is kept every 0\.5 up to 10 .* received a sample at"):
         STORED_CHAIN.run(double(), 10.0, {"samples": 7})
 
@@ -172,10 +173,10 @@ def test_the_stored_truth_is_kept_for_its_problem_and_no_other():
 @pytest.mark.skipif(
     bool(HEYOKA_CHAIN_QUADRUPLE.missing), reason=HEYOKA_CHAIN_QUADRUPLE.missing or "present"
 )
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", STORED_CHAIN.cases)
 def test_the_stored_truth_can_be_made_again(case):
     kept = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
-    made = table(case).splitlines()
+    made = STORED_CHAIN.table(case).splitlines()
     rows = [i for i, line in enumerate(kept) if not line.startswith("# source")]
     assert [made[i] for i in rows] == [kept[i] for i in rows]
 

@@ -9,13 +9,14 @@ import galvi
 from references.heyoka_rigid import HEYOKA_RIGID_QUADRUPLE
 from references.quaternion_dop853 import QUATERNION_DOP853
 from references.rigid_ivp import RIGID_DOP853
-from references.stored_attitude import CASES, FOLDER, STORED_ATTITUDE, stored, table
+from references.stored_attitude import STORED_ATTITUDE
+from references.truth import FOLDER
 
-PENDULUM, HORIZON = CASES["pendulum_3d"]
+PENDULUM, HORIZON = STORED_ATTITUDE.cases["pendulum_3d"]
 
 
 def test_it_is_kept_for_its_problem_and_no_other():
-    assert STORED_ATTITUDE.supports(PENDULUM) and stored("pendulum_3d").of(PENDULUM)
+    assert STORED_ATTITUDE.supports(PENDULUM)
     others = (
         galvi.problems.pendulum_3d(weight=np.nextafter(9.81, 10.0)),
         galvi.problems.pendulum_3d(inverted=True),
@@ -59,6 +60,6 @@ def test_it_conserves_energy_and_vertical_momentum_and_is_a_rotation():
 )
 def test_it_can_be_made_again():
     kept = (FOLDER / "pendulum_3d.csv").read_text("ascii").splitlines()
-    made = table("pendulum_3d").splitlines()
+    made = STORED_ATTITUDE.table("pendulum_3d").splitlines()
     rows = [i for i, line in enumerate(kept) if not line.startswith("# source")]
     assert [made[i] for i in rows] == [kept[i] for i in rows]
