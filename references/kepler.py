@@ -15,7 +15,7 @@ from references.contender import require
 from references.double_double import DoubleDouble
 from references.kepler_flow import DIGITS, Orbit, flow, orbit
 from references.outcome import outcome
-from references.second_law import is_forced
+from references.second_law import is_moved_by
 from references.setting import check_keys, described, sample_times
 
 
@@ -49,11 +49,9 @@ class Kepler:
 def _orbit(problem: Problem) -> Orbit | None:
     """Of the body about the centre, or of the second body about the first."""
     system, q0, v0 = problem.system, problem.q0, problem.v0
-    if is_forced(problem):
-        return None
     with localcontext(DIGITS):
-        if isinstance(system, Canonical) and isinstance(system.potential, CentralForce):
-            if system.gradient is not None or system.explicit_time or system.mass.ndim:
+        if isinstance(system, Canonical) and is_moved_by(problem, CentralForce):
+            if system.mass.ndim:
                 return None
             gm = Decimal(system.potential.mu) / Decimal(float(system.mass))
             return orbit(gm, [Decimal(x) for x in q0.tolist()], [Decimal(x) for x in v0.tolist()])

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from galvi import Canonical, LinearSpring, Problem, Trajectory
+from galvi import LinearSpring, Problem, Trajectory
 from references.contender import require
 from references.outcome import outcome
-from references.second_law import is_forced
+from references.second_law import is_moved_by
 from references.setting import check_keys, described, sample_times
 
 
@@ -28,15 +28,7 @@ class Oscillator:
 
     def supports(self, problem: Problem) -> bool:
         """Canonical systems whose only force is the spring."""
-        system = problem.system
-        return (
-            isinstance(system, Canonical)
-            and not is_forced(problem)
-            and isinstance(system.potential, LinearSpring)
-            and system.gradient is None
-            and not system.explicit_time
-            and system.mass.ndim < 2
-        )
+        return is_moved_by(problem, LinearSpring)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""

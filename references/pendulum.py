@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from galvi import Canonical, PendulumWeight, Problem, Trajectory
+from galvi import PendulumWeight, Problem, Trajectory
 from references.circular import DIGITS, PI, angle, sine_cosine
 from references.contender import require
 from references.elliptic import Modulus, first_integral
 from references.outcome import outcome
-from references.second_law import is_forced
+from references.second_law import is_moved_by
 from references.setting import check_keys, described, sample_times
 
 
@@ -37,15 +37,7 @@ class Pendulum:
 
     def supports(self, problem: Problem) -> bool:
         """Canonical systems whose only force is the pendulum's weight."""
-        system = problem.system
-        return (
-            isinstance(system, Canonical)
-            and not is_forced(problem)
-            and isinstance(system.potential, PendulumWeight)
-            and system.gradient is None
-            and not system.explicit_time
-            and system.mass.ndim < 2
-        )
+        return is_moved_by(problem, PendulumWeight)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""

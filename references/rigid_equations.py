@@ -13,7 +13,8 @@ import numpy as np
 
 from galvi import Problem, RigidBody, UniformGravity
 from galvi.arrays import Array
-from references.second_law import external_force, is_forced
+from galvi.systems.force import force_at
+from references.second_law import is_forced
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +46,7 @@ class RigidEquations:
             R = self.attitudes(y)
             twist = torque(system, R, t)
             if forced:
-                twist = twist + external_force(system, R, w, t)
+                twist = twist + force_at(system, R, w, t)
             return np.concatenate([turned(attitude, w), _cross(p, w) + twist])
 
         return slope

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
-from galvi import Problem
+from galvi import Canonical, Problem
 from galvi.arrays import Array
+from galvi.systems.force import force_at
 
 
 def is_forced(problem: Problem) -> bool:
@@ -19,11 +18,16 @@ def is_forced(problem: Problem) -> bool:
     return getattr(problem.system, "force", None) is not None
 
 
-def external_force(system: Any, q: Array, v: Array, t: float) -> Array:
-    """f at one configuration, velocity and time, in v's shape; on a group in the body's frame."""
-    given = (q.copy(), v.copy(), t) if system.timed_force else (q.copy(), v.copy())
-    force: Array = np.asarray(system.force(*given), dtype=np.float64)
-    return force
+def is_moved_by(problem: Problem, potential: type) -> bool:
+    """Whether such a potential alone moves a scalar or diagonal mass."""
+    system = problem.system
+    return (
+        isinstance(system, Canonical)
+        and isinstance(system.potential, potential)
+        and system.gradient is None
+        and system.mass.ndim < 2
+        and not is_forced(problem)
+    )
 
 
 def acceleration(problem: Problem) -> Callable[[Array, Array, float], Array]:
@@ -38,7 +42,7 @@ def acceleration(problem: Problem) -> Callable[[Array, Array, float], Array]:
         return free
 
     def forced(q: Array, v: Array, t: float) -> Array:
-        pushed = external_force(system, q, v, t) - system.potential_gradient(q, t)
+        pushed = force_at(system, q, v, t) - system.potential_gradient(q, t)
         a: Array = system.velocity(pushed)
         return a
 
