@@ -125,13 +125,12 @@ def _at_a_step(
         if bound.step is None:
             reasons[name] = bound.reason
     eta = step_bounds.CAUTION * stiffness.square * (h / Z0) ** 2
-    for name, constant, factor in (
-        ("contraction", "friedrichs", eta),
-        ("spectral_contraction", "spectral_radius", h * h * stiffness.square),
-    ):
-        size = pair[constant]
-        power = 2 if constant == "friedrichs" else 1
-        found[name] = None if size is None else factor * size**power
-        if size is None:
+    C, radius = pair["friedrichs"], pair["spectral_radius"]
+    found["contraction"] = None if C is None else eta * C**2
+    found["spectral_contraction"] = None if radius is None else h * h * stiffness.square * radius
+    for name, constant in (
+        ("contraction", "friedrichs"), ("spectral_contraction", "spectral_radius"),
+    ):  # fmt: skip
+        if found[name] is None:
             reasons[name] = pair["reasons"][constant]
     return found
