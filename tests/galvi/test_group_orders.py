@@ -1,0 +1,131 @@
+"""Orders of runs on groups from both sides, the two kernels, and faults that orders catch."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import galvi
+from galvi import group_calls
+from references.free_top import FREE_TOP
+from tests.galvi.group_matrices import title
+from tests.galvi.group_motions import (
+    CAYLEY,
+    EXPONENTIAL,
+    FREE,
+    PENDULUM,
+    SWUNG,
+    TURNED,
+    WINDOWS,
+    collocation,
+    each_chart,
+    error,
+    hall,
+    same_rows,
+    slope,
+    spoiled,
+)
+
+
+@each_chart
+@pytest.mark.parametrize("degree", WINDOWS)
+@pytest.mark.parametrize("more", [0, 1], ids=["packed", "H's"])
+def test_the_order_is_twice_the_degree_no_less_and_no_more(degree, more, chart):
+    """n = degree + 1 of H is 3 to 6; against scipy, on the pendulum."""
+    rule = galvi.gauss(degree + more)
+    method = galvi.Galerkin(galvi.Polynomials(degree), rule, chart)
+    assert method.order == 2 * degree
+    measured = slope(PENDULUM, SWUNG, method, *WINDOWS[degree])
+    assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured  # off by 0.4 at most, at 10
+
+
+@pytest.mark.parametrize(
+    ("degree", "chart", "window"),
+    [
+        (2, CAYLEY, (48, 200)), (3, CAYLEY, (24, 64)), (4, CAYLEY, (36, 56)), (5, CAYLEY, (20, 28)),
+        (2, EXPONENTIAL, (48, 200)), (3, EXPONENTIAL, (32, 64)), (4, EXPONENTIAL, (18, 26)),
+    ],
+)  # fmt: skip
+def test_the_order_is_so_too_against_the_closed_form_of_the_free_body(degree, chart, window):
+    measured = slope(FREE, TURNED, collocation(degree, chart), *window)
+    assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured
+
+
+def test_halls_method_at_half_a_unit_reaches_1e_12():
+    """n = 12, h = 0.5, T = 5 (H fig. 3.1; claim L2)."""
+    truth = FREE_TOP.run(FREE, 5.0, {"samples": 1})
+    found = {n: error(galvi.integrate(FREE, hall(n), 0.5, 10), (truth.q[-1], truth.p[-1]))
+             for n in (6, 8, 10, 12)}  # fmt: skip
+    assert found[12] < 1e-12  # 6e-14
+    assert found[10] < 1e-10 and found[8] < 1e-7 and found[6] > 1e-6  # 3e-11, 2e-8, 2e-5
+
+
+@each_chart
+@pytest.mark.parametrize("problem", [FREE, PENDULUM], ids=title)
+@pytest.mark.parametrize("stages", range(1, 25))
+def test_the_packed_kernel_is_the_general_one_to_round_off(problem, chart, stages):
+    method, step = collocation(stages, chart), min(0.2, 0.08 * stages**0.5)
+    packed = galvi.integrate(problem, method, step, 12)
+    general = galvi.integrate(problem, method, step, 12, solver="newton")
+    assert packed.counts["linear_solves"] == 0 < general.counts["linear_solves"]
+    size, close = np.abs(packed.p).max(), 1e-14  # 2e-15
+    assert np.allclose(packed.q, general.q, rtol=0.0, atol=close)
+    assert np.allclose(packed.p, general.p, rtol=0.0, atol=close * size)
+    t = np.linspace(0.0, 11.99 * step, 50)
+    assert np.allclose(packed(t), general(t), rtol=0.0, atol=close)
+    assert np.allclose(packed.velocity(t), general.velocity(t), rtol=0.0, atol=1e-13 * size)
+    every = galvi.integrate(problem, method, step, 12, save_every=5, curves=True)
+    assert same_rows(every, packed, [0, 5, 10, 12])
+    assert np.array_equal(every(t), packed(t))
+
+
+@each_chart
+@pytest.mark.parametrize("momentum", [0.0, 1e-30, 1e-12, -1e-3])
+def test_a_body_at_rest_begins_to_fall_in_both_kernels(momentum, chart):
+    leaning = Rotation.from_rotvec([0.3, -0.8, 0.5]).as_matrix()
+    for problem in (PENDULUM, FREE):
+        resting = problem.starting_at(leaning, [momentum, 0.0, 0.0])
+        for stages in (1, 2, 5, 8):
+            method = collocation(stages, chart)
+            packed = galvi.integrate(resting, method, 0.1, 8)
+            general = galvi.integrate(resting, method, 0.1, 8, solver="newton")
+            size = np.abs(general.p).max()
+            assert np.allclose(packed.q, general.q, rtol=0.0, atol=1e-14)
+            assert np.allclose(packed.p, general.p, rtol=0.0, atol=1e-13 * size)
+            assert packed.counts["linear_solves"] == 0
+            assert (np.abs(packed.p[1]).max() > 0.1) == (problem is PENDULUM)
+
+
+def test_a_spoiled_table_is_caught_by_the_order():
+    good, bent = hall(4), spoiled(hall(4), slope=1.0 + 1e-6 * np.arange(3))
+    assert slope(PENDULUM, SWUNG, good, *WINDOWS[3]) > 5.5
+    assert slope(PENDULUM, SWUNG, bent, *WINDOWS[3]) < 5.0
+    square = spoiled(collocation(3), integral=1.0 + 1e-6 * np.arange(9).reshape(3, 3))
+    assert slope(PENDULUM, SWUNG, square, *WINDOWS[3]) < 5.0
+
+
+def test_forces_that_do_not_belong_to_the_moves_are_caught_by_symplecticity(monkeypatch):
+    """Any table makes a variational method; one without B_jk = b_k - A_kj b_k / b_j does not."""
+    sound = group_calls.collocation_tables
+
+    def mismatched(table, step):
+        moves, turns, *others = sound(table, step)
+        return (moves, turns * (1.0 + 1e-5 * np.arange(turns.shape[1])), *others)
+
+    assert galvi.symplecticity_defect(PENDULUM, collocation(3), 0.2) < 2e-12  # 4e-15
+    monkeypatch.setattr(group_calls, "collocation_tables", mismatched)
+    assert galvi.symplecticity_defect(PENDULUM, collocation(3), 0.2) > 1e-9
+
+
+def test_a_wrong_torque_is_caught_by_the_truth_and_by_the_energy():
+    weight = -PENDULUM.system.potential.numbers[2]
+    gradient = np.zeros((3, 3))
+    gradient[2, 2] = weight
+    for factor in (1.0, 1.0 + 1e-6):
+        system = galvi.RigidBody(
+            PENDULUM.system.inertia, PENDULUM.system.potential, lambda R, f=factor: f * gradient
+        )
+        problem = galvi.Problem(system, PENDULUM.q0, PENDULUM.v0)
+        run = galvi.integrate(problem, collocation(8), 0.2, 20)
+        sound = factor == 1.0
+        assert (error(run, SWUNG) < 1e-12) == sound
+        assert (np.ptp(galvi.energy(run)) < 1e-11) == sound
