@@ -72,8 +72,6 @@ def test_a_reference(benchmark: Any, contender: Contender, name: str) -> None:
     problem, duration, truth = PROBLEMS[name]
     if contender.missing:
         pytest.skip(contender.missing)
-    if not contender.supports(problem):
-        pytest.skip(f"{contender.name} does not solve the {problem.name}")
     setting = setting_of(contender, problem, duration)
     run = timed(benchmark, lambda: contender.run(problem, duration, setting))
     error = None
