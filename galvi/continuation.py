@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from galvi.arrays import Array
+from galvi.groups.so3 import SO3
 from galvi.kernels.advance import GUESS, NOTHING
 from galvi.problem import Problem
 
@@ -45,10 +46,15 @@ class Continuation:
 
     @classmethod
     def on_group(cls, problem: Problem, stages: int, solver: str, tolerance: float) -> Continuation:
-        """On a group, the state's rows are g, mu and what rounding lost; stages are velocities."""
+        """On a group, the state's rows are g, mu and what rounding lost; stages are velocities.
+
+        Of a body that turns, the second row ends in its momentum in space, R mu.
+        """
         p0, entries = problem.p0, problem.q0.size
         state = np.zeros((4, max(entries, p0.size)))
         state[0, :entries], state[1, : p0.size] = problem.q0.ravel(), p0
+        if isinstance(getattr(problem.system, "group", None), SO3):
+            state[1, 6:] = problem.q0 @ p0
         velocities = np.repeat(problem.v0[:, None], stages, axis=1)
         memo = np.array([GUESS, 0, 0, 0], dtype=np.int64)
         return cls(0, state, velocities, memo, solver, tolerance)

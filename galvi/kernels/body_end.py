@@ -70,7 +70,7 @@ def matrix_of(state):
 
 @bare
 def quaternion_of(state):
-    """What the general kernel does not know: a quaternion (Shepperd 1978), momentum in space."""
+    """What the general kernel does not know: a quaternion (Shepperd 1978), and nothing lost."""
     if state[2, 0] != 0.0 or state[2, 1] != 0.0 or state[2, 2] != 0.0 or state[2, 3] != 0.0:
         return
     a, b, c = state[0, 0], state[0, 4], state[0, 8]
@@ -95,11 +95,6 @@ def quaternion_of(state):
     )  # fmt: skip
     for i in range(3):
         state[1, 3 + i] = state[3, i] = state[3, 3 + i] = state[3, 6 + i] = 0.0
-        state[1, 6 + i] = (
-            state[0, 3 * i] * state[1, 0]
-            + state[0, 3 * i + 1] * state[1, 1]
-            + state[0, 3 * i + 2] * state[1, 2]
-        )
 
 
 @bare

@@ -49,12 +49,9 @@ def momentum_in_space(basis, h, g, forces, state, g1, mu1):
     """
     kick = np.empty(3)
     carried(basis, h, np.zeros(3), forces, kick)
-    known = abs(state[1, 6]) + abs(state[1, 7]) + abs(state[1, 8]) > 0.0
     for i in range(3):
-        push = 0.0
         for j in range(3):
-            push += g[3 * i + j] * (kick[j] if known else kick[j] + state[1, j])
-        state[1, 6 + i] += push
+            state[1, 6 + i] += g[3 * i + j] * kick[j]
     for i in range(3):
         mu1[i] = 0.0
         for j in range(3):
