@@ -43,10 +43,10 @@ class Contender(Protocol):
 
 def require(contender: Contender, problem: Problem) -> None:
     """Raise unless the contender can solve the problem here; errors as in `Contender.run`."""
-    if contender.missing:
-        raise ModuleNotFoundError(f"{contender.name} cannot run: {contender.missing}")
     if not contender.supports(problem):
         raise ValueError(
             f"{contender.name} does not solve this kind of problem; received {problem!r} with a "
             f"{type(problem.system).__name__} system. Ask supports(problem) first."
         )
+    if contender.missing:
+        raise ModuleNotFoundError(f"{contender.name} cannot run: {contender.missing}")
