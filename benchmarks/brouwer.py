@@ -15,7 +15,9 @@ import pandas as pd
 
 import galvi
 from benchmarks.growth import Growth, growth, rms
-from benchmarks.walkers import KEPT, SAMPLES, Galerkin, Peer, Sample, Walker
+from benchmarks.outsider import Outsider
+from benchmarks.outsiders import ensemble, label_beside, readable_setting
+from benchmarks.walkers import KEPT, SAMPLES, YEAR, Galerkin, Peer, Sample, Walker, rounded
 from galvi import Problem
 from references.ias15 import IAS15
 
@@ -35,6 +37,7 @@ COLUMNS: Mapping[str, type] = {
 YEARS, QUICK_YEARS = 1e4, 1e3
 RUNS, QUICK_RUNS = 32, 8
 SIZE, SEED = 1e-12, 1937
+STEPS_A_YEAR = 0.5  # the fewest, of an outsider that does not say: 6 in Jupiter's period
 COARSE = 2.0  # an RMS is resolved when it is so many times what the rounding of a state makes of it
 
 
@@ -59,9 +62,14 @@ def member(number: int) -> Problem:
 
 def row(walker: Walker, years: float, member: int, sample: Sample) -> dict[str, Any]:
     """One line of the study; what a study tells of its commit and date is added there."""
+    return line(walker.label, walker.settings, years, member, sample)
+
+
+def line(label: str, settings: str, years: float, member: int, sample: Sample) -> dict[str, Any]:
+    """Likewise, of the contender that has this label."""
     return {
-        "contender": walker.label,
-        "settings": walker.settings,
+        "contender": label,
+        "settings": settings,
         "years": years,
         "member": member,
         "sample": sample.number,
@@ -78,11 +86,12 @@ def brouwer(
     quick: bool = False,
     report: Callable[[str], None] = lambda sentence: None,
     walkers: Sequence[Walker] = WALKERS,
+    outsiders: Sequence[Outsider] = (),
 ) -> pd.DataFrame:
     """One row for each contender, run and sampled time (in years), with the columns COLUMNS.
 
     The start is at t = 0, with an error of zero by definition. A contender whose engine is missing
-    has no rows.
+    has no rows. Outsiders take part where they can, see `benchmarks.outsiders.ensemble`.
     """
     years, runs = (QUICK_YEARS, QUICK_RUNS) if quick else (YEARS, RUNS)
     rows = []
@@ -94,11 +103,21 @@ def brouwer(
             report(f"{walker.label}, {walker.settings}, {years:g} years, run {number + 1}")
             seen = walker.samples(member(number), years, None, report)
             rows += [row(walker, years, number, sample) for sample in seen]
+    taken = [walker.label for walker in walkers]
+    for outsider in outsiders:
+        label, starts = label_beside(outsider, taken), map(member, range(runs))
+        report(f"{label}, {years:g} years")
+        fewest = round(years * STEPS_A_YEAR)
+        found = ensemble(outsider, starts, years * YEAR, SAMPLES, fewest)
+        for number, (setting, run) in enumerate(found):
+            told = readable_setting(setting)
+            rows += [line(label, told, years, number, sample) for sample in rounded(run)]
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
 def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], Any, Any]]:
-    """(contender, settings, years, commit, date), times (k,) and errors (runs, k) of each ensemble.
+    """(contender, settings, years, commit, date, status), times (k,) and errors (runs, k) of each
+    ensemble.
 
     Runs that are not complete are left out; a failed one is NaN from there on.
     """
@@ -109,7 +128,8 @@ def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], Any, Any]]:
         whole = [n for n in table.index if counts[n] == len(KEPT) or n in broken]
         if whole:
             names = dict(zip(("contender", "settings", "years", "commit"), keys, strict=True))
-            told = {**names, "date": rows["date"].max()}
+            why = "; ".join(dict.fromkeys(text for text in rows["status"] if text))
+            told = {**names, "date": rows["date"].max(), "status": why}
             yield told, table.columns.to_numpy(float), table.loc[whole].to_numpy(float)
 
 

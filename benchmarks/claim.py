@@ -53,6 +53,7 @@ class Claim:
     study   (make_method, quick, report) -> tidy frame; make_method is `galvi.Galerkin` unless a
             test hands in a broken one; report(sentence) tells progress
     judge   frame -> rows
+    timed   whether the study takes times, and has to be alone
     """
 
     id: str
@@ -60,3 +61,4 @@ class Claim:
     study: Callable[[MakeMethod, bool, Report], pd.DataFrame]
     judge: Callable[[pd.DataFrame], list[Row]]
     figures: tuple[str, ...] = field(default=())
+    timed: bool = False

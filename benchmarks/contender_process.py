@@ -6,9 +6,6 @@ contender raises becomes a sentence; what it hangs or breaks is this process and
 
 from __future__ import annotations
 
-import difflib
-import importlib
-import importlib.util
 import os
 import signal
 import time
@@ -17,16 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.introduction import Fault, introduced, is_positive, opened, told
 from galvi import Problem
 from references.setting import fixed_steps, sample_times
 
-PARTS = ("name", "supports", "run")
-OURS = "galvi"
 NEAR = 1e-9  # of the duration: by how much a time may differ from the one asked for
-
-
-class Fault(Exception):
-    """What is wrong, in a sentence."""
 
 
 def serve(connection: Any, path: str) -> None:
@@ -42,60 +34,15 @@ def serve(connection: Any, path: str) -> None:
         try:
             if what == "open":
                 contender = opened(path)
-                value: Any = contender.name
+                value: Any = introduced(contender)
             else:
                 value = ANSWERS[what](contender, *arguments)
             answer = ("done", value)
         except Fault as fault:
             answer = ("fault", str(fault))
         except BaseException as error:
-            answer = ("fault", f"It raised {_told(error)}.")
+            answer = ("fault", f"It raised {told(error)}.")
         connection.send(answer)
-
-
-def opened(path: str) -> Any:
-    """The contender at "package.module:Class". Fault when there is none, or it is none."""
-    module_name, _, name = path.partition(":")
-    if not all(part.isidentifier() for part in (*module_name.split("."), name)):
-        raise Fault(f"a contender is named package.module:Class; received {path!r}")
-    try:
-        module = importlib.import_module(module_name)
-    except ModuleNotFoundError as error:
-        if error.name and (module_name + ".").startswith(error.name + "."):
-            raise Fault(
-                f"there is no module {error.name!r} to take {name} from; name one that Python can "
-                f"import from this folder"
-            ) from None
-        raise Fault(f"importing {module_name} raised {_told(error)}") from None
-    except BaseException as error:
-        raise Fault(f"importing {module_name} raised {_told(error)}") from None
-    if not hasattr(module, name):
-        known = [word for word in vars(module) if not word.startswith("_")]
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
-        raise Fault(
-            f"module {module_name} has no {name!r}{f'; did you mean {near[0]!r}' if near else ''}"
-        )
-    made = getattr(module, name)
-    if isinstance(made, type):
-        try:
-            made = made()
-        except BaseException as error:
-            raise Fault(f"{name}() raised {_told(error)}") from None
-    lacking = [part for part in PARTS if not hasattr(made, part)]
-    lacking += [
-        part for part in PARTS[1:] if hasattr(made, part) and not callable(getattr(made, part))
-    ]
-    if lacking:
-        raise Fault(
-            f"{path} lacks {' and '.join(map(repr, lacking))}; a contender has name, "
-            "supports(problem) and run(problem, duration, setting)"
-        )
-    if not isinstance(made.name, str) or not made.name.strip() or made.name.startswith(OURS):
-        raise Fault(
-            f"the name of {path} must be words that do not begin with {OURS!r}, which are galvi's "
-            f"own methods; received {made.name!r}"
-        )
-    return made
 
 
 def supports(contender: Any, problem: Problem) -> bool:
@@ -110,7 +57,25 @@ def settings(contender: Any, problem: Problem, duration: float) -> list[dict[str
     offered = list(contender.settings(problem, duration))
     if not offered or not all(isinstance(one, Mapping) for one in offered):
         raise Fault(f"Its settings must be mappings, one at least; received {offered!r}.")
-    return [{str(name): _plain(str(name), value) for name, value in one.items()} for one in offered]
+    plain = [
+        {str(name): _plain(str(name), value) for name, value in one.items()} for one in offered
+    ]
+    for one in plain:
+        if "step" in one and not is_positive(one["step"]):
+            raise Fault(f"Its settings' step must be a positive number; received {one['step']!r}.")
+    return plain
+
+
+def claimed_error(
+    contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any]
+) -> float | None:
+    """The largest error that it claims for such a run; None when it does not say."""
+    if not hasattr(contender, "claimed_error"):
+        return None
+    claimed = contender.claimed_error(problem, duration, dict(setting))
+    if not is_positive(claimed):
+        raise Fault(f"The error that it claims must be a positive number; received {claimed!r}.")
+    return float(claimed)
 
 
 def _plain(name: str, value: Any) -> Any:
@@ -160,11 +125,11 @@ def examined(
     except (TypeError, ValueError) as error:
         raise Fault(f"Its t, q and p must be arrays of numbers; {error}.") from None
     try:
-        times = _times(problem, duration, setting)
+        times = asked_times(problem, duration, setting)
     except (KeyError, TypeError, ValueError) as error:
         raise Fault(
             "Its settings must say at which times a run has states, as step and save_every or as "
-            f"samples; received {dict(setting)!r} ({_told(error)})."
+            f"samples; received {dict(setting)!r} ({told(error)})."
         ) from None
     if t.shape != times.shape or not np.allclose(t, times, rtol=0.0, atol=NEAR * abs(duration)):
         raise Fault(
@@ -178,6 +143,8 @@ def examined(
                 f"{states.shape}."
             )
     success = bool(found.success)
+    if not success and not str(found.status).strip():
+        raise Fault("It says that it failed, and its status does not say why.")
     if success and not (np.isfinite(q).all() and np.isfinite(p).all()):
         raise Fault("It says that it succeeded, and its states are not finite.")
     try:
@@ -191,7 +158,8 @@ def examined(
     }  # fmt: skip
 
 
-def _times(problem: Problem, duration: float, setting: Mapping[str, Any]) -> Any:
+def asked_times(problem: Problem, duration: float, setting: Mapping[str, Any]) -> Any:
+    """At which times a run for this setting has states; errors as `references.setting`."""
     if "step" in setting:
         return fixed_steps(duration, setting).times(problem.t0)
     return sample_times(problem.t0, duration, setting)
@@ -203,9 +171,10 @@ def _ends(t: Any) -> str:
     return f"{len(t)} from {t[0]:g} to {t[-1]:g}"
 
 
-def _told(error: BaseException) -> str:
-    words = " ".join(str(error).split()).rstrip(".")
-    return f"{type(error).__name__}: {words}" if words else type(error).__name__
-
-
-ANSWERS = {"supports": supports, "settings": settings, "run": run, "seconds": seconds}
+ANSWERS = {
+    "supports": supports,
+    "settings": settings,
+    "claimed_error": claimed_error,
+    "run": run,
+    "seconds": seconds,
+}

@@ -8,12 +8,9 @@ are on free joints, those of the box on both.
 
 from __future__ import annotations
 
-import datetime
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,8 +20,8 @@ import galvi
 from benchmarks import textbook
 from benchmarks.body_arenas import CHARTS, MUJOCO, largest_entry
 from benchmarks.contenders import gauss_collocation
-from benchmarks.long_brouwer import version
-from benchmarks.row_files import RowFiles
+from benchmarks.outsider import Outsider
+from benchmarks.outsiders import finest, label_beside
 from galvi import Problem
 from galvi.arrays import Array
 from references import Contender, mujoco_engine
@@ -44,11 +41,11 @@ COLUMNS: Mapping[str, type] = {
     "commit": str,
     "date": str,
 }
-TURNS, QUICK_TURNS, MANY_TURNS = 1000, 100, 100_000
-FOLDER = "free_spin"  # below that of all studies
+TURNS, QUICK_TURNS = 1000, 100
 GRID = 2.0**-20  # steps are multiples of it, so that their ends are numbers of the machine
 BOX_STEP, BOX_STEPS = 0.01, 500  # of MuJoCo's test
 OWN_STEP = 0.01
+STEPS_A_TURN = 5  # the fewest, of an outsider that does not say
 Report = Callable[[str], None]
 
 
@@ -59,16 +56,20 @@ class Runner:
     label     for tables
     step      asked for; the nearest multiple of GRID is taken, unless the problem sets it
     joint     "free" for a body that can go away, too; it does not
+    origin    of an outsider: the place that it was named by
     """
 
     label: str
     contender: Contender
     step: float
     joint: str = ""
+    origin: str = ""
 
     @property
     def engine(self) -> str:
         """What moves the body: galvi, or name and version of another."""
+        if self.origin:
+            return self.origin
         mujoco = self.contender in MUJOCO and not self.contender.missing
         return mujoco_engine.version() if mujoco else "galvi"
 
@@ -94,10 +95,12 @@ def free_spin(
     report: Report = lambda sentence: None,
     runners: Sequence[Runner] = RUNNERS,
     on_box: Sequence[Runner] = ON_BOX,
+    outsiders: Sequence[Outsider] = (),
 ) -> pd.DataFrame:
-    """Rows of each contender at some of its turns; see COLUMNS.
+    """Rows of each contender at some of its turns; outsiders take part where they can. See COLUMNS.
 
-    engine          galvi, or name and version of another
+    engine          galvi, name and version of another, or the place of an outsider
+    step            NaN for a contender that chooses its own
     turns           length of the run; of it, `turn` is the one of the row
     energy_error    E / E0 - 1 where it was largest in magnitude since the row before, signed
     momentum_error  |L - L0| / |L0| likewise, in space
@@ -111,6 +114,10 @@ def free_spin(
     for runner in runners:
         report(f"{runner.label}, {turns} turns")
         rows += body_rows(runner, turns)
+    taken = [runner.label for runner in (*runners, *on_box)]
+    for outsider in outsiders:
+        report(f"{outsider.name}, {turns} turns")
+        rows += outside_rows(outsider, label_beside(outsider, taken), turns)
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -119,13 +126,31 @@ def body_rows(runner: Runner, turns: int) -> list[dict[str, Any]]:
     problem = galvi.problems.free_rigid_body()
     step = max(1, round(runner.step / GRID)) * GRID
     per_turn = max(1, round(period(problem) / step))
-    return _rows(runner, problem, step, per_turn, per_turn * turns, marks(turns))
+    setting = {"step": step, "save_every": per_turn}
+    return _rows(runner, problem, setting, per_turn * turns * step, marks(turns))
 
 
 def box_rows(runner: Runner) -> list[dict[str, Any]]:
     """MuJoCo's free box, after the steps of its test."""
     problem = galvi.problems.free_box()
-    return _rows(runner, problem, BOX_STEP, BOX_STEPS, BOX_STEPS, [1])
+    setting = {"step": BOX_STEP, "save_every": BOX_STEPS}
+    return _rows(runner, problem, setting, BOX_STEPS * BOX_STEP, [1])
+
+
+def outside_rows(outsider: Outsider, label: str, turns: int) -> list[dict[str, Any]]:
+    """The box and the body by an outsider, each at its finest setting."""
+    body, box = galvi.problems.free_rigid_body(), galvi.problems.free_box()
+    turn = round(period(body) / GRID) * GRID
+    rows = []
+    for problem, duration, parts, fewest, kept in (
+        (box, BOX_STEPS * BOX_STEP, 1, BOX_STEPS, [1]),
+        (body, turns * turn, turns, turns * STEPS_A_TURN, marks(turns)),
+    ):
+        setting = finest(outsider, problem, duration, parts, fewest)
+        if setting is not None:
+            runner = Runner(label, outsider, float("nan"), origin=outsider.path)
+            rows += _rows(runner, problem, setting, duration, kept)
+    return rows
 
 
 def period(problem: Problem) -> float:
@@ -140,19 +165,24 @@ def marks(turns: int) -> list[int]:
 
 
 def _rows(
-    runner: Runner, problem: Problem, step: float, every: int, count: int, kept: Sequence[int]
+    runner: Runner,
+    problem: Problem,
+    setting: Mapping[str, Any],
+    duration: float,
+    kept: Sequence[int],
 ) -> list[dict[str, Any]]:
-    """From a run of so many steps, of which every so many are saved, at the saved ones kept."""
+    """From a run at this setting, at the saved states with these numbers."""
     turn, nan = period(problem), float("nan")
     told = {
-        "problem": problem.name, "contender": runner.label, "engine": runner.engine, "step": step,
-        "turns": count * step / turn, "turn": nan, "energy_error": nan, "momentum_error": nan,
-        "attitude_error": nan, "status": runner.contender.missing, "commit": "", "date": "",
+        "problem": problem.name, "contender": runner.label, "engine": runner.engine,
+        "step": setting.get("step", nan), "turns": duration / turn, "turn": nan,
+        "energy_error": nan, "momentum_error": nan, "attitude_error": nan,
+        "status": runner.contender.missing, "commit": "", "date": "",
     }  # fmt: skip
     if runner.contender.missing:
         return [told]
     moving = _unbound(problem) if runner.joint == "free" else problem
-    run = runner.contender.run(moving, count * step, {"step": step, "save_every": every})
+    run = runner.contender.run(moving, duration, setting)
     R, w = run.q[:, :3, :3], run.problem.system.velocity(run.p)[:, :3]
     energy, momentum = _energy_errors(problem, R, w), _momentum_errors(problem, R, w)
     rows = []
@@ -166,7 +196,7 @@ def _rows(
                 "status": "" if np.all(np.isfinite(R[last])) else run.status,
             }
         )
-    truth = FREE_TOP.run(problem, count * step, {"samples": 1})
+    truth = FREE_TOP.run(problem, duration, {"samples": 1})
     rows[-1]["attitude_error"] = largest_entry(R[-1], truth.q[-1])
     return rows
 
@@ -197,59 +227,3 @@ def _momentum_errors(problem: Problem, R: Array, w: Array) -> Array:
 def _largest(errors: Array) -> float:
     """The one of largest magnitude; NaN when one is not known."""
     return float(errors[np.argmax(np.abs(errors))])
-
-
-@dataclass(frozen=True)
-class Part:
-    """One contender's long run.
-
-    files  where its rows go
-    code   version of the code
-    """
-
-    runner: Runner
-    turns: int
-    files: RowFiles
-    code: str
-
-    @property
-    def title(self) -> str:
-        """For progress."""
-        return f"{self.runner.label}, {self.turns} turns"
-
-    @property
-    def name(self) -> str:
-        """Of its file: contender, turns, engine and version."""
-        words = f"{self.title} {self.runner.engine}"
-        return f"{re.sub(r'[^a-z0-9.]+', '-', words.lower()).strip('-')}_{self.code}"
-
-    def done(self) -> bool:
-        """Whether its rows are there."""
-        return self.files.read(self.name) is not None
-
-    def run(self, report: Report) -> None:
-        """Turn the body and keep the rows."""
-        report(self.title)
-        date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
-        rows = pd.DataFrame(body_rows(self.runner, self.turns), columns=list(COLUMNS))
-        self.files.write(self.name, rows.assign(commit=self.code, date=date))
-
-
-def parts(
-    studies: Path,
-    report: Report,
-    turns: int = MANY_TURNS,
-    runners: Sequence[Runner] = RUNNERS,
-    code: str | None = None,
-) -> list[Part]:
-    """One for each contender that is here."""
-    files, code = RowFiles(studies / FOLDER, COLUMNS, report), code or version()
-    for runner in runners:
-        if runner.contender.missing:
-            report(f"{runner.label}: {runner.contender.missing}")
-    return [Part(one, turns, files, code) for one in runners if not one.contender.missing]
-
-
-def stored(studies: Path, report: Report) -> pd.DataFrame:
-    """Every row that is there, of any version; none when the study was not run."""
-    return RowFiles(studies / FOLDER, COLUMNS, report).all()

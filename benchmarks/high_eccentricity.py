@@ -12,6 +12,7 @@ import pandas as pd
 import galvi
 from benchmarks.contenders import gauss_collocation
 from benchmarks.outsider import Outsider
+from benchmarks.outsiders import label_beside, offers
 from galvi import Problem
 from galvi.trajectory import COMPLETED
 from references import ias15
@@ -61,18 +62,17 @@ def high_eccentricity_table(
     evaluations   of the force; NaN where the engine does not count
     status        empty, why there is no number, or what is wrong with it
     """
-    rows = []
+    rows, entries = [], _entries(quick)
     for eccentricity in ECCENTRICITIES:
         problem = through_pericentre(eccentricity)
         report(problem.name)
         end = KEPLER.run(problem, math.tau, {"samples": 1}).q[-1]
         others = [
-            (outsider.name, outsider, setting)
+            (label_beside(outsider, [label for label, _, _ in entries]), outsider, setting)
             for outsider in outsiders
-            if outsider.supports(problem)
-            for setting in outsider.settings(problem, math.tau, STEPS[0])
+            for setting in offers(outsider, problem, math.tau, STEPS[0])
         ]
-        for label, contender, setting in (*_entries(quick), *others):
+        for label, contender, setting in (*entries, *others):
             row = {"eccentricity": eccentricity, "contender": label, "settings": _said(setting)}
             rows.append({**row, **_measured(problem, contender, setting, end)})
     return pd.DataFrame(rows, columns=list(COLUMNS))

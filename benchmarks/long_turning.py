@@ -18,10 +18,12 @@ import pandas as pd
 import galvi
 from benchmarks.growth import Growth, growth
 from benchmarks.long_brouwer import version
+from benchmarks.outsider import Outsider
+from benchmarks.outsiders import ensemble, label_beside, readable_setting
 from benchmarks.row_files import RowFiles
 from benchmarks.turning import energy, orthogonality_defect, spatial_momentum
 from benchmarks.walkers import KEPT, SAMPLES
-from galvi import Problem
+from galvi import Problem, Trajectory
 
 COLUMNS: Mapping[str, type] = {
     "contender": str,
@@ -43,6 +45,8 @@ QUANTITIES = {
 }
 STEP = 0.21
 RUNS, QUICK_RUNS = 8, 4
+OUTSIDE, QUICK_OUTSIDE = 10_000, 1_000  # steps of STEP that an outsider's runs are as long as
+FEWEST = 5 / 8  # of these, that an outsider takes which does not say
 SIZE, SEED = 1e-12, 1765
 FOLDER = "turning"  # below that of all studies
 LEAST = 1e-17  # an exact zero stands for this much: less than the rounding of an entry
@@ -88,7 +92,16 @@ def rows(walker: Walker, number: int, steps: int) -> list[dict[str, Any]]:
     """One for each of the kept hundredths of a run."""
     body = member(number)
     run = galvi.integrate(body, walker.method, STEP, steps, save_every=steps // SAMPLES)
-    kept = list(KEPT)
+    if run.interrupted:
+        raise KeyboardInterrupt
+    return run_rows(walker.label, f"h = {STEP:g}", number, steps, run)
+
+
+def run_rows(
+    label: str, settings: str, number: int, steps: int, run: Trajectory
+) -> list[dict[str, Any]]:
+    """Likewise, of a run that has its state at every hundredth of so many steps."""
+    kept, body = list(KEPT), run.problem
     R, p = run.q[kept], run.p[kept]
     start = spatial_momentum(body.q0[None], body.p0[None])
     exact = float(energy(body, body.q0[None], body.p0[None])[0])
@@ -97,12 +110,10 @@ def rows(walker: Walker, number: int, steps: int) -> list[dict[str, Any]]:
         "momentum": np.linalg.norm(spatial_momentum(R, p) - start, axis=-1) / np.linalg.norm(start),
         "energy": energy(body, R, p) / exact - 1.0,
     }
-    if run.interrupted:
-        raise KeyboardInterrupt
     return [
         {
-            "contender": walker.label, "settings": f"h = {STEP:g}", "steps": steps,
-            "member": number, "done": hundredth * (steps // SAMPLES),
+            "contender": label, "settings": settings, "steps": steps,
+            "member": number, "done": max(1, round(hundredth * steps / SAMPLES)),
             **{name: float(values[k]) for name, values in found.items()},
             "status": "" if run.success else run.status, "commit": "", "date": "",
         }
@@ -110,18 +121,40 @@ def rows(walker: Walker, number: int, steps: int) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
+def outside_rows(outsider: Outsider, label: str, quick: bool) -> list[dict[str, Any]]:
+    """Those of an outsider's runs, see `benchmarks.outsiders.ensemble`.
+
+    An outsider that chooses its steps is told by the number that its first run counts, or, where
+    it counts none, by the hundred parts that its states are of.
+    """
+    length = QUICK_OUTSIDE if quick else OUTSIDE
+    starts = map(member, range(QUICK_RUNS if quick else RUNS))
+    runs = ensemble(outsider, starts, length * STEP, SAMPLES, round(length * FEWEST))
+    found, steps = [], 0
+    for number, (setting, run) in enumerate(runs):
+        counted = setting["save_every"] * SAMPLES if "step" in setting else run.counts.get("steps")
+        steps = steps or max(SAMPLES, counted or 0)
+        found += run_rows(label, readable_setting(setting) or "default", number, steps, run)
+    return found
+
+
 def turning(
     quick: bool = False,
     report: Report = lambda sentence: None,
     walkers: Sequence[Walker] = WALKERS,
+    outsiders: Sequence[Outsider] = (),
 ) -> pd.DataFrame:
-    """The rows of every run, with the columns COLUMNS."""
+    """The rows of every run, with the columns COLUMNS; outsiders take part where they can."""
     found = []
     for walker in walkers:
         steps = walker.quick if quick else walker.default
         for number in range(QUICK_RUNS if quick else RUNS):
             report(f"{walker.label}, {steps} steps, run {number + 1}")
             found += rows(walker, number, steps)
+    taken = [walker.label for walker in walkers]
+    for outsider in outsiders:
+        report(f"{outsider.name}, {QUICK_OUTSIDE if quick else OUTSIDE} steps of {STEP:g}")
+        found += outside_rows(outsider, label_beside(outsider, taken), quick)
     return pd.DataFrame(found, columns=list(COLUMNS))
 
 
@@ -138,7 +171,8 @@ def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], str, Any, A
         return
     for keys, table in frame.groupby(["contender", "settings", "steps", "commit"], sort=False):
         names = dict(zip(("contender", "settings", "steps", "commit"), keys, strict=True))
-        told = {**names, "date": table["date"].max()}
+        why = "; ".join(dict.fromkeys(text for text in table["status"] if text))
+        told = {**names, "date": table["date"].max(), "status": why}
         for name in QUANTITIES:
             wide = table.pivot(index="member", columns="done", values=name).sort_index(axis=1)
             errors = wide.to_numpy(float)

@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.contender_process import serve
+from benchmarks.contender_process import asked_times, serve
 from galvi import Problem, Trajectory
 from galvi.arrays import read_only
 
 START_LIMIT = 60.0  # seconds for Python to start and the contender to be imported
 LIMIT = 60.0  # seconds for a run
 STRIKES = 2  # losses of its process after which it is not run any more
+NAMELESS = "problem"
 RUNGS = (1, 4, 16, 64)  # numbers of equal steps, in the fewest of an arena, where it offers none
 
 
@@ -40,6 +41,14 @@ class Outsider:
     settings(problem, duration)     the mappings that it is run with, from coarse to fine; where it
                                     has none, equal steps of four lengths
 
+    and, for the checks of `benchmarks.contender_checks`, any of
+
+    order                           of its convergence in the step
+    conserves                       largest relative changes, {"energy": 1e-6, "angular momentum":
+                                    1e-12}, that it claims at its finest setting, without a drift
+    claimed_error(problem, duration, setting)
+                                    the largest error that it claims, of a component at the end
+
     `open` raises Faulty with a sentence when there is no such class, or it lacks one of these.
     `run` never raises for what the contender does: it returns a failed run, and keeps the sentence
     in ``faults``.
@@ -48,6 +57,8 @@ class Outsider:
     path: str
     limit: float = LIMIT
     name: str = ""
+    order: float | None = None
+    conserves: Mapping[str, float] = field(default_factory=dict)
     exact: bool = False
     missing: str = ""
     strikes: int = 0
@@ -68,7 +79,7 @@ class Outsider:
         try:
             return bool(self._ask(problem, "supports", problem))
         except Faulty as fault:
-            self._note(problem, "asked whether it supports the problem", str(fault))
+            self.note(problem, "asked whether it supports the problem", str(fault))
             return False
 
     def settings(
@@ -81,11 +92,24 @@ class Outsider:
         try:
             offered = self._ask(problem, "settings", problem, duration)
         except Faulty as fault:
-            self._note(problem, "asked for its settings", str(fault))
+            self.note(problem, "asked for its settings", str(fault))
             return []
         if offered is not None:
             return list(offered)
         return [{"step": duration / n, "save_every": n} for n in (fewest * k for k in RUNGS)]
+
+    def claimed_error(
+        self, problem: Problem, duration: float, setting: Mapping[str, Any]
+    ) -> float | None:
+        """The largest error that it claims; None, and a fault, when it cannot say."""
+        try:
+            claimed: float | None = self._ask(
+                problem, "claimed_error", problem, duration, dict(setting)
+            )
+        except Faulty as fault:
+            self.note(problem, "asked for the error that it claims", str(fault))
+            return None
+        return claimed
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Once, in its process; a failed run when it did anything else than return one."""
@@ -98,11 +122,18 @@ class Outsider:
     @property
     def faults(self) -> list[str]:
         """A sentence for each problem and each thing that went wrong on it."""
-        sentences = []
-        for (problem, why), (first, *others) in self._noted.items():
-            more = f" and {len(others)} more" if others else ""
-            sentences.append(f"{self.name}, {problem}, {first}{more}: {why}")
-        return sentences
+        return [
+            f"{self.name}, {problem}, {_doing(doings)}: {why}"
+            for (problem, why), doings in self._noted.items()
+        ]
+
+    def faults_on(self, problem: Problem) -> list[str]:
+        """Those of one problem, without its name."""
+        return [
+            f"{_doing(doings)}: {why}"
+            for (name, why), doings in self._noted.items()
+            if name == (problem.name or NAMELESS)
+        ]
 
     def close(self) -> None:
         """End its process."""
@@ -119,7 +150,7 @@ class Outsider:
         self._process.start()
         theirs.close()
         try:
-            self.name = self._answer(("open",), START_LIMIT)
+            self.name, self.order, self.conserves = self._answer(("open",), START_LIMIT)
         except Faulty:
             self.close()
             raise
@@ -155,8 +186,14 @@ class Outsider:
             raise Faulty(value)
         return value
 
-    def _note(self, problem: Problem, doing: str, why: str) -> None:
-        self._noted.setdefault((problem.name or "problem", why), []).append(doing)
+    def note(self, problem: Problem, doing: str, why: str) -> None:
+        """Keep a sentence on what went wrong, and at what."""
+        self._noted.setdefault((problem.name or NAMELESS, why), []).append(doing)
+
+
+def _doing(doings: Sequence[str]) -> str:
+    first, *others = doings
+    return f"{first} and {len(others)} more" if others else first
 
 
 @dataclass(eq=False)
@@ -201,9 +238,12 @@ class TimedRun:
         self.failure = why
         setting = " ".join(f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
                            for name, value in self.setting.items())  # fmt: skip
-        self.outsider._note(self.problem, setting, why)
-        t = self.problem.t0 + np.array([0.0, self.duration])
-        q, p = (np.full((2, *x.shape), np.nan) for x in (self.problem.q0, self.problem.v0))
+        self.outsider.note(self.problem, setting, why)
+        try:
+            t = asked_times(self.problem, self.duration, self.setting)
+        except (KeyError, TypeError, ValueError):  # the setting asks for no times
+            t = self.problem.t0 + np.array([0.0, self.duration])
+        q, p = (np.full((len(t), *x.shape), np.nan) for x in (self.problem.q0, self.problem.v0))
         return Trajectory(
             self.problem, *map(read_only, (t, q, p)), success=False, status=why, failed_step=1,
             method=self.outsider.name,

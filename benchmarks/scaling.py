@@ -6,7 +6,7 @@ ORBITS revolutions stands for it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,10 @@ import pandas as pd
 from benchmarks import pair_limit
 from benchmarks.contenders import gauss_collocation
 from benchmarks.many_planets import innermost_period, many_planets
-from benchmarks.stopwatch import Timing, interleaved, warmed
+from benchmarks.outsider import Outsider
+from benchmarks.outsiders import call_of, label_beside, offers, readable_setting
+from benchmarks.prolonged import prolonged
+from benchmarks.stopwatch import Timing, interleaved, once, warmed
 from galvi import Problem, Trajectory
 from references import Contender
 from references.ias15 import IAS15
@@ -41,6 +44,7 @@ COLUMNS = (
 BODIES, QUICK_BODIES = (3, 6, 10, 20, 50, 100), (3, 10, 30)
 ORBITS, QUICK_ORBITS = 30, 12  # of the innermost planet
 WORK = 1800  # bodies times orbits of a timed run, which makes little of what starting one costs
+STEPS_AN_ORBIT = 4  # the fewest, of an outsider that does not say
 TARGET = 1e-8  # au, of the body that is worst at the end
 ROUNDS = 3
 TRUE = "truth"
@@ -76,6 +80,43 @@ class Entry:
         setting = {"step": duration / steps, "save_every": steps, **dict(self.options)}
         return lambda: self.contender.run(problem, duration, setting)
 
+    def timed(
+        self, problem: Problem, orbits: int, seconds: float, least: float
+    ) -> tuple[Callable[[], Trajectory], int]:
+        """A run that is long enough for a stopwatch, and its revolutions.
+
+        seconds  that the run over `orbits` took
+        least    that a turn takes
+        """
+        longer = max(orbits, WORK // len(problem.q0))
+        return self.call(problem, longer), longer
+
+
+@dataclass(frozen=True, eq=False)
+class Offer:
+    """One setting of an outsider, which it offered for one problem and number of revolutions."""
+
+    label: str
+    contender: Outsider
+    setting: Mapping[str, Any]
+
+    @property
+    def settings(self) -> str:
+        """In words."""
+        return readable_setting(self.setting)
+
+    def call(self, problem: Problem, orbits: int) -> Callable[[], Trajectory]:
+        """See `Entry`."""
+        return call_of(self.contender, problem, orbits * innermost_period(problem), self.setting)
+
+    def timed(
+        self, problem: Problem, orbits: int, seconds: float, least: float
+    ) -> tuple[Callable[[], Trajectory], int]:
+        """See `Entry`; a run that takes long already is not made longer."""
+        duration = orbits * innermost_period(problem)
+        longer = prolonged(self.contender, problem, duration, self.setting, seconds, least)
+        return longer.call, orbits * longer.times
+
 
 TRUTH = Entry("REBOUND IAS15", IAS15, None, (("epsilon", 1e-9),))  # its default
 ENTRIES = (
@@ -91,8 +132,10 @@ def scaling(
     report: Callable[[str], None] = lambda sentence: None,
     bodies: Sequence[int] | None = None,
     orbits: int | None = None,
+    outsiders: Sequence[Outsider] = (),
 ) -> pd.DataFrame:
-    """One row for each number of bodies, contender and setting, timed in turn.
+    """One row for each number of bodies, contender and setting, timed in turn; outsiders take part
+    where they can.
 
     orbits                  revolutions of the innermost planet in a timed run
     seconds_per_orbit       median over rounds; seconds_low and seconds_high are the fastest and
@@ -110,7 +153,7 @@ def scaling(
     rows, limit = [], 0.0
     for number in bodies:
         report(f"{number} bodies")
-        more, seen = _rows(number, orbits, 0.01 if quick else 0.05)
+        more, seen = _rows(number, orbits, 0.01 if quick else 0.05, outsiders)
         rows, limit = rows + more, max(limit, seen)
     table = pd.DataFrame(rows, columns=list(COLUMNS))
     table["limit_pairs_per_second"] = limit
@@ -118,46 +161,71 @@ def scaling(
     return table
 
 
-def _rows(bodies: int, orbits: int, least: float) -> tuple[list[dict[str, Any]], float]:
+def _rows(
+    bodies: int, orbits: int, least: float, outsiders: Sequence[Outsider]
+) -> tuple[list[dict[str, Any]], float]:
     """The rows of one number of bodies, and the limit of pairs a second seen meanwhile."""
-    problem, timed = many_planets(bodies), max(orbits, WORK // bodies)
-    able = [entry for entry in ENTRIES if not entry.contender.missing]
-    runs = [entry.call(problem, orbits)() for entry in able]
-    calls = [entry.call(problem, timed) for entry in able]
+    problem = many_planets(bodies)
+    entries = (*ENTRIES, *_offers(problem, orbits, outsiders))
+    able = [entry for entry in entries if not entry.contender.missing]
+    firsts = [once(entry.call(problem, orbits)) for entry in able]
+    runs = {entry: run for entry, (run, _) in zip(able, firsts, strict=True)}
+    sound = [(entry, took) for entry, (run, took) in zip(able, firsts, strict=True) if run.success]
+    calls, spans = [], []
+    for entry, took in sound:
+        call, span = entry.timed(problem, orbits, took, least)
+        calls.append(call)
+        spans.append(span)
     limit, pairs = pair_limit.call_and_pairs()
     last, warm = zip(*(warmed(call) for call in (*calls, limit)), strict=True)
     *timings, machine = interleaved([*calls, limit], ROUNDS, least, warm)
-    truth = dict(zip(able, runs, strict=True)).get(TRUTH)
     found = {
-        entry: _row(entry, bodies, timed, run, end, timing, truth)
-        for entry, run, end, timing in zip(able, runs, last[:-1], timings, strict=True)
+        entry: _row(entry, bodies, span, runs[entry], end, timing, runs.get(TRUTH))
+        for (entry, _), span, end, timing in zip(sound, spans, last[:-1], timings, strict=True)
     }
     for label in {entry.label for entry in able}:
         reached = [
             row for row in found.values() if row["contender"] == label
-            and (row["error"] <= TARGET or row["status"] == TRUE)
+            and (row["error"] <= TARGET or row["status"] == TRUE) and row["seconds_per_orbit"] > 0.0
         ]  # fmt: skip
         if reached:
             min(reached, key=lambda row: row["seconds_per_orbit"])["matched"] = True
     blank = {**dict.fromkeys(COLUMNS, float("nan")), "matched": False}
     rows = [
         found.get(entry, {**blank, "contender": entry.label, "settings": entry.settings,
-                          "bodies": bodies, "orbits": timed, "status": entry.contender.missing})
-        for entry in ENTRIES
+                          "bodies": bodies, "orbits": orbits,
+                          "status": entry.contender.missing or runs[entry].status})
+        for entry in entries
     ]  # fmt: skip
     return rows, pairs / machine.low
 
 
+def _offers(problem: Problem, orbits: int, outsiders: Sequence[Outsider]) -> list[Offer]:
+    """Every setting of every outsider."""
+    taken = [entry.label for entry in ENTRIES]
+    duration, fewest = orbits * innermost_period(problem), orbits * STEPS_AN_ORBIT
+    return [
+        Offer(label_beside(outsider, taken), outsider, setting)
+        for outsider in outsiders
+        for setting in offers(outsider, problem, duration, fewest)
+    ]
+
+
 def _row(
-    entry: Entry, bodies: int, orbits: int, run: Trajectory, last: Trajectory, timing: Timing,
+    entry: Entry | Offer,
+    bodies: int,
+    orbits: int,
+    run: Trajectory,
+    last: Trajectory,
+    timing: Timing,
     truth: Trajectory | None,
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """run: over the orbits that errors are compared after; last: over the timed ones."""
     nan, good = float("nan"), run.success and last.success
     forces = float(last.counts.get("force_evaluations", nan))
     pairs = float(last.counts.get("pair_evaluations", forces * (bodies * (bodies - 1) / 2)))
     known = good and truth is not None and truth.success and run is not truth
-    status = "" if good else next(one.status for one in (run, last) if not one.success)
+    status = next((one.status for one in (run, last) if not one.success), "")
     return {
         "contender": entry.label,
         "settings": entry.settings,
@@ -172,5 +240,9 @@ def _row(
         "pairs_per_second": pairs / timing.seconds if good else nan,
         "limit_pairs_per_second": nan,
         "share": nan,
-        "status": TRUE if good and run is truth else status,
+        "status": TRUE if good and run is truth else status or _untimed(timing),
     }
+
+
+def _untimed(timing: Timing) -> str:
+    return "" if timing.seconds > 0.0 else "A later run of the same setting failed."

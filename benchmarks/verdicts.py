@@ -14,6 +14,7 @@ HOLDS = "holds"
 EXCEEDS = "exceeds"
 CONTRADICTED = "contradicted"
 NOT_RUN = "not run"
+INFORMATIVE = "informative"  # of a number that nobody claims anything about
 
 ORDER_RESOLUTION = 0.25  # the papers print orders as multiples of a half
 GROWTH = 1.5  # how much larger than in the first quarter an error that does not grow may become

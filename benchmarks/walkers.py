@@ -142,13 +142,16 @@ class Peer:
         self, problem: Problem, years: float, resume: Path | None, told: Callable[[str], None]
     ) -> Iterator[Sample]:
         """See `Walker`; a run that was interrupted starts anew."""
-        masses: Any = problem.system.masses  # type: ignore[attr-defined]
-        run = self.contender.run(problem, years * YEAR, {"samples": SAMPLES})
-        rows = list(KEPT)
-        v = exactly(run.p[rows]) / exactly(masses[:, None])
-        errors = relative_energy_error(problem, exactly(run.q[rows]), v)
-        for number, error in zip(KEPT, errors.tolist(), strict=True):
-            yield Sample(number, error, error, "" if np.isfinite(error) else run.status)
+        yield from rounded(self.contender.run(problem, years * YEAR, {"samples": SAMPLES}))
+
+
+def rounded(run: Any) -> Iterator[Sample]:
+    """Those of KEPT of a run that hands out rounded states at hundredths of its duration."""
+    rows, masses = list(KEPT), run.problem.system.masses
+    v = exactly(run.p[rows]) / exactly(masses[:, None])
+    errors = relative_energy_error(run.problem, exactly(run.q[rows]), v)
+    for number, error in zip(KEPT, errors.tolist(), strict=True):
+        yield Sample(number, error, error, "" if np.isfinite(error) else run.status)
 
 
 def _sample(number: int, run: Any) -> Sample:

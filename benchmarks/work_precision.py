@@ -12,12 +12,12 @@ from benchmarks.arena import Arena, Truth
 from benchmarks.arenas import arenas
 from benchmarks.fronts import TRUTH, front, ratios
 from benchmarks.outsider import Outsider
-from benchmarks.outsiders import call_of, with_outsiders
+from benchmarks.outsiders import call_of, readable_setting, with_outsiders
 from benchmarks.prolonged import prolonged
 from benchmarks.stopwatch import Timing, interleaved, warmed
 from galvi import Trajectory
 
-__all__ = ["COLUMNS", "front", "ratios", "work_precision"]
+__all__ = ["COLUMNS", "front", "problems", "ratios", "work_precision"]
 
 COLUMNS = (
     "problem",
@@ -53,8 +53,11 @@ def work_precision(
     quick: bool = False,
     report: Callable[[str], None] = lambda sentence: None,
     outsiders: Sequence[Outsider] = (),
+    problem: str = "",
 ) -> pd.DataFrame:
     """One row for each problem, contender and setting; outsiders take part where they can.
+
+    Given the name of a problem, of that one alone. Raises ValueError when there is no such problem.
 
     quantity      whose error it is: position, attitude or angle
     error         largest distance of a body from the truth at the end, in the problem's unit of
@@ -69,11 +72,19 @@ def work_precision(
     status        empty; 'truth'; a warning about the error; or why the run failed
     reference     the truth, and how far it can be trusted
     """
+    known = arenas(quick)
+    chosen = [arena for arena in known if problem in ("", arena.problem.name)]
+    if not chosen:
+        raise ValueError(f"there is no problem {problem!r} to compare on; known: {problems(quick)}")
     tables = [
-        _study(with_outsiders(arena, outsiders), _least(arena, quick), report)
-        for arena in arenas(quick)
+        _study(with_outsiders(arena, outsiders), _least(arena, quick), report) for arena in chosen
     ]
     return pd.concat(tables, ignore_index=True)
+
+
+def problems(quick: bool = False) -> tuple[str, ...]:
+    """The names of those that contenders are compared on."""
+    return tuple(arena.problem.name for arena in arenas(quick))
 
 
 def _least(arena: Arena, quick: bool) -> float:
@@ -90,10 +101,10 @@ def _study(arena: Arena, least: float, report: Callable[[str], None]) -> pd.Data
     entries = []
     for label, contender, settings in arena.entries:
         for setting in settings:
-            report(f"{arena.problem.name}: {label}, {_readable(setting)}")
+            report(f"{arena.problem.name}: {label}, {readable_setting(setting)}")
             entry = _Entry(
                 label,
-                _readable(setting),
+                readable_setting(setting),
                 call_of(contender, arena.problem, arena.duration, setting),
             )
             if contender.missing:
@@ -128,7 +139,7 @@ def _study(arena: Arena, least: float, report: Callable[[str], None]) -> pd.Data
 def _without_truth(arena: Arena, why: str) -> pd.DataFrame:
     """The study's rows when the engine of its truth is absent: nothing was measured."""
     rows = [
-        {"problem": arena.problem.name, "contender": label, "settings": _readable(setting),
+        {"problem": arena.problem.name, "contender": label, "settings": readable_setting(setting),
          "quantity": arena.quantity, "status": why, "reference": why}
         for label, _, settings in arena.entries
         for setting in settings
@@ -163,11 +174,3 @@ def _row(arena: Arena, entry: _Entry, truth: Truth, timing: Timing | None) -> di
         "status": status,
         "reference": truth.description,
     }
-
-
-def _readable(setting: Mapping[str, Any]) -> str:
-    """E.g. 'step=8.0003 corrector=17'; what every run shares is left out."""
-    shown = {k: v for k, v in setting.items() if k not in ("save_every", "samples")}
-    return " ".join(
-        f"{k}={v:.5g}" if isinstance(v, float) else f"{k}={v}" for k, v in shown.items()
-    )

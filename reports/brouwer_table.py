@@ -9,6 +9,7 @@ from benchmarks.growth import Growth
 from reports.numerals import known, readable, with_uncertainty
 
 NUMBERS = ("years", "runs", "RMS error", "exponent", "drift / its error")
+GROWS, SIGMAS = 0.25, 3.0  # exponent, by standard errors, below that of a walk and of a drift
 
 
 def brouwer_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
@@ -23,15 +24,21 @@ def brouwer_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
             "exponent": with_uncertainty(seen.exponent, seen.uncertainty) or "not resolved",
             "drift / its error": readable(seen.sigmas, 2),
             "verdict": _verdict(seen),
+            "status": told["status"],
             "commit": told["commit"],
             "date": told["date"],
         }
         for told, seen in growths(frame)
     ]
-    return pd.DataFrame(lines), dict.fromkeys(NUMBERS, "number")
+    table = pd.DataFrame(lines)
+    if not any(line["status"] for line in lines):
+        table = table.drop(columns="status", errors="ignore")
+    return table, dict.fromkeys(NUMBERS, "number")
 
 
 def _verdict(seen: Growth) -> str:
     if not known(seen.sigmas):
         return "not judged"
+    if seen.drifts and seen.exponent + SIGMAS * seen.uncertainty < GROWS:
+        return "alike in all runs, no growth"  # an error of the method's, not of rounding
     return "drifts" if seen.drifts else "no drift seen"

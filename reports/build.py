@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import sys
+from dataclasses import replace
+
+from reports.alone import alone
 from reports.atomic import write
 from reports.compare import Compared, compare
 from reports.drawing import draw, save
@@ -9,17 +13,41 @@ from reports.order import Order
 from reports.origins import note_origin
 from reports.page.content import content
 from reports.page.render import render
+from reports.parts import Parts
 from reports.studied import Studied, study_all
 from reports.suite import Suite
+from reports.unfinished_build import parts_of
 from reports.verify import Verified, verify
 
 
 def build(suite: Suite, order: Order) -> tuple[Verified, Compared, list[Studied]]:
-    """Everything, anew, beside the stored rows of long studies, which say when they were made."""
-    verified = verify(suite, order)
+    """Everything, anew, beside the stored rows of long studies, which say when they were made.
+
+    A build of the same sources and settings that did not come to its end is gone on with: its
+    finished parts are taken up, and the provenance says so.
+    """
+    with alone(order.out):
+        parts = parts_of(suite, order)
+        if parts.taken:
+            print(parts.greeting(), flush=True)
+        origin = parts.origin()
+        told = replace(suite, provenance=lambda command: {**suite.provenance(command), **origin})
+        try:
+            found = _build(told, order, parts)
+        except KeyboardInterrupt:
+            print(
+                "What was measured is kept: the same command goes on from there.", file=sys.stderr
+            )
+            raise
+        parts.forget()
+    return found
+
+
+def _build(suite: Suite, order: Order, parts: Parts) -> tuple[Verified, Compared, list[Studied]]:
+    verified = verify(suite, order, parts)
     checked = verified.checked
-    compared = compare(suite, order)
-    studied = study_all(suite, order)
+    compared = compare(suite, order, parts)
+    studied = study_all(suite, order, parts)
     gallery = draw(checked, compared, studied)
     save(gallery, order.out / "figures")
     provenance = dict(suite.provenance(order.command))

@@ -2,7 +2,8 @@
 
 0    done, and every verdict is the expected one; nothing got worse
 1    a verdict differs from the expected one, something was not run, or something got worse
-2    a word was mistyped and nothing was run, or there is nothing to compare with
+2    a word was mistyped and nothing was run, there is nothing to compare with, or another build is
+     at work in the folder
 130  interrupted
 """
 
@@ -33,6 +34,7 @@ CONTENDER = typer.Option(
     metavar="package.module:Class",
     help="Somebody else's integrator, to stand beside ours; may be given again.",
 )
+ANEW = typer.Option(False, "--anew", help="Take up nothing of a build that was stopped.")
 FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Where to write.")
 
 
@@ -45,7 +47,13 @@ def application(load: Load, command: str) -> typer.Typer:
     )
 
     def order(
-        suite: Suite, quick: bool, out: Path, claims: str = "", require: str | None = None
+        suite: Suite,
+        quick: bool,
+        out: Path,
+        claims: str = "",
+        require: str | None = None,
+        contenders: Sequence[str] = (),
+        anew: bool = False,
     ) -> Order:
         chosen = choose_claims(claims, [claim.id for claim in suite.claims])
         engines = () if require is None else choose_engines(require, suite.engines())
@@ -55,7 +63,7 @@ def application(load: Load, command: str) -> typer.Typer:
             out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
-        return Order(quick, chosen, out, command, engines)
+        return Order(quick, chosen, out, command, engines, tuple(contenders), anew)
 
     @app.callback(invoke_without_command=True)
     def everything(
@@ -63,11 +71,12 @@ def application(load: Load, command: str) -> typer.Typer:
         quick: bool = QUICK,
         claims: str = CLAIMS,
         contender: list[str] = CONTENDER,
+        anew: bool = ANEW,
         out: Path = FOLDER,
     ) -> int:
         if context.invoked_subcommand is None:
-            return build_all(quick, claims, contender, out)
-        named = (("quick", quick), ("claims", claims), ("contender", contender))
+            return build_all(quick, claims, contender, anew, out)
+        named = (("quick", quick), ("claims", claims), ("contender", contender), ("anew", anew))
         given = [f"--{name}" for name, value in named if value]
         given += ["--out"] if out != OUT else []
         if given:
@@ -79,12 +88,22 @@ def application(load: Load, command: str) -> typer.Typer:
 
     @app.command("verify", help="Run the claims' checks; exit 1 when a verdict is unexpected.")
     def verify_claims(
-        quick: bool = QUICK, claims: str = CLAIMS, require: str = REQUIRE, out: Path = FOLDER
+        quick: bool = QUICK,
+        claims: str = CLAIMS,
+        require: str = REQUIRE,
+        contender: list[str] = CONTENDER,
+        out: Path = FOLDER,
     ) -> int:
+        from reports.outsiders import joined
         from reports.verify import verify
 
-        suite = load()
-        return int(not verify(suite, order(suite, quick, out, claims, require)).passed)
+        known = load()
+        with joined(known, contender) as suite:
+            passed = verify(suite, order(suite, quick, out, claims, require)).passed
+            faults = list(suite.faults())
+        for fault in faults:
+            print(fault, file=sys.stderr)
+        return int(not passed or bool(faults))
 
     @app.command("compare", help="Time methods and peers at matched error.")
     def compare_methods(
@@ -100,11 +119,12 @@ def application(load: Load, command: str) -> typer.Typer:
             print(failure, file=sys.stderr)
         return int(bool(failures))
 
-    @app.command("build", help="Both, with figures and the page (what no command does, too).")
+    @app.command("build", help="Both, with figures and the page; goes on where it was stopped.")
     def build_all(
         quick: bool = QUICK,
         claims: str = CLAIMS,
         contender: list[str] = CONTENDER,
+        anew: bool = ANEW,
         out: Path = FOLDER,
     ) -> int:
         from reports.build import build
@@ -112,9 +132,11 @@ def application(load: Load, command: str) -> typer.Typer:
 
         known = load()
         with joined(known, contender) as suite:
-            verified, compared, studied = build(suite, order(suite, quick, out, claims))
-        failures = [*compared.failures, *(one.failure for one in studied if one.failure)]
-        for failure in failures:
+            asked = order(suite, quick, out, claims, contenders=contender, anew=anew)
+            verified, compared, studied = build(suite, asked)
+            faults = suite.faults()
+        failures = [*compared.failures, *(one.failure for one in studied if one.failure), *faults]
+        for failure in dict.fromkeys(failures):
             print(failure, file=sys.stderr)
         return int(not verified.passed or bool(failures))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import pandas as pd
 
@@ -12,10 +13,13 @@ from reports.choices import choices
 from reports.matched import matched, smallest
 from reports.order import Order
 from reports.origins import note_origin
+from reports.parts import Parts
 from reports.progress import Studies
 from reports.suite import Measure, Suite, Table
 from reports.tables import as_csv, write_table
 from reports.targets_table import readable_targets, show_targets
+
+COST = "cost of a step"
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,17 +43,41 @@ class Compared:
     tables: tuple[tuple[Table, pd.DataFrame], ...] = ()
 
 
-def compare(suite: Suite, order: Order) -> Compared:
-    """Measure, write, and print the targets; one that raises leaves the other, and is named."""
+def duels(suite: Suite, quick: bool) -> dict[str, Measure]:
+    """The comparisons by their titles: one for each problem, where the suite tells them apart."""
+    apart = {
+        f"work-precision, {name}": partial(suite.work_precision, problem=name)
+        for name in suite.problems(quick)
+    }
+    return apart or {"work-precision": suite.work_precision}
+
+
+def titles(suite: Suite, quick: bool) -> tuple[str, ...]:
+    """Of everything that `compare` measures."""
+    return (*duels(suite, quick), COST, *(table.title for table in suite.tables))
+
+
+def compare(suite: Suite, order: Order, parts: Parts | None = None) -> Compared:
+    """Measure, write, and print the targets; one that raises leaves the others, and is named.
+
+    parts  of a build; None keeps none
+    """
     failures: list[str] = []
-    with Studies(2 + len(suite.tables)) as studies:
-        frame = _measure(studies, "time", "work-precision", suite.work_precision, order, failures)
-        cost = _measure(studies, "cost", "cost of a step", suite.cost, order, failures)
-        others = [
-            (table, _measure(studies, "table", table.title, table.measure, order, failures))
-            for table in suite.tables
+    parts = parts or Parts()
+    with Studies(len(titles(suite, order.quick))) as studies:
+
+        def run(name: str, title: str, measure: Measure) -> pd.DataFrame | None:
+            return _measure(studies, name, title, measure, order, failures, parts)
+
+        raced = [
+            rows
+            for title, measure in duels(suite, order.quick).items()
+            if (rows := run("time", title, measure)) is not None
         ]
-    failures += dict.fromkeys(suite.faults())
+        frame = pd.concat(raced, ignore_index=True) if raced else None
+        cost = run("cost", COST, suite.cost)
+        others = [(table, run("table", table.title, table.measure)) for table in suite.tables]
+    failures += dict.fromkeys((*parts.faults_taken(), *suite.faults()))
     found = tuple((table, rows) for table, rows in others if rows is not None)
     runs = pd.DataFrame() if frame is None else frame
     ratios = matched(runs) if len(runs) else runs
@@ -72,11 +100,17 @@ def compare(suite: Suite, order: Order) -> Compared:
 
 
 def _measure(
-    studies: Studies, name: str, title: str, measure: Measure, order: Order, failures: list[str]
+    studies: Studies,
+    name: str,
+    title: str,
+    measure: Measure,
+    order: Order,
+    failures: list[str],
+    parts: Parts,
 ) -> pd.DataFrame | None:
     try:
         with studies(name, title) as report:
-            return measure(order.quick, report)
+            return parts.part(title, lambda: measure(order.quick, report)).frame
     except Exception as error:
         failures.append(f"{title}: not run ({type(error).__name__}: {error}).")
         return None

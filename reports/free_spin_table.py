@@ -21,7 +21,9 @@ def free_spin_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     round-off.
     """
     lines = []
-    for (problem, contender, engine, step, turns, commit), rows in frame.groupby(KEYS, sort=False):
+    for (problem, contender, engine, step, turns, commit), rows in frame.groupby(
+        KEYS, sort=False, dropna=False
+    ):
         run = rows.sort_values("turn")
         known = run[run["energy_error"].notna()]
         last = (known if len(known) else run).iloc[-1]

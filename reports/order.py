@@ -11,7 +11,8 @@ OUT = Path("reports/out")
 @dataclass(frozen=True)
 class Order:
     """quick: the short form; claims: chosen ids, () for all; out: folder; command: as typed;
-    require: engines that must be there.
+    require: engines that must be there; contenders: paths of outsiders, as typed; anew: nothing of
+    a build that did not end is taken up.
     """
 
     quick: bool = False
@@ -19,3 +20,5 @@ class Order:
     out: Path = OUT
     command: str = "python -m reports"
     require: tuple[str, ...] = ()
+    contenders: tuple[str, ...] = ()
+    anew: bool = False

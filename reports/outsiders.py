@@ -6,16 +6,20 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import typer
 
+from benchmarks.contender_checks import contender_checks
 from benchmarks.outsider import Faulty, Outsider
 from reports.suite import Suite
 
 
 @contextmanager
 def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
-    """The suite with these contenders in every comparison; their processes end with it.
+    """The suite with checks of these contenders, and with them in whatever is open to them.
+
+    Their processes end with it.
 
     Raises typer.BadParameter, in a sentence, for a path that leads to no contender.
     """
@@ -35,12 +39,14 @@ def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
             outsiders.append(outsider)
         yield replace(
             suite,
+            claims=(*suite.claims, *contender_checks(outsiders)),
             work_precision=partial(suite.work_precision, outsiders=outsiders),
-            tables=tuple(
-                replace(table, measure=partial(table.measure, outsiders=outsiders))
-                if table.open
-                else table
-                for table in suite.tables
-            ),
+            tables=tuple(_opened(table, outsiders) for table in suite.tables),
+            studies=tuple(_opened(study, outsiders) for study in suite.studies),
             faults=lambda: [fault for outsider in outsiders for fault in outsider.faults],
         )
+
+
+def _opened(one: Any, outsiders: Sequence[Outsider]) -> Any:
+    """A table or a study in which these take part, where it is open."""
+    return replace(one, measure=partial(one.measure, outsiders=outsiders)) if one.open else one

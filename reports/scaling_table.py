@@ -24,7 +24,9 @@ def scaling_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
         least = chosen[ours]["seconds_per_orbit"] if ours in chosen else float("nan")
         line = {"bodies": str(bodies)}
         for name in contenders:
-            line[name] = _cell(chosen.get(name), least, name == ours)
+            line[name] = _cell(chosen.get(name), least, name == ours) or _why(
+                rows[rows["contender"] == name]
+            )
         if ours in chosen:
             line["pairs a second"] = readable(chosen[ours]["pairs_per_second"])
             line["share of the limit"] = readable(chosen[ours]["share"], 2)
@@ -35,7 +37,16 @@ def scaling_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
 
 def _cell(row: pd.Series | None, least: float, is_measure: bool) -> str:
     if row is None:
-        return NOBODY
+        return ""
     time = f"{seconds(row['seconds_per_orbit'])} ({row['settings']})"
     ratio = row["seconds_per_orbit"] / least
     return time if is_measure or not known(ratio) else f"{readable(ratio, 2)}{TIMES}, {time}"
+
+
+def _why(rows: pd.DataFrame) -> str:
+    """Of a contender without a run that stands for it: what its runs say when all of them failed,
+    nothing when it did not take part."""
+    if rows.empty:
+        return ""
+    failed = rows["error"].isna() & (rows["status"] != "")
+    return str(rows["status"].iloc[0]) if failed.all() else NOBODY

@@ -10,6 +10,7 @@ import pandas as pd
 from reports.atomic import write
 from reports.order import Order
 from reports.origins import note_origin
+from reports.parts import Parts
 from reports.progress import Studies
 from reports.study import Study
 from reports.suite import Suite
@@ -33,13 +34,16 @@ class Studied:
     failure: str = ""
 
 
-def study_all(suite: Suite, order: Order) -> list[Studied]:
-    """Each study in its default form, beside what is stored of its long one; writes the tables."""
+def study_all(suite: Suite, order: Order, parts: Parts | None = None) -> list[Studied]:
+    """Each study in its default form, beside what is stored of its long one; writes the tables.
+
+    parts  of a build; None keeps none
+    """
     if not suite.studies:
         return []
     provenance = suite.provenance(order.command)
     with Studies(len(suite.studies)) as studies:
-        found = [_studied(study, suite, order, studies) for study in suite.studies]
+        found = [_studied(one, suite, order, studies, parts or Parts()) for one in suite.studies]
     for one in found:
         if one.frame is not None:
             name = one.study.name
@@ -49,16 +53,16 @@ def study_all(suite: Suite, order: Order) -> list[Studied]:
     return found
 
 
-def _studied(study: Study, suite: Suite, order: Order, studies: Studies) -> Studied:
+def _studied(study: Study, suite: Suite, order: Order, studies: Studies, parts: Parts) -> Studied:
     try:
         with studies("study", study.title) as report:
-            frame = study.measure(order.quick, report)
+            part = parts.part(study.title, lambda: study.measure(order.quick, report))
     except Exception as error:
         frame = pd.DataFrame()
         failure = f"{study.title}: not run ({type(error).__name__}: {error})."
     else:
         failure = ""
-        frame = _of_now(frame, suite, order)
+        frame = _of_now(part.frame, suite, order, part.run)
     kept, note = pd.DataFrame(), ""
     if study.stored is not None:
         kept = study.stored(order.out / FOLDER, lambda text: print(text, file=sys.stderr))
@@ -67,12 +71,12 @@ def _studied(study: Study, suite: Suite, order: Order, studies: Studies) -> Stud
     return Studied(study, pd.concat(frames, ignore_index=True) if frames else None, note, failure)
 
 
-def _of_now(frame: pd.DataFrame, suite: Suite, order: Order) -> pd.DataFrame:
-    """Rows that tell their commit and date get those of this run."""
+def _of_now(frame: pd.DataFrame, suite: Suite, order: Order, run: str) -> pd.DataFrame:
+    """Rows that tell their commit and date get those of this run, or of the one that measured."""
     told = suite.provenance(order.command)
     commit, plus, dirty = told.get("commit", "").partition("+")
     now = {
         "commit": f"{commit[:12]}{plus}{dirty}",
-        "date": told.get("date", "").partition(" ")[0],
+        "date": (run or told.get("date", "")).partition(" ")[0],
     }
     return frame.assign(**{name: text for name, text in now.items() if name in frame})

@@ -28,6 +28,7 @@ class Study:
     parts    (folder, report) -> the runs of its long form, each with title, done() and run(report);
              None when it has none
     stored   (folder, report) -> the rows of the long form that are there
+    open     whether outsiders take part: its measure takes them as `outsiders`
     """
 
     name: str
@@ -38,3 +39,4 @@ class Study:
     table: Callable[[pd.DataFrame], tuple[pd.DataFrame, Mapping[str, str]]]
     parts: Callable[[Path, Report], Sequence[Any]] | None = None
     stored: Callable[[Path, Report], pd.DataFrame] | None = None
+    open: bool = False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,6 +37,7 @@ class Suite:
 
     make_method     what claims build their methods with, `galvi.Galerkin`
     work_precision  (quick, report) -> errors and times of contenders
+    problems        quick -> those that it can be asked for one by one, as `problem`; none
     cost            (quick, report) -> what a step costs
     tables          further studies, each shown as a table
     studies         those with sections of their own
@@ -45,6 +46,7 @@ class Suite:
     unavailable     the sentences by which contenders say that their engine is absent
     faults          what outsiders did wrong so far
     provenance      command -> versions, commit, machine, date
+    ahead           whether a second process may study claims, those of `load` by their ids
     """
 
     claims: tuple[Claim, ...]
@@ -58,6 +60,8 @@ class Suite:
     engines: Callable[[], Mapping[str, str]] = dict
     unavailable: Callable[[], Collection[str]] = tuple
     faults: Callable[[], Collection[str]] = tuple
+    problems: Callable[[bool], Sequence[str]] = lambda quick: ()
+    ahead: bool = False
 
 
 def load() -> Suite:
@@ -69,7 +73,7 @@ def load() -> Suite:
     from benchmarks.cost import cost_table
     from benchmarks.provenance import provenance
     from benchmarks.targets import TARGETS
-    from benchmarks.work_precision import work_precision
+    from benchmarks.work_precision import problems, work_precision
     from reports.own_sections import STUDIES
 
     sky = Table(
@@ -78,13 +82,16 @@ def load() -> Suite:
         ephemeris.EXPLANATION,
         ephemeris.ephemeris_table,
         {
+            "contender": "contender",
             "body": "body",
             "days": "days",
             "difference_au": "from DE421 [au]",
             "difference_arcsec": "seen from the Sun [″]",
             "relativity_au": "relativity alone [au]",
             "integration_error_au": "error of the run [au]",
+            "status": "status",
         },
+        open=True,
     )
     stress = Table(
         "high_eccentricity",
@@ -141,4 +148,5 @@ def load() -> Suite:
     measured = (work_precision, cost_table, provenance)
     checks = (*CLAIMS, *AGREEMENTS)
     absences = (engines, unavailable)
-    return Suite(checks, galvi.Galerkin, *measured, tables, STUDIES, TARGETS, *absences)
+    told = (tables, STUDIES, TARGETS, *absences)
+    return Suite(checks, galvi.Galerkin, *measured, *told, problems=problems, ahead=True)

@@ -10,7 +10,7 @@ from benchmarks.agreement import SOURCE
 from benchmarks.claim import Row
 from benchmarks.verdicts import NOT_RUN
 
-VERDICTS = ("holds", "exceeds", "contradicted", "not run")
+VERDICTS = ("holds", "exceeds", "contradicted", "not run", "informative")
 
 
 @dataclass(frozen=True)

@@ -25,12 +25,16 @@ def turning_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
             "RMS at the end": readable(seen.final),
             "exponent": with_uncertainty(seen.exponent, seen.uncertainty) or "not resolved",
             "verdict": verdict(seen),
+            "status": told["status"],
             "commit": told["commit"],
             "date": told["date"],
         }
         for told, name, seen, largest in growths(frame)
     ]
-    return pd.DataFrame(lines), dict.fromkeys(NUMBERS, "number")
+    table = pd.DataFrame(lines)
+    if not any(line["status"] for line in lines):
+        table = table.drop(columns="status", errors="ignore")
+    return table, dict.fromkeys(NUMBERS, "number")
 
 
 def verdict(seen: Growth) -> str:

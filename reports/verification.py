@@ -16,6 +16,8 @@ import pandas as pd
 from benchmarks.claim import Claim, Row
 from benchmarks.tidy import frame
 from benchmarks.verdicts import NOT_RUN
+from reports.ahead import ahead
+from reports.parts import Parts
 from reports.progress import Studies
 
 
@@ -26,41 +28,61 @@ class Checked:
     frame    the study's tidy frame; None when the study raised
     rows     the judge's rows; those of a claim whose study raised are "not run", with the exception
     seconds  the study took
+    run      when the run began that measured it; empty for this one
     """
 
     claim: Claim
     frame: pd.DataFrame | None
     rows: tuple[Row, ...]
     seconds: float
+    run: str = ""
 
 
 def check(
-    claims: Iterable[Claim], make_method: Any, quick: bool, absent: Collection[str] = ()
+    claims: Iterable[Claim],
+    make_method: Any,
+    quick: bool,
+    absent: Collection[str] = (),
+    parts: Parts | None = None,
 ) -> list[Checked]:
-    """Study and judge each claim; progress on stderr.
+    """Study and judge each claim, those that take times at the end; progress on stderr.
 
     absent  the sentences by which engines that are not there say so
+    parts   of a build: its studies; None keeps none
     """
-    claims = tuple(claims)
+    claims, parts = tuple(claims), parts or Parts()
     with Studies(len(claims)) as studies:
-        return [_check(claim, make_method, quick, absent, studies) for claim in claims]
+        untimed = [claim for claim in claims if not claim.timed]
+        with ahead(parts, untimed, quick):
+            found = [_check(one, make_method, quick, absent, studies, parts) for one in untimed]
+        timed = [claim for claim in claims if claim.timed]
+        found += [_check(one, make_method, quick, absent, studies, parts) for one in timed]
+    places = {id(claim): place for place, claim in enumerate(claims)}
+    return sorted(found, key=lambda one: places[id(one.claim)])
 
 
 def _check(
-    claim: Claim, make_method: Any, quick: bool, absent: Collection[str], studies: Studies
+    claim: Claim,
+    make_method: Any,
+    quick: bool,
+    absent: Collection[str],
+    studies: Studies,
+    parts: Parts,
 ) -> Checked:
     start = time.perf_counter()
-    measured = None
+    part = None
     try:
         with studies(claim.id, claim.title) as report:
-            measured = claim.study(make_method, quick, report)
-            rows = tuple(_explained(row, measured) for row in claim.judge(measured))
+            part = parts.part(claim.id, lambda: claim.study(make_method, quick, report))
+            rows = tuple(_explained(row, part.frame) for row in claim.judge(part.frame))
             if not rows:
                 raise ValueError("its judge gave no row, so that nothing of it was checked")
     except Exception as error:
         rows = _spoiled(claim, error)
     excused = tuple(_excused(row, absent) for row in rows)
-    return Checked(claim, measured, excused, time.perf_counter() - start)
+    if part is None:
+        return Checked(claim, None, excused, time.perf_counter() - start)
+    return Checked(claim, part.frame, excused, part.seconds, part.run)
 
 
 def _excused(row: Row, absent: Collection[str]) -> Row:

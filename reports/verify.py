@@ -9,7 +9,7 @@ tables/       claims and convergence
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -24,6 +24,7 @@ from reports.kept_rows import marked, merged, written
 from reports.markdown_summary import hand_to_forge, markdown
 from reports.order import Order
 from reports.origins import note_origin, read_origins
+from reports.parts import Parts
 from reports.suite import Suite
 from reports.summary import Summary, summary
 from reports.tables import as_csv, write_table
@@ -50,11 +51,14 @@ class Verified:
         return verdicts(self.checked).as_expected and not self.engines.wanting
 
 
-def verify(suite: Suite, order: Order) -> Verified:
-    """Check the chosen claims, all when none is chosen; write, print, and return what came out."""
+def verify(suite: Suite, order: Order, parts: Parts | None = None) -> Verified:
+    """Check the chosen claims, all when none is chosen; write, print, and return what came out.
+
+    parts  of a build: its studies; None keeps none
+    """
     chosen = [claim for claim in suite.claims if not order.claims or claim.id in order.claims]
     engines = Engines(suite.engines(), order.require)
-    checked = check(chosen, suite.make_method, order.quick, suite.unavailable())
+    checked = check(chosen, suite.make_method, order.quick, suite.unavailable(), parts)
     found = Verified(tuple(checked), engines, tuple(_write(checked, suite, order)))
     seen = verdicts(checked)
     text = markdown(seen, found.changed, engines)
@@ -78,7 +82,8 @@ def _write(checked: Sequence[Checked], suite: Suite, order: Order) -> list[Chang
         **suite.provenance(order.command),
         "setting": "quick" if order.quick else "default",
     }
-    now = marked(claims_frame(rows), origin)
+    dates = {one.claim.id: one.run or origin.get("date", "") for one in checked}
+    now = marked(_dated(claims_frame(rows), "id", dates), origin)
     before_origin = read_origins(order.out).get(CLAIMS, {})
     before = written(order.out / CLAIMS, "id", before_origin)
     table = _with_kept(before, now, "id", checked, suite)
@@ -86,7 +91,7 @@ def _write(checked: Sequence[Checked], suite: Suite, order: Order) -> list[Chang
     note_origin(order.out, CLAIMS, suite.provenance(order.command), order.quick)
     tables = order.out / "tables"
     write_table(tables, "claims", table, readable_claims(table))
-    rates = marked(convergence_frame(checked), origin)
+    rates = marked(_dated(convergence_frame(checked), "claim", dates), origin)
     kept = written(tables / "convergence.csv", "claim", before_origin)
     write_table(tables, "convergence", _with_kept(kept, rates, "claim", checked, suite))
     for one in checked:
@@ -96,6 +101,11 @@ def _write(checked: Sequence[Checked], suite: Suite, order: Order) -> list[Chang
         else:
             write(path, as_csv(one.frame))
     return changes(before, now)
+
+
+def _dated(table: pd.DataFrame, key: str, dates: Mapping[str, str]) -> pd.DataFrame:
+    """With the date of the run that measured each row's claim."""
+    return table.assign(date=[dates[name] for name in table[key]])
 
 
 def _with_kept(

@@ -161,5 +161,5 @@ def judge(table: pd.DataFrame) -> list[Row]:
 
 V24 = Claim(
     "V24", "Brownout particle: high order is cheaper where small errors are asked for", study,
-    judge, ("M fig. 3",),
+    judge, ("M fig. 3",), timed=True,
 )  # fmt: skip

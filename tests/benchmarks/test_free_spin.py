@@ -23,9 +23,8 @@ from benchmarks.free_spin import (
     box_rows,
     free_spin,
     marks,
-    parts,
-    stored,
 )
+from benchmarks.long_free_spin import parts, stored
 from galvi import Problem, Trajectory
 from references.mujoco_steps import MUJOCO_EULER, MUJOCO_IMPLICITFAST, MUJOCO_RK4
 from references.outcome import outcome

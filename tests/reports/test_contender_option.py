@@ -15,7 +15,8 @@ import pytest
 import galvi
 from benchmarks import high_eccentricity, work_precision
 from benchmarks.arena import kepler
-from benchmarks.contender_process import Fault, examined, opened, settings
+from benchmarks.contender_process import examined, settings
+from benchmarks.introduction import Fault, opened
 from benchmarks.outsider import Outsider, TimedRun
 from benchmarks.stopwatch import interleaved, warmed
 from reports.commands import run
@@ -82,9 +83,14 @@ def test_the_example_of_the_page_stands_beside_ours_everywhere(
     monkeypatch.setattr(work_precision, "arenas", lambda quick: (replace(arena, entries=few),))
     monkeypatch.setattr(high_eccentricity, "ECCENTRICITIES", (0.9,))
     monkeypatch.setattr(high_eccentricity, "STEPS", (101, 1001))
+    monkeypatch.setattr("reports.outsiders.contender_checks", lambda outsiders: ())
     base = make_suite(work_precision=work_precision.work_precision)
     passage = replace(
-        base.tables[0], name="passage", measure=high_eccentricity.high_eccentricity_table, open=True
+        base.tables[0],
+        name="passage",
+        title="Through the pericentre",
+        measure=high_eccentricity.high_eccentricity_table,
+        open=True,
     )
     suite = replace(base, tables=(*base.tables, passage))
     words = ["build", "--quick", "--contender", "mine:Leapfrog", "--out", str(tmp_path)]
@@ -183,11 +189,15 @@ def test_settings_are_plain_and_say_at_which_times_a_run_has_states():
     ]
     with pytest.raises(Fault, match="x is a SimpleNamespace"):
         settings(offering(samples=2, x=SimpleNamespace()), ORBIT, 1.0)
+    with pytest.raises(Fault, match=r"step must be a positive number; received -0\.5"):
+        settings(offering(step=-0.5), ORBIT, 1.0)
     with pytest.raises(Fault, match="must say at which times a run has states"):
         examined(finished(), ORBIT, 1.0, {"step": 0.5, "save_every": "often"})
 
 
-def test_a_run_that_says_it_failed_may_hold_nan():
+def test_a_run_that_says_it_failed_says_why_and_may_hold_nan():
+    with pytest.raises(Fault, match="its status does not say why"):
+        examined(finished(success=False, status=" "), ORBIT, 1.0, {"samples": 2})
     parts = {"q": np.full((3, 2), np.nan), "success": False, "status": "Too long a step."}
     assert examined(finished(**parts), ORBIT, 1.0, {"samples": 2})["status"] == "Too long a step."
 
@@ -276,7 +286,7 @@ def test_its_clock_is_its_own_and_a_failure_between_rounds_leaves_no_time():
                 return answer
             raise Faulty("Gone.")
 
-        def _note(self, problem, doing, why):
+        def note(self, problem, doing, why):
             self.notes.append(why)
 
         name = "answers"

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -23,6 +24,7 @@ from benchmarks.timings.unfinished import FOLDER
 from reports.tracking.history import DAMAGED, read_history
 from reports.tracking.trees import seed
 
+GOES_ON = re.compile(r"^Goes on with a build of .* that did not end: (\d+) of (\d+) parts", re.M)
 KILLS = int(os.environ.get("KILLS", "20"))
 pytestmark = pytest.mark.slow
 
@@ -69,18 +71,27 @@ def checkout(tmp_path: Path) -> Path:
 
 def test_nothing_is_damaged_and_everything_goes_on(checkout: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    table, moments, kept = [], random.Random(5), 0
+    table, moments, kept, parts = [], random.Random(5), 0, [0]
+    said = tmp_path / "said"
     known = commands(out)
     for k in range(KILLS):
         name = ("bench", "track", "bench", "build")[k % 4]
         words, longest = known[name]
         moment = moments.uniform(0.5, longest)
-        with subprocess.Popen(
-            words, cwd=checkout, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        ) as process:
+        with (
+            said.open("w") as stdout,
+            subprocess.Popen(
+                words, cwd=checkout, stdout=stdout, stderr=subprocess.DEVNULL
+            ) as process,
+        ):
             time.sleep(moment)
             ended = process.poll()
             process.kill()
+        if name == "build":
+            parts.append(len(list((out / FOLDER).rglob("*.json"))))
+            taken = GOES_ON.search(said.read_text())
+            assert taken is None or int(taken[1]) == parts[-2]  # None: it was still importing
+            assert parts[-1] >= parts[-2] or ended is not None
         files = [path for path in out.rglob("*") if path.is_file() and path.name[0] != "."]
         bad = [path.name for path in files if not whole(path)]
         kept = max(kept, len(list((out / "benchmarks" / FOLDER).rglob("*.json"))))
@@ -94,14 +105,23 @@ def test_nothing_is_damaged_and_everything_goes_on(checkout: Path, tmp_path: Pat
                 "damaged": len(bad),
                 "benches": frame["file"].nunique(),
                 "rows kept": len(list((out / "benchmarks" / FOLDER).rglob("*.json"))),
+                "parts kept": parts[-1],
             }
         )
         assert bad == []
     print("\n" + pd.DataFrame(table).to_string(index=False, float_format="%.1f"))
-    for name in ("bench", "track"):
+    assert max(parts) > 0, "no build was killed between two of its parts"
+    for name in ("bench", "track", "build"):
         done = subprocess.run(known[name][0], cwd=checkout, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
         print(name, "at the end:", done.stdout.strip().splitlines()[-1])
+        taken = GOES_ON.search(done.stdout)
+        if name == "build" and parts[-1] > 0:
+            assert taken is not None and int(taken[1]) == parts[-1]
+            told = json.loads((out / "provenance.json").read_text())["index.html"]["runs"]
+            assert told.startswith(f"of {taken[2]} parts, ")
+            print(f"It went on with {taken[1]} of {taken[2]} parts: {told}.")
+    assert not (out / FOLDER).exists()
     assert not (out / "benchmarks" / DAMAGED).exists()
     assert not list((out / "benchmarks" / FOLDER).rglob("*.json"))
     assert read_history(out / "benchmarks")["file"].nunique() >= 1

@@ -1,0 +1,67 @@
+"""Problems that a contender is checked on: one of each kind, with an independent truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import galvi
+from benchmarks.agreements import PAIR
+from galvi import Problem
+from galvi.arrays import Array
+from references import Contender
+from references.free_top import FREE_TOP
+from references.kepler import KEPLER
+from references.oscillator import OSCILLATOR
+from references.pendulum import PENDULUM
+from references.scipy_ivp import DOP853, TIGHT
+from references.stored_attitude import STORED_ATTITUDE
+from references.stored_chain import STORED_CHAIN
+from references.truth import STORED_TRUTH
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """One of them.
+
+    problem   what is solved
+    duration  after which the configuration is compared, in the problem's unit of time
+    truth     what with, at `setting`
+    floor     error, of a component, below which rounding or the truth's own error counts
+    ordered   whether an order is seen: the motion is nonlinear and has one time scale
+    kept      what of `benchmarks.introduction.CONSERVED` the motion keeps
+    long      duration over which that is watched: some twenty turns, never a whole number of them
+    """
+
+    problem: Problem
+    duration: float
+    truth: Contender
+    setting: Mapping[str, Any] = field(default_factory=dict)
+    floor: float = 1e-11
+    ordered: bool = True
+    kept: tuple[str, ...] = ("energy",)
+    long: float = 123.0
+
+    def end(self) -> Array:
+        """The configuration at the end, by the truth."""
+        end: Array = self.truth.run(self.problem, self.duration, {"samples": 1, **self.setting}).q[
+            -1
+        ]
+        return end
+
+
+BOTH = ("energy", "angular momentum")
+GROUNDS = (
+    Ground(galvi.problems.harmonic_oscillator(), 5.0, OSCILLATOR, ordered=False),
+    Ground(galvi.problems.kepler(0.3), 5.0, KEPLER, kept=BOTH),
+    Ground(galvi.problems.planar_pendulum(), 5.0, PENDULUM),
+    # Tight is within 1e-12 of itself with a tenth of the tolerance.
+    Ground(galvi.problems.henon_heiles(), 5.0, DOP853, TIGHT, kept=()),
+    Ground(PAIR, 5.0, KEPLER, kept=BOTH),
+    Ground(galvi.problems.outer_solar_system(), 36_525.0, STORED_TRUTH, ordered=False, kept=BOTH,
+           long=20.3 * 4332.6),
+    Ground(galvi.problems.free_rigid_body(), 5.0, FREE_TOP, kept=BOTH),
+    Ground(galvi.problems.pendulum_3d(), 5.0, STORED_ATTITUDE),
+    Ground(galvi.problems.double_pendulum(), 1.0, STORED_CHAIN, kept=()),
+)  # fmt: skip

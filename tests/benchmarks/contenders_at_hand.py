@@ -1,0 +1,104 @@
+"""Somebody else's contenders without a process of their own, so that tests of what is made of their
+answers are quick; `tests/reports/test_contender_option.py` has the processes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import galvi
+from benchmarks.contender_process import ANSWERS
+from benchmarks.introduction import Fault, introduced, told
+from benchmarks.outsider import Faulty, Outsider
+
+
+@dataclass(eq=False)
+class Inside(Outsider):
+    """An outsider whose contender is at hand."""
+
+    contender: Any = None
+
+    @classmethod
+    def of(cls, contender: Any) -> Inside:
+        """Like `Outsider.open`."""
+        outsider = cls("inside:It", contender=contender)
+        outsider._process = object()
+        outsider.name, outsider.order, outsider.conserves = introduced(contender)
+        return outsider
+
+    def _answer(self, request: tuple[Any, ...], limit: float) -> Any:
+        what, *arguments = request
+        try:
+            return ANSWERS[what](self.contender, *arguments)
+        except Fault as fault:
+            raise Faulty(str(fault)) from None
+        except Exception as error:
+            raise Faulty(f"It raised {told(error)}.") from None
+
+
+class Gauss:
+    """galvi's, as if somebody else's; supports everything."""
+
+    name, order = "a gauss", 4
+    conserves = {"energy": 1e-3, "angular momentum": 1e-11}  # noqa: RUF012
+
+    def supports(self, problem: galvi.Problem) -> bool:
+        return True
+
+    def settings(self, problem: galvi.Problem, duration: float) -> list[dict[str, Any]]:
+        short = duration / 40 if duration < 10.0 else 0.15 if duration < 1e3 else 20.0
+        steps = max(1, round(duration / short))
+        return [{"step": duration / n, "save_every": n} for n in (steps, 2 * steps)]
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+        steps, every = round(duration / setting["step"]), setting["save_every"]
+        return galvi.integrate(problem, method, setting["step"], steps, save_every=every)
+
+
+class Raising(Gauss):
+    name = "raising"
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        raise RuntimeError("no, thanks")
+
+
+class Flat(Gauss):
+    name = "flat"
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        run = super().run(problem, duration, setting)
+        return galvi.Trajectory(problem, run.t, run.q.reshape(len(run.t), -1, 1), run.p)
+
+
+class Silent(Gauss):
+    """Its states are not finite, and it says nothing of that."""
+
+    name = "silent"
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        run = super().run(problem, duration, setting)
+        return galvi.Trajectory(problem, run.t, run.q * np.nan, run.p)
+
+
+class Failing(Gauss):
+    """It says that it failed, and why."""
+
+    name = "failing"
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        run = super().run(problem, duration, setting)
+        return galvi.Trajectory(
+            problem, run.t, run.q * np.nan, run.p * np.nan, success=False, status="Out of luck."
+        )
+
+
+BROKEN = {
+    Raising: "It raised RuntimeError: no, thanks.",
+    Flat: "Its q must have the shape",
+    Silent: "It says that it succeeded, and its states are not finite.",
+    Failing: "Out of luck.",
+}

@@ -1,0 +1,198 @@
+"""`verify` of somebody else's contender: a sound one passes, and each planted fault is caught."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks.contender_checks import contender_checks
+from benchmarks.grounds import GROUNDS
+from benchmarks.introduction import Fault, introduced
+from benchmarks.outsider import Outsider
+from tests.benchmarks.contenders_at_hand import BROKEN, Gauss, Inside
+
+ORBIT, SWING = (
+    next(one for one in GROUNDS if one.problem.name.startswith(name))
+    for name in ("kepler", "planar pendulum")
+)
+
+
+def checked(contender, *grounds):
+    """A contender's rows, those of them that differ from what is expected, and its outsider."""
+    outsider = Inside.of(contender)
+    (claim,) = contender_checks([outsider], grounds or (ORBIT,))
+    rows = claim.judge(claim.study(galvi.Galerkin, True, lambda sentence: None))
+    assert {row.id for row in rows} == {claim.id} and len({row.quantity for row in rows}) == len(
+        rows
+    )
+    return rows, [row for row in rows if row.verdict != row.expected], outsider
+
+
+class Leapfrog(Gauss):
+    """Of second order; `power` is of the force's strength, 1 in a sound one."""
+
+    name, order, strength = "leapfrog", 2, 1.0
+    conserves = {"energy": 0.02, "angular momentum": 1e-11}  # noqa: RUF012
+
+    def settings(self, problem, duration):
+        return [{"step": duration / n, "save_every": n} for n in (250, 1000)]
+
+    def moved(self, h, q, v, force):
+        v = v + 0.5 * h * force(q)
+        q = q + h * v
+        return q, v + 0.5 * h * force(q)
+
+    def run(self, problem, duration, setting):
+        h, every, q, v = setting["step"], setting["save_every"], problem.q0, problem.v0
+        saved = [(q, v)]
+        for k in range(1, round(duration / h) + 1):
+            q, v = self.moved(
+                h, q, v, lambda q: self.strength * problem.system.acceleration(q, 0.0)
+            )
+            saved += [(q, v)] if k % every == 0 else []
+        q, v = np.swapaxes(saved, 0, 1)
+        t = problem.t0 + h * every * np.arange(len(q))
+        return galvi.Trajectory(problem, t, q, problem.system.momentum(v), counts={"steps": k})
+
+
+def test_a_sound_contender_is_as_expected_and_what_it_does_not_say_is_told():
+    rows, differing, outsider = checked(Gauss(), *GROUNDS)
+    assert differing == [] and outsider.faults == []
+    assert {row.setup.partition(";")[0] for row in rows if "T =" in row.setup} == {
+        ground.problem.name for ground in GROUNDS
+    }
+    orders = [row for row in rows if row.quantity.startswith("order in the step")]
+    assert len(orders) == sum(ground.ordered for ground in GROUNDS)
+    assert sum(row.verdict == "holds" for row in orders) >= 5  # of 7; two are below round-off
+    assert {row.verdict for row in rows if row.quantity.startswith("error at step")} == {
+        "informative"
+    }
+    assert {row.verdict for row in rows if "relative change" in row.quantity} == {"holds"}
+
+
+def test_a_wrong_order_is_caught_from_both_sides():
+    for order in (1, 3):
+        contender = Leapfrog()
+        contender.order = order
+        _, differing, _ = checked(contender, SWING)
+        (caught,) = differing
+        assert caught.quantity.startswith("order in the step") and caught.verdict == "contradicted"
+        assert caught.measured == pytest.approx(2.0, abs=0.02)
+    assert checked(Leapfrog(), SWING)[1] == []
+
+
+class Drifting(Leapfrog):
+    """The explicit Euler method, which wins energy, and says that it does not."""
+
+    name, order = "drifting", 1
+
+    def settings(self, problem, duration):
+        return [{"step": duration / n, "save_every": n} for n in (300, 1200)]
+
+    def moved(self, h, q, v, force):
+        return q + h * v, v + h * force(q)
+
+
+def test_a_drift_is_caught_and_the_order_of_a_method_that_drifts_is_its_own():
+    short = replace(SWING, long=40.3)
+    (caught,) = checked(Drifting(), short)[1]
+    assert caught.quantity.startswith("relative change of energy") and caught.measured > 0.1
+    loose = Drifting()
+    loose.conserves = {"energy": 10.0}
+    (caught,) = checked(loose, short)[1]  # within its bound, and growing
+    assert caught.bound == "at most 10, without a drift" and caught.measured < 10.0
+    loose.conserves = {}
+    rows, differing, _ = checked(loose, short)
+    assert differing == [] and "informative" in {row.verdict for row in rows}
+
+
+def test_another_force_is_caught_though_its_order_and_energy_are_not_declared():
+    wrong = Leapfrog()
+    wrong.order, wrong.conserves, wrong.strength = None, {}, 1.01
+    _, differing, _ = checked(wrong)
+    assert [row.quantity.partition(",")[0] for row in differing] == [
+        "error at its finest over that at its coarsest"
+    ]
+
+
+def test_an_error_beyond_the_one_that_it_claims_is_caught():
+    contender = Leapfrog()
+    for factor, caught in ((1.0, 0), (0.01, 2)):
+        contender.claimed_error = lambda problem, duration, setting, factor=factor: (
+            factor * 20.0 * setting["step"] ** 2
+        )
+        rows, differing, _ = checked(contender, ORBIT)
+        assert len(differing) == caught
+        claims = [row for row in rows if row.quantity.startswith("error at step")]
+        assert all(row.bound.startswith("at most ") for row in claims) and len(claims) == 2
+
+
+@pytest.mark.parametrize("broken", BROKEN, ids=lambda kind: kind.__name__)
+def test_what_does_not_run_as_it_should_is_red_and_named(broken):
+    rows, differing, outsider = checked(broken())
+    assert rows[0].quantity == f"runs and answers that failed, {ORBIT.problem.name}"
+    assert rows[0].verdict == "contradicted" and BROKEN[broken] in rows[0].reason
+    assert any(BROKEN[broken] in fault for fault in outsider.faults)
+    assert {row.quantity.partition(",")[0].partition(" at step")[0] for row in differing} >= {
+        "error", "relative change of energy", "problems where its order is seen"
+    }  # fmt: skip
+
+
+def test_one_that_cannot_answer_or_supports_nothing_is_not_green():
+    class Unsure(Gauss):
+        def supports(self, problem):
+            raise OSError("who knows")
+
+    class Choosy(Gauss):
+        def supports(self, problem):
+            return False
+
+    class Bare(Gauss):
+        def settings(self, problem, duration):
+            return []
+
+    for contender, said in ((Unsure(), "OSError: who knows"), (Bare(), "one at least")):
+        rows, differing, _ = checked(contender)
+        assert rows[0] in differing and said in rows[0].reason
+    rows, differing, _ = checked(Choosy())
+    assert rows == differing and "problems that it supports" in rows[0].quantity
+
+
+def test_one_whose_steps_are_too_short_for_its_order_says_so():
+    short = Gauss()
+    short.settings = lambda problem, duration: [
+        {"step": duration / n, "save_every": n} for n in (2000, 4000)
+    ]
+    rows, differing, _ = checked(short, replace(SWING, long=1.0))
+    (order,) = (row for row in rows if row.quantity.startswith("order in the step"))
+    assert order.verdict == order.expected == "not run"
+    assert [row.quantity for row in differing] == ["problems where its order is seen"]
+
+
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        ({"order": "two"}, "order must be a positive number; received 'two'"),
+        ({"order": math.nan}, "order must be a positive number"),
+        ({"conserves": {"enrgy": 1e-3}}, "mapping of 'energy' or 'angular momentum'"),
+        ({"conserves": {"energy": 0.0}}, "a positive number; received"),
+        ({"conserves": ("energy",)}, "must be a mapping"),
+    ],
+)
+def test_what_a_contender_says_of_itself_is_examined_before_anything_is_run(parts, said):
+    contender = SimpleNamespace(name="x", **parts)
+    with pytest.raises(Fault, match=said):
+        introduced(contender)
+    assert introduced(SimpleNamespace(name="x")) == ("x", None, {})
+
+
+def test_checks_have_names_of_their_own():
+    outsiders = [Outsider("m:A", name=name) for name in ("My one", "my one!", "мой")]
+    assert [claim.id for claim in contender_checks(outsiders)] == [
+        "A-my-one", "A-my-one-too", "A-contender"
+    ]  # fmt: skip

@@ -1,0 +1,162 @@
+"""Somebody else's contender in every table and figure that compares integrators, or named there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from benchmarks import (
+    brouwer,
+    ephemeris,
+    free_spin,
+    high_eccentricity,
+    long_turning,
+    scaling,
+)
+from benchmarks.brouwer import gauss
+from benchmarks.contenders import gauss_collocation
+from benchmarks.free_spin import Runner
+from benchmarks.outsiders import ensemble, finest, label_beside, sampled
+from galvi.problems import free_rigid_body
+from references import jpl
+from reports.own_sections import STUDIES
+from reports.study_table import readable_table
+from reports.suite import load
+from tests.benchmarks.contenders_at_hand import BROKEN, Failing, Gauss, Inside, Raising
+
+SHOWN = {study.name: study for study in STUDIES if study.open}
+OURS = scaling.Entry("galvi degree 8, Gauss 8", gauss_collocation(8), 6)
+# The mechanism is the same for each way of breaking; a fault's sentence is found by its beginning.
+WHY = {kind.name: sentence for kind, sentence in BROKEN.items()}
+
+
+def outsiders():
+    return [Inside.of(kind()) for kind in (Gauss, Raising, Failing)]
+
+
+def written_in(figure, frame):
+    """Every text of a figure, and of its legends."""
+    canvas = Figure()
+    figure.draw(canvas.add_subplot(), frame, **figure.options)
+    return [text.get_text() for text in canvas.findobj(Text)]
+
+
+def test_what_is_closed_to_outsiders_is_about_galvi_or_an_engine_alone():
+    suite = load()
+    assert {one.name for one in (*suite.tables, *suite.studies) if not one.open} == {
+        *("recommendation", "start_up", "engine-versions", "taxonomy")
+    }
+
+
+@pytest.fixture(scope="module")
+def studied():
+    """Frames of the open studies, small, with one sound outsider and two broken ones."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(brouwer, "QUICK_YEARS", 100.0)
+        patch.setattr(brouwer, "QUICK_RUNS", 2)
+        patch.setattr(long_turning, "QUICK_RUNS", 2)
+        patch.setattr(long_turning, "QUICK_OUTSIDE", 100)
+        patch.setattr(scaling, "WORK", 60)
+        patch.setattr(scaling, "TARGET", 1e-3)  # who does not reach it has no line in a figure
+        patch.setattr(scaling, "ENTRIES", (OURS, scaling.TRUTH))
+        patch.setattr(free_spin, "QUICK_TURNS", 5)
+        runners = [Runner("galvi degree 4", gauss_collocation(4), 0.125)]
+        return {
+            "brouwer": brouwer.brouwer(True, walkers=(gauss(6, 10),), outsiders=outsiders()),
+            "scaling": scaling.scaling(True, bodies=(3,), orbits=2, outsiders=outsiders()),
+            "free-spin": free_spin.free_spin(
+                True, runners=runners, on_box=[], outsiders=outsiders()
+            ),
+            "turning": long_turning.turning(True, walkers=(), outsiders=outsiders()),
+        }
+
+
+def test_every_open_study_is_tried_here(studied):
+    assert set(studied) == set(SHOWN)
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_a_sound_outsider_has_a_line_and_a_broken_one_is_named(studied, name):
+    frame, study = studied[name], SHOWN[name]
+    rows = {who: part for who, part in frame.groupby("contender")}
+    assert (rows["a gauss"]["status"] == "").all()
+    for who in ("raising", "failing"):
+        assert rows[who]["status"].iloc[-1] == WHY[who]
+    text = study.table(frame)[0].to_csv()
+    assert "a gauss" in text and all(WHY[who] in text for who in ("raising", "failing"))
+    for figure in study.figures:
+        assert any("a gauss" in text for text in written_in(figure, frame))
+
+
+def test_the_numbers_of_an_outsider_are_those_of_its_finest_setting(studied):
+    spin = studied["free-spin"].set_index("contender").loc["a gauss"]
+    body = spin[spin["problem"] == "free rigid body"]
+    assert list(body["turn"]) == pytest.approx([1, 2, 5], rel=1e-2)
+    assert set(body["engine"]) == {"inside:It"} and 0.0 < body["step"].iloc[0] < 0.1
+    assert body["attitude_error"].iloc[-1] < 1e-2 and body["momentum_error"].max() < 1e-14
+    walk = studied["brouwer"].query("contender == 'a gauss'")
+    assert set(walk["member"]) == {0, 1} and walk["settings"].nunique() == 1
+    assert len(studied["brouwer"].query("contender == 'raising'")["member"].unique()) == 1
+    turns = studied["turning"].query("contender == 'a gauss'")
+    assert turns["momentum"].max() < 1e-13 and turns["done"].max() == turns["steps"].iloc[0]
+
+
+def test_an_outsider_stands_at_every_number_of_bodies_with_every_setting(studied):
+    rows = studied["scaling"].query("contender == 'a gauss'")
+    assert len(rows) == 2 and rows["seconds_per_orbit"].gt(0.0).all()
+    assert rows["error"].iloc[1] < 0.2 * rows["error"].iloc[0]  # 1/16 when this was written
+    assert rows["share"].between(0.0, 1.0).all()
+
+
+def test_the_sky_and_the_pericentre_have_outsiders_too(monkeypatch):
+    if jpl.missing():
+        pytest.skip(jpl.missing())
+    monkeypatch.setattr(ephemeris, "displacement", lambda gm, q, v, times: 0.0 * times)
+    sky = ephemeris.ephemeris_table(outsiders=[Inside.of(Gauss()), Inside.of(Raising())])
+    rows = {who: part for who, part in sky.groupby("contender")}
+    assert set(rows) == {ephemeris.OURS, "a gauss", "raising"}
+    assert len(rows["a gauss"]) == len(rows[ephemeris.OURS]) == 30
+    ours, theirs = (rows[who]["integration_error_au"].max() for who in (ephemeris.OURS, "a gauss"))
+    assert ours < 1e-11 < theirs
+    assert list(rows["raising"]["status"]) == [WHY["raising"]]
+    headings = next(table for table in load().tables if table.name == "ephemeris").headings
+    assert {"contender", "status"} < set(readable_table(sky, headings)[0])
+    alone = readable_table(sky[sky["contender"] == ephemeris.OURS].assign(contender=""), headings)
+    assert not {"contender", "status"} & set(alone[0])
+    monkeypatch.setattr(high_eccentricity, "ECCENTRICITIES", (0.5,))
+    monkeypatch.setattr(high_eccentricity, "_entries", lambda quick: [])
+    near = high_eccentricity.high_eccentricity_table(True, outsiders=outsiders())
+    assert near.groupby("contender")["status"].last().to_dict() == {
+        "a gauss": "", "failing": WHY["failing"], "raising": WHY["raising"]
+    }  # fmt: skip
+
+
+def test_a_setting_is_asked_for_states_at_equal_parts():
+    assert sampled(10.0, {"step": 0.3, "x": 1}, 4) == {"step": 10.0 / 32, "save_every": 8, "x": 1}
+    assert sampled(10.0, {"step": 9.0}, 4) == {"step": 2.5, "save_every": 1}
+    assert sampled(10.0, {"samples": 1, "tolerance": 0.1}, 4) == {"samples": 4, "tolerance": 0.1}
+
+
+def test_an_outsider_with_our_name_says_where_it_is_from_and_one_that_is_slow_has_fewer_runs(
+    monkeypatch,
+):
+    outsider, body = Inside.of(Gauss()), free_rigid_body()
+    assert label_beside(outsider, ["a gauss"]) == "a gauss, outside"
+    assert finest(outsider, body, 3.0, 10)["save_every"] == 8
+    assert len(list(ensemble(outsider, [body] * 3, 3.0, 10, 100))) == 3
+    monkeypatch.setattr("benchmarks.outsiders.PATIENCE", 0.0)
+    assert len(list(ensemble(outsider, [body] * 3, 3.0, 10, 100))) == 1
+    assert len(list(ensemble(Inside.of(Raising()), [body] * 3, 3.0, 10, 100))) == 1
+
+
+def test_an_outsider_whose_errors_do_not_grow_is_not_said_to_drift(studied):
+    rows = studied["brouwer"].query("contender == 'a gauss'")
+    noise = 1e-12 * np.random.default_rng(1).standard_normal(len(rows))
+    steady = rows.assign(error=1e-6 * (1.0 + 0.3 * np.sin(rows["t"])) + 1e-7 * rows["t"] / 100)
+    steady["error"] += noise
+    steady["error_of_rounded"] = steady["error"]
+    table = SHOWN["brouwer"].table(pd.concat([steady, rows.head(0)]))[0]
+    assert list(table["verdict"]) == ["alike in all runs, no growth"]

@@ -1,0 +1,93 @@
+"""`verify --contender`: what somebody else's CI sees, with the contender at hand and no process."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from xml.etree import ElementTree as tree
+
+import pandas as pd
+import pytest
+
+from benchmarks.contender_checks import contender_checks
+from benchmarks.grounds import GROUNDS
+from benchmarks.outsider import Faulty
+from reports.claims_table import COLUMNS
+from reports.commands import run
+from tests.benchmarks.contenders_at_hand import BROKEN, Gauss, Inside
+
+ROOT = Path(__file__).parents[2]
+
+
+class Hanging(Inside):
+    """Its process is stopped whenever it is to run."""
+
+    def _answer(self, request, limit):
+        if request[0] == "run":
+            self._process = None
+            raise Faulty("It did not answer within 60 s, and was stopped.")
+        return super()._answer(request, limit)
+
+    def _start(self):
+        self._process = object()
+
+    def close(self):
+        """There is no process."""
+
+
+@pytest.fixture
+def verify(monkeypatch, make_suite, tmp_path):
+    """`verify --contender` of an outsider, on an orbit; the exit status and claims.csv."""
+    chosen = [one for one in GROUNDS if one.problem.name.startswith("kepler")]
+    few = partial(contender_checks, grounds=[replace(one, long=20.3) for one in chosen])
+    monkeypatch.setattr("reports.outsiders.contender_checks", few)
+    monkeypatch.setattr(Inside, "close", lambda self: None)
+
+    def asked(outsider, *words):
+        monkeypatch.setattr("reports.outsiders.Outsider.open", lambda path: outsider)
+        line = ["verify", "--contender", "mine:It", *words, "--out", str(tmp_path)]
+        status = run(make_suite, line)
+        return status, pd.read_csv(tmp_path / "claims.csv", keep_default_na=False)
+
+    return asked
+
+
+def test_the_example_of_the_page_passes_and_its_rows_are_those_of_a_claim(
+    verify, make_suite, tmp_path, capsys
+):
+    page = (ROOT / "README.md").read_text()
+    (example,) = re.findall(r"^```python\n(# mine\.py\n.*?)^```$", page, re.M | re.S)
+    names: dict[str, type] = {}
+    exec(compile(example, "mine.py", "exec"), names)
+    status, rows = verify(Inside.of(names["Leapfrog"]()))
+    told = capsys.readouterr()
+    assert status == 0, told
+    assert "1 claim and 1 agreement in " in told.out and "informative" in told.out
+    assert list(rows.columns)[:12] == list(COLUMNS)
+    mine = rows[rows["id"] == "A-my-leapfrog"].set_index("quantity")
+    order = mine.loc["order in the step, kepler e=0.3"]
+    assert order["verdict"] == "holds" and float(order["measured"]) == pytest.approx(2.0, abs=0.1)
+    assert (tmp_path / "verify.xml").read_text().count("agreement.A-my-leapfrog") == len(mine)
+    assert run(make_suite, ["verify", "--out", str(tmp_path)]) == 0
+    assert "leapfrog" not in (tmp_path / "claims.csv").read_text()
+
+
+@pytest.mark.parametrize("broken", BROKEN, ids=lambda kind: kind.__name__)
+def test_a_broken_one_is_red_and_named_and_the_claims_go_on(verify, broken, tmp_path, capsys):
+    status, rows = verify(Inside.of(broken()))
+    assert status == 1 and (rows[rows["id"] == "V1"]["verdict"] == "holds").all()
+    why = BROKEN[broken]
+    assert why in capsys.readouterr().err and why in (tmp_path / "verify.md").read_text()
+    root = tree.parse(tmp_path / "verify.xml").getroot()
+    assert int(root.get("failures")) >= 2
+
+
+def test_one_that_hangs_is_given_up_and_red(verify, capsys):
+    status, rows = verify(Hanging.of(Gauss()), "--claims", "A-a-gauss")
+    assert status == 1 and set(rows["id"]) == {"A-a-gauss"}
+    assert "It did not answer within 60 s, and was stopped." in capsys.readouterr().err
+    assert set(rows[rows["quantity"].str.startswith("error at step")]["verdict"]) == {
+        "contradicted"
+    }
