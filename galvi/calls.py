@@ -33,12 +33,11 @@ def general(
     """A function that does so many more steps in the general kernel and returns its code."""
     field = cast(VectorSystem, problem.system).field(problem.q0.shape[-1])
     kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
-    tableau = kernel_tableau(method.table)
+    functions, tableau = field.functions, kernel_tableau(method.table)
 
     def call(todo: int) -> int:
         return int(kernel(
-            field.kind, field.law, field.law_jacobian, field.gradient, field.timed_gradient,
-            field.hessian, field.timed_hessian, field.has_hessian, field.constants,
+            field.kind, functions, field.slope is not None, field.constants,
             field.inverse_mass, field.width, tableau, problem.t0, step, SOLVERS[start.solver],
             start.tolerance, start.first, todo, steps, every, work.state, work.stages, work.memo,
             work.counts, work.saved[0], work.saved[1], work.bases, work.coefficients,

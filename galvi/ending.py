@@ -76,7 +76,7 @@ def ending_on_group(
     if done == steps:
         if not _conserves_energy(problem.system):
             return COMPLETED
-        return _completed(problem, q, velocity_at(problem.system, q, p, t, near))
+        return _completed_on_group(problem, q, p, t, near)
     where = f"at step {done + 1} of {steps}, from t = {t:g}"
     if code == SOLVED:
         return f"Interrupted {where}; what was computed is kept."
@@ -110,17 +110,32 @@ def _completed(problem: Problem, q: Array, v: Array) -> str:
     """Completed at (q, v), with a word when a conserved energy says that it went wrong."""
     if not _conserves_energy(problem.system):
         return COMPLETED
-    with np.errstate(all="ignore"):
-        energies = [_energy(problem, *state) for state in ((problem.q0, problem.v0), (q, v))]
-        size = sum(abs(part) for part in energies[0])
-        change = abs(sum(energies[1]) - sum(energies[0]))
-    if change <= OFF * size:
+    change = _change(problem, q, v)
+    if change <= OFF:
         return COMPLETED
     return (
-        f"Completed, but the energy changed by {change / size if size else np.inf:.2g} times |T| + "
-        f"|V| at the start: the step is too large for this motion. Use a smaller step or a higher "
-        f"degree."
+        f"Completed, but the energy changed by {change:.2g} times |T| + |V| at the start: the step "
+        f"is too large for this motion. Use a smaller step or a higher degree."
     )
+
+
+def _change(problem: Problem, q: Array, v: Array, p: Array | None = None) -> float:
+    """Of the energy, over |T| + |V| at the start; p as in ``_energy``."""
+    with np.errstate(all="ignore"):
+        start, end = _energy(problem, problem.q0, problem.v0), _energy(problem, q, v, p)
+        size, change = abs(start[0]) + abs(start[1]), abs(sum(end) - sum(start))
+    return change / size if size > 0.0 else (0.0 if change == 0.0 else np.inf)
+
+
+def _completed_on_group(problem: Problem, q: Array, p: Array, t: float, near: Array) -> str:
+    """As ``_completed``, at (q, p).
+
+    A Lagrangian's energy p . v - L(q, v) is stationary where v has the momentum p: a near velocity
+    serves, unless it looks as if the energy had changed.
+    """
+    if isinstance(problem.system, Lagrangian) and _change(problem, q, near, p) <= OFF:
+        return COMPLETED
+    return _completed(problem, q, velocity_at(problem.system, q, p, t, near))
 
 
 def _conserves_energy(system: Any) -> bool:
@@ -136,13 +151,12 @@ def _conserves_energy(system: Any) -> bool:
     return isinstance(system, Canonical) and isinstance(system.potential, Potential)
 
 
-def _energy(problem: Problem, q: Array, v: Array) -> tuple[float, float]:
-    """T and V; v . dL/dv and -L of a Lagrangian."""
+def _energy(problem: Problem, q: Array, v: Array, p: Array | None = None) -> tuple[float, float]:
+    """T and V; of a Lagrangian p . v, where v has the momentum p if that is not given, and -L."""
     system: Any = problem.system
     if isinstance(system, Lagrangian):
-        t = np.asarray(problem.t0)
-        product = float(v @ system.momentum(v, q, t))
-        return product, float(system.energy(q, v, t)) - product
+        p = system.momentum(v, q, problem.t0) if p is None else p
+        return float(p @ v), -system.value(q, v, problem.t0)
     q, v = q.reshape(problem.q0.shape), v.reshape(problem.v0.shape)
     kinetic = 0.5 * float(np.sum(v * system.momentum(v)))
     return kinetic, float(system.potential_energy(q, np.zeros(())))

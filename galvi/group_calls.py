@@ -36,12 +36,12 @@ def general_on_group(
     field = system.group_field()
     unknowns = first_unknowns(method, system.group.dimension)
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
-    table, chart = method.table, method.chart
+    functions, table, chart = field.functions, method.table, method.chart
     tolerance = max(start.tolerance, FINEST)
 
     def call(todo: int) -> int:
         return int(kernel(
-            *field.functions, field.kind, field.timed, field.side, field.constants, field.pushed,
+            functions, field.kind, field.timed, field.side, field.constants, field.pushed,
             field.push_constants, system.group.layout, chart.number, chart.farthest,
             kernel_tableau(table), table.psi, table.slope, table.end, table.fit, unknowns,
             problem.t0, step, tolerance, start.first, todo, steps, every, work.state, work.stages,

@@ -58,7 +58,6 @@ def march_on_group(
     with_curves = save_every == 1 if curves is None else curves
     work = GroupWorkspace.of(group, start, method, steps, save_every, with_curves)
     call = fastest_on_group(problem, method, step, steps, save_every, start, work)
-    general = general_on_group(problem, method, step, steps, save_every, start, work)
 
     def recover(code: int) -> int:
         if not rescue:
@@ -73,7 +72,7 @@ def march_on_group(
             return LEFT_CHART if work.turned[0] > method.chart.limit else code
         work.memo[HOLDS] = RATES
         work.stages[:] = rates
-        code = general(1)
+        code = general_on_group(problem, method, step, steps, save_every, start, work)(1)
         if code:
             work.stages[:] = velocities
         return code

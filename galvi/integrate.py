@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from typing import Any, cast
+from weakref import WeakSet
 
 import numpy as np
 
@@ -28,6 +29,8 @@ from galvi.workspace import check_room
 # drift. 32 runs of the outer solar system over 1e6 years (benchmarks/brouwer.py, degree 8): 23
 # standard errors of drift with 2^-60, 1.6 with 2^-64, for 3 % more time.
 ROUND_OFF = 2.0**-64
+
+_CHECKED: WeakSet[Problem] = WeakSet()  # whose functions were called at their start
 
 
 def integrate(
@@ -165,15 +168,19 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
 
 
 def _check_functions(problem: Problem) -> None:
+    """Once for each problem, which does not change."""
+    if problem in _CHECKED:
+        return
     system = problem.system
     with np.errstate(all="ignore"):
         if isinstance(system, Lagrangian | Canonical | RigidBody):
             system.check_functions(problem.q0, problem.v0, problem.t0)
-        if hasattr(system, "group"):
-            return
-        force: Any = cast(VectorSystem, system).acceleration(problem.q0, problem.t0)
+        force: Any = 0.0
+        if not hasattr(system, "group"):
+            force = cast(VectorSystem, system).acceleration(problem.q0, problem.t0)
     if not np.all(np.isfinite(force)):
         raise ValueError(
             f"the force must be finite at the start; received {force.tolist()} at q0. Check the "
             f"gradient, or move q0 away from a singularity."
         )
+    _CHECKED.add(problem)

@@ -77,6 +77,7 @@ class Nystrom:
         times = steps.times(problem.t0)
         tableau = [np.array(x) for x in (self.stages, self.nodes, self.position, self.velocity)]
         field = problem.system.field(problem.q0.shape[-1])
+        functions = field.functions
         advance = nystrom_kernel.compiled() if field.compiled else nystrom_kernel.interpreted()
         q, v = problem.q0.flatten(), problem.v0.flatten()
         saved = [np.full((len(times), q.size), np.nan) for _ in "qv"]
@@ -88,9 +89,9 @@ class Nystrom:
             last = min(done + CHUNK, steps.count)
             with np.errstate(all="ignore"):  # the kernel looks for non-finite states itself
                 failed, more = advance(
-                    *tableau, self.reuses_last, field.kind, field.law, field.gradient,
-                    field.timed_gradient, field.constants, field.inverse_mass, q, v, carried,
-                    problem.t0, steps.step, done, last, steps.count, every, *saved,
+                    *tableau, self.reuses_last, field.kind, functions, field.constants,
+                    field.inverse_mass, q, v, carried, problem.t0, steps.step, done, last,
+                    steps.count, every, *saved,
                 )  # fmt: skip
             evaluations += more
             done = failed - 1 if failed else last

@@ -18,22 +18,21 @@ import numpy as np
 from numba import types
 
 from galvi.kernels import interpreted as interpretation
-from galvi.kernels import laws
 from galvi.kernels.accelerations import accelerations
+from galvi.kernels.array_types import MATRIX, VECTOR
 from galvi.kernels.jit import compiled_for, jit
 
-STATE, ROWS, WHOLE, REAL = laws.VECTOR, laws.MATRIX, types.int64, types.float64
+STATE, ROWS, WHOLE, REAL = VECTOR, MATRIX, types.int64, types.float64
 SIGNATURE = types.UniTuple(WHOLE, 2)(
-    ROWS, STATE, STATE, STATE, types.boolean, WHOLE, laws.LAW, laws.GRADIENT_TYPE,
-    laws.TIMED_GRADIENT_TYPE, STATE, ROWS, STATE, STATE, ROWS,
-    REAL, REAL, WHOLE, WHOLE, WHOLE, WHOLE, ROWS, ROWS,
+    ROWS, STATE, STATE, STATE, types.boolean, WHOLE, types.int64[::1], STATE, ROWS, STATE, STATE,
+    ROWS, REAL, REAL, WHOLE, WHOLE, WHOLE, WHOLE, ROWS, ROWS,
 )  # fmt: skip
 
 
 @jit
 def advance(
-    A, c, bq, bv, reuses_last, kind, law, gradient, timed_gradient, constants, inverse_mass,
-    q, v, F, t0, h, first, last, total, every, saved_q, saved_v,
+    A, c, bq, bv, reuses_last, kind, functions, constants, inverse_mass, q, v, F, t0, h, first,
+    last, total, every, saved_q, saved_v,
 ):  # fmt: skip
     """Steps first .. last; returns the number of the step that failed (0: none) and evaluations."""
     d = q.size
@@ -53,7 +52,7 @@ def advance(
                     pulled += A[s, j] * F[j, i]
                 Q[i, 0] = q[i] + h * (c[s] * v[i] + h * pulled)
             t[0] = t0 + (k + c[s]) * h
-            accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, Q, t, a)
+            accelerations(kind, functions, constants, inverse_mass, Q, t, a)
             evaluations += 1
             for i in range(d):
                 F[s, i] = a[i, 0]

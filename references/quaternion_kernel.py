@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from galvi.kernels import laws
+from galvi.kernels.array_types import MATRIX, VECTOR
 from galvi.kernels.jit import compiled_for, jit
 
-ROW, ROWS, WHOLE, REAL = laws.VECTOR, laws.MATRIX, types.int64, types.float64
+ROW, ROWS, WHOLE, REAL = VECTOR, MATRIX, types.int64, types.float64
 TURNING = (ROW, ROW, ROW, types.boolean, ROW)
 RK4_SIGNATURE = types.int64(*TURNING, REAL, WHOLE, WHOLE, WHOLE, WHOLE, ROWS)
 DOP853_SIGNATURE = types.UniTuple(WHOLE, 3)(*TURNING, ROWS, ROW, ROW, REAL, REAL, ROW, WHOLE)

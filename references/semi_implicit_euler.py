@@ -13,78 +13,60 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numba import types
 
 from galvi import Canonical, NBody, Problem, Trajectory
 from galvi.arrays import Array
-from galvi.forces.known_force import KnownForce
+from galvi.groups.rn import Rn
 from galvi.kernels import interpreted as interpretation
 from galvi.kernels import laws
 from galvi.kernels.accelerations import accelerations, apply_inverse_mass
+from galvi.kernels.array_types import MATRIX, VECTOR
 from galvi.kernels.jit import compiled_for, jit
-from galvi.kernels.slopes import LAW_TYPE, no_law
-from galvi.systems.compiles import compiles
+from galvi.kernels.slopes import FREE, push
+from galvi.systems.canonical_on_rn import CanonicalOnRn
+from galvi.systems.group_field import GroupField
 from references.contender import require
 from references.outcome import Failure, outcome
 from references.second_law import is_forced
 from references.setting import check_keys, described, fixed_steps
 
 CHUNK = 100_000  # steps between two looks at Ctrl-C
-STATE, ROWS, WHOLE, REAL = laws.VECTOR, laws.MATRIX, types.int64, types.float64
-FREE, FORCED, TIMED, KNOWN = 0, 1, 2, 3
-ARGUMENTS = {FREE: (STATE, STATE), FORCED: (STATE, STATE), TIMED: (STATE, STATE, REAL)}
+STATE, ROWS, WHOLE, REAL = VECTOR, MATRIX, types.int64, types.float64
+UNFORCED = FREE, laws.no_constants()
 SIGNATURE = WHOLE(
-    WHOLE, laws.LAW, laws.GRADIENT_TYPE, laws.TIMED_GRADIENT_TYPE, STATE, ROWS,
-    WHOLE, types.FunctionType(STATE(*ARGUMENTS[FORCED])),
-    types.FunctionType(STATE(*ARGUMENTS[TIMED])), LAW_TYPE, STATE,
-    STATE, STATE, REAL, REAL, WHOLE, WHOLE, WHOLE, WHOLE, ROWS, ROWS,
+    WHOLE, types.int64[::1], STATE, ROWS, WHOLE, STATE, STATE, STATE, REAL, REAL, WHOLE, WHOLE,
+    WHOLE, WHOLE, ROWS, ROWS,
 )  # fmt: skip
 
 
 @jit
-def no_force(q, v):
-    """Stand-in for a force(q, v), never called."""
-    return np.zeros(v.size)
-
-
-@jit
-def no_timed_force(q, v, t):
-    """Stand-in for a force(q, v, t), never called."""
-    return np.zeros(v.size)
-
-
-@jit
 def advance(
-    kind, law, gradient, timed_gradient, constants, inverse_mass, forced, force, timed_force,
-    push, push_constants, q, v, t0, h, first, last, total, every, saved_q, saved_v,
+    kind, functions, constants, inverse_mass, pushed, push_constants, q, v, t0, h, first, last,
+    total, every, saved_q, saved_v,
 ):  # fmt: skip
     """Steps first .. last; returns the number of the step that failed, 0 when none did."""
     d = q.size
     Q = np.empty((d, 1))
     a = np.empty((d, 1))
-    pushed = np.zeros((d, 1))
     added = np.empty((2, d))
+    push_back = np.zeros((d, 1))
     t = np.empty(1)
     for k in range(first, last):
         t[0] = t0 + k * h
         Q[:, 0] = q
-        accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, Q, t, a)
-        if forced != FREE:
+        accelerations(kind, functions, constants, inverse_mass, Q, t, a)
+        if pushed != FREE:
             added[:, :] = 0.0
-            if forced == KNOWN:
-                push(q, v, t[0], push_constants, added)
-            elif forced == TIMED:
-                added[1, :] = timed_force(q.copy(), v.copy(), t[0])
-            else:
-                added[1, :] = force(q.copy(), v.copy())
-            pushed[:, 0] = -added[1, :]
-            apply_inverse_mass(inverse_mass, pushed)
+            push(functions[1], push_constants, pushed, 0, q, v, t[0], added)
+            push_back[:, 0] = -added[1, :]
+            apply_inverse_mass(inverse_mass, push_back)
         residue = 0.0
         for i in range(d):
-            v[i] += h * (a[i, 0] + pushed[i, 0])
+            v[i] += h * (a[i, 0] + push_back[i, 0])
             q[i] += h * v[i]
             residue += (q[i] - q[i]) + (v[i] - v[i])
         if residue != 0.0:  # only a NaN or an infinity leaves one
@@ -133,8 +115,10 @@ class SemiImplicitEuler:
         steps = fixed_steps(duration, setting)
         times = steps.times(problem.t0)
         field = problem.system.field(problem.q0.shape[-1])
-        kind, forces, jitted = _forces(problem)
-        advance = compiled() if field.compiled and jitted else interpreted()
+        forced = forced_field(problem) if is_forced(problem) else None
+        pushed, numbers = (forced.pushed, forced.push_constants) if forced else UNFORCED
+        functions, jitted = (forced or field).functions, (forced or field).compiled
+        advance = compiled() if jitted else interpreted()
         q, v = problem.q0.flatten(), problem.v0.flatten()
         saved: list[Array] = [np.full((len(times), q.size), np.nan) for _ in "qv"]
         saved[0][0], saved[1][0] = q, v
@@ -144,9 +128,8 @@ class SemiImplicitEuler:
             last = min(done + CHUNK, steps.count)
             with np.errstate(all="ignore"):  # the kernel looks for non-finite states itself
                 failed = advance(
-                    field.kind, field.law, field.gradient, field.timed_gradient, field.constants,
-                    field.inverse_mass, kind, *forces, q, v, problem.t0, steps.step, done, last,
-                    steps.count, every, *saved,
+                    field.kind, functions, field.constants, field.inverse_mass, pushed, numbers,
+                    q, v, problem.t0, steps.step, done, last, steps.count, every, *saved,
                 )  # fmt: skip
             done = failed - 1 if failed else last
         return outcome(
@@ -160,18 +143,9 @@ class SemiImplicitEuler:
         )
 
 
-def _forces(problem: Problem) -> tuple[int, tuple[Any, ...], bool]:
-    """Which kind the external force is of, what the kernel is given, and whether it compiles."""
-    system: Any = problem.system
-    none, unknown = (no_force, no_timed_force), (no_law, laws.no_constants())
-    if not is_forced(problem):
-        return FREE, (*none, *unknown), True
-    if isinstance(system.force, KnownForce):
-        known = system.force.push()
-        return KNOWN, (*none, known.add, known.constants), True
-    kind = TIMED if system.timed_force else FORCED
-    forces = (no_force, system.force) if system.timed_force else (system.force, no_timed_force)
-    return kind, (*forces, *unknown), compiles(system.force, ARGUMENTS[kind], STATE)
+def forced_field(problem: Problem) -> GroupField:
+    """Whose two functions are the system's force and the external one."""
+    return CanonicalOnRn(cast(Canonical, problem.system), Rn(problem.q0.size)).group_field()
 
 
 def _failure(failed: int, saved: Any, times: Array) -> Failure:

@@ -1,5 +1,6 @@
 """Accelerations of any system at all stages of a step: a = -M^-1 dV/dq, or a law's own.
 
+functions     the force of a kind in galvi.kernels.laws, and its derivative
 Q             (d, s)  configuration at the stages
 t             (s,)    stage times
 inverse_mass  (d, 1) diagonal, (d, d) full, or (0, 0) when the law already gives accelerations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels import laws
+from galvi.kernels.calling import fill, vector
 from galvi.kernels.jit import jit
 
 GRADIENT = laws.GRADIENT
@@ -17,16 +19,16 @@ TIMED_GRADIENT = laws.TIMED_GRADIENT
 
 
 @jit
-def accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, Q, t, out):
+def accelerations(kind, functions, constants, inverse_mass, Q, t, out):
     """Fill out (d, s) with the accelerations; the one place where a force is evaluated."""
     if kind == GRADIENT:
         for k in range(Q.shape[1]):
-            fill_stage(gradient(stage(Q, k)), k, out)
+            fill_stage(vector(functions[0], stage(Q, k)), k, out)
     elif kind == TIMED_GRADIENT:
         for k in range(Q.shape[1]):
-            fill_stage(timed_gradient(stage(Q, k), t[k]), k, out)
+            fill_stage(vector(functions[0], stage(Q, k), t[k]), k, out)
     else:
-        law(Q, t, constants, out)
+        fill(functions[0], Q, t, constants, out)
     apply_inverse_mass(inverse_mass, out)
 
 

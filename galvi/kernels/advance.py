@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.kernels import laws
+from galvi.kernels.array_types import BLOCKS, MATRIX, VECTOR
 from galvi.kernels.jit import bare, compiled_for, jit
 from galvi.kernels.solve import NOT_FINITE, SOLVED, solve
 from galvi.kernels.step import all_finite, complete_step, copy_into, curve_coefficients, predict
@@ -57,14 +57,13 @@ def commit(tableau, h, every, step, total, streak, work, state, a, memo, saved_q
 
 
 @jit
-def advance(kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_hessian, has_hessian,
-            constants, inverse_mass, width, tableau, t0, h, solver, tolerance, first, todo, total,
-            every, state, a, memo, counts, saved_q, saved_v, bases, curves):  # fmt: skip
+def advance(kind, functions, has_hessian, constants, inverse_mass, width, tableau, t0, h, solver,
+            tolerance, first, todo, total, every, state, a, memo, counts, saved_q, saved_v, bases,
+            curves):  # fmt: skip
     """Do ``todo`` more steps of a run that started at step number ``first``; returns a code.
 
     memo[DONE] says how many were done; a step that cannot be solved leaves the state where it was.
     """
-    functions = (kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_hessian)
     c = tableau[0]
     d, s = a.shape
     Q = np.empty((d, s))
@@ -80,8 +79,8 @@ def advance(kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_he
         else:
             work = np.zeros((d, s))
         code, streak = solve(
-            functions, has_hessian, constants, inverse_mass, width, tableau, h, t, state, solver,
-            tolerance, memo[STREAK], counts, work, Q,
+            kind, functions, has_hessian, constants, inverse_mass, width, tableau, h, t, state,
+            solver, tolerance, memo[STREAK], counts, work, Q,
         )  # fmt: skip
         if code != SOLVED:
             return code
@@ -107,10 +106,9 @@ def compiled_advance():
     whole, real = types.int64, types.float64
     wholes = types.int64[::1]
     signature = whole(
-        whole, laws.LAW, laws.LAW_JACOBIAN, laws.GRADIENT_TYPE, laws.TIMED_GRADIENT_TYPE,
-        laws.HESSIAN_TYPE, laws.TIMED_HESSIAN_TYPE, types.boolean,
-        laws.VECTOR, laws.MATRIX, whole, TABLEAU, real, real, whole, real, whole, whole, whole,
-        whole, laws.MATRIX, laws.MATRIX, wholes, wholes, laws.MATRIX, laws.MATRIX,
-        laws.MATRIX, laws.BLOCKS,
+        whole, wholes, types.boolean,
+        VECTOR, MATRIX, whole, TABLEAU, real, real, whole, real, whole, whole, whole,
+        whole, MATRIX, MATRIX, wholes, wholes, MATRIX, MATRIX,
+        MATRIX, BLOCKS,
     )  # fmt: skip
     return compiled_for(advance, signature)

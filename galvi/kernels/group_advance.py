@@ -15,8 +15,9 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.kernels import charts, laws, slopes
+from galvi.kernels import charts
 from galvi.kernels.advance import DONE, HOLDS, LAST_STEP, TABLEAU
+from galvi.kernels.array_types import BLOCKS, MATRIX, VECTOR
 from galvi.kernels.group_solve import coefficients, guess_curve, solve_group
 from galvi.kernels.group_stages import carried, end_momentum, end_place, is_flat
 from galvi.kernels.jit import compiled_for, jit
@@ -35,7 +36,8 @@ def arrive(layout, chart, basis, h, g, mu0, forces, x, g1, mu1):
     xi, momentum, p1 = np.empty(d), np.empty(d), np.empty(d)
     end_place(basis, x, xi)
     carried(basis, h, mu0, forces, momentum)
-    end_momentum(layout, chart, xi, momentum, mu1, p1)
+    T, G = np.empty((d, d)), np.empty((d, d))
+    end_momentum(layout, chart, T, G, xi, momentum, mu1, p1)
     charts.place(layout, chart, g, xi, g1)
     charts.restore(layout, g1)
     return charts.largest_turn(layout, xi)
@@ -59,12 +61,10 @@ def momentum_in_space(basis, h, g, forces, state, g1, mu1):
 
 
 @jit
-def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_gradient, field_law,
-                  field_gradient, timed_field_gradient, push, force_1, force_2, force_3, force_4,
-                  kind, timed, side, constants, pushed, push_constants, layout, chart, farthest,
-                  tableau, psi, slope, end, fit, unknowns, t0, h, tolerance, first, todo, total,
-                  every, state, stages, memo, turned, counts, saved_g, saved_mu, bases, curves,
-                  ):  # fmt: skip
+def advance_group(functions, kind, timed, side, constants, pushed, push_constants, layout, chart,
+                  farthest, tableau, psi, slope, end, fit, unknowns, t0, h, tolerance, first, todo,
+                  total, every, state, stages, memo, turned, counts, saved_g, saved_mu, bases,
+                  curves):  # fmt: skip
     """Do ``todo`` more steps; returns a code. A step that fails leaves the state where it was.
 
     psi, slope, end  (s, m), (s, m), (m,)  basis and its derivative at the stages, basis at 1
@@ -72,14 +72,7 @@ def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_g
     unknowns         (d + 1,) first of each component, see galvi.kernels.group_stages
     farthest         largest |xi| of a rotation that the chart is trusted with
     """
-    # With a number first: a tuple that starts with a function is one of functions to numba, with
-    # a warning that these are experimental.
-    functions = (
-        (kind, law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_gradient),
-        (kind, field_law, field_gradient, timed_field_gradient),
-        (kind, push, force_1, force_2, force_3, force_4),
-    )
-    rule = (functions, kind, timed, side, constants, pushed, push_constants)
+    law = (functions, kind, timed, side, constants, pushed, push_constants)
     c, b = tableau[0], tableau[1]
     d, s = stages.shape
     m, r = end.size, saved_g.shape[1]
@@ -104,7 +97,7 @@ def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_g
         else:
             guess_curve(layout, chart, basis, fit, h, velocities, x)
         bold = is_flat(layout) or memo[HOLDS] == RATES
-        code = solve_group(rule, layout, chart, basis, h, t, g, mu, tolerance, bold, counts, x,
+        code = solve_group(law, layout, chart, basis, h, t, g, mu, tolerance, bold, counts, x,
                            forces, velocities)  # fmt: skip
         if code != SOLVED:
             return code
@@ -145,19 +138,13 @@ def advance_group(law, slopes_1, slopes_2, slopes_3, slopes_4, gradient, timed_g
 @cache
 def compiled_advance_group():
     """``advance_group`` compiled for every system at once, or from the cache on disk."""
-    whole, real, matrix = types.int64, types.float64, laws.MATRIX
+    whole, real, matrix = types.int64, types.float64, MATRIX
     fixed, counts = types.Array(real, 2, "C", readonly=True), types.int64[::1]
-    user = (
-        slopes.SLOPES_TYPE, slopes.TIMED_SLOPES_TYPE, slopes.MATRIX_SLOPES_TYPE,
-        slopes.TIMED_MATRIX_SLOPES_TYPE,
-    )  # fmt: skip
     signature = whole(
-        slopes.LAW_TYPE, *user, slopes.GRADIENT_TYPE, slopes.TIMED_GRADIENT_TYPE, laws.LAW,
-        laws.GRADIENT_TYPE, laws.TIMED_GRADIENT_TYPE, slopes.LAW_TYPE, *user, whole, types.boolean,
-        whole, laws.VECTOR, whole, laws.VECTOR, types.int64[:, ::1], whole, real, TABLEAU, fixed,
-        fixed,
+        counts, whole, types.boolean, whole, VECTOR, whole, VECTOR, types.int64[:, ::1], whole,
+        real, TABLEAU, fixed, fixed,
         types.Array(real, 1, "C", readonly=True), fixed, counts, real, real, real, whole, whole,
-        whole, whole, matrix, matrix, counts, laws.VECTOR, counts, matrix, matrix, matrix,
-        laws.BLOCKS,
+        whole, whole, matrix, matrix, counts, VECTOR, counts, matrix, matrix, matrix,
+        BLOCKS,
     )  # fmt: skip
     return compiled_for(advance_group, signature)

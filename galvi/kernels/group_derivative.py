@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.group_stages import carried, end_momentum, end_place, is_flat, local_slopes
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import bare, jit
 
 NUDGE = 2.0**-22  # of a difference: slopes may be differenced themselves, to 1e-11
 
 
-@jit
+@bare
 def curvature(law, layout, chart, room, scale, pace, g, t, xi, eta, here, blocks):
     """blocks (2, 3, d, d) <- slopes by xi and xi' of pi, f and n, whose values are here (3, d)."""
     d = xi.size
@@ -31,8 +31,8 @@ def curvature(law, layout, chart, room, scale, pace, g, t, xi, eta, here, blocks
                     blocks[kind, row, i, a] = (ahead[row, i] - here[row, i]) / nudge
 
 
-@jit
-def end_curvature(layout, chart, scale, xi, momentum, by_place, by_momentum):
+@bare
+def end_curvature(layout, chart, room, scale, xi, momentum, by_place, by_momentum):
     """Derivatives (d, d) of p1 by xi(1) and by the momentum, by central differences."""
     d = xi.size
     if is_flat(layout):
@@ -41,7 +41,7 @@ def end_curvature(layout, chart, scale, xi, momentum, by_place, by_momentum):
         for a in range(d):
             by_momentum[a, a] = 1.0
         return
-    mu1, ahead, behind = np.empty(d), np.empty(d), np.empty(d)
+    mu1, ahead, behind, T, G = room[2], room[4][0], room[4][1], room[6], room[7]
     size = 0.0
     for a in range(d):
         size = max(size, abs(momentum[a]))
@@ -52,9 +52,9 @@ def end_curvature(layout, chart, scale, xi, momentum, by_place, by_momentum):
             kept = moved[a]
             nudge = NUDGE * (scale[a] if kind == 0 else max(size, 1e-100))
             moved[a] = kept + nudge
-            end_momentum(layout, chart, xi, momentum, mu1, ahead)
+            end_momentum(layout, chart, T, G, xi, momentum, mu1, ahead)
             moved[a] = kept - nudge
-            end_momentum(layout, chart, xi, momentum, mu1, behind)
+            end_momentum(layout, chart, T, G, xi, momentum, mu1, behind)
             moved[a] = kept
             for i in range(d):
                 out[i, a] = 0.5 * (ahead[i] - behind[i]) / nudge
@@ -65,12 +65,23 @@ def derivative(
     law, layout, chart, basis, room, scale, pace, h, g, mu0, t, x, place, rate, forces, matrix
 ):
     """matrix <- dR/dx, (unknowns, unknowns), that of x[a, i] and equation R[a, i] first[a] + i."""
+    d, m = x.shape
+    here, blocks, kicks = np.empty((3, d)), np.empty((2, 3, d, d)), np.zeros((d, d, m))
+    by_end, by_momentum = np.empty((d, d)), np.empty((d, d))
+    matrix[:, :] = 0.0
+    by_stages(law, layout, chart, basis, room, scale, pace, h, g, t, place, rate, forces, here,
+              blocks, kicks, matrix)  # fmt: skip
+    by_the_end(layout, chart, basis, room, scale, h, mu0, x, forces, kicks, by_end, by_momentum,
+               matrix)  # fmt: skip
+
+
+@bare
+def by_stages(law, layout, chart, basis, room, scale, pace, h, g, t, place, rate, forces, here,
+              blocks, kicks, matrix):  # fmt: skip
+    """Add what pi_j and f_j contribute to matrix; kicks (d, d, m) <- sum_j b_j h dn_j / dx."""
     psi, slope, end, b, c, first = basis
     d, s = place.shape
-    m = end.size
-    xi, eta, here, blocks = room[0], room[1], np.empty((3, d)), np.empty((2, 3, d, d))
-    kicks = np.zeros((d, d, m))
-    matrix[:, :] = 0.0
+    xi, eta = room[0], room[1]
     for j in range(s):
         for a in range(d):
             xi[a], eta[a] = place[a, j], rate[a, j]
@@ -79,10 +90,9 @@ def derivative(
         curvature(law, layout, chart, room, scale, pace, g, t[j], xi, eta, here, blocks)
         for a in range(d):
             for k in range(d):
-                for l in range(m):
-                    kicks[a, k, l] += b[j] * (
-                        h * blocks[0, 2, a, k] * psi[j, l] + blocks[1, 2, a, k] * slope[j, l]
-                    )
+                late, bend = h * b[j] * blocks[0, 2, a, k], b[j] * blocks[1, 2, a, k]
+                for l in range(end.size):
+                    kicks[a, k, l] += late * psi[j, l] + bend * slope[j, l]
                 for i in range(first[a + 1] - first[a]):
                     late, bend = h * b[j] * psi[j, i], b[j] * slope[j, i]
                     by_place = late * blocks[0, 1, a, k] + bend * blocks[0, 0, a, k]
@@ -91,10 +101,18 @@ def derivative(
                         matrix[first[a] + i, first[k] + l] += (
                             by_place * psi[j, l] + by_rate * slope[j, l]
                         )
-    momentum, by_end, by_momentum = np.empty(d), np.empty((d, d)), np.empty((d, d))
+
+
+@bare
+def by_the_end(layout, chart, basis, room, scale, h, mu0, x, forces, kicks, by_end, by_momentum,
+               matrix):  # fmt: skip
+    """Take away what p1 e_i contributes to matrix."""
+    end, first = basis[2], basis[5]
+    d, m = x.shape
+    xi, momentum = room[0], room[1]
     end_place(basis, x, xi)
     carried(basis, h, mu0, forces, momentum)
-    end_curvature(layout, chart, scale, xi, momentum, by_end, by_momentum)
+    end_curvature(layout, chart, room, scale, xi, momentum, by_end, by_momentum)
     for a in range(d):
         for k in range(d):
             for l in range(first[k + 1] - first[k]):

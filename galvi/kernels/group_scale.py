@@ -8,13 +8,13 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels import charts
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import bare
 
 QUIET = 2.0**-47  # of the largest rate: changes that may be round-off
 FAR = 16.0  # times another size: a size that was a bad guess
 
 
-@jit
+@bare
 def measure(layout, g, scale):
     """scale (d,) <- 1 for rotations; the largest coordinate of a factor for its places, maybe 0."""
     first, start = 0, 0
@@ -30,7 +30,7 @@ def measure(layout, g, scale):
         first, start = first + charts.entries(kind, n), start + d
 
 
-@jit
+@bare
 def widen(layout, place, rate, h, scale):
     """scale (d,) <- for translations at least the largest place and h rate (d, s) of the factor."""
     start = 0
@@ -46,13 +46,13 @@ def widen(layout, place, rate, h, scale):
         start += d
 
 
-@jit
+@bare
 def turns(kind):
     """How many of a factor's components are rotations; they come first."""
     return 0 if kind == charts.RN else (1 if kind == charts.SO2 else 3)
 
 
-@jit
+@bare
 def largest(values):
     """The largest absolute value of (d, s)."""
     size = 0.0
@@ -62,7 +62,7 @@ def largest(values):
     return size
 
 
-@jit
+@bare
 def relative(place, rate, h, scale, pace):
     """The largest of |place| and |h rate| (d, s) over scale; 0 for 0, NaN when one is not finite.
 
@@ -81,7 +81,7 @@ def relative(place, rate, h, scale, pace):
     return size if total < np.inf else np.nan
 
 
-@jit
+@bare
 def narrowed(now, scale):
     """Whether scale (d,) was much larger than now, somewhere; then scale <- now."""
     found = False

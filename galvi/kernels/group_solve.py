@@ -9,7 +9,7 @@ from galvi.kernels.elimination import factor, substitute
 from galvi.kernels.group_derivative import derivative
 from galvi.kernels.group_scale import FAR, largest, measure, narrowed, relative, widen
 from galvi.kernels.group_stages import is_flat, place_curve, residual, scratch, stage_slopes
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import bare, jit
 from galvi.kernels.solve import (
     DIVERGED,
     FORCES,
@@ -30,7 +30,7 @@ SHORTEST = 2.0**-24  # share of a correction, at the end of halving it
 PULLS = 4  # corrections of a first guess for the chart's tangent map
 
 
-@jit
+@bare
 def coefficients(first, fit, h, rates, x):
     """x (d, m) <- those of the curve nearest to rates xi' (d, s) at the stages."""
     x[:, :] = 0.0
@@ -100,7 +100,7 @@ def correct(matrix, pivots, first, R, step):
             step[a, i] = flat[first[a] + i]
 
 
-@jit
+@bare
 def add(x, factor_, step):
     """x <- x + factor_ step, (d, m)."""
     for a in range(x.shape[0]):
@@ -136,7 +136,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, bold, counts
     widen(layout, place, rate, h, scale)
     for passes in range(PASSES):
         stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities)
-        residual(layout, chart, basis, h, mu0, forces, x, R)
+        residual(layout, chart, basis, room, h, mu0, forces, x, R)
         counts[ITERATIONS] += 1
         counts[FORCES] += s
         if formed:

@@ -19,8 +19,7 @@ place    (d, s) and rate (d, s)   xi and xi' at the stages
 forces   (3, d, s)   pi, f and n
 basis    (psi (s, m), slope (s, m), end (m,), b (s,), c (s,), first (d + 1,)); the unknowns of
          component a are x[a, i] with i < first[a + 1] - first[a], the others are 0
-law      (functions, kind, timed, side, constants, pushed, push_constants), see
-         galvi.kernels.slopes
+law      see galvi.kernels.slopes
 scale    (d,)  1 for rotations, the size of places and of moves for translations; not 0
 pace     of xi', not 0
 room     arrays to work in, of ``scratch``
@@ -31,11 +30,11 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels import charts, covectors
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import bare, jit
 from galvi.kernels.slopes import slopes
 
 
-@jit
+@bare
 def place_curve(basis, h, x, place, rate):
     """xi_j = sum_i psi_ji x_i,  xi'_j = sum_i psi_ji' x_i / h."""
     psi, slope = basis[0], basis[1]
@@ -48,7 +47,7 @@ def place_curve(basis, h, x, place, rate):
             place[a, j], rate[a, j] = where, pace / h
 
 
-@jit
+@bare
 def is_flat(layout):
     """Whether the group is R^n alone, where T = Ad* = 1."""
     return layout.shape[0] == 1 and layout[0, 0] == charts.RN
@@ -63,10 +62,9 @@ def scratch(d, r):
     )  # fmt: skip
 
 
-@jit
+@bare
 def local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, out):
     """out (3, d) <- pi, f and n of the Lagrangian in the chart at g; velocity (d,) <- T xi'."""
-    functions, kind, timed, side, constants, pushed, push_constants = law
     there, own, T, G = room[3], room[4], room[6], room[7]
     d, flat = xi.size, is_flat(layout)
     if flat:
@@ -79,8 +77,7 @@ def local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, out):
             velocity[i] = 0.0
             for j in range(d):
                 velocity[i] += T[i, j] * eta[j]
-    slopes(functions, kind, timed, side, constants, pushed, push_constants, layout, there,
-           velocity, t, own)  # fmt: skip
+    slopes(law, layout, there, velocity, t, own)
     if flat:
         for i in range(d):
             out[0, i], out[1, i], out[2, i] = own[0, i], own[1, i], own[1, i]
@@ -93,7 +90,7 @@ def local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, out):
     covectors.to_base(layout, chart, xi, own[1], out[2])
 
 
-@jit
+@bare
 def stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities):
     """forces (3, d, s) and the velocities (d, s) at all stages."""
     d, s = place.shape
@@ -107,7 +104,7 @@ def stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities
             velocities[a, j] = velocity[a]
 
 
-@jit
+@bare
 def end_place(basis, x, xi):
     """xi <- xi(1), (d,)."""
     end = basis[2]
@@ -117,7 +114,7 @@ def end_place(basis, x, xi):
             xi[a] += end[i] * x[a, i]
 
 
-@jit
+@bare
 def carried(basis, h, mu0, forces, out):
     """out <- mu0 + h sum_j b_j n_j, the momentum at the end, seen from the frame of g."""
     b = basis[3]
@@ -128,15 +125,14 @@ def carried(basis, h, mu0, forces, out):
         out[a] = mu0[a] + h * kick
 
 
-@jit
-def end_momentum(layout, chart, xi, momentum, mu1, p1):
-    """mu1 and p1 = T^T mu1 from xi(1) and the momentum seen from the frame of g."""
+@bare
+def end_momentum(layout, chart, T, G, xi, momentum, mu1, p1):
+    """mu1 and p1 = T^T mu1 from xi(1) and the momentum seen from the frame of g; T, G room."""
     d = xi.size
     if is_flat(layout):
         for i in range(d):
             mu1[i] = p1[i] = momentum[i]
         return
-    T, G = np.empty((d, d)), np.empty((d, d))
     covectors.from_base(layout, chart, xi, momentum, mu1)
     charts.tangent(layout, chart, xi, xi, T, G)
     for i in range(d):
@@ -145,16 +141,15 @@ def end_momentum(layout, chart, xi, momentum, mu1, p1):
             p1[i] += T[j, i] * mu1[j]
 
 
-@jit
-def residual(layout, chart, basis, h, mu0, forces, x, R):
+@bare
+def residual(layout, chart, basis, room, h, mu0, forces, x, R):
     """R (d, m), as above."""
     psi, slope, end, b, c, first = basis
-    d = x.shape[0]
-    xi, momentum, mu1, p1 = np.empty(d), np.empty(d), np.empty(d), np.empty(d)
+    xi, momentum, mu1, p1 = room[0], room[1], room[2], room[4][0]
     end_place(basis, x, xi)
     carried(basis, h, mu0, forces, momentum)
-    end_momentum(layout, chart, xi, momentum, mu1, p1)
-    for a in range(d):
+    end_momentum(layout, chart, room[6], room[7], xi, momentum, mu1, p1)
+    for a in range(x.shape[0]):
         for i in range(first[a + 1] - first[a]):
             total = -p1[a] * end[i]
             for j in range(b.size):

@@ -10,6 +10,7 @@ import numpy as np
 
 from galvi.kernels import laws
 from galvi.kernels.accelerations import accelerations, stage
+from galvi.kernels.calling import fill, matrix
 from galvi.kernels.jit import jit
 
 GRADIENT = laws.GRADIENT
@@ -18,39 +19,34 @@ STEP = 2.0**-20
 
 
 @jit
-def jacobians(functions, has_hessian, constants, inverse_mass, Q, t, out):
+def jacobians(kind, functions, has_hessian, constants, inverse_mass, Q, t, out):
     """Fill out; from the Hessian where there is one, else by central differences of the force.
 
     Differences move one component of a whole configuration: they need a single block, w = d.
 
     Returns the number of single-configuration force evaluations it took (0 with a Hessian).
     """
-    kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_hessian = functions
     d, width, stages = out.shape
     if not has_hessian:
         step = difference_step(Q)
         ahead, behind = np.empty((d, stages)), np.empty((d, stages))
         for j in range(width):
             moved = shifted(Q, j, step)
-            accelerations(
-                kind, law, gradient, timed_gradient, constants, inverse_mass, moved, t, ahead
-            )
+            accelerations(kind, functions, constants, inverse_mass, moved, t, ahead)
             moved = shifted(Q, j, -step)
-            accelerations(
-                kind, law, gradient, timed_gradient, constants, inverse_mass, moved, t, behind
-            )
+            accelerations(kind, functions, constants, inverse_mass, moved, t, behind)
             for i in range(d):
                 for k in range(stages):
                     out[i, j, k] = (ahead[i, k] - behind[i, k]) / (2.0 * step)
         return 2 * width * stages
     if kind == GRADIENT:
         for k in range(stages):
-            fill_matrix(hessian(stage(Q, k)), k, out)
+            fill_matrix(matrix(functions[1], stage(Q, k)), k, out)
     elif kind == TIMED_GRADIENT:
         for k in range(stages):
-            fill_matrix(timed_hessian(stage(Q, k), t[k]), k, out)
+            fill_matrix(matrix(functions[1], stage(Q, k), t[k]), k, out)
     else:
-        law_jacobian(Q, t, constants, out)
+        fill(functions[1], Q, t, constants, out)
     apply_inverse_mass_to_rows(inverse_mass, out)
     return 0
 

@@ -18,8 +18,12 @@ _ONE_AT_A_TIME = threading.RLock()
 
 
 def jit(function, **options):
-    """``function`` compiled when first called, for the types it is called with; options of njit."""
-    dispatcher: Any = numba.njit(error_model="numpy", nogil=True, **options)(function)
+    """``function`` compiled when first called, for the types it is called with; options of njit.
+
+    ``_nrt`` is said since it would be taken from the first kernel that calls it.
+    """
+    given = {"error_model": "numpy", "nogil": True, "_nrt": True, **options}
+    dispatcher: Any = numba.njit(**given)(function)
     if hasattr(dispatcher, "_cache"):  # not so when numba is told not to compile
         # no folder to keep it in, or no sources to stamp: every process compiles anew
         with suppress(RuntimeError, OSError):
@@ -34,11 +38,6 @@ def bare(function):
     inlined: handing arrays over takes as long as a pass over few bodies does.
     """
     return jit(function, _nrt=False, forceinline=True)
-
-
-def inlined(function):
-    """As ``jit``, and inlined: numba hands a tuple of functions over in dozens of words."""
-    return jit(function, forceinline=True)
 
 
 def compiled_for(dispatcher, signature, compiler=jit):

@@ -1,10 +1,14 @@
-"""The kinds of function a kernel can call for a force, their compiled types, and stand-ins.
-
-A kernel takes functions of six types. A system fills the ones it has; a stand-in of the right type,
-never called, fills the others, so that one compiled kernel, cached on disk, serves every system.
+"""The kinds of force that a kernel evaluates, and the types of the functions that give them.
 
 Q    (d, s)  configuration at the s stages, one row for each component
 t    (s,)    stage times
+
+A system has two functions, its force and, maybe, the derivative of that:
+
+BUILT_IN        a law for all stages at once, (Q, t, constants, out (d, s)), and its derivative,
+                (Q, t, constants, out (d, w, s)), rows of own block
+GRADIENT        a user's dV/dq (q (d,)) -> (d,) of one configuration, and d2V/dq2 (q) -> (d, d)
+TIMED_GRADIENT  likewise, of (q, t)
 """
 
 from __future__ import annotations
@@ -12,58 +16,21 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from galvi.kernels.jit import jit
+from galvi.kernels.array_types import BLOCKS, MATRIX, REAL, VECTOR
 
 BUILT_IN = 0
 GRADIENT = 1
 TIMED_GRADIENT = 2
 
-VECTOR = types.float64[::1]
-MATRIX = types.float64[:, ::1]
-BLOCKS = types.float64[:, :, ::1]
-
-LAW = types.FunctionType(types.void(MATRIX, VECTOR, VECTOR, MATRIX))
-LAW_JACOBIAN = types.FunctionType(types.void(MATRIX, VECTOR, VECTOR, BLOCKS))
-GRADIENT_TYPE = types.FunctionType(VECTOR(VECTOR))
-TIMED_GRADIENT_TYPE = types.FunctionType(VECTOR(VECTOR, types.float64))
-HESSIAN_TYPE = types.FunctionType(MATRIX(VECTOR))
-TIMED_HESSIAN_TYPE = types.FunctionType(MATRIX(VECTOR, types.float64))
+SIGNATURES = {
+    BUILT_IN: (
+        types.void(MATRIX, VECTOR, VECTOR, MATRIX), types.void(MATRIX, VECTOR, VECTOR, BLOCKS),
+    ),
+    GRADIENT: (VECTOR(VECTOR), MATRIX(VECTOR)),
+    TIMED_GRADIENT: (VECTOR(VECTOR, REAL), MATRIX(VECTOR, REAL)),
+}  # fmt: skip
 
 
 def no_constants():
-    """Stand-in for the constants of a law."""
+    """The constants of a law that has none."""
     return np.zeros(0)
-
-
-@jit
-def no_law(Q, t, constants, out):
-    """Stand-in for a law."""
-
-
-@jit
-def no_law_jacobian(Q, t, constants, out):
-    """Stand-in for the derivative of a law."""
-
-
-@jit
-def no_gradient(q):
-    """Stand-in for a user's gradient(q)."""
-    return q.copy()
-
-
-@jit
-def no_timed_gradient(q, t):
-    """Stand-in for a user's gradient(q, t)."""
-    return q.copy()
-
-
-@jit
-def no_hessian(q):
-    """Stand-in for a user's hessian(q)."""
-    return np.zeros((q.size, q.size))
-
-
-@jit
-def no_timed_hessian(q, t):
-    """Stand-in for a user's hessian(q, t)."""
-    return np.zeros((q.size, q.size))

@@ -25,8 +25,8 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.kernels import laws
 from galvi.kernels.advance import DONE, HOLDS, LAST_STEP, STREAK, TABLEAU, keep
+from galvi.kernels.array_types import BLOCKS, MATRIX
 from galvi.kernels.jit import bare, compiled_for
 from galvi.kernels.lanes import LANES, combine, drift, fused
 from galvi.kernels.passes import iterate, move_one
@@ -167,11 +167,11 @@ def compiled_advance(dimension):
     """``advance`` for bodies in the plane or in space, from the cache on disk if it is there."""
     fixed = types.Array(types.float64, 1, "C", readonly=True)
     fixed_matrix = types.Array(types.float64, 2, "C", readonly=True)
-    whole, real, matrix = types.int64, types.float64, laws.MATRIX
+    whole, real, matrix = types.int64, types.float64, MATRIX
     signature = whole(
         types.UniTuple(whole, dimension), fixed, TABLEAU, fixed_matrix, fixed_matrix, fixed,
         fixed_matrix, fixed_matrix, real, real, whole, whole, whole, whole, matrix, matrix,
-        laws.BLOCKS, matrix, types.int64[::1], types.int64[::1], matrix, matrix, matrix,
-        laws.BLOCKS,
+        BLOCKS, matrix, types.int64[::1], types.int64[::1], matrix, matrix, matrix,
+        BLOCKS,
     )  # fmt: skip
     return compiled_for(advance, signature, bare)

@@ -33,8 +33,8 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.kernels import laws
 from galvi.kernels.advance import DONE, HOLDS, LAST_STEP
+from galvi.kernels.array_types import BLOCKS, MATRIX, VECTOR
 from galvi.kernels.body_end import (
     end_of,
     kick_momentum,
@@ -238,11 +238,11 @@ def compiled_advance_body(chart, weight):
     """``advance_body`` for a chart's number and with or without a weight, or from the cache."""
     fixed = types.Array(types.float64, 1, "C", readonly=True)
     fixed_matrix = types.Array(types.float64, 2, "C", readonly=True)
-    whole, real, matrix, vector = types.int64, types.float64, laws.MATRIX, laws.VECTOR
+    whole, real, matrix, vector = types.int64, types.float64, MATRIX, VECTOR
     signature = whole(
         types.UniTuple(whole, 1 + chart), types.UniTuple(whole, 1 + weight), fixed_matrix,
         fixed_matrix, fixed_matrix, fixed_matrix, fixed_matrix, fixed, fixed_matrix, vector, vector,
         real, real, whole, whole, whole, whole, matrix, matrix, matrix, matrix, types.int64[::1],
-        types.int64[::1], matrix, matrix, matrix, laws.BLOCKS,
+        types.int64[::1], matrix, matrix, matrix, BLOCKS,
     )  # fmt: skip
     return compiled_for(advance_body, signature, bare)

@@ -3,7 +3,7 @@
 g    (r,)  configuration; v (d,) velocity
 out  (2, d)  rows dL/dv and the derivative of L along g hat(e_a)
 
-A kernel takes functions of several types; a system fills those it has, as in galvi.kernels.laws.
+A system has two functions, its Lagrangian's and its external force, the first of a kind:
 
 LAW        a built-in one, (g, v, t, constants, out)
 EUCLIDEAN  a user's (q, v) or (q, v, t) -> (d + r,): dL/dv and the Euclidean dL/dq
@@ -13,8 +13,8 @@ CANONICAL  L = v.Mv/2 - V on R^d, M by rows in constants: a law of galvi.kernels
            its numbers after M
 CANONICAL_GRADIENT  likewise, dV/dq a user's of (q) or (q, t)
 
-An external force is added to the second row: by the principle of Lagrange and d'Alembert it acts on
-a variation along g hat(e_a) as dL/dg does. It is a built-in one, of LAW's type with constants of
+The external force is added to the second row: by the principle of Lagrange and d'Alembert it acts
+on a variation along g hat(e_a) as dL/dg does. It is a built-in one, of LAW's type with constants of
 its own, or a user's (q, v) or (q, v, t) -> (d,).
 """
 
@@ -26,60 +26,41 @@ from numba import types
 from galvi.kernels import covectors
 from galvi.kernels import laws as fields
 from galvi.kernels.accelerations import accelerations
-from galvi.kernels.jit import inlined, jit
-from galvi.kernels.laws import MATRIX, VECTOR
+from galvi.kernels.array_types import MATRIX, REAL, VECTOR
+from galvi.kernels.calling import fill, matrix, vector
+from galvi.kernels.jit import bare, jit
 
 LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL, CANONICAL_GRADIENT = 0, 1, 2, 3, 4, 5
 FREE, PUSHED, TIMED_PUSHED, PUSHED_BY_LAW = 0, 1, 2, 3  # which force acts
 
-LAW_TYPE = types.FunctionType(types.void(VECTOR, VECTOR, types.float64, VECTOR, MATRIX))
-SLOPES_TYPE = types.FunctionType(VECTOR(VECTOR, VECTOR))
-TIMED_SLOPES_TYPE = types.FunctionType(VECTOR(VECTOR, VECTOR, types.float64))
-MATRIX_SLOPES_TYPE = types.FunctionType(VECTOR(MATRIX, VECTOR))
-TIMED_MATRIX_SLOPES_TYPE = types.FunctionType(VECTOR(MATRIX, VECTOR, types.float64))
-GRADIENT_TYPE = types.FunctionType(MATRIX(MATRIX))
-TIMED_GRADIENT_TYPE = types.FunctionType(MATRIX(MATRIX, types.float64))
+LAW_TYPE = types.void(VECTOR, VECTOR, REAL, VECTOR, MATRIX)
+
+
+def signature(kind, timed, side):
+    """Of the Lagrangian's function; side = 0 when a user's takes a vector, else its rows."""
+    if kind == LAW:
+        return LAW_TYPE
+    if kind == GRADIENT:
+        return MATRIX(MATRIX, REAL) if timed else MATRIX(MATRIX)
+    if kind >= CANONICAL:
+        return fields.SIGNATURES[force_kind(kind, timed)][0]
+    return force_signature(TIMED_PUSHED if timed else PUSHED, side)
+
+
+def force_signature(pushed, side):
+    """Of the external force."""
+    place = MATRIX if side else VECTOR
+    if pushed == PUSHED_BY_LAW:
+        return LAW_TYPE
+    return VECTOR(place, VECTOR, REAL) if pushed == TIMED_PUSHED else VECTOR(place, VECTOR)
 
 
 @jit
-def no_law(g, v, t, constants, out):
-    """Stand-in for a law."""
-
-
-@jit
-def no_slopes(q, v):
-    """Stand-in for a user's slopes(q, v), q a vector."""
-    return v.copy()
-
-
-@jit
-def no_timed_slopes(q, v, t):
-    """Stand-in for a user's slopes(q, v, t), q a vector."""
-    return v.copy()
-
-
-@jit
-def no_matrix_slopes(q, v):
-    """Stand-in for a user's slopes(q, v), q a matrix."""
-    return v.copy()
-
-
-@jit
-def no_timed_matrix_slopes(q, v, t):
-    """Stand-in for a user's slopes(q, v, t), q a matrix."""
-    return v.copy()
-
-
-@jit
-def no_gradient(R):
-    """Stand-in for a user's gradient(R)."""
-    return R.copy()
-
-
-@jit
-def no_timed_gradient(R, t):
-    """Stand-in for a user's gradient(R, t)."""
-    return R.copy()
+def force_kind(kind, timed):
+    """Of a canonical system's dV/dq, in galvi.kernels.laws."""
+    if kind == CANONICAL:
+        return fields.BUILT_IN
+    return fields.TIMED_GRADIENT if timed else fields.GRADIENT
 
 
 @jit
@@ -144,15 +125,14 @@ def spread(values, kind, layout, g, out):
 
 
 @jit
-def canonical(kind, law, gradient, timed_gradient, constants, g, v, t, out):
+def canonical(kind, functions, constants, g, v, t, out):
     """L = v.Mv/2 - V(q, t); kind is that of the force in galvi.kernels.laws."""
     d = v.size
     place, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
     when[0] = t
     for i in range(d):
         place[i, 0] = g[i]
-    accelerations(kind, law, gradient, timed_gradient, constants[d * d :], np.empty((0, 0)), place,
-                  when, pull)  # fmt: skip
+    accelerations(kind, functions, constants[d * d :], np.empty((0, 0)), place, when, pull)
     for i in range(d):
         out[0, i], out[1, i] = 0.0, -pull[i, 0]
         for j in range(d):
@@ -160,59 +140,64 @@ def canonical(kind, law, gradient, timed_gradient, constants, g, v, t, out):
 
 
 @jit
-def push(forces, constants, pushed, side, g, v, t, out):
-    """out[1] <- out[1] + the external force; NaN when a user's function has another length."""
-    _, law, plain, timed_plain, matrix, timed_matrix = forces
-    d, timed = v.size, pushed == TIMED_PUSHED
+def push(force, constants, pushed, side, g, v, t, out):
+    """out[1] <- out[1] + the external force."""
     if pushed == PUSHED_BY_LAW:
-        law(g, v, t, constants, out)
+        fill(force, g, v, t, constants, out)
         return
+    timed = pushed == TIMED_PUSHED
     if side == 0:
-        force = timed_plain(g.copy(), v.copy(), t) if timed else plain(g.copy(), v.copy())
+        q = g.copy()
+        add(vector(force, q, v.copy(), t) if timed else vector(force, q, v.copy()), out)
     else:
-        q = g.copy().reshape((side, side))
-        force = timed_matrix(q, v.copy(), t) if timed else matrix(q, v.copy())
-    for i in range(d):
-        out[1, i] += force[i] if force.size == d else np.nan
-
-
-@inlined
-def slopes(functions, kind, timed, side, constants, pushed, push_constants, layout, g, v, t, out):
-    """out (2, d) at one configuration; side = 0 when the user takes a vector, else its rows."""
-    lagrangian, fields_, forces = functions
-    if kind == LAW:
-        lagrangian[1](g, v, t, constants, out)
-    else:
-        own_slopes(lagrangian, fields_, kind, timed, side, constants, layout, g, v, t, out)
-    if pushed > 0:
-        push(forces, push_constants, pushed, side, g, v, t, out)
+        R = g.copy().reshape((side, side))
+        add(vector(force, R, v.copy(), t) if timed else vector(force, R, v.copy()), out)
 
 
 @jit
-def own_slopes(functions, fields_, kind, timed, side, constants, layout, g, v, t, out):
-    """As ``slopes``, of the Lagrangian alone."""
-    _, law, plain, timed_plain, matrix, timed_matrix, gradient, timed_gradient = functions
+def add(values, out):
+    """out[1] <- out[1] + what a user's force returned; NaN when it has another length."""
+    for i in range(out.shape[1]):
+        out[1, i] += values[i] if values.size == out.shape[1] else np.nan
+
+
+@bare
+def slopes(law, layout, g, v, t, out):
+    """out (2, d) at one configuration.
+
+    law  (functions, kind, timed, side, constants, pushed, push_constants): both functions, the
+         Lagrangian's kind, whether it takes the time, rows of the matrix that a user's functions
+         take (0: a vector), its numbers, which force acts, and that one's numbers
+    """
+    functions, kind, timed, side, constants, pushed, push_constants = law
+    if kind == LAW:
+        fill(functions[0], g, v, t, constants, out)
+    else:
+        own_slopes(functions, kind, timed, side, constants, layout, g, v, t, out)
+    if pushed > 0:
+        push(functions[1], push_constants, pushed, side, g, v, t, out)
+
+
+@jit
+def own_slopes(functions, kind, timed, side, constants, layout, g, v, t, out):
+    """As ``slopes``, of a Lagrangian of another kind than LAW, without the force."""
     if kind >= CANONICAL:
-        _, field_law, field_gradient, timed_field_gradient = fields_
-        of_field = fields.BUILT_IN if kind == CANONICAL else fields.GRADIENT
-        canonical(fields.TIMED_GRADIENT if timed else of_field, field_law, field_gradient,
-                  timed_field_gradient, constants, g, v, t, out)  # fmt: skip
-    elif kind == LAW:
-        law(g, v, t, constants, out)
+        canonical(force_kind(kind, timed), functions, constants, g, v, t, out)
     elif kind == GRADIENT:
         R = g.copy().reshape((3, 3))
         if timed:
-            rotation_slopes(timed_gradient(R, t), v, constants, layout, g, out)
+            rotation_slopes(matrix(functions[0], R, t), v, constants, layout, g, out)
         else:
-            rotation_slopes(gradient(R), v, constants, layout, g, out)
+            rotation_slopes(matrix(functions[0], R), v, constants, layout, g, out)
     elif side == 0:
+        q = g.copy()
         if timed:
-            spread(timed_plain(g.copy(), v.copy(), t), kind, layout, g, out)
+            spread(vector(functions[0], q, v.copy(), t), kind, layout, g, out)
         else:
-            spread(plain(g.copy(), v.copy()), kind, layout, g, out)
+            spread(vector(functions[0], q, v.copy()), kind, layout, g, out)
     else:
-        q = g.copy().reshape((side, side))
+        R = g.copy().reshape((side, side))
         if timed:
-            spread(timed_matrix(q, v.copy(), t), kind, layout, g, out)
+            spread(vector(functions[0], R, v.copy(), t), kind, layout, g, out)
         else:
-            spread(matrix(q, v.copy()), kind, layout, g, out)
+            spread(vector(functions[0], R, v.copy()), kind, layout, g, out)

@@ -68,14 +68,13 @@ def forget(history):
 
 
 @jit
-def solve_fixed_point(functions, constants, inverse_mass, tableau, h, t, state, tolerance, scale,
-                      counts, a, Q):  # fmt: skip
+def solve_fixed_point(kind, functions, constants, inverse_mass, tableau, h, t, state, tolerance,
+                      scale, counts, a, Q):  # fmt: skip
     """Q <- stages of a(Q), until another pass would change nothing that matters."""
-    kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_hessian = functions
     moved, history = np.empty(Q.shape), np.empty(4)
     forget(history)
     for _passes in range(FIXED_POINT_PASSES):
-        accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, Q, t, a)
+        accelerations(kind, functions, constants, inverse_mass, Q, t, a)
         place_stages(tableau, h, state, a, moved)
         counts[ITERATIONS] += 1
         counts[FORCES] += Q.shape[1]
@@ -86,14 +85,13 @@ def solve_fixed_point(functions, constants, inverse_mass, tableau, h, t, state, 
 
 
 @jit
-def solve_newton(functions, has_hessian, constants, inverse_mass, width, tableau, h, t, state,
-                 tolerance, scale, counts, a, Q):  # fmt: skip
+def solve_newton(kind, functions, has_hessian, constants, inverse_mass, width, tableau, h, t,
+                 state, tolerance, scale, counts, a, Q):  # fmt: skip
     """Newton on the curve's coefficients; all passes but one must halve the last change.
 
     A first correction as large as the motion itself is trusted only when the second is negligible
     (a linear force): far from the start Newton may find another root.
     """
-    kind, law, law_jacobian, gradient, timed_gradient, hessian, timed_hessian = functions
     d, s = Q.shape
     x = np.empty((d, tableau[5].size))
     curve_coefficients(tableau, h, state, a, x)
@@ -102,8 +100,8 @@ def solve_newton(functions, has_hessian, constants, inverse_mass, width, tableau
     previous = np.inf
     slow = 0
     for passes in range(NEWTON_PASSES):
-        accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, Q, t, a)
-        extra = jacobians(functions, has_hessian, constants, inverse_mass, Q, t, jacobian)
+        accelerations(kind, functions, constants, inverse_mass, Q, t, a)
+        extra = jacobians(kind, functions, has_hessian, constants, inverse_mass, Q, t, jacobian)
         counts[ITERATIONS] += 1
         counts[FORCES] += s + extra
         counts[HESSIANS] += s if has_hessian else 0
@@ -121,7 +119,7 @@ def solve_newton(functions, has_hessian, constants, inverse_mass, width, tableau
         if change <= tolerance or (passes > 0 and (
             (halved and change * change <= tolerance * previous) or (not halved and change <= FLOOR)
         )):  # fmt: skip
-            accelerations(kind, law, gradient, timed_gradient, constants, inverse_mass, Q, t, a)
+            accelerations(kind, functions, constants, inverse_mass, Q, t, a)
             counts[FORCES] += s
             return SOLVED
         slow += 0 if halved else 1
@@ -132,8 +130,8 @@ def solve_newton(functions, has_hessian, constants, inverse_mass, width, tableau
 
 
 @jit
-def solve(functions, has_hessian, constants, inverse_mass, width, tableau, h, t, state, solver,
-          tolerance, streak, counts, a, Q):  # fmt: skip
+def solve(kind, functions, has_hessian, constants, inverse_mass, width, tableau, h, t, state,
+          solver, tolerance, streak, counts, a, Q):  # fmt: skip
     """Solve one step from the accelerations in a; returns (code, streak of Newton steps left)."""
     place_stages(tableau, h, state, a, Q)
     scale = np.empty(Q.shape[0])
@@ -145,13 +143,14 @@ def solve(functions, has_hessian, constants, inverse_mass, width, tableau, h, t,
     for attempt in range(2):
         if newton_first == (attempt == 0):
             if solver != FIXED_POINT:
-                code = solve_newton(functions, has_hessian, constants, inverse_mass, width, tableau,
-                                    h, t, state, tolerance, scale, counts, a, Q)  # fmt: skip
+                code = solve_newton(kind, functions, has_hessian, constants, inverse_mass, width,
+                                    tableau, h, t, state, tolerance, scale, counts, a,
+                                    Q)  # fmt: skip
                 if code == SOLVED:
                     return code, streak - 1 if newton_first else NEWTON_STREAK
         elif solver != NEWTON:
-            code = solve_fixed_point(functions, constants, inverse_mass, tableau, h, t, state,
-                                     tolerance, scale, counts, a, Q)  # fmt: skip
+            code = solve_fixed_point(kind, functions, constants, inverse_mass, tableau, h, t,
+                                     state, tolerance, scale, counts, a, Q)  # fmt: skip
             if code == SOLVED:
                 return code, 0
         copy_into(a, start)

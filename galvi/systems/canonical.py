@@ -141,34 +141,17 @@ class Canonical:
         if isinstance(self.potential, Potential) and self.gradient is None and self.hessian is None:
             law = self.potential.law()
             return Field(
-                law=law.gradient,
-                law_jacobian=law.hessian,
-                constants=law.constants,
-                inverse_mass=inverse_mass,
-                width=dimension,
-                has_hessian=True,
+                law.gradient, law.hessian, laws.BUILT_IN, inverse_mass, dimension, law.constants
             )
         gradient = self._gradient()
         hessian = self._hessian(differenced=False)
-        arguments = (laws.VECTOR,) + (laws.VECTOR.dtype,) * self.explicit_time
-        compiled = compiles(gradient, arguments, laws.VECTOR) and (
-            hessian is None or compiles(hessian, arguments, laws.MATRIX)
-        )
+        kind = laws.TIMED_GRADIENT if self.explicit_time else laws.GRADIENT
+        force, slope = laws.SIGNATURES[kind]
+        compiled = compiles(gradient, force) and (hessian is None or compiles(hessian, slope))
         if not compiled:
             gradient = self._wrapped(gradient, (dimension,), "gradient")
             hessian = hessian and self._wrapped(hessian, (dimension, dimension), "hessian")
-        timed = "timed_" if self.explicit_time else ""
-        functions: dict[str, Any] = {f"{timed}gradient": gradient}
-        if hessian is not None:
-            functions[f"{timed}hessian"] = hessian
-        return Field(
-            kind=laws.TIMED_GRADIENT if self.explicit_time else laws.GRADIENT,
-            has_hessian=hessian is not None,
-            inverse_mass=inverse_mass,
-            width=dimension,
-            compiled=compiled,
-            **functions,
-        )
+        return Field(gradient, hessian, kind, inverse_mass, dimension, compiled=compiled)
 
     def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
         q = np.array(q, dtype=np.float64)

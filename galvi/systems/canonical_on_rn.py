@@ -54,9 +54,7 @@ class CanonicalOnRn:
         mass = self.canonical.momentum(np.eye(d))
         known = GroupField(
             slopes.CANONICAL if built_in else slopes.CANONICAL_GRADIENT,
-            field_law=field.law,
-            field_gradient=field.gradient,
-            timed_field_gradient=field.timed_gradient,
+            field.force,
             timed=field.kind == laws.TIMED_GRADIENT,
             constants=np.concatenate([mass.ravel(), field.constants]),
             compiled=field.compiled,

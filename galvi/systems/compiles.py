@@ -8,13 +8,13 @@ from typing import Any, cast
 from numba.core.registry import CPUDispatcher
 
 
-def compiles(function: Callable[..., Any], arguments: tuple[Any, ...], expected: Any) -> bool:
-    """Whether it is jitted and, for these types, returns what a kernel's type promises."""
+def compiles(function: Callable[..., Any], signature: Any) -> bool:
+    """Whether it is jitted and has numba's signature when compiled for its arguments."""
     if not isinstance(function, CPUDispatcher):
         return False
     try:
-        function.compile(arguments)
-        returned = cast(Any, function.overloads[arguments]).signature.return_type
+        function.compile(signature.args)
+        returned = cast(Any, function.overloads[signature.args]).signature.return_type
     except Exception:  # numba's typing errors have no common public base; Python mode still works
         return False
-    return bool(returned == expected)
+    return bool(returned == signature.return_type)

@@ -8,35 +8,35 @@ from typing import Any
 
 from galvi.arrays import Array
 from galvi.kernels import laws
+from galvi.kernels.calling import addresses
 
 
 @dataclass(frozen=True, eq=False)
 class Field:
     """The acceleration of a system, a(q, t), in the form a kernel evaluates.
 
-    Exactly one of law, gradient and timed_gradient is the user's; the rest are stand-ins.
-
+    force         of the kind, see galvi.kernels.laws
+    slope         its derivative, for Newton's method; None: differenced there
     kind          laws.BUILT_IN, laws.GRADIENT or laws.TIMED_GRADIENT
-    law           (Q (d, s), t (s,), constants, out (d, s)): force-like term for all stages at once
-    law_jacobian  (Q (d, s), t (s,), constants, out (d, w, s)): its derivative, rows of own block
-    gradient      dV/dq of one configuration, (q (d,)) -> (d,), or with t: timed_gradient
-    hessian       d2V/dq2, (q (d,)) -> (d, d), or with t: timed_hessian; used when has_hessian
-    constants     (c,) numbers for law
-    inverse_mass  (d, 1) diagonal or (d, d) full; applied to -gradient. (0, 0): law already
-                  returns accelerations
+    constants     (c,) numbers for a built-in force
+    inverse_mass  (d, 1) diagonal or (d, d) full; applied to -force. (0, 0): a built-in force that
+                  already returns accelerations
     width         components that a Newton block couples; d must be a multiple of it
-    compiled      whether every function can run inside a compiled kernel
+    compiled      whether both functions can run inside a compiled kernel
     """
 
+    force: Callable[..., Any]
+    slope: Callable[..., Any] | None
+    kind: int
     inverse_mass: Array
     width: int
-    kind: int = laws.BUILT_IN
-    law: Callable[..., Any] = laws.no_law
-    law_jacobian: Callable[..., Any] = laws.no_law_jacobian
-    gradient: Callable[..., Any] = laws.no_gradient
-    timed_gradient: Callable[..., Any] = laws.no_timed_gradient
-    hessian: Callable[..., Any] = laws.no_hessian
-    timed_hessian: Callable[..., Any] = laws.no_timed_hessian
-    has_hessian: bool = False
     constants: Array = field(default_factory=laws.no_constants)
     compiled: bool = True
+
+    @property
+    def functions(self) -> Any:
+        """As a kernel takes them: addresses, or the functions for the interpreter."""
+        given = (self.force, self.slope)
+        if not self.compiled:
+            return given
+        return addresses(*zip(given, laws.SIGNATURES[self.kind], strict=True))

@@ -11,7 +11,6 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.forces.known_force import KnownForce
 from galvi.kernels import slopes
-from galvi.kernels.laws import MATRIX, VECTOR
 from galvi.systems.compiles import compiles
 from galvi.systems.group_field import GroupField
 from galvi.systems.returned import returned_array
@@ -77,22 +76,19 @@ def with_force(field: GroupField, system: Forced, side: int) -> GroupField:
     if isinstance(system.force, KnownForce):
         known = system.force.push()
         return replace(
-            field, pushed=slopes.PUSHED_BY_LAW, push=known.add, push_constants=known.constants
+            field, pushed=slopes.PUSHED_BY_LAW, force=known.add, push_constants=known.constants
         )
     timed = system.timed_force
-    name = ("timed_" if timed else "") + ("matrix_" if side else "") + "force"
-    arguments: tuple[Any, ...] = (MATRIX if side else VECTOR, VECTOR)
-    arguments += (VECTOR.dtype,) if timed else ()
-    compiled = compiles(system.force, arguments, VECTOR)
+    kind = slopes.TIMED_PUSHED if timed else slopes.PUSHED
+    compiled = compiles(system.force, slopes.force_signature(kind, side))
 
     def checked(q: Array, v: Array, t: float = 0.0) -> Array:
         return force_at(system, q, v, t)
 
-    given: dict[str, Any] = {name: system.force if compiled else checked}
     return replace(
         field,
-        pushed=slopes.TIMED_PUSHED if timed else slopes.PUSHED,
+        pushed=kind,
         side=side,
+        force=system.force if compiled else checked,
         compiled=field.compiled and compiled,
-        **given,
     )

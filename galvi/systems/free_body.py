@@ -69,4 +69,4 @@ class FreeBody:
     def group_field(self) -> GroupField:
         """For the kernels."""
         constants = np.concatenate([self.inertia.ravel(), [self.mass], self.g])
-        return GroupField(kind=slopes.LAW, law=slopes.free_body, constants=constants)
+        return GroupField(slopes.LAW, slopes.free_body, constants=constants)

@@ -16,7 +16,6 @@ from galvi.charts.maps import place
 from galvi.groups.group import Group, is_group
 from galvi.groups.rn import Rn
 from galvi.kernels import slopes
-from galvi.kernels.laws import MATRIX, VECTOR
 from galvi.systems.compiles import compiles
 from galvi.systems.differences import CALLS, ROUNDING, STEPS, differences
 from galvi.systems.force import check_force, check_force_at, with_force
@@ -137,12 +136,15 @@ class Lagrangian:
 
         return self._each(one, q, p, t)
 
+    def value(self, q: Array, v: Array, t: float) -> float:
+        """L at one state."""
+        return float(self.function(*self._arguments(q, v, t)))
+
     def energy(self, q: Array, v: Array, t: Any) -> Array:
         """v . dL/dv - L, (...)."""
 
         def one(x: Array, w: Array, s: float) -> Array:
-            value = float(self.function(*self._arguments(x, w, s)))
-            return np.array([w @ self._momentum(x, w, s) - value])
+            return np.array([w @ self._momentum(x, w, s) - self.value(x, w, s)])
 
         return self._each(one, q, v, t, 1)[..., 0]
 
@@ -160,18 +162,17 @@ class Lagrangian:
         if self.slopes is None and self._slopes is not None:
             return with_force(cast(KnownLagrangian, self.function).group_field(), self, 0)
         side = self.group.shape[0] if len(self.group.shape) == 2 else 0
-        name = ("timed_" if self.explicit_time else "") + ("matrix_" if side else "") + "slopes"
         if self.slopes is not None:
-            arguments: tuple[Any, ...] = (MATRIX if side else VECTOR, VECTOR)
-            arguments += (VECTOR.dtype,) if self.explicit_time else ()
-            compiled = compiles(self.slopes, arguments, VECTOR)
-            given: dict[str, Any] = {name: self.slopes if compiled else self._checked}
-            known = GroupField(slopes.EUCLIDEAN, timed=self.explicit_time, side=side,
-                               compiled=compiled, **given)  # fmt: skip
+            signature = slopes.signature(slopes.EUCLIDEAN, self.explicit_time, side)
+            compiled = compiles(self.slopes, signature)
+            function = self.slopes if compiled else self._checked
+            known = GroupField(slopes.EUCLIDEAN, function, self.explicit_time, side,
+                               compiled=compiled)  # fmt: skip
             return with_force(known, self, side)
-        differenced: dict[str, Any] = {name: lambda *qvt: self._differenced(*qvt).ravel()}
-        unknown = GroupField(slopes.LEFT, timed=self.explicit_time, side=side, compiled=False,
-                             **differenced)  # fmt: skip
+        unknown = GroupField(
+            slopes.LEFT, lambda *qvt: self._differenced(*qvt).ravel(), self.explicit_time, side,
+            compiled=False,
+        )  # fmt: skip
         return with_force(unknown, self, side)
 
     @property

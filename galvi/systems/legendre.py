@@ -14,6 +14,7 @@ SOLVED = 2.0**-51  # of the momentum
 FLOOR = 1e-8  # what no longer shrinks is round-off, of differences too, below this
 RENEW = 0.2  # contraction above which d2L/dv2 is formed anew
 BALANCES = 20
+EVEN = 2.0  # ratio of the sizes of rows that are balanced
 
 
 def velocity_with_momentum(
@@ -75,11 +76,14 @@ def _tried(momentum: Callable[[Array], Array], v: Array) -> Array:
 
 def balance(M: Array) -> Array:
     """(d,) by which rows and columns of a symmetric matrix are divided to be of size 1."""
-    weight = np.ones(len(M))
+    weight, size = np.ones(len(M)), np.abs(M)
     for _ in range(BALANCES):
-        rows = np.max(np.abs(M / np.outer(weight, weight)), axis=1)
-        weight = weight * np.sqrt(np.where(rows > 0.0, rows, 1.0))
-    return weight
+        rows = (size / np.outer(weight, weight)).max(axis=1)
+        rows = np.where(rows > 0.0, rows, 1.0)
+        if rows.max() <= EVEN * rows.min():
+            break
+        weight = weight * np.sqrt(rows)
+    return weight * float(np.sqrt(rows.max()))
 
 
 def check_regular(M: Array) -> None:

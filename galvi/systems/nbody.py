@@ -8,7 +8,7 @@ import numpy as np
 
 from galvi import checks
 from galvi.arrays import Array
-from galvi.kernels import nbody
+from galvi.kernels import laws, nbody
 from galvi.systems.field import Field
 
 COUPLED = 4
@@ -100,12 +100,12 @@ class NBody:
         """For the kernels; Newton couples all of up to ``COUPLED`` bodies, else one at a time."""
         coupled = self.masses.size <= COUPLED
         return Field(
-            law=nbody.accelerations,
-            law_jacobian=nbody.all_jacobians if coupled else nbody.own_jacobians,
+            nbody.accelerations,
+            nbody.all_jacobians if coupled else nbody.own_jacobians,
+            laws.BUILT_IN,
             constants=self._constants(dimension),
             inverse_mass=np.zeros((0, 0)),
             width=self.masses.size * dimension if coupled else dimension,
-            has_hessian=True,
         )
 
     def _constants(self, dimension: int) -> Array:

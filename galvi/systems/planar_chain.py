@@ -70,7 +70,7 @@ class PlanarChain:
 
     def group_field(self) -> GroupField:
         """The same for the kernels."""
-        return GroupField(slopes.LAW, law=planar_chain, constants=np.array(self.numbers))
+        return GroupField(slopes.LAW, planar_chain, constants=np.array(self.numbers))
 
 
 def _positive(name: str, value: Any, shape: tuple[int, ...] | None = None) -> Array:

@@ -14,7 +14,6 @@ from galvi import checks
 from galvi.arrays import Array, read_only
 from galvi.groups.so3 import SO3
 from galvi.kernels import slopes
-from galvi.kernels.laws import MATRIX
 from galvi.potentials.uniform_gravity import UniformGravity
 from galvi.systems.compiles import compiles
 from galvi.systems.differences import CALLS, differenced_rotation_gradient
@@ -156,17 +155,18 @@ class RigidBody:
         ):
             weight = np.zeros(6) if self.potential is None else self.potential.numbers
             constants = np.concatenate([numbers, weight])
-            known = GroupField(kind=slopes.LAW, law=slopes.rigid_body, constants=constants)
+            known = GroupField(slopes.LAW, slopes.rigid_body, constants=constants)
             return with_force(known, self, 3)
         slope = self.slope()
-        arguments = (MATRIX, MATRIX.dtype) if self.explicit_time else (MATRIX,)
-        compiled = compiles(slope, arguments, MATRIX)
-        name = "timed_gradient" if self.explicit_time else "gradient"
-        given: dict[str, Any] = {name: slope if compiled else self._checked}
+        signature = slopes.signature(slopes.GRADIENT, self.explicit_time, 3)
+        compiled = compiles(slope, signature)
         field = GroupField(
-            slopes.GRADIENT, timed=self.explicit_time, constants=numbers.copy(), compiled=compiled,
-            **given,
-        )  # fmt: skip
+            slopes.GRADIENT,
+            slope if compiled else self._checked,
+            timed=self.explicit_time,
+            constants=numbers.copy(),
+            compiled=compiled,
+        )
         return with_force(field, self, 3)
 
     @property

@@ -59,7 +59,7 @@ class SymbolicLagrangian:
     def group_field(self) -> GroupField:
         """The same for the kernels."""
         law = symbolic_code.functions(self.source)["law"]
-        return GroupField(slopes.LAW, law=law, constants=np.array(self.constants))
+        return GroupField(slopes.LAW, law, constants=np.array(self.constants))
 
     def _in_python(self, name: str, q: Array, v: Array, t: float = 0.0) -> Array:
         function = symbolic_code.functions(self.source)[name].py_func

@@ -135,7 +135,7 @@ def functions(text: str) -> Mapping[str, Any]:
 def _kept(text: str) -> Path | None:
     """The file that holds this text; None where none can be written."""
     with suppress(RuntimeError, OSError):
-        folder = Path(KernelCache(slopes.no_law.py_func).cache_path) / FOLDER
+        folder = Path(KernelCache(slopes.rigid_body.py_func).cache_path) / FOLDER
         place = folder / hashlib.sha256(text.encode()).hexdigest()[:16]
         path = place / "expression.source"
         if not path.exists() or path.read_text("utf-8") != text:

@@ -85,7 +85,7 @@ def test_newton_blocks_are_the_own_blocks_of_the_jacobian():
     problem = galvi.problems.solar_system()
     field = problem.system.field(3)
     blocks = np.empty((30, 3, 1))
-    field.law_jacobian(problem.q0.reshape(-1, 1).copy(), np.zeros(1), field.constants, blocks)
+    field.slope(problem.q0.reshape(-1, 1).copy(), np.zeros(1), field.constants, blocks)
     full = problem.system.acceleration_jacobian(problem.q0, 0.0)
     for i in range(0, 30, 3):
         own = full[i : i + 3, i : i + 3]
@@ -197,6 +197,6 @@ def test_newton_couples_all_of_a_few_bodies():
         system, q = galvi.NBody(rng.uniform(0.5, 2, 3)), rng.normal(size=(3, dimension))
         field = system.field(dimension)
         coupled = np.empty((q.size, q.size, 1))
-        field.law_jacobian(q.reshape(-1, 1).copy(), np.zeros(1), field.constants, coupled)
+        field.slope(q.reshape(-1, 1).copy(), np.zeros(1), field.constants, coupled)
         assert field.width == q.size
         assert np.allclose(coupled[:, :, 0], system.acceleration_jacobian(q, 0.0), rtol=1e-13)

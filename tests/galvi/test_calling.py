@@ -1,0 +1,100 @@
+"""Functions that a kernel calls by their address."""
+
+from __future__ import annotations
+
+import resource
+
+import numpy as np
+import pytest
+from numba import njit, types
+from numba.core.errors import TypingError
+
+from galvi.kernels.array_types import MATRIX, REAL, VECTOR
+from galvi.kernels.calling import addresses, fill, matrix, vector
+
+NOTHING = types.void(VECTOR, REAL)
+
+
+@njit
+def double(x, factor):
+    """x <- 2 factor x."""
+    x *= 2.0 * factor
+
+
+@njit
+def turned(x, y):
+    """A new vector."""
+    return np.array([-x[1], x[0] + y])
+
+
+@njit
+def outer(x):
+    """A new matrix, of what no kernel takes if x is empty."""
+    if x.size == 0:
+        raise ValueError("nothing to multiply")
+    return np.outer(x, x)
+
+
+@njit
+def copied(x):
+    """A new vector."""
+    return x.copy()
+
+
+@njit
+def all_three(functions, x, y):
+    """Each of them once."""
+    fill(functions[0], x, y)
+    return vector(functions[1], x, y), matrix(functions[2], x)
+
+
+def where():
+    """The addresses of the three."""
+    return addresses((double, NOTHING), (turned, VECTOR(VECTOR, REAL)), (outer, MATRIX(VECTOR)))
+
+
+def test_functions_are_called_by_their_addresses_with_what_they_return():
+    x = np.array([1.0, 3.0])
+    pair, square = all_three(where(), x, 2.0)
+    assert x.tolist() == [4.0, 12.0]
+    assert pair.tolist() == [-12.0, 6.0]
+    assert square.tolist() == [[16.0, 48.0], [48.0, 144.0]]
+
+
+def test_what_is_returned_is_freed():
+    @njit
+    def many(functions, x, times):
+        total = 0.0
+        for _ in range(times):
+            total += vector(functions[0], x)[0]
+        return total
+
+    functions = addresses((copied, VECTOR(VECTOR)))
+    x = np.ones(100_000)
+    assert many(functions, x, 1) == 1.0
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert many(functions, x, 1000) == 1000.0
+    kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    assert kilobytes < 100_000  # all of them together have 780,000
+
+
+def test_what_a_function_raises_reaches_the_caller():
+    @njit
+    def square(functions, x):
+        return matrix(functions[2], x)
+
+    with pytest.raises(ValueError, match="nothing to multiply"):
+        square(where(), np.zeros(0))
+
+
+def test_no_address_stands_for_no_function():
+    assert addresses((double, NOTHING), (None, NOTHING))[1] == 0
+
+
+def test_arrays_of_other_layouts_are_refused_when_the_kernel_is_compiled():
+    @njit
+    def broken(functions, x):
+        return vector(functions[1], x[::2], 1.0)
+
+    with pytest.raises(TypingError, match="cannot take array"):
+        broken(where(), np.zeros(4))
