@@ -11,25 +11,25 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels import motions, rotations
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import bare, jit
 from galvi.kernels.radial import CAYLEY
 
 RN, SO2, SO3, SE3 = 0, 1, 2, 3
 
 
-@jit
+@bare
 def dimension(kind, n):
     """Of one factor's algebra."""
     return n if kind == RN else (1 if kind == SO2 else (3 if kind == SO3 else 6))
 
 
-@jit
+@bare
 def entries(kind, n):
     """Of one factor's element."""
     return n if kind == RN else (4 if kind == SO2 else (9 if kind == SO3 else 16))
 
 
-@jit
+@bare
 def angle_of(chart, x):
     """The angle of a plane rotation with coordinate x."""
     return 2.0 * np.arctan(0.5 * x) if chart == CAYLEY else x
@@ -99,16 +99,11 @@ def tangent(layout, chart, xi, eta, T, G):
             if chart == CAYLEY:
                 G[start, start] = -0.5 * x * T[start, start] ** 2 * eta[start]
         else:
-            block, slope = np.empty((d, d)), np.empty((d, d))
-            x, y = xi[start : start + d], eta[start : start + d]
+            own = slice(start, start + d)
             if kind == SO3:
-                rotations.tangent(chart, x, y, block, slope)
+                rotations.tangent(chart, xi[own], eta[own], T[own, own], G[own, own])
             else:
-                motions.tangent(chart, x, y, block, slope)
-            for i in range(d):
-                for j in range(d):
-                    T[start + i, start + j] = block[i, j]
-                    G[start + i, start + j] = slope[i, j]
+                motions.tangent(chart, xi[own], eta[own], T[own, own], G[own, own])
         start += d
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from galvi.kernels import motions, rotations
 from galvi.kernels.charts import RN, SE3, SO2, SO3, dimension, entries
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import jit, lean
 
 
 @jit
@@ -69,7 +69,7 @@ def from_base(layout, chart, xi, mu, out):
         start += d
 
 
-@jit
+@lean
 def pull(layout, g, slope, out):
     """out <- the derivative along g hat(e_a) of a function with Euclidean derivative slope (r,)."""
     first, start = 0, 0

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi.kernels.jit import bare
+from galvi.kernels.jit import lean
 
 
-@bare
+@lean
 def factor(matrix, pivots):
     """matrix <- its LU factors with partial pivoting, in place; whether it is regular."""
     n = matrix.shape[0]
@@ -31,7 +31,7 @@ def factor(matrix, pivots):
     return True
 
 
-@bare
+@lean
 def substitute(matrix, pivots, rhs):
     """rhs <- A^-1 rhs from the factors of A."""
     n = matrix.shape[0]

@@ -5,15 +5,13 @@ It only steers Newton's iteration: what that converges to does not depend on it.
 
 from __future__ import annotations
 
-import numpy as np
-
 from galvi.kernels.group_stages import carried, end_momentum, end_place, is_flat, local_slopes
-from galvi.kernels.jit import bare, jit
+from galvi.kernels.jit import lean
 
 NUDGE = 2.0**-22  # of a difference: slopes may be differenced themselves, to 1e-11
 
 
-@bare
+@lean
 def curvature(law, layout, chart, room, scale, pace, g, t, xi, eta, here, blocks):
     """blocks (2, 3, d, d) <- slopes by xi and xi' of pi, f and n, whose values are here (3, d)."""
     d = xi.size
@@ -31,7 +29,7 @@ def curvature(law, layout, chart, room, scale, pace, g, t, xi, eta, here, blocks
                     blocks[kind, row, i, a] = (ahead[row, i] - here[row, i]) / nudge
 
 
-@bare
+@lean
 def end_curvature(layout, chart, room, scale, xi, momentum, by_place, by_momentum):
     """Derivatives (d, d) of p1 by xi(1) and by the momentum, by central differences."""
     d = xi.size
@@ -60,28 +58,17 @@ def end_curvature(layout, chart, room, scale, xi, momentum, by_place, by_momentu
                 out[i, a] = 0.5 * (ahead[i] - behind[i]) / nudge
 
 
-@jit
+@lean
 def derivative(
     law, layout, chart, basis, room, scale, pace, h, g, mu0, t, x, place, rate, forces, matrix
 ):
     """matrix <- dR/dx, (unknowns, unknowns), that of x[a, i] and equation R[a, i] first[a] + i."""
-    d, m = x.shape
-    here, blocks, kicks = np.empty((3, d)), np.empty((2, 3, d, d)), np.zeros((d, d, m))
-    by_end, by_momentum = np.empty((d, d)), np.empty((d, d))
-    matrix[:, :] = 0.0
-    by_stages(law, layout, chart, basis, room, scale, pace, h, g, t, place, rate, forces, here,
-              blocks, kicks, matrix)  # fmt: skip
-    by_the_end(layout, chart, basis, room, scale, h, mu0, x, forces, kicks, by_end, by_momentum,
-               matrix)  # fmt: skip
-
-
-@bare
-def by_stages(law, layout, chart, basis, room, scale, pace, h, g, t, place, rate, forces, here,
-              blocks, kicks, matrix):  # fmt: skip
-    """Add what pi_j and f_j contribute to matrix; kicks (d, d, m) <- sum_j b_j h dn_j / dx."""
     psi, slope, end, b, c, first = basis
+    blocks, kicks, by_end, by_momentum, here = room[8], room[9], room[10], room[11], room[12]
     d, s = place.shape
-    xi, eta = room[0], room[1]
+    xi, eta, momentum = room[0], room[1], room[1]
+    matrix[:, :] = 0.0
+    kicks[:, :, :] = 0.0
     for j in range(s):
         for a in range(d):
             xi[a], eta[a] = place[a, j], rate[a, j]
@@ -101,15 +88,6 @@ def by_stages(law, layout, chart, basis, room, scale, pace, h, g, t, place, rate
                         matrix[first[a] + i, first[k] + l] += (
                             by_place * psi[j, l] + by_rate * slope[j, l]
                         )
-
-
-@bare
-def by_the_end(layout, chart, basis, room, scale, h, mu0, x, forces, kicks, by_end, by_momentum,
-               matrix):  # fmt: skip
-    """Take away what p1 e_i contributes to matrix."""
-    end, first = basis[2], basis[5]
-    d, m = x.shape
-    xi, momentum = room[0], room[1]
     end_place(basis, x, xi)
     carried(basis, h, mu0, forces, momentum)
     end_curvature(layout, chart, room, scale, xi, momentum, by_end, by_momentum)

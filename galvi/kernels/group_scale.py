@@ -8,13 +8,13 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels import charts
-from galvi.kernels.jit import bare
+from galvi.kernels.jit import bare, lean
 
 QUIET = 2.0**-47  # of the largest rate: changes that may be round-off
 FAR = 16.0  # times another size: a size that was a bad guess
 
 
-@bare
+@lean
 def measure(layout, g, scale):
     """scale (d,) <- 1 for rotations; the largest coordinate of a factor for its places, maybe 0."""
     first, start = 0, 0
@@ -30,7 +30,7 @@ def measure(layout, g, scale):
         first, start = first + charts.entries(kind, n), start + d
 
 
-@bare
+@lean
 def widen(layout, place, rate, h, scale):
     """scale (d,) <- for translations at least the largest place and h rate (d, s) of the factor."""
     start = 0
@@ -52,7 +52,7 @@ def turns(kind):
     return 0 if kind == charts.RN else (1 if kind == charts.SO2 else 3)
 
 
-@bare
+@lean
 def largest(values):
     """The largest absolute value of (d, s)."""
     size = 0.0
@@ -62,7 +62,7 @@ def largest(values):
     return size
 
 
-@bare
+@lean
 def relative(place, rate, h, scale, pace):
     """The largest of |place| and |h rate| (d, s) over scale; 0 for 0, NaN when one is not finite.
 
@@ -81,7 +81,7 @@ def relative(place, rate, h, scale, pace):
     return size if total < np.inf else np.nan
 
 
-@bare
+@lean
 def narrowed(now, scale):
     """Whether scale (d,) was much larger than now, somewhere; then scale <- now."""
     found = False

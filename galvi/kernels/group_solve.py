@@ -9,7 +9,7 @@ from galvi.kernels.elimination import factor, substitute
 from galvi.kernels.group_derivative import derivative
 from galvi.kernels.group_scale import FAR, largest, measure, narrowed, relative, widen
 from galvi.kernels.group_stages import is_flat, place_curve, residual, scratch, stage_slopes
-from galvi.kernels.jit import bare, jit
+from galvi.kernels.jit import jit, lean
 from galvi.kernels.solve import (
     DIVERGED,
     FORCES,
@@ -30,7 +30,7 @@ SHORTEST = 2.0**-24  # share of a correction, at the end of halving it
 PULLS = 4  # corrections of a first guess for the chart's tangent map
 
 
-@bare
+@lean
 def coefficients(first, fit, h, rates, x):
     """x (d, m) <- those of the curve nearest to rates xi' (d, s) at the stages."""
     x[:, :] = 0.0
@@ -73,20 +73,6 @@ def guess_curve(layout, chart, basis, fit, h, velocities, x):
 
 
 @jit
-def form(
-    law, layout, chart, basis, room, scale, pace, h, g, mu0, t, x, place, rate, forces, matrix,
-    pivots, counts,
-):  # fmt: skip
-    """The factored derivative at the stages; whether it is regular."""
-    d, s = place.shape
-    derivative(law, layout, chart, basis, room, scale, pace, h, g, mu0, t, x, place, rate, forces,
-               matrix)  # fmt: skip
-    counts[FORCES] += 2 * d * s
-    counts[SOLVES] += 1
-    return factor(matrix, pivots)
-
-
-@jit
 def correct(matrix, pivots, first, R, step):
     """step (d, m) <- -matrix^-1 R."""
     flat = np.empty(first[R.shape[0]])
@@ -100,7 +86,7 @@ def correct(matrix, pivots, first, R, step):
             step[a, i] = flat[first[a] + i]
 
 
-@bare
+@lean
 def add(x, factor_, step):
     """x <- x + factor_ step, (d, m)."""
     for a in range(x.shape[0]):
@@ -126,7 +112,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, bold, counts
     to_place, to_rate = np.empty((d, s)), np.empty((d, s))
     R, ahead, step = np.empty((d, m)), np.empty((d, m)), np.empty((d, m))
     matrix, pivots = np.empty((first[d], first[d])), np.empty(first[d], np.int64)
-    room, history, scale = scratch(d, g.size), np.empty(4), np.empty(d)
+    room, history, scale = scratch(d, g.size, m), np.empty(4), np.empty(d)
     now, sizes = np.empty(d), np.empty(d)
     forget(history)
     formed = here = False  # whether there is a derivative, and whether it is of where step began
@@ -161,8 +147,11 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, bold, counts
                 for a in range(d):
                     sizes[a] = scale[a] if scale[a] > 0.0 else 1.0
                 pace = pace if pace > 0.0 else np.max(sizes) / abs(h)
-                if not form(law, layout, chart, basis, room, sizes, pace, h, g, mu0, t, x, place,
-                            rate, forces, matrix, pivots, counts):  # fmt: skip
+                derivative(law, layout, chart, basis, room, sizes, pace, h, g, mu0, t, x, place,
+                           rate, forces, matrix)  # fmt: skip
+                counts[FORCES] += 2 * d * s
+                counts[SOLVES] += 1
+                if not factor(matrix, pivots):
                     return NOT_FINITE
                 correct(matrix, pivots, first, R, ahead)
                 place_curve(basis, h, ahead, to_place, to_rate)

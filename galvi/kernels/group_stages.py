@@ -30,11 +30,11 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels import charts, covectors
-from galvi.kernels.jit import bare, jit
+from galvi.kernels.jit import bare, jit, lean
 from galvi.kernels.slopes import slopes
 
 
-@bare
+@lean
 def place_curve(basis, h, x, place, rate):
     """xi_j = sum_i psi_ji x_i,  xi'_j = sum_i psi_ji' x_i / h."""
     psi, slope = basis[0], basis[1]
@@ -54,11 +54,15 @@ def is_flat(layout):
 
 
 @jit
-def scratch(d, r):
-    """Room for one step: xi, eta, velocity (d,), place (r,), (2, d), (3, d), T and G (d, d)."""
+def scratch(d, r, m):
+    """Room for one step: xi, eta, velocity (d,), place (r,), (2, d), (3, d), T and G (d, d).
+
+    And for the derivative: (2, 3, d, d), (d, d, m), two (d, d) and (3, d).
+    """
     return (
         np.empty(d), np.empty(d), np.empty(d), np.empty(r), np.empty((2, d)), np.empty((3, d)),
-        np.empty((d, d)), np.empty((d, d)),
+        np.empty((d, d)), np.empty((d, d)), np.empty((2, 3, d, d)), np.empty((d, d, m)),
+        np.empty((d, d)), np.empty((d, d)), np.empty((3, d)),
     )  # fmt: skip
 
 
@@ -90,7 +94,7 @@ def local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, out):
     covectors.to_base(layout, chart, xi, own[1], out[2])
 
 
-@bare
+@lean
 def stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities):
     """forces (3, d, s) and the velocities (d, s) at all stages."""
     d, s = place.shape
@@ -104,7 +108,7 @@ def stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities
             velocities[a, j] = velocity[a]
 
 
-@bare
+@lean
 def end_place(basis, x, xi):
     """xi <- xi(1), (d,)."""
     end = basis[2]
@@ -114,7 +118,7 @@ def end_place(basis, x, xi):
             xi[a] += end[i] * x[a, i]
 
 
-@bare
+@lean
 def carried(basis, h, mu0, forces, out):
     """out <- mu0 + h sum_j b_j n_j, the momentum at the end, seen from the frame of g."""
     b = basis[3]
@@ -125,7 +129,7 @@ def carried(basis, h, mu0, forces, out):
         out[a] = mu0[a] + h * kick
 
 
-@bare
+@lean
 def end_momentum(layout, chart, T, G, xi, momentum, mu1, p1):
     """mu1 and p1 = T^T mu1 from xi(1) and the momentum seen from the frame of g; T, G room."""
     d = xi.size
@@ -141,7 +145,7 @@ def end_momentum(layout, chart, T, G, xi, momentum, mu1, p1):
             p1[i] += T[j, i] * mu1[j]
 
 
-@bare
+@lean
 def residual(layout, chart, basis, room, h, mu0, forces, x, R):
     """R (d, m), as above."""
     psi, slope, end, b, c, first = basis

@@ -40,6 +40,11 @@ def bare(function):
     return jit(function, _nrt=False, forceinline=True)
 
 
+def lean(function):
+    """As ``bare``, but called: for what is long, or called from many places."""
+    return jit(function, _nrt=False)
+
+
 def compiled_for(dispatcher, signature, compiler=jit):
     """A dispatcher of the same function, by ``jit`` or ``bare``, for these types and no others."""
     with _ONE_AT_A_TIME:

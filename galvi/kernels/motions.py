@@ -13,27 +13,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import bare, jit, lean
 from galvi.kernels.radial import translation_radial
 from galvi.kernels.rotations import hat, rotation
 from galvi.kernels.rotations import tangent as rotation_tangent
 
 
-@jit
+@bare
 def dot(v, w):
     """v . w in space."""
     return v[0] * w[0] + v[1] * w[1] + v[2] * w[2]
 
 
-@jit
+@bare
 def cross(v, w):
-    """v x w."""
-    return np.array(
-        [v[1] * w[2] - v[2] * w[1], v[2] * w[0] - v[0] * w[2], v[0] * w[1] - v[1] * w[0]]
-    )
+    """v x w, three numbers."""
+    return v[1] * w[2] - v[2] * w[1], v[2] * w[0] - v[0] * w[2], v[0] * w[1] - v[1] * w[0]
 
 
-@jit
+@bare
 def shift_matrix(chart, w, V):
     """V <- I + e hat(w) + f hat(w)^2."""
     u = dot(w, w)
@@ -45,7 +43,7 @@ def shift_matrix(chart, w, V):
         V[i, i] += 1.0 - f * u
 
 
-@jit
+@bare
 def shift_slope(chart, w, v, M):
     """M <- d(V(w) v)/dw."""
     u, along = dot(w, w), dot(w, v)
@@ -59,17 +57,15 @@ def shift_slope(chart, w, v, M):
         M[i, i] += f * along
 
 
-@jit
-def shift_curvature(chart, w, v, wd, by_w, by_v):
-    """by_w <- d(M(w, v) wd)/dw and by_v <- d(M(w, v) wd)/dv = dV(w)[wd]."""
+@bare
+def shift_curvature(chart, w, v, wd, by_w, by_v, turn, bend):
+    """by_w <- d(M(w, v) wd)/dw and by_v <- d(M(w, v) wd)/dv = dV(w)[wd]; turn, bend room."""
     u, along, pace, mixed = dot(w, w), dot(w, v), dot(w, wd), dot(v, wd)
     (e, f), (e1, f1), (e2, f2) = translation_radial(chart, u)
     x1, vxd = cross(w, v), cross(v, wd)
     hat(-2.0 * e1 * pace, v, by_w)
-    hat(1.0, w, by_v)
-    turn = by_v.copy()
-    hat(1.0, wd, by_v)
-    bend = by_v.copy()
+    hat(1.0, w, turn)
+    hat(1.0, wd, bend)
     for i in range(3):
         x2 = along * w[i] - u * v[i]
         bent = w[i] * mixed + along * wd[i] - 2.0 * v[i] * pace
@@ -90,17 +86,23 @@ def shift_curvature(chart, w, v, wd, by_w, by_v):
 @jit
 def tangent(chart, xi, eta, T, G):
     """T and G of the rigid motion, (6, 6)."""
-    w, v, wd, vd = xi[:3].copy(), xi[3:6].copy(), eta[:3].copy(), eta[3:6].copy()
-    R, V, M, Md = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    by_w, by_v = np.empty((3, 3)), np.empty((3, 3))
-    turning, bending = np.empty((3, 3)), np.empty((3, 3))
+    tangent_with(chart, xi, eta, np.empty((10, 3, 3)), T, G)
+
+
+@lean
+def tangent_with(chart, xi, eta, room, T, G):
+    """As ``tangent``, with room (10, 3, 3)."""
+    w, v, wd, vd, linear = xi[:3], xi[3:6], eta[:3], eta[3:6], room[9, 0]
+    R, V, M, Md, by_w, by_v = room[0], room[1], room[2], room[3], room[4], room[5]
+    turning, bending = room[6], room[7]
+    shift_curvature(chart, w, v, wd, by_w, by_v, room[8], room[9])
     rotation(chart, w, R)
     rotation_tangent(chart, w, wd, turning, bending)
     shift_matrix(chart, w, V)
     shift_slope(chart, w, v, M)
     shift_slope(chart, w, vd, Md)
-    shift_curvature(chart, w, v, wd, by_w, by_v)
-    linear = np.zeros(3)
+    for i in range(3):
+        linear[i] = 0.0
     for i in range(3):
         for j in range(3):
             T[i, j], T[i, j + 3] = turning[i, j], 0.0

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import bare, jit, lean
 from galvi.kernels.radial import CAYLEY, rotation_radial, tangent_radial
 
 
-@jit
+@bare
 def rotation(chart, xi, R):
     """R <- I + sine hat(xi) + cosine hat(xi)^2, (3, 3)."""
     x, y, z = xi[0], xi[1], xi[2]
@@ -27,7 +27,7 @@ def rotation(chart, xi, R):
     R[1, 2], R[2, 1] = cosine * y * z - sine * x, cosine * y * z + sine * x
 
 
-@jit
+@bare
 def tangent(chart, xi, eta, T, G):
     """T <- a I - b hat(xi) + c xi xi^T and G <- its product with eta, differentiated by xi."""
     x, y, z = xi[0], xi[1], xi[2]
@@ -47,7 +47,7 @@ def tangent(chart, xi, eta, T, G):
         G[i, i] += c * along
 
 
-@jit
+@bare
 def hat(factor, w, out):
     """out <- factor hat(w), hat(w) v = w x v."""
     for i in range(3):
@@ -103,7 +103,7 @@ def coordinates(chart, R, xi):
         xi[i] = factor * q[i + 1]
 
 
-@jit
+@lean
 def orthonormal(R, out):
     """out <- R (3 I - R^T R) / 2: one step of Newton's iteration for the nearest rotation."""
     for i in range(3):
