@@ -12,24 +12,30 @@ import numpy as np
 
 from galvi.kernels import laws
 from galvi.kernels.calling import fill, vector
-from galvi.kernels.jit import jit
+from galvi.kernels.jit import bare, jit
 
-GRADIENT = laws.GRADIENT
+BUILT_IN = laws.BUILT_IN
 TIMED_GRADIENT = laws.TIMED_GRADIENT
 
 
-@jit
+@bare
 def accelerations(kind, functions, constants, inverse_mass, Q, t, out):
     """Fill out (d, s) with the accelerations; the one place where a force is evaluated."""
-    if kind == GRADIENT:
-        for k in range(Q.shape[1]):
-            fill_stage(vector(functions[0], stage(Q, k)), k, out)
-    elif kind == TIMED_GRADIENT:
-        for k in range(Q.shape[1]):
-            fill_stage(vector(functions[0], stage(Q, k), t[k]), k, out)
-    else:
+    if kind == BUILT_IN:
         fill(functions[0], Q, t, constants, out)
+    else:
+        gradients(kind, functions, Q, t, out)
     apply_inverse_mass(inverse_mass, out)
+
+
+@jit
+def gradients(kind, functions, Q, t, out):
+    """Fill out (d, s) with a user's gradients."""
+    for k in range(Q.shape[1]):
+        if kind == TIMED_GRADIENT:
+            fill_stage(vector(functions[0], stage(Q, k), t[k]), k, out)
+        else:
+            fill_stage(vector(functions[0], stage(Q, k)), k, out)
 
 
 @jit
@@ -49,21 +55,27 @@ def fill_stage(values, k, out):
         out[i, k] = values[i] if fits else np.nan
 
 
-@jit
+@bare
 def apply_inverse_mass(inverse_mass, gradients):
     """gradients <- -M^-1 gradients, in place, (d, s)."""
-    d, stages = gradients.shape
     if inverse_mass.shape[1] == 1:
-        for i in range(d):
-            for k in range(stages):
+        for i in range(gradients.shape[0]):
+            for k in range(gradients.shape[1]):
                 gradients[i, k] *= -inverse_mass[i, 0]
     elif inverse_mass.shape[1] > 1:
-        column = np.empty(d)
-        for k in range(stages):
-            for i in range(d):
-                column[i] = gradients[i, k]
-            for i in range(d):
-                total = 0.0
-                for j in range(d):
-                    total -= inverse_mass[i, j] * column[j]
-                gradients[i, k] = total
+        apply_full(inverse_mass, gradients)
+
+
+@jit
+def apply_full(inverse_mass, gradients):
+    """As ``apply_inverse_mass``, (d, d)."""
+    d, stages = gradients.shape
+    column = np.empty(d)
+    for k in range(stages):
+        for i in range(d):
+            column[i] = gradients[i, k]
+        for i in range(d):
+            total = 0.0
+            for j in range(d):
+                total -= inverse_mass[i, j] * column[j]
+            gradients[i, k] = total

@@ -68,7 +68,7 @@ def predict(tableau, a, guess):
                 guess[i, k] += ahead[l, k] * series[l]
 
 
-@jit
+@bare
 def place_stages(tableau, h, state, a, Q):
     """Q_k = q + c_k h v + h^2 sum_j A_kj a_j."""
     c, A = tableau[0], tableau[3]
@@ -84,7 +84,7 @@ def place_stages(tableau, h, state, a, Q):
             Q[i, k] = state[0, i] + (state[1, i] + (c[k] * drift + h * h * Q[i, k]))
 
 
-@jit
+@bare
 def largest_change(Q, moved, scale):
     """max |moved - Q| / scale, or NaN when something is not finite; then Q <- moved.
 
@@ -101,7 +101,7 @@ def largest_change(Q, moved, scale):
     return change if total < np.inf else np.nan
 
 
-@jit
+@bare
 def measure_scale(h, width, state, scale):
     """scale_i = the largest |q| and |q + h v| in the Newton block of component i."""
     for first in range(0, scale.size, width):
@@ -207,7 +207,7 @@ def two_product(x, y):
     return product, error
 
 
-@jit
+@bare
 def complete_step(tableau, h, a, state):
     """q += h v + h^2 sum_j beta_j a_j,  v += h sum_j b_j a_j, with what rounding loses kept."""
     b, beta = tableau[1], tableau[2]
