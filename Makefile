@@ -15,7 +15,7 @@ help: ## list the targets
 install: $(STAMP) ## make .venv and install galvi, the suite and the tools
 
 test: $(STAMP) ## run the tests, leaving out those marked slow
-	$(BIN)/python -m pytest -n $(WORKERS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 check: $(STAMP) ## lint, formatting, types, import contracts
 	$(BIN)/ruff check

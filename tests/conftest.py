@@ -1,7 +1,45 @@
 """Settings for the whole test suite."""
 
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any
+
+import pytest
 from hypothesis import settings
+
+# Before numpy is imported: its threads, beside those of other workers, take an eighth longer.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# What needs the kernels that the worker in tests/galvi compiles in its first minute, and would
+# compile them once more beside it: these go to the end.
+LATE = (
+    "tests/reports/test_contender_",
+    "tests/references/test_chains.py",
+    "tests/references/test_forces.py",
+)
 
 # The first call of a kernel compiles it, which no deadline of an example should count.
 settings.register_profile("galvi", deadline=None, max_examples=40, derandomize=True)
 settings.load_profile("galvi")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--without",
+        action="append",
+        default=[],
+        metavar="PACKAGE",
+        help="run as where PACKAGE is not installed, but for processes that tests start",
+    )
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: item.nodeid.startswith(LATE))
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Importing such a package raises ModuleNotFoundError."""
+    modules: dict[str, Any] = sys.modules
+    modules.update(dict.fromkeys(config.getoption("without")))

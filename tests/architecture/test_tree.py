@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import statistics
 import subprocess
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -51,6 +52,12 @@ def lengths(files: list[Path], folder: str) -> dict[str, int]:
 
 def test_the_top_level_holds_what_the_design_lists_and_nothing_else(files: list[Path]) -> None:
     assert {file.parts[0] for file in files} == TOP_LEVEL
+
+
+def test_every_folder_of_tests_is_run(files: list[Path]) -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["pytest"]["ini_options"]
+    tests = [file for file in files if file.parts[0] == "tests" and file.name.startswith("test_")]
+    assert sorted(settings["testpaths"]) == sorted({str(file.parent) for file in tests})
 
 
 def test_no_file_or_folder_has_a_name_that_says_nothing(files: list[Path]) -> None:

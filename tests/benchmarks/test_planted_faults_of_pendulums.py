@@ -11,7 +11,7 @@ import pytest
 import galvi
 from benchmarks import second_variation
 from benchmarks.claim import Claim
-from benchmarks.claims import l14
+from benchmarks.claims import l8, l14
 from benchmarks.claims.l6 import L6
 from benchmarks.claims.l7 import L7
 from benchmarks.claims.l8 import L8
@@ -64,6 +64,7 @@ def test_a_wrong_motion_is_caught_by_the_truth(
 
 def test_energy_alone_does_not_see_a_wrong_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     sound = galvi.integrate
+    monkeypatch.setattr(l8, "STEPS", 200)
     monkeypatch.setattr(
         galvi, "integrate", lambda problem, *rest: sound(reversed_clock(problem), *rest)
     )

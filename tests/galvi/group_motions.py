@@ -1,6 +1,7 @@
 """Motions on groups, their methods and their truths, for the tests of runs."""
 
 from dataclasses import replace
+from functools import cache
 
 import numba
 import numpy as np
@@ -94,13 +95,17 @@ def by_scipy(problem, length):
 LENGTH = 4.0
 
 
-SWUNG = by_scipy(PENDULUM, LENGTH)
+@cache
+def swung():
+    """R and p of the pendulum at LENGTH."""
+    return by_scipy(PENDULUM, LENGTH)
 
 
-CLOSED = FREE_TOP.run(FREE, LENGTH, {"samples": 1})
-
-
-TURNED = CLOSED.q[-1], CLOSED.p[-1]
+@cache
+def turned():
+    """R and p of the free body at LENGTH, by its closed form."""
+    closed = FREE_TOP.run(FREE, LENGTH, {"samples": 1})
+    return closed.q[-1], closed.p[-1]
 
 
 def error(run, truth):

@@ -15,12 +15,12 @@ from tests.galvi.group_motions import (
     FLYING,
     FREE,
     PENDULUM,
-    SWUNG,
     collocation,
     each_chart,
     hall,
     same,
     same_rows,
+    swung,
 )
 
 
@@ -147,4 +147,4 @@ def test_a_recommendation_for_a_pendulum_is_kept():
     found = galvi.recommend(PENDULUM, 1e-8, 4.0, degrees=(4, 6), by="evaluations", budget=2e5)
     assert found.reached, found.status
     run = galvi.integrate(PENDULUM, found.method, found.step, found.steps)
-    assert np.linalg.norm(run.q[-1] - SWUNG[0], axis=-1).max() < 1e-8
+    assert np.linalg.norm(run.q[-1] - swung()[0], axis=-1).max() < 1e-8

@@ -12,54 +12,58 @@ import galvi
 KEPLER = galvi.problems.kepler(0.6)
 SUN = galvi.problems.solar_system()
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-RUN = galvi.integrate(KEPLER, EIGHT, 0.3, 40)
 
 
-def test_the_curve_passes_through_the_steps():
-    assert np.allclose(RUN(RUN.t), RUN.q, atol=1e-15)
-    assert RUN(0.7).shape == (2,)
-    assert RUN([0.7, 0.8]).shape == (2, 2)
-    assert RUN.velocity(np.array([0.7])).shape == (1, 2)
+@pytest.fixture(scope="module")
+def orbit():
+    return galvi.integrate(KEPLER, EIGHT, 0.3, 40)
+
+
+def test_the_curve_passes_through_the_steps(orbit):
+    assert np.allclose(orbit(orbit.t), orbit.q, atol=1e-15)
+    assert orbit(0.7).shape == (2,)
+    assert orbit([0.7, 0.8]).shape == (2, 2)
+    assert orbit.velocity(np.array([0.7])).shape == (1, 2)
     planets = galvi.integrate(SUN, EIGHT, 10.0, 3)
     assert planets([1.0, 2.0]).shape == (2, 10, 3)
     assert planets.velocity(1.0).shape == (10, 3)
 
 
 @given(t=st.floats(0.01, 11.99))
-def test_the_velocity_is_the_slope_of_the_position(t):
+def test_the_velocity_is_the_slope_of_the_position(orbit, t):
     d = 1e-5
     inside = abs((t / 0.3) % 1.0 - 0.5) < 0.49  # away from the joints, where slopes jump
     if inside:
-        slope = (RUN(t + d) - RUN(t - d)) / (2 * d)
-        assert np.allclose(slope, RUN.velocity(t), rtol=1e-6, atol=1e-6)
+        slope = (orbit(t + d) - orbit(t - d)) / (2 * d)
+        assert np.allclose(slope, orbit.velocity(t), rtol=1e-6, atol=1e-6)
 
 
-def test_curves_are_kept_when_asked_for_or_when_every_step_is():
+def test_curves_are_kept_when_asked_for_or_when_every_step_is(orbit):
     thin = galvi.integrate(KEPLER, EIGHT, 0.3, 40, save_every=7)
     with pytest.raises(ValueError, match=r"no curves to evaluate; integrate with curves=True"):
         thin(1.0)
     kept = galvi.integrate(KEPLER, EIGHT, 0.3, 40, save_every=7, curves=True)
-    assert np.array_equal(kept(5.123), RUN(5.123))
+    assert np.array_equal(kept(5.123), orbit(5.123))
     none = galvi.integrate(KEPLER, EIGHT, 0.3, 40, curves=False)
     assert none.curves is None
 
 
-def test_times_outside_the_run_are_refused():
+def test_times_outside_the_run_are_refused(orbit):
     for t in (-0.1, 12.1, float("nan")):
         with pytest.raises(
             ValueError, match=r"t must lie inside the run, from 0\.0 to 12\.0; received"
         ):
-            RUN(t)
+            orbit(t)
     with pytest.raises(ValueError, match=r"scalar or of shape \(k,\)"):
-        RUN(np.zeros((2, 2)))
+        orbit(np.zeros((2, 2)))
     back = galvi.integrate(KEPLER, EIGHT, -0.3, 4)
     assert np.allclose(back(-1.2), back.q[-1])
 
 
-def test_a_frame_has_one_column_for_each_component():
-    frame = RUN.to_frame()
+def test_a_frame_has_one_column_for_each_component(orbit):
+    frame = orbit.to_frame()
     assert list(frame.columns) == ["t", "q[0]", "q[1]", "p[0]", "p[1]"]
-    assert np.array_equal(frame["p[1]"], RUN.p[:, 1])
+    assert np.array_equal(frame["p[1]"], orbit.p[:, 1])
     assert list(galvi.integrate(SUN, EIGHT, 10.0, 1).to_frame().columns[:4]) == [
         "t",
         "q[0,0]",
@@ -68,18 +72,18 @@ def test_a_frame_has_one_column_for_each_component():
     ]
 
 
-def test_energy_and_momenta_are_those_of_the_definition():
-    q, p = RUN.q, RUN.p
+def test_energy_and_momenta_are_those_of_the_definition(orbit):
+    q, p = orbit.q, orbit.p
     by_hand = 0.5 * np.sum(p**2, axis=1) - 1 / np.hypot(q[:, 0], q[:, 1])
-    assert np.allclose(galvi.energy(RUN), by_hand, rtol=1e-15)
-    assert np.allclose(galvi.momentum_map(RUN), q[:, 0] * p[:, 1] - q[:, 1] * p[:, 0])
+    assert np.allclose(galvi.energy(orbit), by_hand, rtol=1e-15)
+    assert np.allclose(galvi.momentum_map(orbit), q[:, 0] * p[:, 1] - q[:, 1] * p[:, 0])
     t = [0.1, 5.0]
-    v = RUN.velocity(t)
+    v = orbit.velocity(t)
     assert np.allclose(
-        galvi.energy(RUN, t), 0.5 * np.sum(v**2, 1) - 1 / np.linalg.norm(RUN(t), axis=1)
+        galvi.energy(orbit, t), 0.5 * np.sum(v**2, 1) - 1 / np.linalg.norm(orbit(t), axis=1)
     )
-    assert galvi.energy(RUN, 0.1).shape == ()
-    assert galvi.momentum_map(RUN, 0.1).shape == ()
+    assert galvi.energy(orbit, 0.1).shape == ()
+    assert galvi.momentum_map(orbit, 0.1).shape == ()
 
 
 def test_the_planets_conserve_their_momenta_to_round_off():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
+from functools import cache
 
 import numpy as np
 import pytest
@@ -18,11 +19,15 @@ from references.scipy_ivp import DOP853, TIGHT
 from references.whfast import BEST, DEFAULT, WHFAST
 
 SOLAR = galvi.problems.solar_system()
-TRUTH = IAS15.run(SOLAR, 2000.0, {})
+
+
+@cache
+def truth():
+    return IAS15.run(SOLAR, 2000.0, {})
 
 
 def error(run):
-    return float(np.abs(run.q[-1] - TRUTH.q[-1]).max())
+    return float(np.abs(run.q[-1] - truth().q[-1]).max())
 
 
 def test_ctrl_c_reaches_the_program_after_a_run_too():

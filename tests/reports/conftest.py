@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.mathtext import MathTextParser
 
 from benchmarks.claim import Claim, Row
 from benchmarks.tidy import frame, row
 from reports.figures.catalogue import FIGURES
-from reports.figures.convergence import convergence_in_h, convergence_in_n
-from reports.figures.departures import departures
-from reports.figures.energies import energies
-from reports.figures.figure import Figure
-from reports.figures.history import history
-from reports.figures.jumps import jumps
-from reports.figures.limits import limits
-from reports.figures.momentum_spheres import momentum_spheres
-from reports.figures.paths import paths
-from reports.figures.sphere import sphere
-from reports.figures.traces import traces
 from reports.suite import Suite, Table
+from tests.reports.figure_frames import frame_for
 
 ROW = Row(
     id="V1",
@@ -137,151 +129,6 @@ def make_suite() -> Callable[..., Suite]:
     return make
 
 
-def frame_for(figure: Figure) -> pd.DataFrame:
-    """What a figure of the catalogue reads: plausible numbers, and failed runs among them."""
-    if figure.draw in (convergence_in_n, convergence_in_h):
-        rows = [one for rate in figure.options["rates"] for one in _errors(rate)]
-    elif figure.draw is history:
-        rows = _history(figure.options["quantity"])
-    elif figure.draw is energies:
-        rows = _energies(figure.options)
-    elif figure.draw is paths:
-        rows = _paths(figure.options)
-    elif figure.draw is sphere:
-        rows = _on_spheres(figure.options)
-    elif figure.draw is momentum_spheres:
-        rows = _momenta(figure.options)
-    elif figure.draw is departures:
-        rows = _departures(figure.options)
-    elif figure.draw is jumps:
-        rows = _jumps(figure.options)
-    elif figure.draw is limits:
-        rows = _limits(figure.options)
-    elif figure.draw is traces:
-        rows = _traces(figure.options)
-    else:
-        rows = _orbits(figure.options)
-    return frame(rows)
-
-
-def _errors(rate) -> list[dict[str, object]]:
-    where = {"study": rate.study, "quantity": rate.quantity}
-    if rate.n is None:
-        base = rate.claimed or 0.4
-        failed = [
-            row(n=5, value=np.nan, status="It failed.", **where),
-            row(n=6, value=1e9, **where),
-        ]
-        return failed + [row(n=n, value=base**n, **where) for n in range(7, 50, 2)]
-    power = rate.claimed or rate.n
-    return [
-        row(n=rate.n, step=h, value=0.1 * h**power, **where) for h in 2.0 ** -np.arange(1.0, 9.0)
-    ]
-
-
-def _history(quantity: str) -> list[dict[str, object]]:
-    return [
-        row(study="history", quantity=quantity, t=2.0 * k, value=0.01 * np.sin(k))
-        for k in range(100)
-    ]
-
-
-def _energies(options: Mapping[str, object]) -> list[dict[str, object]]:
-    """One falls and ends early, the others go on."""
-    return [
-        row(study=study, quantity=options["quantity"], t=10.0 * t, value=(k - 1) * 1e-3 * t)
-        for k, study in enumerate(options["labels"])
-        for t in range(40 if k else 20)
-    ]
-
-
-def _paths(options: Mapping[str, object]) -> list[dict[str, object]]:
-    return [
-        row(study=study, quantity="position", label=body, t=t, x=k + np.cos(t), y=np.sin(t), z=0.0)
-        for panel in options["panels"]
-        for k, study in enumerate(panel.studies)
-        for body in options["bodies"]
-        for t in np.linspace(0.0, 6.0, 50)
-    ]
-
-
-def _on_spheres(options: Mapping[str, object]) -> list[dict[str, object]]:
-    return [
-        row(study=study, quantity=options[kind], t=t, x=np.sin(t), y=0.0, z=np.cos(t))
-        for study in options["panels"]
-        for kind, count in (("curve", 100), ("ends", 10))
-        for t in np.linspace(0.0, 6.0, count)
-    ]
-
-
-def _momenta(options: Mapping[str, object]) -> list[dict[str, object]]:
-    """Two starts of one energy, which the ellipsoid is of, and another one."""
-    starts = {"0": (0.6, 0.8), "1": (0.6, -0.8), "2": (0.8, 0.6)}
-    return [
-        row(study=study, quantity="momentum", label=label, t=t, x=x, y=y * (-1) ** t, z=0.0)
-        for study in sorted({panel.study for panel in options["panels"]})
-        for label, (x, y) in starts.items()
-        for t in range(20)
-    ]
-
-
-def _departures(options: Mapping[str, object]) -> list[dict[str, object]]:
-    return [
-        row(study=study, quantity=quantity, t=t, value=0.0 if k == 2 else 1e-9 * t)
-        for quantity in options["quantities"]
-        for k, study in enumerate(options["labels"])
-        for t in range(30)
-    ]
-
-
-def _jumps(options: Mapping[str, object]) -> list[dict[str, object]]:
-    """Runs of which the last ends early, and single steps of which some were not solved."""
-    rows = [
-        row(study=study, quantity=options["quantity"], t=t, value=1e-15 * (t + k),
-            status="It failed." if k == len(options["runs"]) - 1 else "")
-        for k, study in enumerate(options["runs"])
-        for t in np.linspace(0.0, 30.0, 51)[: 51 - 10 * k]
-    ]  # fmt: skip
-    for study in options["steps"]:
-        for t in np.linspace(0.0, 10.0, 21):
-            change = np.nan if t > 8.0 else 10.0 ** (t - 16.0)
-            rows += [
-                row(study=study, quantity=options["turn"], t=t, value=0.3 * t),
-                row(study=study, quantity=options["change"], t=t, value=change),
-            ]
-    return rows
-
-
-def _traces(options: Mapping[str, object]) -> list[dict[str, object]]:
-    rows = []
-    for k, study in enumerate(options["labels"]):
-        for steps in 2.0 ** np.arange(3.0, 9.0):
-            where = {"study": study, "step": 1.0 / steps, "steps": steps}
-            rows += [
-                row(quantity=options["quantity"], value=steps ** -(k + 1.0), **where),
-                row(quantity=options["against"], value=steps * (k + 1.0), **where),
-            ]
-    return rows
-
-
-def _limits(options: Mapping[str, object]) -> list[dict[str, object]]:
-    return [
-        row(study=study, quantity=options["quantity"], step=turn,
-            value=1e-15 if turn < limit else np.nan)
-        for study, (limit, _) in options["charts"].items()
-        for turn in np.linspace(0.1, 7.5, 40)
-    ]  # fmt: skip
-
-
-def _orbits(options: Mapping[str, object]) -> list[dict[str, object]]:
-    return [
-        row(quantity=options[kind], label=body, t=t, x=k * np.cos(t), y=k * np.sin(t), z=0.0)
-        for kind, count in (("curve", 200), ("ends", 20))
-        for k, body in enumerate((options["centre"], *options["bodies"]))
-        for t in np.linspace(0.0, 6.0, count)
-    ]
-
-
 @pytest.fixture(scope="session")
 def drawn_frames() -> dict[str, pd.DataFrame]:
     """A frame for each figure of the catalogue, by its name."""
@@ -298,3 +145,23 @@ def make_row() -> Callable[..., Row]:
 def make_claim() -> Callable[..., Claim]:
     """See `claim`."""
     return claim
+
+
+@pytest.fixture(scope="session", autouse=True)
+def labels_parsed_once() -> Iterator[None]:
+    """matplotlib parses the labels of a figure in every pass that draws it: a third of the time.
+
+    It keeps what it parsed for one renderer; here it is kept for all that are of the same kind.
+    """
+    kept = getattr(MathTextParser, "_parse_cached", None)  # not public: it may go
+    with pytest.MonkeyPatch.context() as patch:
+        if kept is not None:
+            patch.setattr(MathTextParser, "__eq__", lambda one, other: kind(one) == kind(other))
+            patch.setattr(MathTextParser, "__hash__", lambda one: hash(kind(one)))
+            patch.setattr(MathTextParser, "_parse_cached", lru_cache(4096)(kept.__wrapped__))
+        yield
+
+
+def kind(parser: MathTextParser) -> object:
+    """Vectors or pixels."""
+    return parser._output_type

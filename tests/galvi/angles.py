@@ -1,0 +1,21 @@
+"""Angles of every decade, and the exact functions of them, for the tests of charts."""
+
+import numpy as np
+import pytest
+
+from galvi.charts import CHARTS
+from galvi.kernels import radial
+
+CAYLEY, EXPONENTIAL = CHARTS
+DECADES = [10.0**k for k in range(-12, 1)]
+SWITCH = np.sqrt(radial.SMALL)
+# |xi| up to where a step may go, and on either side of the switch from one series to another
+SIZES = {
+    CAYLEY: [*DECADES, 2.0, 20.0, CAYLEY.farthest],
+    EXPONENTIAL: [
+        *DECADES, 2.0, np.pi, 5.0, EXPONENTIAL.farthest,
+        *(SWITCH * (1.0 + side * 10.0**k) for k in (-15, -8, -3) for side in (-1, 1)),
+    ],
+}  # fmt: skip
+SIZED = [(chart, size) for chart in CHARTS for size in SIZES[chart]]
+each_size = pytest.mark.parametrize(("chart", "size"), SIZED, ids=str)

@@ -1,0 +1,14 @@
+"""A method and a pendulum as a Lagrangian, for the tests of Lagrangians."""
+
+import numpy as np
+
+import galvi
+
+METHOD = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+MOMENTS = np.array([1.0, 1.5, 2.0])
+
+
+def swinging(l):
+    """A pendulum in lengths of l, at rest length l."""
+    system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v / l**2 + np.cos(q[0] / l), galvi.Rn(1))
+    return galvi.Problem(system, [l], [0.3 * l])

@@ -1,0 +1,131 @@
+"""Many at once: what is refused, and which problem is named."""
+
+from __future__ import annotations
+
+import os
+
+import numba
+import numpy as np
+import pytest
+
+import galvi
+from galvi.workspace import check_room
+
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+KEPLER = galvi.problems.kepler(0.3)
+
+
+@pytest.mark.parametrize("where", [0, 2, 3])
+def test_what_a_function_raises_tells_which_problem_it_was(where):
+    def gradient(q):
+        if q[1] > 5.0:
+            raise RuntimeError("out of the table")
+        return q
+
+    system = galvi.Canonical(1.0, lambda q: 0.5 * q @ q, gradient)
+    calm = galvi.Problem(system, [1.0, 0.0], [0.0, 1.0])
+    starts = [calm] * 4
+    starts[where] = calm.starting_at([1.0, 0.0], [0.0, 9.0])
+    with pytest.raises(RuntimeError, match="out of the table") as caught:
+        galvi.integrate_many(starts, EIGHT, 0.1, 100)
+    assert caught.value.__notes__ == [f"This was problems[{where}]."]
+
+
+@numba.njit
+def raising(q):
+    if q[0] < 0.0:
+        raise ValueError("no such place")
+    return q
+
+
+def test_a_jitted_function_that_raises_in_a_thread_is_told_too():
+    system = galvi.Canonical(1.0, lambda q: 0.5 * q @ q, raising)
+    start = galvi.Problem(system, [1.0], [0.0])
+    with pytest.raises(ValueError, match="no such place") as caught:
+        galvi.integrate_many([start] * 3, EIGHT, 0.5, 20, threads=2)
+    assert caught.value.__notes__ == ["This was problems[0]."]
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "sentence"),
+    [
+        (lambda: galvi.integrate_many(KEPLER, EIGHT, 0.1, 3), TypeError, "For one, call"),
+        (lambda: galvi.integrate_many(5, EIGHT, 0.1, 3), TypeError, "problems must be several"),
+        (
+            lambda: galvi.integrate_many([KEPLER, 5], EIGHT, 0.1, 3),
+            TypeError,
+            r"problem must be a galvi\.Problem; received 5",
+        ),
+        (
+            lambda: galvi.integrate_many([KEPLER], EIGHT, 0.1, 3, threads=0),
+            ValueError,
+            "threads must be a whole number of at least 1; received 0",
+        ),
+        (lambda: galvi.integrate_many([KEPLER], EIGHT, 0.0, 3), ValueError, "must not be zero"),
+        (
+            lambda: galvi.integrate_many([KEPLER] * 1000, EIGHT, 0.1, 10**8),
+            ValueError,
+            "1000 runs of 100000000 steps would keep",
+        ),
+        (
+            lambda: KEPLER.starting_at([1.0], [0.0, 1.0]),
+            ValueError,
+            "v0 must have shape",
+        ),
+    ],
+)
+def test_bad_input_is_refused_before_any_work(call, error, sentence):
+    with pytest.raises(error, match=sentence):
+        call()
+
+
+def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
+    """One of 100 bodies among 999 small ones: 2,298 components, not 300 for each of 1,000."""
+    places = np.random.default_rng(3).standard_normal((2, 100, 3))
+    large = galvi.Problem(galvi.NBody(np.full(100, 1e-3)), *places)
+    machine = {"SC_PAGE_SIZE": 1, "SC_PHYS_PAGES": 2**30}
+    monkeypatch.setattr(os, "sysconf", machine.__getitem__)
+    settings = (EIGHT, 10_000, 1, False)
+    check_room([large] + [KEPLER] * 999, *settings)
+    with pytest.raises(ValueError, match=r"1000 runs of 10000 steps would keep 44\.7 GiB in all"):
+        check_room([large] * 1000, *settings)
+    with pytest.raises(ValueError, match="2 runs of 300000 steps would keep") as caught:
+        galvi.integrate_many([large, KEPLER], EIGHT, 0.1, 300_000, curves=False)
+    assert not hasattr(caught.value, "__notes__")  # no single problem is at fault
+
+
+@pytest.mark.parametrize("problem", [KEPLER, galvi.problems.heavy_top()])
+def test_numbers_that_fill_the_counters_are_whole_numbers_too(problem):
+    assert galvi.integrate(problem, EIGHT, 0.01, 3, save_every=2**62).t.size == 2
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"steps": 10, "save_every": 10**20}, f"save_every must be .* from 1 to {2**62}; received"),
+        (
+            {"steps": 10**25, "save_every": 10**25},
+            f"steps must be a whole number from 1 to {2**62}",
+        ),
+        ({"steps": 1e300}, r"from 1 to .*; received 1e\+300"),
+        ({"steps": np.inf}, "from 1 to .*; received inf"),
+        ({"steps": 10**5000}, "from 1 to .*; received a number of 16610 bits"),
+        ({"steps": -(10**25)}, "of at least 1; received -1"),
+        ({"duration": 1e300}, "duration over step must be .* from 1 to"),
+        ({"duration": 1e25}, "duration over step must be .* from 1 to"),
+    ],
+)
+@pytest.mark.parametrize("many", [False, True])
+def test_numbers_beyond_the_counters_are_refused(settings, sentence, many):
+    with pytest.raises(ValueError, match=sentence):
+        if many:
+            galvi.integrate_many([KEPLER], EIGHT, 1e-10, **settings)
+        else:
+            galvi.integrate(KEPLER, EIGHT, 1e-10, **settings)
+
+
+def test_a_bad_problem_is_told_apart():
+    centre = KEPLER.starting_at([0.0, 0.0], [0.0, 1.0])
+    with pytest.raises(ValueError, match="force must be finite at the start") as caught:
+        galvi.integrate_many([KEPLER, centre], EIGHT, 0.1, 3)
+    assert caught.value.__notes__ == ["This was problems[1]."]

@@ -1,0 +1,26 @@
+"""The tests of references pass where the peer that is optional is not installed, as in CI."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+ABSENT = find_spec("heyoka") is None
+
+
+def ran_without_heyoka(*files: str) -> subprocess.CompletedProcess[str]:
+    options = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "--without", "heyoka"]
+    command = [sys.executable, *options, *(str(HERE / file) for file in files)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=HERE.parents[1])
+
+
+@pytest.mark.skipif(ABSENT, reason="heyoka is not installed: all tests run without it")
+def test_the_contract_of_references_is_kept_without_heyoka():
+    done = ran_without_heyoka("test_registry.py", "test_heyoka.py")
+    assert done.returncode == 0, done.stdout
+    assert "Install heyoka" in done.stdout  # why the tests of heyoka itself were skipped

@@ -1,0 +1,137 @@
+"""Small frames of what each study measures, for the tests of reports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.brouwer import COLUMNS
+from benchmarks.engine_versions import COLUMNS as VERSIONS
+from benchmarks.free_spin import COLUMNS as SPIN
+from benchmarks.free_spin import marks
+from benchmarks.long_turning import COLUMNS as TURNING
+from benchmarks.scaling import COLUMNS as SCALING
+from benchmarks.taxonomy import COLUMNS as TAXONOMY
+from benchmarks.walkers import KEPT
+
+
+def walks(
+    years: float = 1e4, commit: str = "", drift: float = 0.0, runs: int = 16
+) -> list[dict[str, object]]:
+    """Random walks of two contenders, one of which hands out rounded states."""
+    rng = np.random.default_rng(1)
+    rows = []
+    for who, low in (("galvi degree 8, Gauss 8", 1e-18), ("REBOUND IAS15", 0.0)):
+        for k in range(runs):
+            path = np.cumsum(1e-16 * (rng.standard_normal(100) + drift))
+            rows += [
+                {
+                    "contender": who, "settings": "as usual", "years": years, "member": k,
+                    "sample": n, "t": years * n / 100, "error": path[n - 1],
+                    "error_of_rounded": path[n - 1] + low, "status": "", "commit": commit,
+                    "date": "2026-01-01" if commit else "",
+                }
+                for n in KEPT
+            ]  # fmt: skip
+    return rows
+
+
+def brouwer(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+    return pd.DataFrame(walks(), columns=list(COLUMNS))
+
+
+def scaling(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+    """galvi and a peer that does not reach the error with three bodies; one is not installed."""
+    blank = dict.fromkeys(SCALING, np.nan)
+    rows = [
+        {**blank, "contender": who, "settings": "P/6", "bodies": bodies, "orbits": 30,
+         "seconds_per_orbit": time * bodies, "seconds_low": 0.9 * time * bodies,
+         "seconds_high": 1.1 * time * bodies, "error": 1e-9,
+         "matched": time < 1e-4 or bodies > 3, "pairs_per_second": 1e9,
+         "limit_pairs_per_second": 2e9, "share": 0.5 if who.startswith("galvi") else np.nan,
+         "status": ""}
+        for bodies in (3, 10, 100)
+        for who, time in (("galvi degree 8, Gauss 8", 1e-5), ("REBOUND IAS15", 1e-3))
+    ]  # fmt: skip
+    absent = {**blank, "contender": "Other", "bodies": 3, "matched": False, "status": "Install it."}
+    return pd.DataFrame([*rows, absent], columns=list(SCALING))
+
+
+def versions(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+    """RK4 of order 2 in an old version and 4 in a new one; a third cannot be installed."""
+    rows = [
+        {"engine": f"mujoco {name}", "joint": joint, "integrator": "RK4", "step": 0.1 / 2**k,
+         "attitude_error": size * 2.0 ** (-k * order), "energy_error": 1e-12, "status": "",
+         "commit": "", "date": ""}
+        for name, order, size in (("3.10.0", 2, 1e-3), ("3.6.0", 2, 1e-3), ("4.0.1", 4, 1e-6))
+        for joint in ("ball", "free")
+        for k in range(9)
+    ]  # fmt: skip
+    blank = dict.fromkeys(("step", "attitude_error", "energy_error"), np.nan)
+    absent = {"engine": "mujoco 9.9.9", "joint": "", "integrator": "", "status": "No such version."}
+    return pd.DataFrame([*rows, {**blank, **absent}], columns=list(VERSIONS))
+
+
+def turning(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+    """Rotations that stay, momenta that walk, energies that drift."""
+    rng = np.random.default_rng(2)
+    rows = []
+    for k in range(8):
+        path = 1e-16 * np.cumsum(rng.standard_normal(100))
+        rows += [
+            {"contender": "galvi degree 8", "settings": "h = 0.2", "steps": 1000, "member": k,
+             "done": 10 * n, "orthogonality": 3e-16 * (1.0 + rng.random()),
+             "momentum": abs(path[n - 1]), "energy": 1e-17 * n * (1.0 + 0.1 * rng.random()),
+             "status": "", "commit": "", "date": ""}
+            for n in KEPT
+        ]  # fmt: skip
+    return pd.DataFrame(rows, columns=list(TURNING))
+
+
+def spins(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+    """galvi at round-off, a peer that drifts, one that fails and one that is absent."""
+    blank = dict.fromkeys(SPIN, np.nan) | {"problem": "free rigid body", "step": 0.01,
+                                           "turns": 1000.0, "commit": "", "date": ""}  # fmt: skip
+    rows = [
+        {**blank, "contender": who, "engine": engine, "turn": float(turn),
+         "energy_error": size * turn if turn < fails else np.nan,
+         "momentum_error": 1e-16 if turn < fails else np.nan,
+         "attitude_error": 1e-9 if turn == 1000 and turn < fails else np.nan,
+         "status": "" if turn < fails else "It burst."}
+        for who, engine, size, fails in (
+            ("galvi degree 4, Gauss 4, Cayley", "galvi", 1e-17, 9e9),
+            ("MuJoCo RK4, free joint", "mujoco 4.0.1", -1e-12, 9e9),
+            ("MuJoCo Euler, free joint", "mujoco 4.0.1", 1e-3, 300),
+        )
+        for turn in marks(1000)
+    ]  # fmt: skip
+    absent = {**blank, "contender": "MuJoCo implicit", "engine": "", "status": "Install it."}
+    return pd.DataFrame([*rows, absent], columns=list(SPIN))
+
+
+def pairs_of_spaces_and_rules(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+    """Two methods, one of them known, and two pairs that make none."""
+    blank = dict.fromkeys(TAXONOMY, np.nan) | {
+        "kind": "Polynomials", "number": 1, "space": "Polynomials(degree=1)", "family": "Gauss",
+        "name": "", "status": "", "predicted": 2,
+    }  # fmt: skip
+    sound = {"verdict": "method", "C_N": 0.97, "symplecticity": 1e-16, "symmetry": 3e-16}
+    rows = [
+        {**blank, **sound, "points": 1, "measured": 2.0, "name": "implicit midpoint"},
+        {**blank, **sound, "points": 2, "measured": 2.01},
+        {**blank, "points": 1, "space": "Fourier(harmonics=1)", "verdict": "ill-posed"},
+        {**blank, "points": 2, "space": "Fourier(harmonics=1)", "verdict": "inconsistent"},
+    ]
+    return pd.DataFrame(rows, columns=list(TAXONOMY))
+
+
+FRAMES = {
+    "brouwer": brouwer,
+    "scaling": scaling,
+    "free-spin": spins,
+    "engine-versions": versions,
+    "turning": turning,
+    "taxonomy": pairs_of_spaces_and_rules,
+}
