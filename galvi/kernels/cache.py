@@ -3,8 +3,9 @@
 numba's own cache watches only the file that defines a function, not the files of what it calls; it
 stops a run when a file is damaged or its folder cannot be written; and two processes that write at
 once may exchange each other's code. Here a file is named after everything that its code depends on,
-appears whole, and carries its digest: what is missing, damaged or not writeable is compiled anew.
-Files are in one folder for each state of the kernels, and the folders of other states are removed.
+appears whole, and carries its digest: what is missing, damaged or not writeable is compiled anew,
+by one process while the others wait. Files are in one folder for each state of the kernels, and the
+folders of other states are removed.
 
 The digest is no signature: as with numba, whoever can write in the folder can run code of theirs.
 """
@@ -25,6 +26,8 @@ import llvmlite
 import numba
 from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
+
+from galvi.kernels.turn import Turn
 
 DIGEST = 32  # bytes of SHA-256
 HOUR = 3600.0  # seconds after which a file that is not whole belongs to a process that was ended
@@ -97,7 +100,7 @@ class StampedFiles:
                 shutil.rmtree(place, ignore_errors=True)
         module = self.name.partition(".")[0]
         for path in self.place.iterdir():
-            if path.suffix == ".part":
+            if path.suffix in (".part", ".turn"):
                 left = time.time() - path.stat().st_mtime > HOUR
             else:
                 left = path.name.startswith(f"{module}.") and f".{self.source}." not in path.name
@@ -117,14 +120,29 @@ class KernelCache(FunctionCache):
         source = stamp(function.__code__.co_filename)
         name = self._impl.filename_base
         self._cache_file: Any = StampedFiles(self.cache_path, name, stamp(), source)
+        self._turn = Turn(self._cache_file.place)
 
     def load_overload(self, sig, target_context):
-        """What was saved, ready to call; None when that cannot be made of it."""
-        with suppress(Exception):
-            return super().load_overload(sig, target_context)
-        return None
+        """What was saved, ready to call; None when this process has to compile it."""
+        found = self._loaded(sig, target_context)
+        if found is None:
+            self._turn.end()  # that of a compilation that failed
+            key = self._index_key(sig, target_context.codegen())
+            self._turn = Turn(self._cache_file.path(key))
+            if self._turn.take():
+                found = self._loaded(sig, target_context)
+            if found is not None:
+                self._turn.end()
+        return found
 
     def save_overload(self, sig, data):
         """Save it where that is possible; otherwise the next process compiles anew."""
         with suppress(OSError):
             super().save_overload(sig, data)
+        self._turn.end()
+
+    def _loaded(self, sig, target_context):
+        """None also when what was saved cannot be made ready."""
+        with suppress(Exception):
+            return super().load_overload(sig, target_context)
+        return None

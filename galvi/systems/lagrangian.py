@@ -162,18 +162,14 @@ class Lagrangian:
         if self.slopes is None and self._slopes is not None:
             return with_force(cast(KnownLagrangian, self.function).group_field(), self, 0)
         side = self.group.shape[0] if len(self.group.shape) == 2 else 0
-        if self.slopes is not None:
-            signature = slopes.signature(slopes.EUCLIDEAN, self.explicit_time, side)
-            compiled = compiles(self.slopes, signature)
-            function = self.slopes if compiled else self._checked
-            known = GroupField(slopes.EUCLIDEAN, function, self.explicit_time, side,
-                               compiled=compiled)  # fmt: skip
-            return with_force(known, self, side)
-        unknown = GroupField(
-            slopes.LEFT, lambda *qvt: self._differenced(*qvt).ravel(), self.explicit_time, side,
-            compiled=False,
-        )  # fmt: skip
-        return with_force(unknown, self, side)
+        timed, compiled, function = self.explicit_time, False, self.slopes
+        if function is None:
+            kind, function = slopes.LEFT, lambda *qvt: self._differenced(*qvt).ravel()
+        else:
+            kind = slopes.EUCLIDEAN
+            compiled = compiles(function, slopes.signature(kind, timed, side))
+            function = function if compiled else self._checked
+        return with_force(GroupField(kind, function, timed, side, compiled=compiled), self, side)
 
     @property
     def potential_calls_per_force(self) -> int:
