@@ -12,8 +12,8 @@ from hypothesis import settings
 # Before numpy is imported: its threads, beside those of other workers, take an eighth longer.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# What needs the kernels that the worker in tests/galvi compiles in its first minute, and would
-# compile them once more beside it: these go to the end.
+# What needs the kernels that the worker in tests/galvi compiles in its first minute, and would wait
+# for it: these go to the end.
 LATE = (
     "tests/reports/test_contender_",
     "tests/references/test_chains.py",
