@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from galvi.systems.rigid_body import RigidBody
 from galvi.trajectory import COMPLETED
 
 OFF = 0.1  # change of the energy over |T| + |V| that no usable run has
+CLOSE = 0.1  # of the momentum; the energy is then known to a part of the square of this
 NEAR_LIMIT = 0.8  # of a chart's limit, from which a step that is not solved is said to leave it
 FAR = 1e100  # lengths; squares of larger ones overflow
 TRIED = {
@@ -113,6 +115,11 @@ def _completed(problem: Problem, q: Array, v: Array) -> str:
     change = _change(problem, q, v)
     if change <= OFF:
         return COMPLETED
+    if np.isnan(change):
+        return (
+            "Completed, but no velocity was found that has the momentum at the end: the step is "
+            "too large for this motion. Use a smaller step or a higher degree."
+        )
     return (
         f"Completed, but the energy changed by {change:.2g} times |T| + |V| at the start: the step "
         f"is too large for this motion. Use a smaller step or a higher degree."
@@ -130,12 +137,16 @@ def _change(problem: Problem, q: Array, v: Array, p: Array | None = None) -> flo
 def _completed_on_group(problem: Problem, q: Array, p: Array, t: float, near: Array) -> str:
     """As ``_completed``, at (q, p).
 
-    A Lagrangian's energy p . v - L(q, v) is stationary where v has the momentum p: a near velocity
-    serves, unless it looks as if the energy had changed.
+    A Lagrangian's energy p . v - L(q, v) is stationary where v has the momentum p, so that a
+    velocity that has nearly that momentum serves.
     """
-    if isinstance(problem.system, Lagrangian) and _change(problem, q, near, p) <= OFF:
-        return COMPLETED
-    return _completed(problem, q, velocity_at(problem.system, q, p, t, near))
+    system: Any = problem.system
+    if isinstance(system, Lagrangian):
+        with np.errstate(all="ignore"), suppress(ArithmeticError, ValueError):
+            off = np.max(np.abs(system.momentum(near, q, problem.t0) - p))
+            if off <= CLOSE * np.max(np.abs(p)) and _change(problem, q, near, p) <= OFF:
+                return COMPLETED
+    return _completed(problem, q, velocity_at(system, q, p, t, near))
 
 
 def _conserves_energy(system: Any) -> bool:

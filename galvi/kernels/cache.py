@@ -126,7 +126,6 @@ class KernelCache(FunctionCache):
         """What was saved, ready to call; None when this process has to compile it."""
         found = self._loaded(sig, target_context)
         if found is None:
-            self._turn.end()  # that of a compilation that failed
             key = self._index_key(sig, target_context.codegen())
             self._turn = Turn(self._cache_file.path(key))
             if self._turn.take():
@@ -140,6 +139,19 @@ class KernelCache(FunctionCache):
         with suppress(OSError):
             super().save_overload(sig, data)
         self._turn.end()
+
+    def watch(self, compiler):
+        """Let the next process have its turn also when numba's compiler of the function fails."""
+        compile_it = compiler.compile
+
+        def compile_or_leave(args, return_type):
+            try:
+                return compile_it(args, return_type)
+            except BaseException:
+                self._turn.end()
+                raise
+
+        compiler.compile = compile_or_leave
 
     def _loaded(self, sig, target_context):
         """None also when what was saved cannot be made ready."""

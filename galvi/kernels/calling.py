@@ -19,6 +19,7 @@ import numpy as np
 from numba import types
 from numba.core import errors
 from numba.core.imputils import impl_ret_new_ref
+from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic
 
 from galvi.kernels.array_types import BLOCKS, MATRIX, REAL, VECTOR
@@ -27,15 +28,28 @@ from galvi.kernels.array_types import BLOCKS, MATRIX, REAL, VECTOR
 def addresses(*functions: tuple[Callable[..., Any] | None, Any]) -> Any:
     """(n,) where the compiled code of each (function, signature) is; 0 for None.
 
-    The functions are jitted; they must live as long as the addresses are used.
+    They must live as long as the addresses are used. Raises TypeError for a function that is not
+    jitted or returns another type than its signature says.
     """
     found = [0 if f is None else _address(f, signature) for f, signature in functions]
     return np.array(found, dtype=np.int64)
 
 
 def _address(function: Any, signature: Any) -> int:
-    code = function.get_compile_result(signature)
-    return int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
+    if not isinstance(function, CPUDispatcher):
+        raise TypeError(
+            f"a compiled kernel calls functions compiled with numba.njit; received {function!r}."
+        )
+    if signature.args not in function.overloads:
+        function.compile(signature.args)
+    code: Any = function.overloads[signature.args]
+    place = int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
+    if code.signature.return_type != signature.return_type or place == 0:
+        raise TypeError(
+            f"{function.py_func.__name__} must return {signature.return_type} for "
+            f"{signature.args}; it returns {code.signature.return_type}."
+        )
+    return place
 
 
 def _call(returned, address, arguments):

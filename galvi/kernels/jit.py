@@ -20,14 +20,15 @@ _ONE_AT_A_TIME = threading.RLock()
 def jit(function, **options):
     """``function`` compiled when first called, for the types it is called with; options of njit.
 
-    ``_nrt`` is said since it would be taken from the first kernel that calls it.
+    Options that are not said would be taken from the first kernel that calls it.
     """
-    given = {"error_model": "numpy", "nogil": True, "_nrt": True, **options}
+    given = {"error_model": "numpy", "nogil": True, "_nrt": True, "forceinline": False, **options}
     dispatcher: Any = numba.njit(**given)(function)
     if hasattr(dispatcher, "_cache"):  # not so when numba is told not to compile
         # no folder to keep it in, or no sources to stamp: every process compiles anew
         with suppress(RuntimeError, OSError):
             dispatcher._cache = KernelCache(function)
+            dispatcher._cache.watch(dispatcher._compiler)
     return dispatcher
 
 

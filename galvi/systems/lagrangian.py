@@ -137,7 +137,9 @@ class Lagrangian:
         return self._each(one, q, p, t)
 
     def value(self, q: Array, v: Array, t: float) -> float:
-        """L at one state."""
+        """L at one state; NaN where that is not finite."""
+        if not (np.all(np.isfinite(q)) and np.all(np.isfinite(v))):
+            return np.nan
         return float(self.function(*self._arguments(q, v, t)))
 
     def energy(self, q: Array, v: Array, t: Any) -> Array:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import resource
-
 import numpy as np
 import pytest
 from numba import njit, types
 from numba.core.errors import TypingError
+from numba.core.runtime import _nrt_python, rtsys
 
 from galvi.kernels.array_types import MATRIX, REAL, VECTOR
 from galvi.kernels.calling import addresses, fill, matrix, vector
@@ -69,13 +68,13 @@ def test_what_is_returned_is_freed():
             total += vector(functions[0], x)[0]
         return total
 
+    _nrt_python.memsys_enable_stats()
     functions = addresses((copied, VECTOR(VECTOR)))
-    x = np.ones(100_000)
-    assert many(functions, x, 1) == 1.0
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    assert many(functions, x, 1000) == 1000.0
-    kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
-    assert kilobytes < 100_000  # all of them together have 780,000
+    assert many(functions, np.ones(10), 1) == 1.0
+    before = rtsys.get_allocation_stats()
+    assert many(functions, np.ones(10), 1000) == 1000.0
+    after = rtsys.get_allocation_stats()
+    assert after.alloc - before.alloc == after.free - before.free >= 1000
 
 
 def test_what_a_function_raises_reaches_the_caller():
@@ -98,3 +97,13 @@ def test_arrays_of_other_layouts_are_refused_when_the_kernel_is_compiled():
 
     with pytest.raises(TypingError, match="cannot take array"):
         broken(where(), np.zeros(4))
+
+
+def test_what_is_not_jitted_or_returns_something_else_is_refused():
+    def plain(x):
+        return x
+
+    with pytest.raises(TypeError, match="received <function"):
+        addresses((plain, VECTOR(VECTOR)))
+    with pytest.raises(TypeError, match="turned must return array"):
+        addresses((turned, MATRIX(VECTOR, REAL)))
