@@ -3,7 +3,8 @@
 What it declares (see `benchmarks.outsider`) is held against what is measured: its order from both
 sides, the errors that it claims, and what it conserves, as a bound and without a drift. What it
 does not declare is measured and told, and nothing depends on it. Whatever it declares, no run may
-fail, and a finer setting must be better than the coarsest until both are right to 1e-8.
+fail, its finest setting must be within a tenth of the way of the truth, and better than its
+coarsest until it is right to 1e-8: what has one setting only has to be that.
 """
 
 from __future__ import annotations
@@ -19,15 +20,18 @@ import pandas as pd
 from benchmarks import verdicts
 from benchmarks.agreement import SOURCE
 from benchmarks.claim import Claim, Row
-from benchmarks.contender_study import CLAIMED, ERROR, FAILED, FORMULAS, ORDER, studied
-from benchmarks.fits import algebraic
+from benchmarks.contender_study import CLAIMED, ERROR, FAILED, OFF, ORDER, studied
+from benchmarks.fits import algebraic, window
 from benchmarks.grounds import GROUNDS, Ground
+from benchmarks.introduction import CONSERVED
 from benchmarks.outsider import Outsider
 from benchmarks.tidy import number, pick
 
 GAIN = 0.7  # of the coarsest setting's error, at most at the finest
-RIGHT = 1e-8  # an error that needs no gain
+RIGHT = 1e-8  # of the way, an error that needs no gain
+FAR = 0.1  # of the way, that states may be off by at the finest setting
 SHARE = 0.05  # of an order, that it may be off by beyond `verdicts.ORDER_RESOLUTION`
+RISES = 2  # of the error with a shorter step, from which on it is erratic; one is a change of sign
 ROUND_OFF = 1e-12  # relative changes that may grow
 OWN = "It says so itself."
 TOLD = "It does not say; its number is told."
@@ -66,7 +70,7 @@ class Judge:
 
     def __call__(self, table: pd.DataFrame) -> list[Row]:
         """Every row; a contender that supports none of the problems has one that says so."""
-        rows, orders = [], 0
+        rows, orders, looked = [], 0, dict.fromkeys(self.outsider.conserves, 0)
         for ground in self.grounds:
             seen = pick(table, study=ground.problem.name)
             if seen.empty:
@@ -75,6 +79,8 @@ class Judge:
             ordered = self._order(ground, seen)
             orders += sum(row.verdict != verdicts.NOT_RUN for row in ordered)
             rows += [*ordered, *self._conserved(ground, seen)]
+            for name in looked:
+                looked[name] += not pick(seen, quantity=name).empty
         if not rows:
             known = ", ".join(ground.problem.name for ground in self.grounds)
             return [self._least("problems that it supports", 0, f"Asked were {known}.")]
@@ -84,6 +90,9 @@ class Judge:
                 "above round-off. Let it offer longer ones, too."
             )
             rows.append(self._least("problems where its order is seen", orders, why))
+        for name, count in looked.items():
+            why = "It says that it conserves it: a problem that it supports must have it."
+            rows.append(self._least(f"problems where its {name} is looked at", count, why))
         return rows
 
     def _row(self, ground: Ground, quantity: str, measured: float, verdict: str,
@@ -130,19 +139,38 @@ class Judge:
                     reason=one["status"] or (OWN if claims else TOLD),
                 )
             )  # fmt: skip
-        if len(errors) > 1:
-            coarse, fine = float(errors["value"].iloc[0]), float(errors["value"].iloc[-1])
-            better = fine <= max(RIGHT, GAIN * coarse)
-            rows.append(
-                self._row(
-                    ground, "error at its finest over that at its coarsest",
-                    fine / coarse if coarse > 0.0 else fine,
-                    verdicts.HOLDS if better else verdicts.CONTRADICTED,
-                    bound=f"at most {GAIN:g}, or an error of at most {RIGHT:g}",
-                    reason="What becomes no better solves another problem.",
-                )
-            )  # fmt: skip
-        return rows
+        return [*rows, *self._way(ground, seen)] if rows else []
+
+    def _way(self, ground: Ground, seen: pd.DataFrame) -> list[Row]:
+        """All its states at the finest setting, against the truth and against the coarsest."""
+        off = {what: list(pick(seen, quantity=name)["value"]) for what, name in OFF.items()}
+        coarse, fine = (float(np.max([values[k] for values in off.values()])) for k in (0, -1))
+        worst = max(off, key=lambda what: np.nan_to_num(off[what][-1], nan=np.inf))
+        single = len(off[worst]) == 1
+        better = fine <= max(RIGHT, 0.0 if single else GAIN * coarse)
+        unknown = single and not better and np.isfinite(fine)
+        reason = "What becomes no better solves another problem."
+        if single:
+            reason = "It offers one setting, so that nothing can become better: let it offer two."
+        elif not np.isfinite(coarse):
+            reason = "Its run at the coarsest setting failed."
+        elif fine > coarse:
+            reason = "Settings go from coarse to fine; and what becomes worse is no solution."
+        bound = f"at most {GAIN:g}, or an error of at most {RIGHT:g} of the way"
+        return [
+            self._row(
+                ground, "error at its finest over the way from the start", fine,
+                verdicts.HOLDS if fine <= FAR else verdicts.CONTRADICTED,
+                bound=f"at most {FAR:g}", reason=f"Furthest from the truth: its {worst}.",
+            ),
+            self._row(
+                ground, "error at its finest over that at its coarsest",
+                fine if single or not coarse > 0.0 else fine / coarse,
+                verdicts.NOT_RUN if unknown
+                else verdicts.HOLDS if better else verdicts.CONTRADICTED,
+                bound=bound, reason=reason,
+            ),
+        ]  # fmt: skip
 
     def _order(self, ground: Ground, seen: pd.DataFrame) -> list[Row]:
         runs, order = pick(seen, quantity=ORDER), self.outsider.order
@@ -151,23 +179,28 @@ class Judge:
         fit = algebraic(list(runs["step"]), list(runs["value"]), floor=ground.floor)
         slack = max(verdicts.ORDER_RESOLUTION, SHARE * order)
         wrong = fit.stays_large or fit.relapse
-        if wrong or not 2.0 * fit.uncertainty <= slack:
-            verdict = verdicts.CONTRADICTED if wrong else verdicts.NOT_RUN
-        else:
-            spread = slack + 2.0 * fit.uncertainty
+        spread, reason = slack + 2.0 * fit.uncertainty, OWN
+        if wrong:
+            verdict = verdicts.CONTRADICTED
+        elif not fit.points:
+            verdict, reason = verdicts.NOT_RUN, "Fewer than three errors are above round-off."
+        elif 2.0 * fit.uncertainty <= slack:
             verdict = verdicts.within(fit.rate, order - spread, order + spread)
+        elif _rises(runs["value"], ground.floor) >= RISES or fit.rate < order - spread:
+            verdict, reason = verdicts.CONTRADICTED, "Its errors follow no power of the step."
+        else:
+            verdict, reason = verdicts.NOT_RUN, "Its errors fall, but by no power of the step yet."
         unseen = verdict == verdicts.NOT_RUN
         found = self._row(
             ground, "order in the step", fit.rate, verdict, claimed=f"order {order:g}",
             bound=f"within {slack:g} of {order:g}",
-            expected=verdicts.NOT_RUN if unseen else verdicts.HOLDS,
-            reason="Its steps are too short, or too few, to see an order here." if unseen else OWN,
+            expected=verdicts.NOT_RUN if unseen else verdicts.HOLDS, reason=reason,
         )  # fmt: skip
         return [replace(found, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else found]
 
     def _conserved(self, ground: Ground, seen: pd.DataFrame) -> list[Row]:
         rows = []
-        for name in FORMULAS:
+        for name in CONSERVED:
             series = pick(seen, quantity=name)
             if series.empty:
                 continue
@@ -191,3 +224,9 @@ class Judge:
                 )
             )  # fmt: skip
         return rows
+
+
+def _rises(errors: Sequence[float], floor: float) -> int:
+    """How often an error above round-off is larger than the one of a longer step."""
+    seen = np.asarray(errors, dtype=np.float64)[window(errors, floor=floor)]
+    return int(np.sum(np.diff(seen) > 0.0))

@@ -11,30 +11,41 @@ import signal
 import time
 from collections.abc import Mapping
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 
+from benchmarks.contender_code import loaded, places
+from benchmarks.contender_life import tie_to_parent
 from benchmarks.introduction import Fault, introduced, is_positive, opened, told
+from benchmarks.ladder import plain_ladder
 from galvi import Problem
 from references.setting import fixed_steps, sample_times
 
-NEAR = 1e-9  # of the duration: by how much a time may differ from the one asked for
+NEAR = 1e-9  # of the duration: by how much a time may differ from the one asked for; of the largest
+# component, by how much the first state may differ from the start
+RETURNED: WeakValueDictionary[int, Any] = WeakValueDictionary()
 
 
 def serve(connection: Any, path: str) -> None:
-    """Answer requests until the connection closes. What the contender prints goes to stderr."""
+    """Answer requests until the connection closes, or the parent is gone.
+
+    What the contender prints goes to stderr.
+    """
+    guard, before = tie_to_parent(), loaded()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     os.dup2(2, 1)
+    os.set_inheritable(connection.fileno(), False)  # what the contender starts does not hold it
     contender: Any = None
-    while True:
+    while guard:
         try:
             what, *arguments = connection.recv()
-        except EOFError:
+        except (EOFError, OSError):
             return
         try:
             if what == "open":
                 contender = opened(path)
-                value: Any = introduced(contender)
+                value: Any = (*introduced(contender), places(path.partition(":")[0], before))
             else:
                 value = ANSWERS[what](contender, *arguments)
             answer = ("done", value)
@@ -42,7 +53,10 @@ def serve(connection: Any, path: str) -> None:
             answer = ("fault", str(fault))
         except BaseException as error:
             answer = ("fault", f"It raised {told(error)}.")
-        connection.send(answer)
+        try:
+            connection.send(answer)
+        except OSError:  # nobody waits for it any more
+            return
 
 
 def supports(contender: Any, problem: Problem) -> bool:
@@ -57,13 +71,7 @@ def settings(contender: Any, problem: Problem, duration: float) -> list[dict[str
     offered = list(contender.settings(problem, duration))
     if not offered or not all(isinstance(one, Mapping) for one in offered):
         raise Fault(f"Its settings must be mappings, one at least; received {offered!r}.")
-    plain = [
-        {str(name): _plain(str(name), value) for name, value in one.items()} for one in offered
-    ]
-    for one in plain:
-        if "step" in one and not is_positive(one["step"]):
-            raise Fault(f"Its settings' step must be a positive number; received {one['step']!r}.")
-    return plain
+    return plain_ladder(offered, duration)
 
 
 def claimed_error(
@@ -78,17 +86,6 @@ def claimed_error(
     return float(claimed)
 
 
-def _plain(name: str, value: Any) -> Any:
-    """A value that another process can take without running code of the contender's."""
-    value = value.item() if isinstance(value, np.generic) else value
-    if value is not None and type(value) not in (bool, int, float, str):
-        raise Fault(
-            f"Its settings must hold numbers, words, True, False or None; {name} is a "
-            f"{type(value).__name__}."
-        )
-    return value
-
-
 def run(
     contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> tuple[dict[str, Any], float]:
@@ -96,17 +93,34 @@ def run(
     start = time.perf_counter()
     found = contender.run(problem, duration, dict(setting))
     seconds = time.perf_counter() - start
+    _keep(found)
     return examined(found, problem, duration, setting), seconds
 
 
 def seconds(
     contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any], repeats: int
 ) -> float:
-    """Of one run, the mean of several."""
-    start = time.perf_counter()
+    """Of one run, the mean of several, of which the last is examined."""
+    start, before, found = time.perf_counter(), None, None
     for _ in range(repeats):
-        contender.run(problem, duration, dict(setting))
-    return (time.perf_counter() - start) / repeats
+        before = found
+        found = contender.run(problem, duration, dict(setting))
+    seconds = (time.perf_counter() - start) / repeats
+    if before is found:
+        RETURNED[id(found)] = found
+    _keep(found)
+    examined(found, problem, duration, setting)
+    return seconds
+
+
+def _keep(found: Any) -> None:
+    """Fault for what it returned before: no time of such a run is one."""
+    if RETURNED.get(id(found)) is found:
+        raise Fault("It returned a trajectory that it had returned before; each run must be made.")
+    try:
+        RETURNED[id(found)] = found
+    except TypeError:  # it is of a kind that cannot be remembered without being kept
+        return
 
 
 def examined(
@@ -126,7 +140,7 @@ def examined(
         raise Fault(f"Its t, q and p must be arrays of numbers; {error}.") from None
     try:
         times = asked_times(problem, duration, setting)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError, MemoryError) as error:
         raise Fault(
             "Its settings must say at which times a run has states, as step and save_every or as "
             f"samples; received {dict(setting)!r} ({told(error)})."
@@ -147,6 +161,13 @@ def examined(
         raise Fault("It says that it failed, and its status does not say why.")
     if success and not (np.isfinite(q).all() and np.isfinite(p).all()):
         raise Fault("It says that it succeeded, and its states are not finite.")
+    for name, states, start in (("q", q, problem.q0), ("p", p, problem.p0)):
+        off = np.max(np.abs(states[0] - start))
+        if success and not off <= NEAR * max(np.max(np.abs(states)), np.max(np.abs(start))):
+            raise Fault(
+                f"Its first {name} must be the problem's start, {_row(start)}; received "
+                f"{_row(states[0])}."
+            )
     try:
         counts = {str(name): int(count) for name, count in dict(found.counts).items()}
     except (TypeError, ValueError):
@@ -163,6 +184,12 @@ def asked_times(problem: Problem, duration: float, setting: Mapping[str, Any]) -
     if "step" in setting:
         return fixed_steps(duration, setting).times(problem.t0)
     return sample_times(problem.t0, duration, setting)
+
+
+def _row(state: Any) -> str:
+    return np.array2string(np.ravel(state), precision=6, threshold=6, separator=", ").replace(
+        "\n", ""
+    )
 
 
 def _ends(t: Any) -> str:

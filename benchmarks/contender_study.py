@@ -4,10 +4,12 @@ Rows of the tidy frame, the problem in `study` and the setting in `label`:
 
 ERROR     largest component of the configuration's error at the end, at the coarsest, a middle and
           the finest of its settings; status when the run failed
+OFF       by how much q, and p, are off there at most, at half of the time and at the end, as a
+          share of how far the truth of them gets from the start; of N bodies that of the worst
 CLAIMED   the error that it claims there
 ORDER     the same errors at steps in between, where it says its order and offers steps
 energy, angular momentum
-          relative changes at times t of a long run, at its finest setting
+          relative changes from the problem's start at times t of a long run, at its finest setting
 FAILED    how many runs and answers failed; status says which
 """
 
@@ -22,16 +24,17 @@ import pandas as pd
 from benchmarks import textbook
 from benchmarks.claim import MakeMethod, Report
 from benchmarks.grounds import Ground
-from benchmarks.outsider import Outsider
-from benchmarks.outsiders import FEWEST, finest, readable_setting
+from benchmarks.outsider import Outsider, equal_steps
+from benchmarks.outsiders import FEWEST, finest, readable_setting, sampled
 from benchmarks.tidy import frame, row
-from galvi import Problem, Trajectory
+from galvi import NBody, Problem, Trajectory
 from galvi.arrays import Array
 
 ERROR, CLAIMED, ORDER, FAILED = "error", "claimed error", "error in between", "failed"
+OFF = {"configuration": "share of the way, q", "momenta": "share of the way, p"}
 PARTS = 200  # of a long run
 POINTS, LEAST, MOST = 9, 4.0, 2.0  # steps: how many, over which factor at least, and their ratio
-FORMULAS = {"energy": textbook.energy, "angular momentum": textbook.angular_momentum}
+COARSE, FEW = 1e-2, 10  # an error, and a number of steps, up to which longer ones are looked for
 
 
 def studied(
@@ -48,29 +51,34 @@ def studied(
         if outsider.supports(ground.problem):
             settings = outsider.settings(ground.problem, ground.duration, FEWEST)
             if settings:
-                end = ground.end()
-                rows += _errors(outsider, ground, settings, end)
-                rows += _in_between(outsider, ground, settings, end)
+                truth = ground.states()
+                rows += _errors(outsider, ground, settings, truth)
+                rows += _in_between(outsider, ground, settings, truth.q[-1])
                 rows += _changes(outsider, ground)
         elif not outsider.faults_on(ground.problem):
             continue
         faults = outsider.faults_on(ground.problem)
         rows.append(
-            row(study=ground.problem.name, quantity=FAILED, value=len(faults),
-                status=" ".join(faults))
+            row(study=ground.problem.name, quantity=FAILED,
+                value=outsider.failures_on(ground.problem), status=" ".join(faults))
         )  # fmt: skip
     return frame(rows)
 
 
 def _errors(
-    outsider: Outsider, ground: Ground, settings: Sequence[Mapping[str, Any]], end: Array
+    outsider: Outsider, ground: Ground, settings: Sequence[Mapping[str, Any]], truth: Trajectory
 ) -> Iterator[dict[str, Any]]:
-    chosen = {0, len(settings) // 2, len(settings) - 1}
-    told = {readable_setting(settings[k]): settings[k] for k in sorted(chosen)}
-    for label, setting in told.items():
+    chosen = sorted({0, len(settings) // 2, len(settings) - 1})
+    halved = [sampled(ground.duration, settings[k], 2) for k in chosen]
+    for label, setting in {readable_setting(one): one for one in halved}.items():
         run = _run(outsider, ground.problem, ground.duration, setting)
         known = {"study": ground.problem.name, "label": label, "t": ground.duration}
-        yield row(quantity=ERROR, value=_error(run, end), status=_status(run), **known)
+        yield row(quantity=ERROR, value=_error(run, truth.q[-1]), status=_status(run), **known)
+        for quantity, found, exact in zip(
+            OFF.values(), (run.q, run.p), (truth.q, truth.p), strict=True
+        ):
+            off = _off(ground.problem, found, exact) if run.success else float("nan")
+            yield row(quantity=quantity, value=off, status=_status(run), **known)
         claimed = outsider.claimed_error(ground.problem, ground.duration, setting)
         if claimed is not None:
             yield row(quantity=CLAIMED, value=claimed, **known)
@@ -79,38 +87,67 @@ def _errors(
 def _in_between(
     outsider: Outsider, ground: Ground, settings: Sequence[Mapping[str, Any]], end: Array
 ) -> Iterator[dict[str, Any]]:
-    """From its longest step to its shortest, or over a factor LEAST where that is more."""
+    """From its longest step to its shortest, or over a factor LEAST where that is more.
+
+    Where it offers no steps of its own, and those of others are too short to show its order, from
+    one that is long enough.
+    """
     equal = [setting for setting in settings if "step" in setting]
     if outsider.order is None or not ground.ordered or not equal:
         return
     numbers = [max(1, round(ground.duration / setting["step"])) for setting in equal]
-    few, many = min(numbers), max(*numbers, round(LEAST * min(numbers)))
+    few = min(numbers)
+    if list(settings) == equal_steps(ground.duration, FEWEST):
+        few = _fewer(outsider, ground, end, few)
+    many = max(round(LEAST * few), *(numbers if few in numbers else [0]))
     ratio = min(MOST, (many / few) ** (1.0 / (POINTS - 1)))
     for steps in dict.fromkeys(round(few * ratio**k) for k in range(POINTS)):
         step = ground.duration / steps
-        run = outsider.run(
-            ground.problem, ground.duration, {**equal[0], "step": step, "save_every": steps}
-        )
+        setting = {**equal[0], "step": step, "save_every": steps}
+        run = _run(outsider, ground.problem, ground.duration, setting)
         yield row(
             study=ground.problem.name, quantity=ORDER, step=step, steps=steps,
             value=_error(run, end), status=_status(run),
         )  # fmt: skip
 
 
+def _fewer(outsider: Outsider, ground: Ground, end: Array, few: int) -> int:
+    """So few steps that an error that falls as it says is above the floor LEAST times further.
+
+    A run that fails here ends the search, and nothing else: it was not offered.
+    """
+    assert outsider.order is not None
+    least = min(COARSE, ground.floor * LEAST ** min(outsider.order, 100.0))
+    while few >= FEW:
+        run = outsider.timed(
+            ground.problem, ground.duration,
+            {"step": ground.duration / few, "save_every": few}, noted=False,
+        )()  # fmt: skip
+        if not run.success:
+            return 2 * few
+        if _error(run, end) >= least:
+            return few
+        few //= 2
+    return 2 * few
+
+
 def _changes(outsider: Outsider, ground: Ground) -> Iterator[dict[str, Any]]:
     if not ground.kept:
         return
-    setting = finest(outsider, ground.problem, ground.long, PARTS)
+    problem = ground.watched or ground.problem
+    setting = finest(outsider, problem, ground.long, PARTS)
     if setting is None:
         return
     label = readable_setting(setting)
-    run = _run(outsider, ground.problem, ground.long, setting)
-    velocity = run.problem.system.velocity(run.p)
+    run = _run(outsider, problem, ground.long, setting)
+    q, p = (
+        np.concatenate([start[None], states])
+        for start, states in ((problem.q0, run.q), (problem.p0, run.p))
+    )
+    formulas = {"energy": ground.energy, "angular momentum": _angular_momentum}
     for name in ground.kept:
-        values = FORMULAS[name](ground.problem, run.q, velocity)
-        change, size = values - values[0], np.abs(values[0])
-        if values.ndim > 1:
-            change, size = np.linalg.norm(change, axis=-1), np.linalg.norm(values[0])
+        start, *values = formulas[name](problem, q, p).reshape(len(q), -1)
+        change, size = np.linalg.norm(values - start, axis=-1), np.linalg.norm(start)
         for t, error in zip(run.t, change / size, strict=True):
             yield row(
                 study=ground.problem.name, quantity=name, label=label, t=t, value=error,
@@ -127,6 +164,21 @@ def _run(
     if not (run.success or call.failure):
         outsider.note(problem, f"T = {duration:g}, {readable_setting(setting)}", run.status)
     return run
+
+
+def _angular_momentum(problem: Problem, q: Array, p: Array) -> Array:
+    system: Any = problem.system
+    return textbook.angular_momentum(problem, q, system.velocity(p))
+
+
+def _off(problem: Problem, found: Array, truth: Array) -> float:
+    """The largest distance from the truth over the largest way of the truth."""
+    bodies = truth.shape[1] if isinstance(problem.system, NBody) else 1
+    off, way = (
+        np.max(np.abs(apart.reshape(len(truth), bodies, -1)), axis=(0, 2))
+        for apart in (found - truth, truth - truth[0])
+    )
+    return float(np.max(off / way))
 
 
 def _error(run: Trajectory, end: Array) -> float:

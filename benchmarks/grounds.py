@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import galvi
+from benchmarks import hamiltonians
 from benchmarks.agreements import PAIR
-from galvi import Problem
+from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references import Contender
 from references.free_top import FREE_TOP
@@ -26,12 +27,15 @@ class Ground:
     """One of them.
 
     problem   what is solved
-    duration  after which the configuration is compared, in the problem's unit of time
+    duration  after which, and after half of which, states are compared, in the problem's unit of
+              time
     truth     what with, at `setting`
     floor     error, of a component, below which rounding or the truth's own error counts
     ordered   whether an order is seen: the motion is nonlinear and has one time scale
     kept      what of `benchmarks.introduction.CONSERVED` the motion keeps
     long      duration over which that is watched: some twenty turns, never a whole number of them
+    watched   the start for that, where it is another: a regular motion
+    energy    the formula by which it is: (problem, q, p) -> (k,)
     """
 
     problem: Problem
@@ -42,13 +46,12 @@ class Ground:
     ordered: bool = True
     kept: tuple[str, ...] = ("energy",)
     long: float = 123.0
+    watched: Problem | None = None
+    energy: Callable[[Problem, Array, Array], Array] = hamiltonians.energy
 
-    def end(self) -> Array:
-        """The configuration at the end, by the truth."""
-        end: Array = self.truth.run(self.problem, self.duration, {"samples": 1, **self.setting}).q[
-            -1
-        ]
-        return end
+    def states(self) -> Trajectory:
+        """Those at the start, at half of the duration and at its end, by the truth."""
+        return self.truth.run(self.problem, self.duration, {"samples": 2, **self.setting})
 
 
 BOTH = ("energy", "angular momentum")
@@ -57,11 +60,13 @@ GROUNDS = (
     Ground(galvi.problems.kepler(0.3), 5.0, KEPLER, kept=BOTH),
     Ground(galvi.problems.planar_pendulum(), 5.0, PENDULUM),
     # Tight is within 1e-12 of itself with a tenth of the tolerance.
-    Ground(galvi.problems.henon_heiles(), 5.0, DOP853, TIGHT, kept=()),
+    Ground(galvi.problems.henon_heiles(), 5.0, DOP853, TIGHT, energy=hamiltonians.henon_heiles),
     Ground(PAIR, 5.0, KEPLER, kept=BOTH),
-    Ground(galvi.problems.outer_solar_system(), 36_525.0, STORED_TRUTH, ordered=False, kept=BOTH,
+    Ground(galvi.problems.outer_solar_system(), 73_050.0, STORED_TRUTH, ordered=False, kept=BOTH,
            long=20.3 * 4332.6),
     Ground(galvi.problems.free_rigid_body(), 5.0, FREE_TOP, kept=BOTH),
     Ground(galvi.problems.pendulum_3d(), 5.0, STORED_ATTITUDE),
-    Ground(galvi.problems.double_pendulum(), 1.0, STORED_CHAIN, kept=()),
+    Ground(galvi.problems.double_pendulum(), 1.0, STORED_CHAIN, long=40.3,
+           watched=galvi.problems.double_pendulum(angles=(0.5, 0.7)),
+           energy=hamiltonians.double_pendulum),
 )  # fmt: skip

@@ -12,6 +12,7 @@ import numpy as np
 PARTS = ("name", "supports", "run")
 CONSERVED = ("energy", "angular momentum")
 OURS = "galvi"
+LONGEST, MARKUP = 60, "<>$|`"  # letters of a name, and those that pages and figures would read
 
 
 class Fault(Exception):
@@ -22,7 +23,7 @@ def opened(path: str) -> Any:
     """The contender at "package.module:Class". Fault when there is none, or it is none."""
     module_name, _, name = path.partition(":")
     if not all(part.isidentifier() for part in (*module_name.split("."), name)):
-        raise Fault(f"a contender is named package.module:Class; received {path!r}")
+        raise Fault(f"a contender is named package.module:Class; received {path!r}{_meant(path)}")
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:
@@ -36,9 +37,9 @@ def opened(path: str) -> Any:
         raise Fault(f"importing {module_name} raised {told(error)}") from None
     if not hasattr(module, name):
         known = [word for word in vars(module) if not word.startswith("_")]
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
+        near = difflib.get_close_matches(name, known, n=1)
         raise Fault(
-            f"module {module_name} has no {name!r}{f'; did you mean {near[0]!r}' if near else ''}"
+            f"module {module_name} has no {name!r}{f'; did you mean {near[0]!r}?' if near else ''}"
         )
     made = getattr(module, name)
     if isinstance(made, type):
@@ -55,12 +56,29 @@ def opened(path: str) -> Any:
             f"{path} lacks {' and '.join(map(repr, lacking))}; a contender has name, "
             "supports(problem) and run(problem, duration, setting)"
         )
-    if not isinstance(made.name, str) or not made.name.strip() or made.name.startswith(OURS):
+    if not (isinstance(made.name, str) and _is_name(made.name)):
         raise Fault(
-            f"the name of {path} must be words that do not begin with {OURS!r}, which are galvi's "
-            f"own methods; received {made.name!r}"
+            f"the name of {path} must be words in one line, of {LONGEST} letters at most, none of "
+            f"{MARKUP}, that do not begin with {OURS!r}, which are galvi's own methods; received "
+            f"{made.name!r}"
         )
     return made
+
+
+def _meant(path: str) -> str:
+    """What a file's path, or a class behind a dot, may stand for."""
+    file, _, name = path.removeprefix("./").rpartition(":")
+    module = file.removesuffix(".py").replace("/", ".")
+    if not file:
+        module, _, name = path.rpartition(".")
+    if all(part.isidentifier() for part in (*module.split("."), name)):
+        return f"; did you mean {f'{module}:{name}'!r}?"
+    return ""
+
+
+def _is_name(name: str) -> bool:
+    one_line = name.strip() and name.isprintable() and len(name) <= LONGEST
+    return bool(one_line) and not set(name) & set(MARKUP) and not name.startswith(OURS)
 
 
 def introduced(contender: Any) -> tuple[str, float | None, dict[str, float]]:

@@ -11,11 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
-from benchmarks.contender_process import asked_times, serve
+from benchmarks.contender_life import end
+from benchmarks.contender_process import serve
+from benchmarks.timed_run import Faulty, TimedRun
 from galvi import Problem, Trajectory
-from galvi.arrays import read_only
 
 START_LIMIT = 60.0  # seconds for Python to start and the contender to be imported
 LIMIT = 60.0  # seconds for a run
@@ -24,8 +23,9 @@ NAMELESS = "problem"
 RUNGS = (1, 4, 16, 64)  # numbers of equal steps, in the fewest of an arena, where it offers none
 
 
-class Faulty(Exception):
-    """What is wrong with the contender, in a sentence."""
+def equal_steps(duration: float, fewest: int) -> list[dict[str, Any]]:
+    """What it is run with where it offers no settings, from coarse to fine."""
+    return [{"step": duration / n, "save_every": n} for n in (fewest * k for k in RUNGS)]
 
 
 @dataclass(eq=False)
@@ -37,7 +37,8 @@ class Outsider:
     name                            for tables; not that of galvi's own, which begin with "galvi"
     supports(problem)               whether it solves this `galvi.Problem`
     run(problem, duration, setting) -> `galvi.Trajectory` at the times that the setting asks for:
-                                    {"step": h, "save_every": k} or {"samples": n}
+                                    {"step": h, "save_every": k} or {"samples": n}, the first
+                                    of them the problem's start, p the conjugate momenta
     settings(problem, duration)     the mappings that it is run with, from coarse to fine; where it
                                     has none, equal steps of four lengths
 
@@ -50,8 +51,7 @@ class Outsider:
                                     the largest error that it claims, of a component at the end
 
     `open` raises Faulty with a sentence when there is no such class, or it lacks one of these.
-    `run` never raises for what the contender does: it returns a failed run, and keeps the sentence
-    in ``faults``.
+    `run` never raises for what the contender does: its run failed, and ``faults`` has a sentence.
     """
 
     path: str
@@ -61,9 +61,11 @@ class Outsider:
     conserves: Mapping[str, float] = field(default_factory=dict)
     exact: bool = False
     missing: str = ""
+    made_of: Sequence[str] = ()  # files and package folders, see `benchmarks.contender_code`
     strikes: int = 0
     _noted: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     _slow: set[str] = field(default_factory=set)
+    _ran: set[tuple[Any, ...]] = field(default_factory=set)
     _process: Any = None
     _connection: Any = None
 
@@ -96,7 +98,7 @@ class Outsider:
             return []
         if offered is not None:
             return list(offered)
-        return [{"step": duration / n, "save_every": n} for n in (fewest * k for k in RUNGS)]
+        return equal_steps(duration, fewest)
 
     def claimed_error(
         self, problem: Problem, duration: float, setting: Mapping[str, Any]
@@ -115,9 +117,11 @@ class Outsider:
         """Once, in its process; a failed run when it did anything else than return one."""
         return self.timed(problem, duration, setting)()
 
-    def timed(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> TimedRun:
+    def timed(
+        self, problem: Problem, duration: float, setting: Mapping[str, Any], noted: bool = True
+    ) -> TimedRun:
         """A run that takes its own time; see `benchmarks.stopwatch`."""
-        return TimedRun(self, problem, duration, dict(setting))
+        return TimedRun(self, problem, duration, dict(setting), noted)
 
     @property
     def faults(self) -> list[str]:
@@ -135,12 +139,18 @@ class Outsider:
             if name == (problem.name or NAMELESS)
         ]
 
-    def close(self) -> None:
-        """End its process."""
+    def failures_on(self, problem: Problem) -> int:
+        """How many runs and answers went wrong on it."""
+        return sum(
+            len(doings)
+            for (name, _), doings in self._noted.items()
+            if name == (problem.name or NAMELESS)
+        )
+
+    def close(self, gently: bool = True) -> None:
+        """End its process, and what that started; see `benchmarks.contender_life.end`."""
         if self._process is not None:
-            self._process.kill()
-            self._process.join()
-            self._connection.close()
+            end(self._process, self._connection, gently)
             self._process = self._connection = None
 
     def _start(self) -> None:
@@ -150,31 +160,42 @@ class Outsider:
         self._process.start()
         theirs.close()
         try:
-            self.name, self.order, self.conserves = self._answer(("open",), START_LIMIT)
+            known = self._answer(("open",), START_LIMIT)
+            self.name, self.order, self.conserves, self.made_of = known
         except Faulty:
             self.close()
             raise
 
     def _ask(self, problem: Problem, *request: Any) -> Any:
-        """The answer to a request; the process is started anew when it was lost."""
-        if self.strikes >= STRIKES:
-            raise Faulty(f"Not tried: its process was lost {self.strikes} times before.")
-        if problem.name in self._slow:
-            raise Faulty("Not tried: its process was lost on this problem before.")
+        """The answer to a request; the process is started anew when it was lost.
+
+        What ran before is timed whatever was lost since, until such a run is lost itself.
+        """
+        run = _run_of(request)
+        if run not in self._ran:
+            if self.strikes >= STRIKES:
+                raise Faulty(f"Not tried: its process was lost {self.strikes} times before.")
+            if problem.name in self._slow:
+                raise Faulty("Not tried: its process was lost on this problem before.")
         if self._process is None:
             self._start()
         try:
-            return self._answer(request, self.limit)
+            answer = self._answer(request, self.limit)
         finally:
             if self._process is None:
                 self.strikes += 1
                 self._slow.add(problem.name)
+                if run in self._ran:
+                    self._ran.clear()
+        if run:
+            self._ran.add(run)
+        return answer
 
     def _answer(self, request: tuple[Any, ...], limit: float) -> Any:
         try:
             self._connection.send(request)
             if not self._connection.poll(limit):
-                self.close()
+                self.close(gently=False)
                 raise Faulty(f"It did not answer within {limit:g} s, and was stopped.")
             kind, value = self._connection.recv()
         except (EOFError, OSError):
@@ -191,60 +212,15 @@ class Outsider:
         self._noted.setdefault((problem.name or NAMELESS, why), []).append(doing)
 
 
+def _run_of(request: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Which run is asked for: problem, duration and setting; nothing when none is."""
+    what, problem, *arguments = request
+    if what not in ("run", "seconds"):
+        return ()
+    duration, setting, *_ = arguments
+    return problem.name, duration, *sorted(map(repr, setting.items()))
+
+
 def _doing(doings: Sequence[str]) -> str:
     first, *others = doings
     return f"{first} and {len(others)} more" if others else first
-
-
-@dataclass(eq=False)
-class TimedRun:
-    """A run of an outsider that knows how long it took.
-
-    took     seconds of the last call, inside its process
-    failure  what went wrong, or nothing
-    """
-
-    outsider: Outsider
-    problem: Problem
-    duration: float
-    setting: dict[str, Any]
-    took: float = float("nan")
-    failure: str = ""
-
-    def __call__(self) -> Trajectory:
-        """Run it once; a failed run when there is none."""
-        try:
-            parts, self.took = self._ask("run")
-        except Faulty as fault:
-            return self._failed(str(fault))
-        arrays = {name: read_only(parts.pop(name)) for name in ("t", "q", "p")}
-        return Trajectory(self.problem, **arrays, **parts, method=self.outsider.name)
-
-    def seconds(self, repeats: int) -> float:
-        """Of a call, the mean of several in its process; NaN from the first failure on."""
-        if self.failure:
-            return float("nan")
-        try:
-            return float(self._ask("seconds", repeats))
-        except Faulty as fault:
-            self._failed(str(fault))
-            return float("nan")
-
-    def _ask(self, what: str, *more: Any) -> Any:
-        asked = (self.problem, self.duration, self.setting, *more)
-        return self.outsider._ask(self.problem, what, *asked)
-
-    def _failed(self, why: str) -> Trajectory:
-        self.failure = why
-        setting = " ".join(f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
-                           for name, value in self.setting.items())  # fmt: skip
-        self.outsider.note(self.problem, setting, why)
-        try:
-            t = asked_times(self.problem, self.duration, self.setting)
-        except (KeyError, TypeError, ValueError):  # the setting asks for no times
-            t = self.problem.t0 + np.array([0.0, self.duration])
-        q, p = (np.full((len(t), *x.shape), np.nan) for x in (self.problem.q0, self.problem.v0))
-        return Trajectory(
-            self.problem, *map(read_only, (t, q, p)), success=False, status=why, failed_step=1,
-            method=self.outsider.name,
-        )  # fmt: skip

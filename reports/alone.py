@@ -16,15 +16,19 @@ LOCK = ".build"  # in the folder; empty, or the number of the process that last 
 def alone(folder: Path) -> Iterator[None]:
     """Hold the folder until the end, or the death, of this process.
 
-    Raises typer.BadParameter, in a sentence, while another process holds it. Where the system has
-    no such locks, nothing is held.
+    Raises typer.BadParameter, in a sentence, while another process holds it, and when no file can
+    be written in it. Where the system has no such locks, nothing is held.
     """
     try:
         import fcntl
     except ImportError:
         yield
         return
-    with (folder / LOCK).open("a+", encoding="utf-8") as file:
+    try:
+        opened = (folder / LOCK).open("a+", encoding="utf-8")
+    except OSError as error:
+        raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
+    with opened as file:
         try:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except (BlockingIOError, PermissionError):

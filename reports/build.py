@@ -24,16 +24,20 @@ def build(suite: Suite, order: Order) -> tuple[Verified, Compared, list[Studied]
     """Everything, anew, beside the stored rows of long studies, which say when they were made.
 
     A build of the same sources and settings that did not come to its end is gone on with: its
-    finished parts are taken up, and the provenance says so.
+    finished parts are taken up, and the provenance says so, as it does when sources change while
+    they are measured.
     """
     with alone(order.out):
         parts = parts_of(suite, order)
         if parts.taken:
             print(parts.greeting(), flush=True)
         origin = parts.origin()
-        told = replace(suite, provenance=lambda command: {**suite.provenance(command), **origin})
+
+        def provenance(command: str) -> dict[str, str]:
+            return {**suite.provenance(command), **origin, **parts.changes()}
+
         try:
-            found = _build(told, order, parts)
+            found = _build(replace(suite, provenance=provenance), order, parts)
         except KeyboardInterrupt:
             print(
                 "What was measured is kept: the same command goes on from there.", file=sys.stderr
@@ -48,11 +52,14 @@ def _build(suite: Suite, order: Order, parts: Parts) -> tuple[Verified, Compared
     checked = verified.checked
     compared = compare(suite, order, parts)
     studied = study_all(suite, order, parts)
+    parts.look()
     gallery = draw(checked, compared, studied)
     save(gallery, order.out / "figures")
     provenance = dict(suite.provenance(order.command))
     page = render(content(checked, compared, studied, gallery, suite.claims, provenance, order))
     write(order.out / "index.html", page)
     note_origin(order.out, "index.html", provenance, order.quick)
+    for text in parts.changes().values():
+        print(f"Changed: {text}.", file=sys.stderr)
     print(f"The page is {order.out / 'index.html'}.")
     return verified, compared, studied

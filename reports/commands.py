@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -61,6 +62,7 @@ def application(load: Load, command: str) -> typer.Typer:
             raise typer.BadParameter(f"--out expects a folder; received the file {out}.")
         try:
             out.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=out).close()
         except OSError as error:
             raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
         return Order(quick, chosen, out, command, engines, tuple(contenders), anew)

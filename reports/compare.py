@@ -85,10 +85,13 @@ def compare(suite: Suite, order: Order, parts: Parts | None = None) -> Compared:
     ends = smallest(runs) if len(runs) else runs
     aims = targets_met(runs, suite.targets) if len(runs) else runs
     named = [(table.name, rows) for table, rows in found]
+    inside = {"work_precision": tuple(duels(suite, order.quick)), "cost": (COST,)}
+    inside |= {table.name: (table.title,) for table, _ in found}
     for name, table in (("work_precision", frame), ("cost", cost), *named):
         if table is not None:
             write(order.out / f"{name}.csv", as_csv(table))
-            note_origin(order.out, f"{name}.csv", suite.provenance(order.command), order.quick)
+            told = {**suite.provenance(order.command), **parts.measured(inside[name])}
+            note_origin(order.out, f"{name}.csv", told, order.quick)
     at_errors = (("ratios", ratios), ("choices", chosen), ("smallest", ends))
     for name, table in (*at_errors, ("cost", cost), *named):
         if table is not None and len(table):

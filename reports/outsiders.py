@@ -11,7 +11,8 @@ from typing import Any
 import typer
 
 from benchmarks.contender_checks import contender_checks
-from benchmarks.outsider import Faulty, Outsider
+from benchmarks.outsider import Outsider
+from benchmarks.timed_run import Faulty
 from reports.suite import Suite
 
 
@@ -44,6 +45,7 @@ def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
             tables=tuple(_opened(table, outsiders) for table in suite.tables),
             studies=tuple(_opened(study, outsiders) for study in suite.studies),
             faults=lambda: [fault for outsider in outsiders for fault in outsider.faults],
+            made_of=lambda: {outsider.path: outsider.made_of for outsider in outsiders},
         )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -44,7 +44,10 @@ class Parts:
     faults   what outsiders did wrong so far in this run
     planned  names of all parts
     ahead    whether a second process may keep parts of claims, see `reports.ahead`
+    changed  what of the sources is not as it was when this run began; no part is kept from then on
     taken    those of runs that did not end
+    runs     when the run began that measured it, for each part that was asked for
+    seen     what was found to be changed
     """
 
     store: Unfinished | None = None
@@ -52,7 +55,10 @@ class Parts:
     faults: Callable[[], Collection[str]] = tuple
     planned: Sequence[str] = ()
     ahead: bool = False
+    changed: Callable[[], Collection[str]] = tuple
     taken: dict[str, Part] = field(default_factory=dict)
+    runs: dict[str, str] = field(default_factory=dict)
+    seen: tuple[str, ...] = ()
 
     def take_up(self) -> None:
         """Find what is kept of the planned parts; what is damaged is set aside, with a sentence."""
@@ -61,15 +67,8 @@ class Parts:
 
     def part(self, name: str, measure: Callable[[], pd.DataFrame]) -> Part:
         """What is kept under this name, or is measured now and kept; raises what measure does."""
-        kept = self.taken.get(name) or self._kept(name)
-        if kept is not None:
-            return kept
-        start, before = time.perf_counter(), tuple(self.faults())
-        frame = measure()
-        took = time.perf_counter() - start
-        new = tuple(fault for fault in self.faults() if fault not in before)
-        part = Part(frame, took, self.run, new)
-        self._keep(name, part)
+        part = self.taken.get(name) or self._kept(name) or self._measured(name, measure)
+        self.runs[name] = part.run
         return part
 
     def faults_taken(self) -> list[str]:
@@ -102,6 +101,34 @@ class Parts:
             "by this one; times compare within a part, each of which one run measured"
         }
 
+    def measured(self, names: Iterable[str]) -> dict[str, str]:
+        """For the provenance of a file that these parts are in: which run measured which of them.
+
+        Nothing when this one did.
+        """
+        found: dict[str, list[str]] = {}
+        for name in names:
+            if name in self.runs:
+                found.setdefault(self.runs[name], []).append(name)
+        if set(found) <= {self.run}:
+            return {}
+        told = [f"{', '.join(parts)} by the run of {run}" for run, parts in found.items()]
+        return {"measured": "; ".join(told)}
+
+    def changes(self) -> dict[str, str]:
+        """For the provenance: what was changed, when it was last looked at; nothing when nothing.
+
+        It is looked at before a part is kept.
+        """
+        if not self.seen:
+            return {}
+        told = " and ".join(self.seen)
+        return {"changed": f"{told}, after this run began: parts may be of either state"}
+
+    def look(self) -> None:
+        """See what was changed since this run began; what was once, stays so."""
+        self.seen = tuple(dict.fromkeys((*self.seen, *self.changed())))
+
     def _runs(self) -> list[str]:
         return list(dict.fromkeys(part.run for part in self.taken.values()))
 
@@ -116,9 +143,26 @@ class Parts:
             self._store().set_aside(name, f"{type(error).__name__}: {error}")
             return None
 
+    def _measured(self, name: str, measure: Callable[[], pd.DataFrame]) -> Part:
+        start, before = time.perf_counter(), tuple(self.faults())
+        frame = measure()
+        took = time.perf_counter() - start
+        new = tuple(fault for fault in self.faults() if fault not in before)
+        part = Part(frame, took, self.run, new)
+        self._keep(name, part)
+        return part
+
     def _keep(self, name: str, part: Part) -> None:
         """Store it; where that cannot be, say so: the build itself goes on."""
         if self.store is None:
+            return
+        self.look()
+        if self.seen:
+            print(
+                f"{name} is not kept for a build that goes on: {' and '.join(self.seen)} changed "
+                "since the build began.",
+                file=sys.stderr,
+            )
             return
         try:
             row: dict[str, Any] = {

@@ -41,14 +41,15 @@ def study_all(suite: Suite, order: Order, parts: Parts | None = None) -> list[St
     """
     if not suite.studies:
         return []
-    provenance = suite.provenance(order.command)
+    parts = parts or Parts()
     with Studies(len(suite.studies)) as studies:
-        found = [_studied(one, suite, order, studies, parts or Parts()) for one in suite.studies]
+        found = [_studied(one, suite, order, studies, parts) for one in suite.studies]
     for one in found:
         if one.frame is not None:
             name = one.study.name
             write(order.out / f"{name}.csv", as_csv(one.frame))
-            note_origin(order.out, f"{name}.csv", provenance, order.quick)
+            told = {**suite.provenance(order.command), **parts.measured([one.study.title])}
+            note_origin(order.out, f"{name}.csv", told, order.quick)
             write_table(order.out / "tables", name, one.study.table(one.frame)[0])
     return found
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
-from importlib.machinery import PathFinder
-from pathlib import Path
+import sys
+from collections.abc import Mapping
 
-from benchmarks.timings.unfinished import Unfinished, state_of_sources
+from benchmarks.contender_code import digest, installed
+from benchmarks.timings.unfinished import Unfinished, digest_of_sources
 from reports.compare import titles
 from reports.order import Order
 from reports.parts import Parts
@@ -16,47 +16,49 @@ from reports.suite import Suite
 
 CHANGING = ("date", "command")  # of a provenance: from one run of the same build to the next
 CODE = ("reports",)  # besides that of the sources
+OURS = "the suite's sources"
 
 
 def parts_of(suite: Suite, order: Order) -> Parts:
     """The parts of the build that is ordered, with those that an earlier run of it left.
 
     It is the same build when the commit, the sources as they lie there, the data they read, the
-    versions, the machine, the setting, the claims, and the contenders with their files are the
-    same. What a contender's own file or package imports from elsewhere is not looked at.
+    versions, the machine, the setting, the claims, and the contenders with what they are made of
+    (`benchmarks.contender_code`) are the same. Where that cannot be told of a contender, nothing is
+    kept or taken up.
     """
     planned = (*order.claims, *titles(suite, order.quick), *(one.title for one in suite.studies))
     begun = suite.provenance(order.command).get("date", "")
-    store = Unfinished(order.out, _key(suite, order))
-    parts = Parts(store, begun, suite.faults, planned, suite.ahead)
+    before = _states(suite)
+    unknown = [path for path in order.contenders if path not in before]
+    if unknown:
+        print(
+            f"Nothing is kept for a build that goes on: it cannot be told from which files "
+            f"{' and '.join(unknown)} came.",
+            file=sys.stderr,
+        )
+    store = None if unknown else Unfinished(order.out, _key(suite, order, before))
+
+    def changed() -> list[str]:
+        now = _states(suite)
+        return [name for name, state in before.items() if now.get(name) != state]
+
+    parts = Parts(store, begun, suite.faults, planned, suite.ahead, changed)
     if order.anew:
         parts.forget()
     parts.take_up()
     return parts
 
 
-def _key(suite: Suite, order: Order) -> str:
+def _states(suite: Suite) -> dict[str, str]:
+    """Digests, as of now, of our sources, and of what each contender is made of."""
+    made = {path: digest(places) for path, places in suite.made_of().items() if places}
+    return {OURS: digest_of_sources(CODE), **made}
+
+
+def _key(suite: Suite, order: Order, states: Mapping[str, str]) -> str:
     told = suite.provenance(order.command)
     same = {name: text for name, text in told.items() if name not in CHANGING}
-    asked = [order.quick, order.claims, [(path, _digest(path)) for path in order.contenders]]
-    words = json.dumps([state_of_sources(CODE), same, asked], sort_keys=True)
+    more = installed() if order.contenders else []
+    words = json.dumps([dict(states), same, order.quick, order.claims, more], sort_keys=True)
     return hashlib.sha256(words.encode()).hexdigest()[:16]
-
-
-def _digest(contender: str) -> str:
-    """Of the file, or the package, that "package.module:Class" begins with, not imported."""
-    digest = hashlib.sha256()
-    for path in sorted(_files(contender.partition(":")[0].partition(".")[0])):
-        digest.update(str(path).encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()
-
-
-def _files(module: str) -> Iterator[Path]:
-    spec = PathFinder.find_spec(module)
-    if spec is None:
-        return
-    if spec.submodule_search_locations is not None:
-        for folder in spec.submodule_search_locations:
-            yield from Path(folder).rglob("*.py")
-    elif spec.origin is not None and Path(spec.origin).is_file():
-        yield Path(spec.origin)

@@ -9,6 +9,7 @@ import typer
 
 from references.setting import nearest
 
+OF_CONTENDERS = "A-"  # begins the ids of `benchmarks.contender_checks`
 # Public under this name alone; typer has carried its own copy of click since 0.2x.
 UsageError: Any = typer.BadParameter.__bases__[0]
 
@@ -25,6 +26,12 @@ def choose_claims(text: str, known: Iterable[str]) -> tuple[str, ...]:
             f"--claims expects ids like {known[0]}, separated by commas; received {text!r}."
         )
     for word in asked:
+        joined = any(claim.startswith(OF_CONTENDERS) for claim in known)
+        if word.startswith(OF_CONTENDERS) and not joined:
+            raise typer.BadParameter(
+                f"there is no claim {word!r}; one that begins with {OF_CONTENDERS} is of a "
+                "contender: name it with --contender package.module:Class."
+            )
         if word not in known:
             raise typer.BadParameter(
                 f"there is no claim {word!r}; did you mean {nearest(word, known)!r} "

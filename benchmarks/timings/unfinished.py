@@ -27,9 +27,8 @@ SOURCES = ("galvi", "references", "benchmarks")
 KINDS = (".py", ".csv")  # code, and the data that starts and truths are read from
 
 
-@cache
-def state_of_sources(code: tuple[str, ...] = ()) -> str:
-    """A digest of the sources, the versions and the processor, and of the code in more folders."""
+def digest_of_sources(code: tuple[str, ...] = ()) -> str:
+    """Of the sources, the versions and the processor, and of the code in more folders, as now."""
     digest = hashlib.sha256(json.dumps([versions(), cpu()]).encode())
     for folder in (*SOURCES, *code):
         kinds = KINDS if folder in SOURCES else KINDS[:1]
@@ -37,6 +36,12 @@ def state_of_sources(code: tuple[str, ...] = ()) -> str:
             if path.suffix in kinds:
                 digest.update(str(path.relative_to(ROOT)).encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
+
+
+@cache
+def state_of_sources() -> str:
+    """Their digest when it was first asked for in this process."""
+    return digest_of_sources()
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,8 @@ class Unfinished:
 
     def keep(self, name: str, row: dict[str, Any]) -> None:
         """Store a row, whole or not at all."""
-        write(self.path(name), json.dumps({"fullname": name, "row": row}))
+        whole = {"fullname": name, "digest": _digest(row), "row": row}
+        write(self.path(name), json.dumps(whole))
 
     def row(self, name: str) -> dict[str, Any] | None:
         """What was kept; None when there is nothing that can be read, which is then measured."""
@@ -78,6 +84,9 @@ class Unfinished:
             return None
         if not isinstance(kept.get("row"), dict):
             self.set_aside(name, "it has no row")
+            return None
+        if kept.get("digest") != _digest(kept["row"]):
+            self.set_aside(name, "its row is not the one that was written")
             return None
         return dict(kept["row"])
 
@@ -127,6 +136,11 @@ class Unfinished:
                 continue
             except OSError:
                 return
+
+
+def _digest(row: dict[str, Any]) -> str:
+    """Of its text, which is the same once it was read back, to the last bit of every number."""
+    return hashlib.sha256(json.dumps(row).encode()).hexdigest()
 
 
 def _age(folder: Path) -> float:

@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 
 import galvi
+from benchmarks.contender_checks import contender_checks
 from benchmarks.contender_process import ANSWERS
+from benchmarks.grounds import GROUNDS
 from benchmarks.introduction import Fault, introduced, told
-from benchmarks.outsider import Faulty, Outsider
+from benchmarks.outsider import Outsider
+from benchmarks.timed_run import Faulty
 
 
 @dataclass(eq=False)
@@ -102,3 +105,18 @@ BROKEN = {
     Silent: "It says that it succeeded, and its states are not finite.",
     Failing: "Out of luck.",
 }
+ORBIT, SWING = (
+    next(one for one in GROUNDS if one.problem.name.startswith(name))
+    for name in ("kepler", "planar pendulum")
+)
+
+
+def checked(contender, *grounds):
+    """A contender's rows, those of them that differ from what is expected, and its outsider."""
+    outsider = Inside.of(contender)
+    (claim,) = contender_checks([outsider], grounds or (ORBIT,))
+    rows = claim.judge(claim.study(galvi.Galerkin, True, lambda sentence: None))
+    assert {row.id for row in rows} == {claim.id} and len({row.quantity for row in rows}) == len(
+        rows
+    )
+    return rows, [row for row in rows if row.verdict != row.expected], outsider

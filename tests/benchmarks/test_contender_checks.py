@@ -14,27 +14,18 @@ from benchmarks.contender_checks import contender_checks
 from benchmarks.grounds import GROUNDS
 from benchmarks.introduction import Fault, introduced
 from benchmarks.outsider import Outsider
-from tests.benchmarks.contenders_at_hand import BROKEN, Gauss, Inside
-
-ORBIT, SWING = (
-    next(one for one in GROUNDS if one.problem.name.startswith(name))
-    for name in ("kepler", "planar pendulum")
+from tests.benchmarks.contenders_at_hand import (
+    BROKEN,
+    ORBIT,
+    SWING,
+    Failing,
+    Gauss,
+    checked,
 )
 
 
-def checked(contender, *grounds):
-    """A contender's rows, those of them that differ from what is expected, and its outsider."""
-    outsider = Inside.of(contender)
-    (claim,) = contender_checks([outsider], grounds or (ORBIT,))
-    rows = claim.judge(claim.study(galvi.Galerkin, True, lambda sentence: None))
-    assert {row.id for row in rows} == {claim.id} and len({row.quantity for row in rows}) == len(
-        rows
-    )
-    return rows, [row for row in rows if row.verdict != row.expected], outsider
-
-
 class Leapfrog(Gauss):
-    """Of second order; `power` is of the force's strength, 1 in a sound one."""
+    """Of second order; `strength` is of the force, 1 in a sound one."""
 
     name, order, strength = "leapfrog", 2, 1.0
     conserves = {"energy": 0.02, "angular momentum": 1e-11}  # noqa: RUF012
@@ -78,18 +69,20 @@ def test_a_sound_contender_is_as_expected_and_what_it_does_not_say_is_told():
 def test_a_wrong_order_is_caught_from_both_sides():
     for order in (1, 3):
         contender = Leapfrog()
-        contender.order = order
+        contender.order, contender.conserves = order, {"energy": 0.02}
         _, differing, _ = checked(contender, SWING)
         (caught,) = differing
         assert caught.quantity.startswith("order in the step") and caught.verdict == "contradicted"
         assert caught.measured == pytest.approx(2.0, abs=0.02)
-    assert checked(Leapfrog(), SWING)[1] == []
+    contender.order = 2
+    assert checked(contender, SWING)[1] == []
 
 
 class Drifting(Leapfrog):
     """The explicit Euler method, which wins energy, and says that it does not."""
 
     name, order = "drifting", 1
+    conserves = {"energy": 0.02}  # noqa: RUF012
 
     def settings(self, problem, duration):
         return [{"step": duration / n, "save_every": n} for n in (300, 1200)]
@@ -113,7 +106,7 @@ def test_a_drift_is_caught_and_the_order_of_a_method_that_drifts_is_its_own():
 
 def test_another_force_is_caught_though_its_order_and_energy_are_not_declared():
     wrong = Leapfrog()
-    wrong.order, wrong.conserves, wrong.strength = None, {}, 1.01
+    wrong.order, wrong.conserves, wrong.strength = None, {}, 1.001
     _, differing, _ = checked(wrong)
     assert [row.quantity.partition(",")[0] for row in differing] == [
         "error at its finest over that at its coarsest"
@@ -143,6 +136,45 @@ def test_what_does_not_run_as_it_should_is_red_and_named(broken):
     }  # fmt: skip
 
 
+@pytest.mark.parametrize("name", ["henon-heiles", "double pendulum"])
+def test_the_energies_of_grounds_are_those_of_galvi_and_are_watched(name):
+    (ground,) = (one for one in GROUNDS if one.problem.name == name)
+    run = Gauss().run(ground.problem, 1.0, {"step": 0.05, "save_every": 1})
+    assert np.allclose(
+        ground.energy(run.problem, run.q, run.p), galvi.energy(run), rtol=1e-13, atol=1e-14
+    )
+    tight = Gauss()
+    tight.conserves, tight.order = {"energy": 1e-30}, None
+    _, (caught,), _ = checked(tight, replace(ground, long=10.3))
+    assert caught.quantity.startswith("relative change of energy")
+
+
+def test_every_run_that_fails_counts():
+    rows, _, outsider = checked(Failing())
+    assert rows[0].measured == 12 and len(outsider.faults) == 1  # of 2 settings, 9 steps, long
+
+
+def test_a_high_order_without_settings_is_seen_at_fewer_steps():
+    class Eighth(Gauss):
+        name, order, conserves, stages = "eighth", 8, {}, 4
+
+        def __getattribute__(self, name):
+            if name == "settings":
+                raise AttributeError(name)
+            return super().__getattribute__(name)
+
+        def run(self, problem, duration, setting):
+            method = galvi.Galerkin(galvi.Polynomials(self.stages), galvi.gauss(self.stages))
+            steps, every = round(duration / setting["step"]), setting["save_every"]
+            return galvi.integrate(problem, method, setting["step"], steps, save_every=every)
+
+    rows, differing, _ = checked(Eighth(), ORBIT)
+    (order,) = (row for row in rows if row.quantity.startswith("order in the step"))
+    assert differing == [] and order.measured == pytest.approx(8.0, abs=0.4)
+    rows, differing, _ = checked(Eighth(), *GROUNDS)
+    assert differing == []
+
+
 def test_one_that_cannot_answer_or_supports_nothing_is_not_green():
     class Unsure(Gauss):
         def supports(self, problem):
@@ -165,6 +197,7 @@ def test_one_that_cannot_answer_or_supports_nothing_is_not_green():
 
 def test_one_whose_steps_are_too_short_for_its_order_says_so():
     short = Gauss()
+    short.conserves = {}
     short.settings = lambda problem, duration: [
         {"step": duration / n, "save_every": n} for n in (2000, 4000)
     ]

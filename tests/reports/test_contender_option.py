@@ -17,8 +17,9 @@ from benchmarks import high_eccentricity, work_precision
 from benchmarks.arena import kepler
 from benchmarks.contender_process import examined, settings
 from benchmarks.introduction import Fault, opened
-from benchmarks.outsider import Outsider, TimedRun
+from benchmarks.outsider import Outsider
 from benchmarks.stopwatch import interleaved, warmed
+from benchmarks.timed_run import TimedRun
 from reports.commands import run
 
 ROOT = Path(__file__).parents[2]
@@ -50,7 +51,8 @@ class Trouble:
             return {"q": 1.0}
         t = problem.t0 + duration * np.arange(what + 1) / what
         q = np.array([problem.q0] * (what + 1))
-        return galvi.Trajectory(problem, t, q, q, counts={"steps": what})
+        p = np.array([problem.p0] * (what + 1))
+        return galvi.Trajectory(problem, t, q, p, counts={"steps": what})
 """
 
 
@@ -109,6 +111,13 @@ def test_the_example_of_the_page_stands_beside_ours_everywhere(
     assert "my leapfrog" in (tmp_path / "index.html").read_text()
 
 
+def test_a_check_of_a_contender_that_was_not_named_says_so(make_suite, tmp_path, capsys):
+    words = ["verify", "--claims", "A-my-leapfrog", "--out", str(tmp_path / "out")]
+    assert run(make_suite, words) == 2
+    told = capsys.readouterr().err
+    assert "is of a contender: name it with --contender package.module:Class." in told
+
+
 def test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal(
     folder, make_suite, tmp_path, monkeypatch, capsys
 ):
@@ -154,9 +163,9 @@ def test_one_that_hangs_or_dies_is_stopped_and_the_rest_goes_on(trouble):
 
 def finished(**parts):
     """What a run on ORBIT for {"samples": 2} over 1 should be, with some parts replaced."""
-    t, q = np.array([0.0, 0.5, 1.0]), np.array([ORBIT.q0] * 3)
+    t, q, p = np.array([0.0, 0.5, 1.0]), np.array([ORBIT.q0] * 3), np.array([ORBIT.p0] * 3)
     return SimpleNamespace(
-        **{"t": t, "q": q, "p": q, "success": True, "status": "", "counts": {}, **parts}
+        **{"t": t, "q": q, "p": p, "success": True, "status": "", "counts": {}, **parts}
     )
 
 
@@ -220,6 +229,14 @@ class Ours(Whole):
     name = "galvi, improved"
 
 
+class Lines(Whole):
+    name = "two\nlines"
+
+
+class Marked(Whole):
+    name = "a <b>bold</b> one"
+
+
 class Lacking:
     name, supports = "lacking", True
 
@@ -233,7 +250,7 @@ class Stubborn(Whole):
 def module(monkeypatch):
     """Contenders, and none, in a module of their own."""
     made = ModuleType("outside_module")
-    for thing in (Whole, Nameless, Ours, Lacking, Stubborn):
+    for thing in (Whole, Nameless, Ours, Lines, Marked, Lacking, Stubborn):
         setattr(made, thing.__name__, thing)
     monkeypatch.setitem(sys.modules, made.__name__, made)
 
@@ -244,10 +261,15 @@ def module(monkeypatch):
         ("Whole", "named package.module:Class; received 'Whole'"),
         ("outside_module:", "named package.module:Class"),
         ("outside modul:Whole", "named package.module:Class"),
+        ("outside_module.Whole", "did you mean 'outside_module:Whole'?"),
+        ("./outside_module.py:Whole", "did you mean 'outside_module:Whole'?"),
+        ("outside_module:Zebra", "has no 'Zebra'$"),
+        ("outside_module:Lines", r"words in one line, .* received 'two\\nlines'"),
         ("outsid_module:Whole", "no module 'outsid_module' to take Whole from"),
         ("outside_module:Hole", "has no 'Hole'; did you mean 'Whole'"),
         ("outside_module:Lacking", "lacks 'run' and 'supports'; a contender has name"),
         ("outside_module:Nameless", "do not begin with 'galvi'.* received ''"),
+        ("outside_module:Marked", "none of <>.*received 'a <b>bold</b> one'"),
         ("outside_module:Ours", "received 'galvi, improved'"),
         ("outside_module:Stubborn", r"Stubborn\(\) raised OSError: no licence"),
     ],
@@ -280,7 +302,7 @@ def test_its_clock_is_its_own_and_a_failure_between_rounds_leaves_no_time():
             self.notes = []
 
         def _ask(self, problem, what, *asked):
-            from benchmarks.outsider import Faulty
+            from benchmarks.timed_run import Faulty
 
             for answer in self.answers:
                 return answer

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -40,6 +41,7 @@ def bench(make_suite, make_claim, monkeypatch: pytest.MonkeyPatch) -> Bench:
     monkeypatch.setattr("reports.build.draw", lambda *measured: Gallery({}, {}))
     monkeypatch.setattr("reports.tables.as_latex", lambda frame: "")
     monkeypatch.setattr("reports.tables.as_markdown", lambda frame: "")
+    monkeypatch.setattr(unfinished_build, "digest_of_sources", lambda code: "as they are")
     return Bench(make_suite, make_claim)
 
 
@@ -100,6 +102,12 @@ def test_what_goes_on_is_the_same_report_and_says_which_run_measured_what(bench,
     origins = json.loads((tmp_path / "two" / "provenance.json").read_text())
     assert all(told in origin["runs"] for origin in origins.values())
     assert told in (tmp_path / "two" / "index.html").read_text()
+    old, new = "by the run of 2026-01-01 00:00 UTC", "by the run of 2026-01-01 00:20 UTC"
+    assert {name: origin.get("measured") for name, origin in origins.items()} == {
+        "claims.csv": None, "index.html": None, "cost.csv": None, "sky_and_model.csv": None,
+        "study.csv": None,
+        "work_precision.csv": f"work-precision, ball {old}; work-precision, top {new}",
+    }  # fmt: skip
     assert "that was stopped" not in (tmp_path / "whole" / "index.html").read_text()
     dates = set(pd.read_csv(tmp_path / "two" / "claims.csv")["date"])
     assert dates == {"2026-01-01 00:00 UTC"}
@@ -122,33 +130,72 @@ def test_anew_starts_over_and_another_setting_leaves_what_was_kept(bench, tmp_pa
 
 
 def test_what_it_depends_on_makes_another_build(bench, tmp_path, monkeypatch):
-    """The contenders' files are read, and not imported."""
-    monkeypatch.syspath_prepend(str(tmp_path))
-    files = {"mine_b.py": "raise RuntimeError", "pack_b/__init__.py": "", "pack_b/inner.py": "1"}
-    (tmp_path / "pack_b").mkdir()
-    for name, text in files.items():
-        (tmp_path / name).write_text(text)
+    (tmp_path / "core").mkdir()
+    mine, table = tmp_path / "mine.py", tmp_path / "core" / "table.bin"
+    mine.write_text("1")
+    table.write_bytes(b"1")
+    made = {"mine:A": [str(mine)], "mine:B": [str(mine), str(table.parent)]}
 
     def key(**asked: object) -> Path:
-        return parts_of(bench.suite, Order(out=tmp_path, **asked)).store.folder
+        paths = asked.get("contenders", ())
+        suite = replace(bench.suite, made_of=lambda: {path: made[path] for path in paths})
+        return parts_of(suite, Order(out=tmp_path, **asked)).store.folder
 
     first = key()
     orders = [
-        {"quick": True}, {"claims": ("V1",)}, {"contenders": ("mine_b:A",)},
-        {"contenders": ("mine_b:B",)}, {"contenders": ("pack_b.inner:A",)},
+        {"quick": True}, {"claims": ("V1",)}, {"contenders": ("mine:A",)},
+        {"contenders": ("mine:B",)},
     ]  # fmt: skip
     seen = [first, *(key(**asked) for asked in orders)]
     bench.date = "2027-01-01 00:00 UTC"
     assert key() == first and key(command="python -m reports build") == first
-    for name in ("mine_b.py", "pack_b/inner.py"):
-        (tmp_path / name).write_text("2")
+    table.write_bytes(b"2")
+    assert key(**orders[2]) == seen[3]
+    seen += [key(**orders[3])]
+    mine.write_text("2")
     seen += [key(**asked) for asked in orders[2:]]
     bench.commit = "abd"
     seen += [key()]
     bench.commit = "abc"
-    monkeypatch.setattr(unfinished_build, "state_of_sources", lambda code: "other")
+    monkeypatch.setattr(unfinished_build, "installed", lambda: ["solver 2"])
+    seen += [key(**orders[2])]
+    monkeypatch.setattr(unfinished_build, "digest_of_sources", lambda code: "other")
     seen += [key()]
     assert len(set(seen)) == len(seen) == 11
+
+
+def test_nothing_is_kept_where_it_cannot_be_told_what_a_contender_is_made_of(
+    bench, tmp_path, capsys
+):
+    suite = replace(bench.suite, made_of=lambda: {"mine:A": [], "mine:B": [str(tmp_path)]})
+    parts = parts_of(suite, Order(out=tmp_path / "out", contenders=("mine:A", "mine:B")))
+    assert parts.store is None
+    said = capsys.readouterr().err
+    assert "it cannot be told from which files mine:A came." in said
+
+
+@pytest.mark.parametrize("changes", [False, True])
+def test_an_edit_during_a_build_is_told_and_no_part_is_kept_from_then_on(
+    bench, tmp_path, monkeypatch, capsys, changes
+):
+    states = iter("aaa" + ("b" if changes else "a") * 1000)
+    monkeypatch.setattr(unfinished_build, "digest_of_sources", lambda code: next(states))
+    stopped(bench, "study", "--out", str(tmp_path))  # at the start, then at each part
+    assert len(kept(tmp_path)) == (2 if changes else 6)
+    said = "ball is not kept for a build that goes on: the suite's sources changed since the build"
+    assert (said in capsys.readouterr().err) == changes
+
+
+def test_an_edit_during_a_build_is_on_the_page(bench, tmp_path, monkeypatch, capsys):
+    states = iter("aaaaa" + "b" * 1000)
+    monkeypatch.setattr(unfinished_build, "digest_of_sources", lambda code: next(states))
+    bench("--out", str(tmp_path))
+    told = "the suite's sources, after this run began: parts may be of either state"
+    assert f"Changed: {told}.\n" in capsys.readouterr().err
+    assert told.replace("'", "&#39;") in (tmp_path / "index.html").read_text()
+    origins = json.loads((tmp_path / "provenance.json").read_text())
+    assert origins["index.html"]["changed"] == told
+    assert "changed" not in origins["claims.csv"]
 
 
 def test_a_part_that_cannot_be_kept_is_told_of_and_the_build_goes_on(
@@ -189,3 +236,23 @@ def test_work_precision_takes_one_problem_at_a_time_and_knows_their_names():
     assert len(set(problems())) == len(problems()) > len(problems(quick=True)) > 3
     with pytest.raises(ValueError, match="there is no problem 'ball' to compare on; known: "):
         work_precision(quick=True, problem="ball")
+
+
+def test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence(bench, tmp_path, capsys):
+    (tmp_path / LOCK).mkdir()  # as if it were not ours: whoever may do everything is refused, too
+    assert bench("--out", str(tmp_path)) == (2, [])
+    said = capsys.readouterr().err
+    assert "--out expects a folder to write in; " in said and len(said.splitlines()) == 1
+
+
+@pytest.mark.parametrize("command", ["build", "verify", "compare"])
+def test_nothing_is_measured_for_a_folder_that_is_not_ours(
+    bench, tmp_path, monkeypatch, capsys, command
+):
+    def refused(dir: Path) -> None:
+        raise PermissionError(13, "Permission denied", str(dir))
+
+    monkeypatch.setattr("tempfile.TemporaryFile", refused)
+    assert bench(command, "--out", str(tmp_path)) == (2, [])
+    said = capsys.readouterr().err
+    assert "--out expects a folder to write in; " in said and "Permission denied" in said

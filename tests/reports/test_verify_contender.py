@@ -13,7 +13,7 @@ import pytest
 
 from benchmarks.contender_checks import contender_checks
 from benchmarks.grounds import GROUNDS
-from benchmarks.outsider import Faulty
+from benchmarks.timed_run import Faulty
 from reports.claims_table import COLUMNS
 from reports.commands import run
 from tests.benchmarks.contenders_at_hand import BROKEN, Gauss, Inside

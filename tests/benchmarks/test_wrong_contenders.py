@@ -1,0 +1,82 @@
+"""`verify` of contenders that are wrong, remember, ask for too much or are lost: none is green."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.timed_run import Faulty
+from tests.benchmarks.contenders_at_hand import ORBIT, SWING, Gauss, Inside, checked
+from tests.benchmarks.wrong_contenders import WRONG, Mirrored, Remembering, Unseen
+
+
+@pytest.mark.parametrize("wrong", WRONG, ids=lambda kind: kind.__name__)
+def test_what_solves_another_problem_or_none_is_red(wrong):
+    quantity, said = WRONG[wrong]
+    short = replace(ORBIT, long=20.3)
+    assert checked(Gauss(), short)[1] == []
+    rows, differing, _ = checked(wrong(), short)
+    (caught,) = (row for row in rows if row.quantity == f"{quantity}, {ORBIT.problem.name}")
+    assert caught in differing and said in caught.reason
+
+
+def test_what_it_conserves_has_to_be_looked_at_somewhere():
+    _, (caught,), _ = checked(Unseen(), replace(ORBIT, long=20.3), replace(SWING, long=20.3))
+    assert caught.quantity.startswith("problems where its angular momentum") and not caught.measured
+
+
+def test_what_it_returned_before_has_no_time():
+    outsider = Inside.of(Remembering())
+    call = outsider.timed(ORBIT.problem, 5.0, {"step": 0.5, "save_every": 10})
+    assert call().success and np.isnan(call.seconds(3))
+    assert "had returned before" in call.failure
+    sound = Inside.of(Gauss()).timed(ORBIT.problem, 5.0, {"step": 0.5, "save_every": 10})
+    assert sound().success and sound.seconds(3) > 0.0 and not sound.failure
+    late = Inside.of(Mirrored()).timed(ORBIT.problem, 5.0, {"step": 0.5, "save_every": 10})
+    assert np.isnan(late.seconds(3)) and "Its first p" in late.failure
+
+
+def test_what_ran_is_timed_though_finer_settings_were_lost():
+    class Losing(Inside):
+        lost = 0
+
+        def _start(self):
+            self._process = object()
+
+        def _answer(self, request, limit):
+            if request[0] in ("run", "seconds") and request[3]["step"] <= self.lost:
+                self._process = None
+                raise Faulty("Gone.")
+            return super()._answer(request, limit)
+
+    outsider = Losing.of(Gauss())
+    good, fine, other = ({"step": 5.0 / n, "save_every": n} for n in (20, 80, 10))
+    call = outsider.timed(ORBIT.problem, 5.0, good)
+    assert call().success
+    outsider.lost = fine["step"]
+    for name in ("a", "b"):
+        assert outsider.run(replace(ORBIT.problem, name=name), 5.0, fine).status == "Gone."
+    assert call.seconds(2) > 0.0 and call().success
+    assert "Not tried" in outsider.run(ORBIT.problem, 5.0, other).status
+    outsider.lost = good["step"]
+    assert call().status == "Gone." and "Not tried" in call().status
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ({"samples": 10**14}, "10,000,000 states at most; received"),
+        ({"step": 1e-320}, "10,000,000,000 steps at most; received a step of 1e-320"),
+        ({"step": 1e-8, "save_every": 1}, "states at most"),
+    ],
+)
+def test_a_setting_that_asks_for_too_much_is_refused_and_a_run_with_it_fails(setting, said):
+    greedy = Gauss()
+    greedy.settings = lambda problem, duration: [setting]
+    outsider = Inside.of(greedy)
+    assert outsider.settings(ORBIT.problem, 5.0, 100) == [] and said in outsider.faults[0]
+    for beyond in (10**14, 10**400):  # a MemoryError, an OverflowError
+        call = outsider.timed(ORBIT.problem, 5.0, {"samples": beyond})
+        assert len(call._failed("No.").t) == 2
