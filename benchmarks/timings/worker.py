@@ -6,7 +6,7 @@ of every sample.
 
 {"do": "prepare", "case": ...}    the ends reached, counts, status, seconds of the first call, and
                                   numbers that tell what the problem is, see `probed`
-{"do": "sample", "name", "repeats"}  seconds of one call: processor time and wall time
+{"do": "sample", "name", "repeats", "goes"}  seconds of one call: processor time and wall time
 """
 
 from __future__ import annotations
@@ -104,17 +104,24 @@ def _flat(value: Any) -> list[float]:
     return [float(x) for x in numpy.ravel(value)]
 
 
-def sample(call: Callable[[], Any], repeats: int) -> dict[str, float]:
-    """Seconds of one call, the mean over the repeats; the collector of garbage waits."""
+def sample(call: Callable[[], Any], repeats: int, goes: int = 1) -> dict[str, float]:
+    """Seconds of one call, the mean over the repeats, in the quickest of so many goes.
+
+    What else happens on the machine only adds to them. The collector of garbage waits.
+    """
+    best = {"processor": math.inf, "wall": math.inf}
     gc.disable()
     try:
-        wall, processor = time.perf_counter(), time.process_time()
-        for _ in range(repeats):
-            call()
-        processor, wall = time.process_time() - processor, time.perf_counter() - wall
+        for _ in range(goes):
+            wall, processor = time.perf_counter(), time.process_time()
+            for _ in range(repeats):
+                call()
+            processor, wall = time.process_time() - processor, time.perf_counter() - wall
+            if processor < best["processor"] * repeats:
+                best = {"processor": processor / repeats, "wall": wall / repeats}
     finally:
         gc.enable()
-    return {"processor": processor / repeats, "wall": wall / repeats}
+    return best
 
 
 def answer(order: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[str, Any]:
@@ -124,7 +131,7 @@ def answer(order: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dic
 
         return {"file": galvi.__file__}
     if order["do"] == "sample":
-        return sample(calls[order["name"]], order["repeats"])
+        return sample(calls[order["name"]], order["repeats"], order["goes"])
     case = order["case"]
     start = time.perf_counter()
     call = prepared(case)

@@ -25,6 +25,7 @@ from reports.tracking.trees import CannotCompare, Tree, two_trees
 from reports.tracking.verdict import Verdict, as_json, as_markdown, show
 
 NAMES = ("base", "head")
+SAMPLES = 14  # a side at least: two that a busy machine spoils do not hide a slower head
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ def compare(places: Places, cases: Sequence[Case], studies: Any) -> tuple[Verdic
     timed = sum(case.kind != ROUND_OFF for case in cases)
     with studies("track", "first round") as report, both(places) as sides:
         pairs = prepare(sides, cases, report)
-        take_turns(sides, pairs, samples_needed(timed), report)
+        take_turns(sides, pairs, max(SAMPLES, samples_needed(timed)), report)
     slow = suspects(pairs)
     confirmed: set[str] = set()
     with studies("track", "second round") as report:
@@ -82,7 +83,7 @@ def _again(places: Places, pairs: Sequence[Pair], report: Told) -> set[str]:
     """Cases that are slower in new processes too; samples and failures join the first round's."""
     with both(places) as sides:
         fresh = prepare(sides, [pair.case for pair in pairs], report)
-        take_turns(sides, fresh, samples_needed(len(fresh)), report)
+        take_turns(sides, fresh, max(SAMPLES, samples_needed(len(fresh))), report)
     for pair, again in zip(pairs, fresh, strict=True):
         pair.samples += again.samples
         pair.walls += again.walls

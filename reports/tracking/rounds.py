@@ -10,7 +10,9 @@ from typing import Any
 from benchmarks.timings.case import ROUND_OFF, Case
 from reports.tracking.side import Failed, Side
 
-LEAST = 0.02  # seconds of a sample
+LEAST = 0.01  # seconds of a go
+GOES = 3  # in a sample, of which the quickest counts
+LONG = 0.05  # seconds of a call of which one is enough: what disturbs it is short
 
 Told = Callable[[str], None]
 
@@ -56,11 +58,12 @@ def prepare(sides: Mapping[str, Side], cases: Sequence[Case], report: Told) -> l
 def take_turns(sides: Mapping[str, Side], pairs: Sequence[Pair], count: int, report: Told) -> None:
     """Add a round of samples to each pair that both sides can run and that is timed at all."""
     able = [pair for pair in pairs if not pair.why and pair.case.kind != ROUND_OFF]
-    repeats = {}
+    sizes = {}
     for pair in able:
         assert pair.base and pair.head
         quickest = min(pair.base["warm"], pair.head["warm"])
-        repeats[pair.case.name] = max(1, math.ceil(LEAST / max(quickest, 1e-7)))
+        repeats = max(1, math.ceil(LEAST / max(quickest, 1e-7)))
+        sizes[pair.case.name] = (repeats, 1 if quickest > LONG else GOES)
         pair.samples.append(([], []))
         pair.walls.append(([], []))
     for k in range(count):
@@ -72,7 +75,7 @@ def take_turns(sides: Mapping[str, Side], pairs: Sequence[Pair], count: int, rep
                 if pair.why:
                     continue
                 try:
-                    told = sides[side].sample(name, repeats[name])
+                    told = sides[side].sample(name, *sizes[name])
                 except Failed as error:
                     pair.why[side] = str(error)
                     continue

@@ -56,15 +56,16 @@ class Side:
         self._ready.add(case.name)
         return told
 
-    def sample(self, name: str, repeats: int) -> dict[str, float]:
-        """Seconds of one call, in processor time and by the wall clock.
+    def sample(self, name: str, repeats: int, goes: int) -> dict[str, float]:
+        """Seconds of one call, in processor time and by the wall clock, see the worker.
 
         A process that another case has ended is replaced by one that runs this case for the first
         time before.
         """
         if name not in self._ready:
             self.prepare(self._cases[name])
-        return self._ask({"do": "sample", "name": name, "repeats": repeats}, SAMPLE)
+        order = {"do": "sample", "name": name, "repeats": repeats, "goes": goes}
+        return self._ask(order, SAMPLE)
 
     def stop(self) -> None:
         """End the process, if there is one; the next question starts another."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from itertools import combinations
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from scipy.stats import rankdata
 
 from benchmarks.samples import LEAST, LEVEL, chance, growth, holm, samples_needed, slower
+from benchmarks.timings import worker
 
 RANDOM = np.random.default_rng(20)
 
@@ -90,3 +92,16 @@ def test_equal_samples_pass_holm_as_rarely_as_stated() -> None:
             holm({str(k): chance(times(1.0, 10), times(1.0, 10)) for k in range(12)}, LEVEL)
         )
     assert alarms <= 1
+
+
+def test_a_sample_is_that_of_the_quickest_go():
+    waits = iter([0.02, 0.001, 0.005] * 2)
+
+    def call() -> None:
+        end = time.process_time() + next(waits)
+        while time.process_time() < end:
+            pass
+
+    told = worker.sample(call, 1, 3)
+    assert 0.001 <= told["processor"] < 0.004
+    assert worker.sample(call, 3)["processor"] > 0.008

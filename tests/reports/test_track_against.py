@@ -136,7 +136,7 @@ def test_a_side_whose_process_was_lost_runs_other_cases_again(tmp_path: Path) ->
     with Side(tmp_path) as one:
         one.prepare(CASE)
         one.stop()
-        assert one.sample("orbit", 1)["processor"] > 0.0
+        assert one.sample("orbit", 1, 1)["processor"] > 0.0
 
 
 def test_an_empty_revision_is_refused_and_not_taken_for_none(capsys: pytest.CaptureFixture) -> None:
@@ -171,7 +171,7 @@ def test_a_side_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(
         one.stop()
         write(tmp_path, stub())
         assert one.prepare(CASE)["counts"] == {"steps": 10, "iterations": 5}
-        assert 0.0 < one.sample("orbit", 2)["processor"] < 1.0
+        assert 0.0 < one.sample("orbit", 2, 1)["processor"] < 1.0
 
 
 def test_each_side_has_the_galvi_of_its_own_tree(checkout: Path) -> None:

@@ -45,7 +45,7 @@ class Fake:
         reached = {"ends": [[1.0 + 1e-9, 0.0]], "counts": counts, "success": True, "status": "ok"}
         return reached | {"first_call": 1.0, "warm": 0.01} | self.told
 
-    def sample(self, name: str, repeats: int) -> dict[str, float]:
+    def sample(self, name: str, repeats: int, goes: int) -> dict[str, float]:
         if self.hangs:
             raise Failed("It gave no answer within 120 seconds and was ended.")
         time = self.factor * (1.0 + 0.01 * float(self.random.standard_normal()))

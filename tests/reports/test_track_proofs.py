@@ -47,9 +47,9 @@ def slowed(times: int) -> tuple[tuple[str, str, str], ...]:
 
 KEPLER, BODIES = ("Kepler, degree 8",), ("3D pendulum, degree 4", "heavy top, degree 5")
 FAULTS = (
-    Fault("a kernel slowed by 15 %", slowed(7), KEPLER, ("time",)),
-    Fault("a kernel slowed by 30 %", slowed(14), KEPLER, ("time",)),
-    Fault("a kernel slowed to half", slowed(45), KEPLER, ("time",)),
+    Fault("a kernel slowed by 15 %", slowed(4), KEPLER, ("time",)),
+    Fault("a kernel slowed by 30 %", slowed(6), KEPLER, ("time",)),
+    Fault("a kernel slowed to half", slowed(18), KEPLER, ("time",)),
     Fault(
         "one more solver iteration",
         (
