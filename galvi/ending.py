@@ -46,6 +46,8 @@ def ending(
     state   (4, d), see galvi.continuation
     """
     if done == steps:
+        if not _conserves_energy(problem.system):
+            return COMPLETED
         return _completed(problem, state[0], state[2])
     where = f"at step {done + 1} of {steps}, from t = {t:g}"
     if code == SOLVED:
@@ -109,9 +111,7 @@ def ending_on_group(
 
 
 def _completed(problem: Problem, q: Array, v: Array) -> str:
-    """Completed at (q, v), with a word when a conserved energy says that it went wrong."""
-    if not _conserves_energy(problem.system):
-        return COMPLETED
+    """Completed at (q, v), with a word when the energy, which is conserved, says otherwise."""
     change = _change(problem, q, v)
     if change <= OFF:
         return COMPLETED

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, cast
+from typing import cast
 from weakref import WeakSet
 
 import numpy as np
 
 from galvi import checks
+from galvi.arrays import Array
 from galvi.calls import SOLVERS
 from galvi.continuation import Continuation
 from galvi.group_calls import by_fixed_point
@@ -175,12 +176,14 @@ def _check_functions(problem: Problem) -> None:
     with np.errstate(all="ignore"):
         if isinstance(system, Lagrangian | Canonical | RigidBody):
             system.check_functions(problem.q0, problem.v0, problem.t0)
-        force: Any = 0.0
         if not hasattr(system, "group"):
-            force = cast(VectorSystem, system).acceleration(problem.q0, problem.t0)
+            _check_force(cast(VectorSystem, system).acceleration(problem.q0, problem.t0))
+    _CHECKED.add(problem)
+
+
+def _check_force(force: Array) -> None:
     if not np.all(np.isfinite(force)):
         raise ValueError(
             f"the force must be finite at the start; received {force.tolist()} at q0. Check the "
             f"gradient, or move q0 away from a singularity."
         )
-    _CHECKED.add(problem)

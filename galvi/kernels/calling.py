@@ -2,8 +2,8 @@
 
 A kernel takes the addresses of a system's functions in an array of integers, so that one kernel,
 compiled once and kept on disk, serves every system. (numba's first-class functions do the same, but
-each takes half a microsecond to hand to the next kernel below, and most of a millisecond to hand to
-the first.) The interpreter's form of a kernel takes the functions themselves, in a tuple.
+a dozen of them take longer to hand to the next kernel than a small Lagrangian takes.) The
+interpreter's form of a kernel takes the functions themselves, in a tuple.
 
     fill(functions[0], Q, t, constants, out)       a function that returns nothing
     vector(functions[0], q)                        one that returns a vector (d,)

@@ -20,6 +20,8 @@ its own, or a user's (q, v) or (q, v, t) -> (d,).
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numba import types
 
@@ -36,6 +38,7 @@ FREE, PUSHED, TIMED_PUSHED, PUSHED_BY_LAW = 0, 1, 2, 3  # which force acts
 LAW_TYPE = types.void(VECTOR, VECTOR, REAL, VECTOR, MATRIX)
 
 
+@cache
 def signature(kind, timed, side):
     """Of the Lagrangian's function; side = 0 when a user's takes a vector, else its rows."""
     if kind == LAW:
@@ -47,6 +50,7 @@ def signature(kind, timed, side):
     return force_signature(TIMED_PUSHED if timed else PUSHED, side)
 
 
+@cache
 def force_signature(pushed, side):
     """Of the external force."""
     place = MATRIX if side else VECTOR

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 PATIENCE = 120.0  # seconds: more than the longest compilation takes on a busy machine
 PAUSE = 0.05
@@ -23,7 +22,8 @@ class Turn:
         """Wait for it; whether somebody else had it meanwhile, and may have kept something."""
         waited, end = False, time.monotonic() + patience
         with suppress(OSError, ImportError):  # no file or no locks: as if there were no others
-            fcntl: Any = importlib.import_module("fcntl")
+            import fcntl
+
             self.path.parent.mkdir(exist_ok=True)
             file = self.path.open("a")
             try:

@@ -6,7 +6,6 @@ import re
 import sys
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -15,11 +14,7 @@ import pytest
 import galvi
 from benchmarks import high_eccentricity, work_precision
 from benchmarks.arena import kepler
-from benchmarks.contender_process import examined, settings
-from benchmarks.introduction import Fault, opened
 from benchmarks.outsider import Outsider
-from benchmarks.stopwatch import interleaved, warmed
-from benchmarks.timed_run import TimedRun
 from reports.commands import run
 
 ROOT = Path(__file__).parents[2]
@@ -161,125 +156,6 @@ def test_one_that_hangs_or_dies_is_stopped_and_the_rest_goes_on(trouble):
     assert len(trouble.faults) == 4  # one for each problem and what went wrong on it
 
 
-def finished(**parts):
-    """What a run on ORBIT for {"samples": 2} over 1 should be, with some parts replaced."""
-    t, q, p = np.array([0.0, 0.5, 1.0]), np.array([ORBIT.q0] * 3), np.array([ORBIT.p0] * 3)
-    return SimpleNamespace(
-        **{"t": t, "q": q, "p": p, "success": True, "status": "", "counts": {}, **parts}
-    )
-
-
-@pytest.mark.parametrize(
-    ("parts", "said"),
-    [
-        ({"q": np.zeros((3, 5))}, r"q must have the shape \(3, 2\); received \(3, 5\)"),
-        ({"p": np.zeros(3)}, r"p must have the shape \(3, 2\); received \(3,\)"),
-        ({"q": np.full((3, 2), np.nan)}, "says that it succeeded, and its states are not finite"),
-        ({"t": np.array([0.0, 0.5, 1.1])}, "times must be the 3 from 0 to 1 .* received 3 from 0"),
-        ({"t": np.array([0.0, 1.0])}, "received 2 from 0 to 1"),
-        ({"t": np.array(1.0)}, "received an array of shape"),
-        ({"q": "far away"}, "must be arrays of numbers"),
-        ({"counts": {"steps": "many"}}, "counts must be whole numbers by their names; received"),
-    ],
-)
-def test_a_run_of_another_shape_or_time_is_refused(parts, said):
-    good = examined(finished(), ORBIT, 1.0, {"samples": 2})
-    assert good["success"] and good["q"].shape == (3, 2)
-    with pytest.raises(Fault, match=said):
-        examined(finished(**parts), ORBIT, 1.0, {"samples": 2})
-
-
-def test_settings_are_plain_and_say_at_which_times_a_run_has_states():
-    def offering(**setting):
-        return SimpleNamespace(settings=lambda problem, duration: [setting])
-
-    assert settings(offering(step=np.float64(0.5), save_every=np.int64(2)), ORBIT, 1.0) == [
-        {"step": 0.5, "save_every": 2}
-    ]
-    with pytest.raises(Fault, match="x is a SimpleNamespace"):
-        settings(offering(samples=2, x=SimpleNamespace()), ORBIT, 1.0)
-    with pytest.raises(Fault, match=r"step must be a positive number; received -0\.5"):
-        settings(offering(step=-0.5), ORBIT, 1.0)
-    with pytest.raises(Fault, match="must say at which times a run has states"):
-        examined(finished(), ORBIT, 1.0, {"step": 0.5, "save_every": "often"})
-
-
-def test_a_run_that_says_it_failed_says_why_and_may_hold_nan():
-    with pytest.raises(Fault, match="its status does not say why"):
-        examined(finished(success=False, status=" "), ORBIT, 1.0, {"samples": 2})
-    parts = {"q": np.full((3, 2), np.nan), "success": False, "status": "Too long a step."}
-    assert examined(finished(**parts), ORBIT, 1.0, {"samples": 2})["status"] == "Too long a step."
-
-
-class Whole:
-    name = "whole"
-
-    def supports(self, problem):
-        return True
-
-    def run(self, problem, duration, setting):
-        raise NotImplementedError
-
-
-class Nameless(Whole):
-    name = ""
-
-
-class Ours(Whole):
-    name = "galvi, improved"
-
-
-class Lines(Whole):
-    name = "two\nlines"
-
-
-class Marked(Whole):
-    name = "a <b>bold</b> one"
-
-
-class Lacking:
-    name, supports = "lacking", True
-
-
-class Stubborn(Whole):
-    def __init__(self):
-        raise OSError("no licence")
-
-
-@pytest.fixture
-def module(monkeypatch):
-    """Contenders, and none, in a module of their own."""
-    made = ModuleType("outside_module")
-    for thing in (Whole, Nameless, Ours, Lines, Marked, Lacking, Stubborn):
-        setattr(made, thing.__name__, thing)
-    monkeypatch.setitem(sys.modules, made.__name__, made)
-
-
-@pytest.mark.parametrize(
-    ("path", "said"),
-    [
-        ("Whole", "named package.module:Class; received 'Whole'"),
-        ("outside_module:", "named package.module:Class"),
-        ("outside modul:Whole", "named package.module:Class"),
-        ("outside_module.Whole", "did you mean 'outside_module:Whole'?"),
-        ("./outside_module.py:Whole", "did you mean 'outside_module:Whole'?"),
-        ("outside_module:Zebra", "has no 'Zebra'$"),
-        ("outside_module:Lines", r"words in one line, .* received 'two\\nlines'"),
-        ("outsid_module:Whole", "no module 'outsid_module' to take Whole from"),
-        ("outside_module:Hole", "has no 'Hole'; did you mean 'Whole'"),
-        ("outside_module:Lacking", "lacks 'run' and 'supports'; a contender has name"),
-        ("outside_module:Nameless", "do not begin with 'galvi'.* received ''"),
-        ("outside_module:Marked", "none of <>.*received 'a <b>bold</b> one'"),
-        ("outside_module:Ours", "received 'galvi, improved'"),
-        ("outside_module:Stubborn", r"Stubborn\(\) raised OSError: no licence"),
-    ],
-)
-def test_a_path_that_leads_to_no_contender_is_answered_in_a_sentence(module, path, said):
-    assert opened("outside_module:Whole").name == "whole"
-    with pytest.raises(Fault, match=said):
-        opened(path)
-
-
 def test_a_mistyped_contender_gives_status_2_and_nothing_is_run(
     folder, make_suite, tmp_path, capsys
 ):
@@ -290,32 +166,3 @@ def test_a_mistyped_contender_gives_status_2_and_nothing_is_run(
         " ".join(told.split())
     )
     assert len(told.splitlines()) == 1 and not (tmp_path / "out").exists()
-
-
-def test_its_clock_is_its_own_and_a_failure_between_rounds_leaves_no_time():
-    class Answers:
-        """In the place of an outsider: 1 ms a run, the second time it is asked it is gone."""
-
-        def __init__(self):
-            parts = {name: np.zeros(1) for name in "tqp"}
-            self.answers = iter([(parts, 2.0), 1e-3, 1e-3])
-            self.notes = []
-
-        def _ask(self, problem, what, *asked):
-            from benchmarks.timed_run import Faulty
-
-            for answer in self.answers:
-                return answer
-            raise Faulty("Gone.")
-
-        def note(self, problem, doing, why):
-            self.notes.append(why)
-
-        name = "answers"
-
-    call = TimedRun(Answers(), ORBIT, 1.0, {"samples": 1})
-    found, seconds = warmed(call)
-    assert found.success and seconds == 2.0
-    (timing,) = interleaved([call], 3, 1e-3, [1e-3])
-    assert np.isnan(timing.seconds) and call.failure == "Gone."
-    assert call.outsider.notes == ["Gone."]

@@ -1,0 +1,93 @@
+"""What a contender answers: examined before anything is made of it, and timed by its own clock."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks.contender_process import examined, settings
+from benchmarks.introduction import Fault
+from benchmarks.stopwatch import interleaved, warmed
+from benchmarks.timed_run import Faulty, TimedRun
+
+ORBIT = galvi.problems.kepler(0.6)
+
+
+def finished(**parts):
+    """What a run on ORBIT for {"samples": 2} over 1 should be, with some parts replaced."""
+    t, q, p = np.array([0.0, 0.5, 1.0]), np.array([ORBIT.q0] * 3), np.array([ORBIT.p0] * 3)
+    return SimpleNamespace(
+        **{"t": t, "q": q, "p": p, "success": True, "status": "", "counts": {}, **parts}
+    )
+
+
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        ({"q": np.zeros((3, 5))}, r"q must have the shape \(3, 2\); received \(3, 5\)"),
+        ({"p": np.zeros(3)}, r"p must have the shape \(3, 2\); received \(3,\)"),
+        ({"q": np.full((3, 2), np.nan)}, "says that it succeeded, and its states are not finite"),
+        ({"t": np.array([0.0, 0.5, 1.1])}, "times must be the 3 from 0 to 1 .* received 3 from 0"),
+        ({"t": np.array([0.0, 1.0])}, "received 2 from 0 to 1"),
+        ({"t": np.array(1.0)}, "received an array of shape"),
+        ({"q": "far away"}, "must be arrays of numbers"),
+        ({"counts": {"steps": "many"}}, "counts must be whole numbers by their names; received"),
+    ],
+)
+def test_a_run_of_another_shape_or_time_is_refused(parts, said):
+    good = examined(finished(), ORBIT, 1.0, {"samples": 2})
+    assert good["success"] and good["q"].shape == (3, 2)
+    with pytest.raises(Fault, match=said):
+        examined(finished(**parts), ORBIT, 1.0, {"samples": 2})
+
+
+def test_settings_are_plain_and_say_at_which_times_a_run_has_states():
+    def offering(**setting):
+        return SimpleNamespace(settings=lambda problem, duration: [setting])
+
+    assert settings(offering(step=np.float64(0.5), save_every=np.int64(2)), ORBIT, 1.0) == [
+        {"step": 0.5, "save_every": 2}
+    ]
+    with pytest.raises(Fault, match="x is a SimpleNamespace"):
+        settings(offering(samples=2, x=SimpleNamespace()), ORBIT, 1.0)
+    with pytest.raises(Fault, match=r"step must be a positive number; received -0\.5"):
+        settings(offering(step=-0.5), ORBIT, 1.0)
+    with pytest.raises(Fault, match="must say at which times a run has states"):
+        examined(finished(), ORBIT, 1.0, {"step": 0.5, "save_every": "often"})
+
+
+def test_a_run_that_says_it_failed_says_why_and_may_hold_nan():
+    with pytest.raises(Fault, match="its status does not say why"):
+        examined(finished(success=False, status=" "), ORBIT, 1.0, {"samples": 2})
+    parts = {"q": np.full((3, 2), np.nan), "success": False, "status": "Too long a step."}
+    assert examined(finished(**parts), ORBIT, 1.0, {"samples": 2})["status"] == "Too long a step."
+
+
+def test_its_clock_is_its_own_and_a_failure_between_rounds_leaves_no_time():
+    class Answers:
+        """In the place of an outsider: 1 ms a run, the second time it is asked it is gone."""
+
+        def __init__(self):
+            parts = {name: np.zeros(1) for name in "tqp"}
+            self.answers = iter([(parts, 2.0), 1e-3, 1e-3])
+            self.notes = []
+
+        def _ask(self, problem, what, *asked):
+            for answer in self.answers:
+                return answer
+            raise Faulty("Gone.")
+
+        def note(self, problem, doing, why):
+            self.notes.append(why)
+
+        name = "answers"
+
+    call = TimedRun(Answers(), ORBIT, 1.0, {"samples": 1})
+    found, seconds = warmed(call)
+    assert found.success and seconds == 2.0
+    (timing,) = interleaved([call], 3, 1e-3, [1e-3])
+    assert np.isnan(timing.seconds) and call.failure == "Gone."
+    assert call.outsider.notes == ["Gone."]
