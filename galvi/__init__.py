@@ -2,32 +2,24 @@
 
 from galvi import problems
 from galvi.analysis.theory import Theory, theory
-from galvi.attitude import orthogonality_defect, rotations
 from galvi.charts.cayley import Cayley
 from galvi.charts.exponential import Exponential
-from galvi.ensemble import integrate_many
-from galvi.forces.rotor_drag import RotorDrag
+from galvi.diagnostics.attitude import orthogonality_defect, rotations
+from galvi.diagnostics.invariants import energy, linear_momentum, momentum_map
+from galvi.diagnostics.momentum_balance import MomentumBalance, momentum_balance
+from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elements
+from galvi.diagnostics.round_trip import round_trip_error
+from galvi.diagnostics.symplecticity import step_derivative, symplecticity_defect
 from galvi.groups.matrices import nearest_rotation
 from galvi.groups.product import Product
 from galvi.groups.rn import Rn
 from galvi.groups.se3 import SE3
 from galvi.groups.so2 import SO2
 from galvi.groups.so3 import SO3
-from galvi.integrate import integrate, resume
-from galvi.invariants import energy, linear_momentum, momentum_map
 from galvi.method import Galerkin
-from galvi.momentum_balance import MomentumBalance, momentum_balance
-from galvi.orbits import OrbitalElements, heliocentric, orbital_elements
-from galvi.potentials.central_force import CentralForce
-from galvi.potentials.linear_spring import LinearSpring
-from galvi.potentials.pendulum import PendulumWeight
-from galvi.potentials.spring_chain import SpringChain
-from galvi.potentials.uniform_field import UniformField
-from galvi.potentials.uniform_gravity import UniformGravity
 from galvi.problem import Problem
-from galvi.recommend import recommend
-from galvi.recommendation import Recommendation
-from galvi.round_trip import round_trip_error
+from galvi.recommend.recommend import recommend
+from galvi.recommend.recommendation import Recommendation
 from galvi.rules.clenshaw_curtis import clenshaw_curtis
 from galvi.rules.composite import composite
 from galvi.rules.gauss import gauss
@@ -35,21 +27,31 @@ from galvi.rules.lobatto import lobatto
 from galvi.rules.newton_cotes import newton_cotes
 from galvi.rules.radau import radau
 from galvi.rules.rule import Rule
+from galvi.run.ensemble import integrate_many
+from galvi.run.files import load, save
+from galvi.run.integrate import integrate, resume
 from galvi.spaces.component_polynomials import ComponentPolynomials
 from galvi.spaces.fourier import Fourier
 from galvi.spaces.piecewise_hermite import PiecewiseHermite
 from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
 from galvi.spaces.polynomial_fourier import PolynomialFourier
 from galvi.spaces.polynomials import Polynomials
-from galvi.storage import load, save
-from galvi.symplecticity import step_derivative, symplecticity_defect
 from galvi.systems.canonical import Canonical
+from galvi.systems.forces.rotor_drag import RotorDrag
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 from galvi.systems.planar_chain import PlanarChain
+from galvi.systems.potentials.central_force import CentralForce
+from galvi.systems.potentials.linear_spring import LinearSpring
+from galvi.systems.potentials.pendulum import PendulumWeight
+from galvi.systems.potentials.spring_chain import SpringChain
+from galvi.systems.potentials.uniform_field import UniformField
+from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.trajectory import Trajectory
+
+Galerkin.theory_of = staticmethod(theory)  # it stands above the method, which must not import it
 
 __all__ = [
     "SE3",

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any, ClassVar
 
-from galvi.analysis.orders import orders
-from galvi.analysis.symmetry import is_symmetric
-from galvi.analysis.theory import Theory, theory
 from galvi.charts.cayley import Cayley
 from galvi.charts.chart import Chart
-from galvi.classical import classical_name
-from galvi.problem import Problem
+from galvi.properties.classical_methods import classical_name
+from galvi.properties.orders import orders
+from galvi.properties.symmetry import is_symmetric
 from galvi.rules.rule import Rule
 from galvi.spaces.space import Space
-from galvi.table import Table, tabulate
+from galvi.tableau import Tableau, tabulate
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class Galerkin:
     rule: Rule
     chart: Chart = field(default_factory=Cayley)
 
+    theory_of: ClassVar[Callable[..., Any]]  # galvi.theory, registered by galvi/__init__
+
     def __post_init__(self) -> None:
         for name, kind, example in (
             ("space", "basis", "Polynomials(8)"),
@@ -47,7 +49,7 @@ class Galerkin:
         tabulate(self.space, self.rule)
 
     @cached_property
-    def table(self) -> Table:
+    def table(self) -> Tableau:
         """The tabulated pair."""
         return tabulate(self.space, self.rule)
 
@@ -58,7 +60,7 @@ class Galerkin:
 
     @property
     def order(self) -> int:
-        """Order of convergence at step ends, on smooth problems (`galvi.analysis.orders`)."""
+        """Order of convergence at step ends, on smooth problems (`galvi.properties.orders`)."""
         return orders(self.space, self.rule).at_steps
 
     @cached_property
@@ -78,13 +80,10 @@ class Galerkin:
         return known or f"Galerkin {space}, {self.rule.name}"
 
     def theory(
-        self,
-        problem: Problem | None = None,
-        step: float | None = None,
-        lipschitz: float | None = None,
-    ) -> Theory:
+        self, problem: Any = None, step: float | None = None, lipschitz: float | None = None
+    ) -> Any:
         """What theory says of this method, and of a step of it on a problem: `galvi.theory`."""
-        return theory(self, None, problem, step, lipschitz)
+        return self.theory_of(self, None, problem, step, lipschitz)
 
     @property
     def _one_degree(self) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-from galvi import checks
+from galvi import input_checks
 from galvi.arrays import Array
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.system import System
@@ -43,16 +43,16 @@ class Problem:
             raise TypeError(
                 f"system must be a system such as galvi.NBody(masses); received {self.system!r}."
             )
-        q0 = checks.array("q0", self.q0)
+        q0 = input_checks.array("q0", self.q0)
         shape = self.system.velocity_shape(q0.shape)
         remedy = "v0 has the shape of q0." if shape == q0.shape else "v0 is the body velocity."
         if q0.ndim < 2 and shape != q0.shape:
             remedy = f"So must q0; received shape {q0.shape}."
-        v0 = checks.array("v0", self.v0, shape, remedy)
+        v0 = input_checks.array("v0", self.v0, shape, remedy)
         self.system.check(q0, v0)
         object.__setattr__(self, "q0", q0)
         object.__setattr__(self, "v0", v0)
-        object.__setattr__(self, "t0", checks.real("t0", self.t0))
+        object.__setattr__(self, "t0", input_checks.real("t0", self.t0))
         if not isinstance(self.parameters, Mapping):
             raise TypeError(f"parameters must be a dict of names; received {self.parameters!r}.")
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))

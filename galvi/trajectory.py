@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.curves import Curves
-from galvi.group_curves import GroupCurves
+from galvi.curves.group_curves import GroupCurves
+from galvi.curves.vector_curves import Curves
 from galvi.problem import Problem
 
 if TYPE_CHECKING:
     import pandas
 
-    from galvi.continuation import Continuation
+    from galvi.checkpoint import Checkpoint
 
 COMPLETED = "Completed."
 
@@ -51,7 +51,7 @@ class Trajectory:
     step: float | None = None
     method: Any = None
     curves: Curves | GroupCurves | None = None
-    continuation: Continuation | None = None
+    continuation: Checkpoint | None = None
     interrupted: bool = False
 
     def __call__(self, t: Any) -> Array:

@@ -2,43 +2,43 @@
 
 from __future__ import annotations
 
-from references.bulirsch_stoer import BULIRSCH_STOER
-from references.chain_ivp import CHAIN_DOP853
+from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.kepler import KEPLER
+from references.closed_forms.oscillator import OSCILLATOR
+from references.closed_forms.pendulum import PENDULUM
 from references.contender import Contender
-from references.ephemeris import JPL_EPHEMERIS
-from references.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
-from references.free_top import FREE_TOP
-from references.heyoka_chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
-from references.heyoka_rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
-from references.heyoka_taylor import HEYOKA, HEYOKA_QUADRUPLE
-from references.ias15 import IAS15
-from references.implicit_euler import IMPLICIT_EULER
-from references.janus import JANUS
-from references.kepler import KEPLER
-from references.leapfrog import LEAPFROG
-from references.matrix_euler import MATRIX_EULER
-from references.mujoco_steps import (
+from references.heyoka.chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
+from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
+from references.heyoka.taylor import HEYOKA, HEYOKA_QUADRUPLE
+from references.jpl.ephemeris import JPL_EPHEMERIS
+from references.mujoco.steps import (
     MUJOCO_DISCRETE,
     MUJOCO_EULER,
     MUJOCO_IMPLICIT,
     MUJOCO_IMPLICITFAST,
     MUJOCO_RK4,
 )
-from references.oscillator import OSCILLATOR
-from references.pendulum import PENDULUM
-from references.quaternion_dop853 import QUATERNION_DOP853
-from references.quaternion_rk4 import QUATERNION_RK4
-from references.rigid_ivp import RIGID_DOP853, RIGID_ODE45
-from references.saba import SABA
-from references.scipy_ivp import DOP853, ODE45, RADAU
-from references.semi_implicit_euler import SEMI_IMPLICIT_EULER
+from references.rebound.bulirsch_stoer import BULIRSCH_STOER
+from references.rebound.ias15 import IAS15
+from references.rebound.janus import JANUS
+from references.rebound.leapfrog import LEAPFROG
+from references.rebound.saba import SABA
+from references.rebound.whfast import WHFAST
+from references.rebound.whfast512 import WHFAST512
+from references.scipy.chain_ivp import CHAIN_DOP853
+from references.scipy.ivp import DOP853, ODE45, RADAU
+from references.scipy.rigid_ivp import RIGID_DOP853, RIGID_ODE45
 from references.setting import nearest
-from references.stored_attitude import STORED_ATTITUDE
-from references.stored_chain import STORED_CHAIN
-from references.stormer_verlet import STORMER_VERLET
-from references.truth import STORED_TRUTH
-from references.whfast import WHFAST
-from references.whfast512 import WHFAST512
+from references.stored.attitude import STORED_ATTITUDE
+from references.stored.chain import STORED_CHAIN
+from references.stored.planets import STORED_TRUTH
+from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
+from references.textbook.implicit_euler import IMPLICIT_EULER
+from references.textbook.matrix_euler import MATRIX_EULER
+from references.textbook.quaternion_dop853 import QUATERNION_DOP853
+from references.textbook.quaternion_rk4 import QUATERNION_RK4
+from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER
+from references.textbook.stormer_verlet import STORMER_VERLET
 
 REFERENCES: tuple[Contender, ...] = (
     OSCILLATOR,

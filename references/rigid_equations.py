@@ -13,8 +13,8 @@ import numpy as np
 
 from galvi import Problem, RigidBody, UniformGravity
 from galvi.arrays import Array
-from galvi.systems.force import force_at
-from references.second_law import is_forced
+from galvi.systems.forces.external_force import force_at
+from references.newton import is_forced
 
 
 @dataclass(frozen=True, eq=False)

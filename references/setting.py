@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.arrays import Array
 
 WHOLE = 1e-9  # how far, relatively, duration / step may be from a whole number
@@ -67,7 +67,7 @@ def fixed_steps(duration: float, setting: Mapping[str, Any]) -> FixedSteps:
         raise ValueError(
             f"a fixed-step contender needs a 'step' in its setting; received {dict(setting)!r}."
         )
-    step = checks.real("step", setting["step"])
+    step = input_checks.real("step", setting["step"])
     steps = duration / step if step else float("nan")
     count = max(1, round(steps)) if np.isfinite(steps) else 1
     if not abs(steps - count) <= WHOLE * count:
@@ -75,20 +75,20 @@ def fixed_steps(duration: float, setting: Mapping[str, Any]) -> FixedSteps:
             f"step must divide the duration {duration!r} into a whole number of steps; received "
             f"{setting['step']!r}, {steps:.6g} steps. Choose step = duration / {count}."
         )
-    every = checks.whole("save_every", setting.get("save_every", 1))
+    every = input_checks.whole("save_every", setting.get("save_every", 1))
     saved = np.append(np.arange(0, count, every), count)
     return FixedSteps(step=step, count=count, saved=saved)
 
 
 def sample_times(t0: float, duration: float, setting: Mapping[str, Any]) -> Array:
     """t0 + duration j / n for j = 0 .. n, (n + 1,), with n the setting's 'samples' (default 1)."""
-    samples = checks.whole("samples", setting.get("samples", 1))
+    samples = input_checks.whole("samples", setting.get("samples", 1))
     times: Array = t0 + _duration(duration) * (np.arange(samples + 1) / samples)
     return times
 
 
 def _duration(duration: float) -> float:
-    duration = checks.real("duration", duration)
+    duration = input_checks.real("duration", duration)
     if duration == 0.0:
         raise ValueError("duration must not be zero; received 0. Give the time to cover.")
     return duration

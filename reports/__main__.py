@@ -2,8 +2,8 @@
 
 import sys
 
-from reports.commands import run
-from reports.suite import load
+from reports.cli.commands import run
+from reports.results.suite import load
 
 if __name__ == "__main__":
     sys.exit(run(load, sys.argv[1:]))

@@ -1,6 +1,6 @@
 """Time a call in processor time, and note what a time alone does not tell.
 
-The clock is that of the processor: `python -m benchmarks.clocks` shows why.
+The clock is that of the processor: `python -m benchmarks.experiments.clock_comparison` shows why.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from benchmarks import yardstick
-from benchmarks.provenance import commit, versions
+from benchmarks.statistics import calibration
+from benchmarks.store.provenance import commit, versions
 
 TIMER = time.process_time
 LEAST = 0.01  # seconds of a round
@@ -37,10 +37,10 @@ def timed(benchmark: Any, call: Callable[[], Any]) -> Any:
 
 def measured(benchmark: Any, call: Callable[[], Any], rounds: int, repeats: int = 1) -> Any:
     """The same for a call that is warm; the yardstick is timed before and after."""
-    before = yardstick.yardstick(3)
+    before = calibration.yardstick(3)
     result = benchmark.pedantic(call, rounds=rounds, iterations=repeats)
-    seconds = statistics.median(before + yardstick.yardstick(3))
-    benchmark.extra_info.update(yardstick={"name": yardstick.NAME, "seconds": seconds})
+    seconds = statistics.median(before + calibration.yardstick(3))
+    benchmark.extra_info.update(yardstick={"name": calibration.NAME, "seconds": seconds})
     return result
 
 

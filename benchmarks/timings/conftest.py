@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 from pytest_benchmark.utils import safe_dumps
 
-from benchmarks.atomic import write
+from benchmarks.store.atomic import write
 from benchmarks.timings.unfinished import Unfinished
 
 ROWS: pytest.StashKey[dict[str, dict[str, Any]]] = pytest.StashKey()

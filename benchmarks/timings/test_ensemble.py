@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.contenders import gauss_collocation
-from benchmarks.stopwatch import interleaved
+from benchmarks.statistics.timing import interleaved
 from benchmarks.timings.annotate import measured, noted
+from benchmarks.work_precision.galvi_methods import gauss_collocation
 
 ROUNDS = 3
 METHOD = gauss_collocation(8).method

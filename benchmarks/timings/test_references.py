@@ -11,12 +11,12 @@ import pytest
 import galvi
 from benchmarks.timings.annotate import TIMER, noted, timed
 from references import REFERENCES, Contender
-from references.free_top import FREE_TOP
-from references.kepler import KEPLER
-from references.oscillator import OSCILLATOR
-from references.pendulum import PENDULUM
-from references.stored_attitude import STORED_ATTITUDE
-from references.truth import STORED_TRUTH
+from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.kepler import KEPLER
+from references.closed_forms.oscillator import OSCILLATOR
+from references.closed_forms.pendulum import PENDULUM
+from references.stored.attitude import STORED_ATTITUDE
+from references.stored.planets import STORED_TRUTH
 
 PROBLEMS: dict[str, tuple[galvi.Problem, float, Contender | None]] = {
     "oscillator": (galvi.problems.harmonic_oscillator(), 10 * math.tau, OSCILLATOR),

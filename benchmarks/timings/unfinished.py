@@ -17,8 +17,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from benchmarks.atomic import write
-from benchmarks.provenance import ROOT, cpu, versions
+from benchmarks.store.atomic import write
+from benchmarks.store.provenance import ROOT, cpu, versions
 
 FOLDER = "unfinished"  # in the storage
 DAMAGED = "damaged"  # in that folder: what could not be read

@@ -9,7 +9,7 @@ from galvi.analysis import step_bounds
 from galvi.analysis.friedrichs import Z0
 from galvi.analysis.step_bounds import Bound
 from galvi.analysis.stiffness import Stiffness, estimated, given
-from galvi.kernels.charts import RN, SO2
+from galvi.kernels.lie.charts import RN, SO2
 from galvi.problem import Problem
 from galvi.rules.rule import Rule
 from galvi.spaces.space import Space

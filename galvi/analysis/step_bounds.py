@@ -13,7 +13,7 @@ from galvi.analysis.stiffness import Stiffness
 from galvi.rules.rule import Rule
 from galvi.spaces.polynomials import Polynomials
 from galvi.spaces.space import Space
-from galvi.table import assemble
+from galvi.tableau import assemble
 
 CAUTION = 3.0  # one over the constant of M proposition 1; claim V20 measures sqrt(2)
 

@@ -9,19 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
+from galvi.analysis.formatting import sentences
 from galvi.analysis.friedrichs import Z0
 from galvi.analysis.motion_theory import motion_theory
 from galvi.analysis.norms import norms
-from galvi.analysis.orders import orders
-from galvi.analysis.symmetry import is_symmetric
-from galvi.analysis.wording import sentences
-from galvi.classical import classical_names
 from galvi.problem import Problem
+from galvi.properties.classical_methods import classical_names
+from galvi.properties.orders import orders
+from galvi.properties.symmetry import is_symmetric
 from galvi.rules.rule import Rule
-from galvi.spaces.checked import checked
+from galvi.spaces.protocol_checks import checked
 from galvi.spaces.space import Space
-from galvi.table import assemble
+from galvi.tableau import assemble
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ def _check(problem: Any, step: Any, lipschitz: Any) -> None:
             f"problem must be a galvi.Problem such as galvi.problems.kepler(0.6); received "
             f"{problem!r}."
         )
-    if step is not None and checks.real("step", step) == 0.0:
+    if step is not None and input_checks.real("step", step) == 0.0:
         raise ValueError(f"step must not be zero; received {step!r}.")
     if lipschitz is not None:
-        checks.positive("lipschitz", lipschitz, "Leave it out to have it estimated.")
+        input_checks.positive("lipschitz", lipschitz, "Leave it out to have it estimated.")

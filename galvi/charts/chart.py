@@ -11,7 +11,7 @@ class Chart(Hashable, Protocol):
 
     @property
     def number(self) -> int:
-        """As galvi.kernels.radial counts them."""
+        """As galvi.kernels.lie.chart_coefficients counts them."""
 
     @property
     def limit(self) -> float:

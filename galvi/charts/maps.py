@@ -9,8 +9,8 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.charts.chart import Chart
 from galvi.groups.group import Group
-from galvi.kernels import charts
-from galvi.kernels.jit import jit
+from galvi.kernels.compile.jit import jit
+from galvi.kernels.lie import charts
 
 
 def place(chart: Chart, group: Group, g: Any, xi: Any) -> Array:

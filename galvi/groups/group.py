@@ -29,7 +29,8 @@ class Group(Hashable, Protocol):
 
     @property
     def layout(self) -> Layout:
-        """(factors, 2): each factor's number in galvi.kernels.charts, and the n of an R^n or 0."""
+        """(factors, 2): each factor's number in galvi.kernels.lie.charts, and the n of an R^n or
+        0."""
 
     def check(self, name: str, g: Array) -> None:
         """ValueError, in one sentence, unless g is an element to within 1e-9."""

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.arrays import Array
 from galvi.groups.group import Layout
-from galvi.kernels.charts import RN
+from galvi.kernels.lie.charts import RN
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Rn:
     n: int
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "n", checks.whole("n", self.n))
+        object.__setattr__(self, "n", input_checks.whole("n", self.n))
 
     @property
     def dimension(self) -> int:

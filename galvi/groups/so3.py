@@ -9,7 +9,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.groups.group import Layout
 from galvi.groups.matrices import check_rotation
-from galvi.kernels import charts
+from galvi.kernels.lie import charts
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from galvi import checks
-from galvi.forces.rotor_drag import RotorDrag
-from galvi.potentials.uniform_field import UniformField
+from galvi import input_checks
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
+from galvi.systems.forces.rotor_drag import RotorDrag
+from galvi.systems.potentials.uniform_field import UniformField
 
 GRAVITY = 9.80665  # m / s^2, standard gravity (CGPM 1901)
 AIR = 1.225  # kg / m^3, at sea level and 15 C (ISO 2533, International Standard Atmosphere)
@@ -24,7 +24,7 @@ def brownout(
     velocity: Any = (0.0, 1.0, 0.0),
     drag_coefficient: float = DRAG_COEFFICIENT,
 ) -> Problem:
-    """Gravity, as a potential, and M's drag (14) in `galvi.kernels.rotor_wind`.
+    """Gravity, as a potential, and M's drag (14) in `galvi.kernels.forces.rotor_wind`.
 
     diameter          d in m, of a sphere of quartz; sand has 10e-6 to 500e-6
     position          (3,) m from the foot of the rotor's axis, z up, above the ground
@@ -39,15 +39,17 @@ def brownout(
     Raises ValueError for a diameter outside 1e-6 to 1e-2 m, a place below the ground, a shape that
     is not (3,) or a drag coefficient that is not positive.
     """
-    d = checks.positive("diameter", diameter, "Give it in metres.")
+    d = input_checks.positive("diameter", diameter, "Give it in metres.")
     if not SMALLEST <= d <= LARGEST:
         raise ValueError(
             f"diameter must be from {SMALLEST:g} to {LARGEST:g} m; received {diameter!r}. "
             f"Give it in metres: 100 micrometres are 100e-6."
         )
-    coefficient = checks.positive("drag_coefficient", drag_coefficient)
-    place = checks.array("position", position, (3,), "Give x, y and z in metres, z up.")
-    speed = checks.array("velocity", velocity, (3,), "Give x, y and z in metres a second, z up.")
+    coefficient = input_checks.positive("drag_coefficient", drag_coefficient)
+    place = input_checks.array("position", position, (3,), "Give x, y and z in metres, z up.")
+    speed = input_checks.array(
+        "velocity", velocity, (3,), "Give x, y and z in metres a second, z up."
+    )
     if place[2] < 0.0:
         raise ValueError(
             f"position must be above the ground, z >= 0; received z = {place[2]:g}. Raise it."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from galvi import checks
+from galvi import input_checks
 from galvi.groups.rn import Rn
 from galvi.problem import Problem
 from galvi.systems.lagrangian import Lagrangian
@@ -28,12 +28,14 @@ def double_pendulum(
     """
     two = (2,)
     chain = PlanarChain(
-        checks.array("masses", masses, two), checks.array("lengths", lengths, two), gravity
+        input_checks.array("masses", masses, two),
+        input_checks.array("lengths", lengths, two),
+        gravity,
     )
     return Problem(
         system=Lagrangian(chain, Rn(2)),
-        q0=checks.array("angles", angles, two),
-        v0=checks.array("rates", rates, two),
+        q0=input_checks.array("angles", angles, two),
+        v0=input_checks.array("rates", rates, two),
         name="double pendulum",
         parameters={
             "masses": chain.masses, "lengths": chain.lengths, "gravity": chain.gravity,

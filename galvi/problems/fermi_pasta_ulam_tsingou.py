@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi import checks
-from galvi.potentials.spring_chain import SpringChain
+from galvi import input_checks
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
+from galvi.systems.potentials.spring_chain import SpringChain
 
 
 def fermi_pasta_ulam_tsingou(masses: int = 15, alpha: float = 0.25, beta: float = 0.0) -> Problem:
@@ -15,7 +15,7 @@ def fermi_pasta_ulam_tsingou(masses: int = 15, alpha: float = 0.25, beta: float 
 
     Los Alamos report LA-1940 (1955). Raises ValueError for fewer than one mass.
     """
-    masses = checks.whole("masses", masses)
+    masses = input_checks.whole("masses", masses)
     place = np.arange(1, masses + 1) / (masses + 1)
     return Problem(
         system=Canonical(mass=1.0, potential=SpringChain(alpha, beta)),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi.potentials.linear_spring import LinearSpring
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
+from galvi.systems.potentials.linear_spring import LinearSpring
 
 
 def harmonic_oscillator() -> Problem:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from galvi import checks
-from galvi.potentials.uniform_gravity import UniformGravity
+from galvi import input_checks
 from galvi.problem import Problem
+from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 
 
@@ -18,7 +18,7 @@ def heavy_top(spin: float = 8.0, tilt: float = 0.5) -> Problem:
     momentum about the vertical and, by symmetry, that about the axis. An upright top sleeps when
     (0.5 spin)^2 > 4 * 1.5 m g l = 12. Raises ValueError unless 0 < tilt < pi.
     """
-    rate, angle = checks.real("spin", spin), checks.real("tilt", tilt)
+    rate, angle = input_checks.real("spin", spin), input_checks.real("tilt", tilt)
     if not 0.0 < angle < np.pi:
         raise ValueError(f"tilt must be between 0 and pi radians; received {tilt!r}.")
     return Problem(

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from galvi import checks
-from galvi.kernels.jit import jit
+from galvi import input_checks
+from galvi.kernels.compile.jit import jit
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
 
@@ -37,7 +37,7 @@ def henon_heiles(energy: float = 0.1) -> Problem:
     Motion is bounded below the escape energy 1/6. Raises ValueError for an energy that the start
     cannot have or that lets the star escape.
     """
-    energy = checks.real("energy", energy)
+    energy = input_checks.real("energy", energy)
     q0 = np.array([0.0, 0.1])
     resting = float(potential(q0)) + 0.5 * 0.05**2
     if not resting <= energy < 1.0 / 6.0:

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from galvi import checks
-from galvi.potentials.central_force import CentralForce
+from galvi import input_checks
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
+from galvi.systems.potentials.central_force import CentralForce
 
 
 def kepler(eccentricity: float = 0.6) -> Problem:
@@ -17,7 +17,7 @@ def kepler(eccentricity: float = 0.6) -> Problem:
 
     The period is 2 pi. Raises ValueError for an eccentricity outside [0, 1).
     """
-    e = checks.real("eccentricity", eccentricity)
+    e = input_checks.real("eccentricity", eccentricity)
     if not 0.0 <= e < 1.0:
         raise ValueError(
             f"eccentricity must be in [0, 1), a bound orbit; received {eccentricity!r}."

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi import checks
-from galvi.potentials.uniform_gravity import UniformGravity
+from galvi import input_checks
 from galvi.problem import Problem
+from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 
 INERTIA = (4.8, 3.0, 3.8)  # about the pivot, from H's J_d = diag(1, 2.8, 2)
@@ -21,7 +21,7 @@ def pendulum_3d(weight: float = 9.81, inverted: bool = False) -> Problem:
 
     Raises ValueError unless weight is finite and positive.
     """
-    strength = checks.positive("weight", weight)
+    strength = input_checks.positive("weight", weight)
     return Problem(
         system=RigidBody(INERTIA, UniformGravity(1.0, (0.0, 0.0, 1.0), (0.0, 0.0, strength))),
         q0=np.diag([-1.0, 1.0, -1.0]) if inverted else np.eye(3),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.groups.rn import Rn
 from galvi.problem import Problem
 from galvi.systems.lagrangian import Lagrangian
@@ -27,16 +27,16 @@ def planar_chain(
     Angles are absolute: q_i is that of rod i against the vertical. Raises ValueError for less than
     one link, or a mass or length that is not positive.
     """
-    n = checks.whole("links", links, at_most=1000)
+    n = input_checks.whole("links", links, at_most=1000)
     chain = PlanarChain(
-        np.full(n, checks.positive("mass", mass)),
-        np.full(n, checks.positive("length", length)),
+        np.full(n, input_checks.positive("mass", mass)),
+        np.full(n, input_checks.positive("length", length)),
         gravity,
         rods=True,
     )
     return Problem(
         system=Lagrangian(chain, Rn(n)),
-        q0=np.full(n, checks.real("angle", angle)),
+        q0=np.full(n, input_checks.real("angle", angle)),
         v0=np.zeros(n),
         name=f"chain of {n} rods",
         parameters={"links": n, "mass": mass, "length": length, "gravity": chain.gravity,

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from galvi import checks
-from galvi.potentials.pendulum import PendulumWeight
+from galvi import input_checks
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
+from galvi.systems.potentials.pendulum import PendulumWeight
 
 
 def planar_pendulum(amplitude: float = 2.0) -> Problem:
@@ -17,7 +17,7 @@ def planar_pendulum(amplitude: float = 2.0) -> Problem:
 
     Its period is 4 K(sin(amplitude / 2)). Raises ValueError for an amplitude outside (0, pi).
     """
-    angle = checks.real("amplitude", amplitude)
+    angle = input_checks.real("amplitude", amplitude)
     if not 0.0 < angle < math.pi:
         raise ValueError(f"amplitude must be between 0 and pi radians; received {amplitude!r}.")
     return Problem(

@@ -18,7 +18,7 @@ def solar_system(pluto: bool = True) -> Problem:
 
     Barycentric states of 2000-01-01 in the frame of the ICRF, in au and days of TDB. ``masses`` are
     GM in au^3/day^2 and G = 1, so p = GM v. The states are JPL's own: the barycentre of these point
-    masses moves a little. The file is made by ``python -m references.jpl``.
+    masses moves a little. The file is made by ``python -m references.jpl.states``.
     """
     text = (resources.files("galvi") / "problems" / "data" / "solar_system.csv").read_text("ascii")
     rows = [line.split(",") for line in text.splitlines() if not line.startswith("#")][1:]

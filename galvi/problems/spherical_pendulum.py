@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from galvi import checks
-from galvi.potentials.uniform_gravity import UniformGravity
+from galvi import input_checks
 from galvi.problem import Problem
+from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 
 AXIAL = 0.5  # moment about the rod; it plays no part, since nothing turns the rod about itself
@@ -19,7 +19,7 @@ def spherical_pendulum(angle: float = 1.0, rate: float = 0.5) -> Problem:
     The rod is a symmetric rigid body that does not spin: R e3 points from the pivot to the mass.
     Raises ValueError unless 0 < angle < pi and rate is finite.
     """
-    theta, turning = checks.real("angle", angle), checks.real("rate", rate)
+    theta, turning = input_checks.real("angle", angle), input_checks.real("rate", rate)
     if not 0.0 < theta < np.pi:
         raise ValueError(f"angle must be between 0 and pi radians; received {angle!r}.")
     R = Rotation.from_euler("y", theta).as_matrix() @ np.diag([1.0, -1.0, -1.0])

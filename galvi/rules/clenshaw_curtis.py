@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from galvi import checks
-from galvi.decimals import PI, cosine, decimals, many_digits
+from galvi import input_checks
+from galvi.extended_precision import PI, cosine, decimals, extended_precision
 from galvi.rules.rule import Rule, from_interval
 
 
@@ -18,14 +18,14 @@ def clenshaw_curtis(points: int) -> Rule:
     Its degree is points - 1, one more for an odd number of points; one point is the midpoint.
     Raises ValueError unless points is a whole number of at least 1.
     """
-    return _clenshaw_curtis(checks.whole("points", points))
+    return _clenshaw_curtis(input_checks.whole("points", points))
 
 
 @lru_cache(maxsize=256)
 def _clenshaw_curtis(points: int) -> Rule:
     n = points - 1
     name = f"Clenshaw-Curtis {points}"
-    with many_digits():
+    with extended_precision():
         if n == 0:
             return from_interval(name, 1, decimals([0.0]), decimals([2.0]))
         cosines = decimals([float(n)] * (n + 1))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from decimal import Decimal
 from functools import lru_cache
 
-from galvi import checks
-from galvi.decimals import many_digits
+from galvi import input_checks
+from galvi.extended_precision import extended_precision
 from galvi.rules.rule import Rule
 
 
@@ -21,7 +21,7 @@ def composite(rule: Rule, pieces: int) -> Rule:
     """
     if not isinstance(rule, Rule):
         raise TypeError(f"rule must be a rule such as galvi.gauss(8); received {rule!r}.")
-    number = checks.whole("pieces", pieces)
+    number = input_checks.whole("pieces", pieces)
     return rule if number == 1 else _composite(rule, number)
 
 
@@ -30,7 +30,7 @@ def _composite(rule: Rule, pieces: int) -> Rule:
     nodes: list[Decimal] = []
     weights: list[Decimal] = []
     closed = rule.exact_nodes[0] == 0 and rule.exact_nodes[-1] == 1
-    with many_digits():
+    with extended_precision():
         share = tuple(weight / pieces for weight in rule.exact_weights)
         for piece in range(pieces):
             first = 1 if closed and piece > 0 else 0

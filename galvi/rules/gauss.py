@@ -6,8 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from galvi import checks
-from galvi.decimals import decimals, many_digits
+from galvi import input_checks
+from galvi.extended_precision import decimals, extended_precision
 from galvi.rules.rule import Rule, from_interval
 from galvi.spaces.legendre import legendre
 
@@ -17,12 +17,12 @@ def gauss(points: int) -> Rule:
 
     Raises ValueError unless points is a whole number of at least 1.
     """
-    return _gauss(checks.whole("points", points))
+    return _gauss(input_checks.whole("points", points))
 
 
 @lru_cache(maxsize=256)
 def _gauss(n: int) -> Rule:
-    with many_digits():
+    with extended_precision():
         x = decimals(np.polynomial.legendre.leggauss(n)[0])
         for _ in range(3):  # Newton: 16, 32, 64 digits
             P = legendre(x, n)

@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import roots_jacobi
 
-from galvi import checks
-from galvi.decimals import decimals, many_digits
+from galvi import input_checks
+from galvi.extended_precision import decimals, extended_precision
 from galvi.rules.rule import Rule, from_interval
 from galvi.spaces.legendre import legendre
 
@@ -19,13 +19,13 @@ def lobatto(points: int) -> Rule:
     The inner nodes are the zeros of P_n', n = points - 1. Raises ValueError unless points is a
     whole number of at least 2.
     """
-    return _lobatto(checks.whole("points", points, at_least=2))
+    return _lobatto(input_checks.whole("points", points, at_least=2))
 
 
 @lru_cache(maxsize=256)
 def _lobatto(points: int) -> Rule:
     n = points - 1
-    with many_digits():
+    with extended_precision():
         x = decimals(roots_jacobi(n - 1, 1.0, 1.0)[0] if n > 1 else [])
         for _ in range(3):  # Newton on P_n', with P_n'' from Legendre's equation
             P = legendre(x, n)

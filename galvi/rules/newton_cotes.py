@@ -8,8 +8,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from galvi import checks
-from galvi.decimals import many_digits
+from galvi import input_checks
+from galvi.extended_precision import extended_precision
 from galvi.rules.rule import Rule
 
 MOST = 8
@@ -23,7 +23,7 @@ def newton_cotes(points: int) -> Rule:
 
     Raises ValueError unless points is a whole number from 2 to 8.
     """
-    number = checks.whole("points", points, 2)
+    number = input_checks.whole("points", points, 2)
     if number > MOST:
         raise ValueError(
             f"points must be a whole number from 2 to {MOST}, since the closed Newton-Cotes rule "
@@ -36,7 +36,7 @@ def newton_cotes(points: int) -> Rule:
 @lru_cache(maxsize=16)
 def _newton_cotes(points: int) -> Rule:
     n = points - 1
-    with many_digits():
+    with extended_precision():
         nodes = tuple(Decimal(j) / n for j in range(points))
         weights = tuple(_ratio(_lagrange_integral(j, n)) for j in range(points))
         degree = points if points % 2 else n

@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import roots_jacobi
 
-from galvi import checks
-from galvi.decimals import decimals, many_digits
+from galvi import input_checks
+from galvi.extended_precision import decimals, extended_precision
 from galvi.rules.rule import Rule, from_interval
 from galvi.spaces.legendre import legendre
 
@@ -23,12 +23,12 @@ def radau(points: int, left: bool = False) -> Rule:
     """
     if not isinstance(left, (bool, np.bool_)):
         raise ValueError(f"left must be True or False; received {left!r}.")
-    return _radau(checks.whole("points", points), bool(left))
+    return _radau(input_checks.whole("points", points), bool(left))
 
 
 @lru_cache(maxsize=256)
 def _radau(n: int, left: bool) -> Rule:
-    with many_digits():
+    with extended_precision():
         x = decimals(roots_jacobi(n - 1, 0.0, 1.0)[0] if n > 1 else [])
         for _ in range(3):  # Newton on (P_{n-1} + P_n) / (1 + x): 16, 32, 64 digits
             P = legendre(x, n)

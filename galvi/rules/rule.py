@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.arrays import Array
-from galvi.decimals import decimals, many_digits, rounded
+from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.spaces.legendre import legendre
 
 EXACT = 1e-12  # of the integral of a Legendre polynomial; 2e-15 was measured up to 200 points
@@ -37,7 +37,7 @@ class Rule:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str):
             raise ValueError(f"name of a rule must be a text; received {self.name!r}.")
-        object.__setattr__(self, "degree", checks.whole("degree of a rule", self.degree, 0))
+        object.__setattr__(self, "degree", input_checks.whole("degree of a rule", self.degree, 0))
         for field in ("exact_nodes", "exact_weights"):
             object.__setattr__(self, field, _row(field, getattr(self, field)))
         self._check()
@@ -80,7 +80,7 @@ class Rule:
                 f"weights of a rule must be positive; received {float(weights.min())}. "
                 f"Choose a rule of another family or with fewer points."
             )
-        with many_digits():
+        with extended_precision():
             total = sum(self.exact_weights, Decimal(0))
         if abs(total - 1) > Decimal("1e-13"):
             raise ValueError(f"weights of a rule on [0, 1] must sum to 1; received {total:.16f}.")

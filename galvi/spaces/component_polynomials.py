@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from galvi import checks
+from galvi import input_checks
 from galvi.spaces.polynomials import Polynomials
 
 
@@ -31,7 +31,9 @@ class ComponentPolynomials:
                 f"{given!r}."
             )
         object.__setattr__(
-            self, "degrees", tuple(checks.whole("each of degrees", degree) for degree in given)
+            self,
+            "degrees",
+            tuple(input_checks.whole("each of degrees", degree) for degree in given),
         )
 
     @property

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from galvi.spaces.polynomial_fourier import TURN
-from galvi.spaces.waves import wave_derivatives, wave_numbers, wave_slopes, waves
+from galvi.spaces.trigonometric import wave_derivatives, wave_numbers, wave_slopes, waves
 
 
 @dataclass(frozen=True)

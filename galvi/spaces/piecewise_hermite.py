@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.spaces.pieces import in_piece, place_in_pieces
 from galvi.spaces.polynomials import HIGHEST
 
@@ -26,7 +26,7 @@ class PiecewiseHermite:
     pieces: int
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "pieces", checks.whole("pieces", self.pieces, 1, HIGHEST))
+        object.__setattr__(self, "pieces", input_checks.whole("pieces", self.pieces, 1, HIGHEST))
 
     @property
     def degree(self) -> int:

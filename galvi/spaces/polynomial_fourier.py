@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.spaces.polynomials import HIGHEST, Polynomials
-from galvi.spaces.waves import wave_derivatives, wave_numbers, wave_slopes, waves
+from galvi.spaces.trigonometric import wave_derivatives, wave_numbers, wave_slopes, waves
 
 TURN = 6.283185307179586
 
@@ -26,7 +26,8 @@ class PolynomialFourier:
     orthogonal to them, so that K has a condition of at most 2 degree - 1 whatever w is. A motion
     that is in the space, such as that of an oscillator with angular frequency w / h for the step h,
     is found exactly once the rule integrates its action. Waves pay where unknowns are dear; for
-    each force evaluation Gauss collocation is better (`python -m benchmarks.two_time_scales`).
+    each force evaluation Gauss collocation is better (`python -m
+    benchmarks.experiments.two_time_scales`).
 
     A free particle moves in a straight line to 1e-13 with 10, 13, 15, 18 and 26 Gauss points for
     1, 2, 3, 4 and 8 harmonics of 2 pi and degrees up to 4 (about 9 + 0.37 harmonics w in general);
@@ -41,7 +42,7 @@ class PolynomialFourier:
     frequency: float = TURN
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "degree", checks.whole("degree", self.degree, 1, HIGHEST))
+        object.__setattr__(self, "degree", input_checks.whole("degree", self.degree, 1, HIGHEST))
         harmonics, frequency = wave_numbers(self.harmonics, self.frequency)
         object.__setattr__(self, "harmonics", harmonics)
         object.__setattr__(self, "frequency", frequency)

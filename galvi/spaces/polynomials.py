@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.spaces.legendre import integrals, legendre
 
@@ -27,7 +27,7 @@ class Polynomials:
     degree: int
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "degree", checks.whole("degree", self.degree, 1, HIGHEST))
+        object.__setattr__(self, "degree", input_checks.whole("degree", self.degree, 1, HIGHEST))
 
     @property
     def dimension(self) -> int:

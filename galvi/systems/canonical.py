@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.kernels import laws
-from galvi.potentials.potential import Potential
+from galvi.kernels.forces import force_kinds
 from galvi.systems.compiles import compiles
-from galvi.systems.differences import CALLS, differenced_gradient, differenced_hessian
-from galvi.systems.field import Field
-from galvi.systems.force import check_force, check_force_at
+from galvi.systems.finite_differences import CALLS, differenced_gradient, differenced_hessian
+from galvi.systems.force_kernel import ForceKernel
+from galvi.systems.forces.external_force import check_force, check_force_at
+from galvi.systems.potentials.potential import Potential
 
 Function = Callable[..., Any]
 
@@ -28,7 +28,8 @@ class Canonical:
     potential      V of one configuration of shape (d,); a ``Potential`` brings its derivatives
     gradient       dV/dq, shape (d,); differenced from V when missing
     hessian        d2V/dq2, shape (d, d); differenced from the gradient when missing
-    force          an external force of (q, v), (d,), e.g. drag; see galvi.systems.force
+    force          an external force of (q, v), (d,), e.g. drag; see
+                   galvi.systems.forces.external_force
     explicit_time  potential and derivatives take (q, t) instead of (q)
     timed_force    the force takes (q, v, t)
 
@@ -77,7 +78,7 @@ class Canonical:
     def check_functions(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless the given functions return what they should there, finite."""
         check_force_at(self, q, v, t)
-        checks.returned("potential", self.potential(*self._arguments(q, t)))
+        input_checks.returned("potential", self.potential(*self._arguments(q, t)))
         found = [("gradient", self.potential_gradient(q, t))]
         if self.hessian is not None:
             found.append(("hessian", self.potential_hessian(q, t)))
@@ -135,23 +136,28 @@ class Canonical:
     def _known_gradient(self) -> bool:
         return self.gradient is not None or isinstance(self.potential, Potential)
 
-    def field(self, dimension: int) -> Field:
+    def field(self, dimension: int) -> ForceKernel:
         """For the kernels: the law or the user's functions, one Newton block for everything."""
         inverse_mass = self._inverse_mass(dimension)
         if isinstance(self.potential, Potential) and self.gradient is None and self.hessian is None:
             law = self.potential.law()
-            return Field(
-                law.gradient, law.hessian, laws.BUILT_IN, inverse_mass, dimension, law.constants
+            return ForceKernel(
+                law.gradient,
+                law.hessian,
+                force_kinds.BUILT_IN,
+                inverse_mass,
+                dimension,
+                law.constants,
             )
         gradient = self._gradient()
         hessian = self._hessian(differenced=False)
-        kind = laws.TIMED_GRADIENT if self.explicit_time else laws.GRADIENT
-        force, slope = laws.SIGNATURES[kind]
+        kind = force_kinds.TIMED_GRADIENT if self.explicit_time else force_kinds.GRADIENT
+        force, slope = force_kinds.SIGNATURES[kind]
         compiled = compiles(gradient, force) and (hessian is None or compiles(hessian, slope))
         if not compiled:
             gradient = self._wrapped(gradient, (dimension,), "gradient")
             hessian = hessian and self._wrapped(hessian, (dimension, dimension), "hessian")
-        return Field(gradient, hessian, kind, inverse_mass, dimension, compiled=compiled)
+        return ForceKernel(gradient, hessian, kind, inverse_mass, dimension, compiled=compiled)
 
     def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
         q = np.array(q, dtype=np.float64)
@@ -193,7 +199,7 @@ class Canonical:
 
 def _positive_mass(mass: Any) -> Array:
     remedy = "Give a positive number, a vector of positive numbers or a positive definite matrix."
-    mass = checks.array("mass", mass, remedy=remedy)
+    mass = input_checks.array("mass", mass, remedy=remedy)
     if mass.ndim == 2 and mass.shape[0] == mass.shape[1]:
         if not np.allclose(mass, mass.T, rtol=1e-14, atol=0.0):
             raise ValueError(f"mass must be a symmetric matrix; received {mass.tolist()}. {remedy}")

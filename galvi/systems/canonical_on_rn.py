@@ -8,10 +8,10 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.groups.rn import Rn
-from galvi.kernels import laws, slopes
+from galvi.kernels.forces import force_kinds, lagrangian_derivatives
 from galvi.systems.canonical import Canonical
-from galvi.systems.force import with_force
-from galvi.systems.group_field import GroupField
+from galvi.systems.forces.external_force import with_force
+from galvi.systems.lagrangian_kernel import LagrangianKernel
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,16 +46,18 @@ class CanonicalOnRn:
         """As the system's."""
         return self.canonical.potential_calls_per_force
 
-    def group_field(self) -> GroupField:
+    def lagrangian_kernel(self) -> LagrangianKernel:
         """For the kernels: M by rows, then the numbers of the potential's law."""
         d = self.group.dimension
         field = self.canonical.field(d)
-        built_in = field.kind == laws.BUILT_IN
+        built_in = field.kind == force_kinds.BUILT_IN
         mass = self.canonical.momentum(np.eye(d))
-        known = GroupField(
-            slopes.CANONICAL if built_in else slopes.CANONICAL_GRADIENT,
+        known = LagrangianKernel(
+            lagrangian_derivatives.CANONICAL
+            if built_in
+            else lagrangian_derivatives.CANONICAL_GRADIENT,
             field.force,
-            timed=field.kind == laws.TIMED_GRADIENT,
+            timed=field.kind == force_kinds.TIMED_GRADIENT,
             constants=np.concatenate([mass.ravel(), field.constants]),
             compiled=field.compiled,
         )

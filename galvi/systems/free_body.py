@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.arrays import Array
 from galvi.groups.se3 import SE3
-from galvi.kernels import slopes
-from galvi.systems.group_field import GroupField
+from galvi.kernels.forces import lagrangian_derivatives
+from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.rigid_body import possible_inertia
 
 
@@ -32,9 +32,9 @@ class FreeBody:
     g: Any = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mass", checks.positive("mass", self.mass))
+        object.__setattr__(self, "mass", input_checks.positive("mass", self.mass))
         object.__setattr__(self, "inertia", possible_inertia(self.inertia))
-        object.__setattr__(self, "g", checks.array("g", self.g, (3,)))
+        object.__setattr__(self, "g", input_checks.array("g", self.g, (3,)))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return FreeBody, (self.mass, self.inertia, self.g)
@@ -66,7 +66,9 @@ class FreeBody:
         result: Array = -self.mass * (q[..., :3, 3] @ self.g)
         return result
 
-    def group_field(self) -> GroupField:
+    def lagrangian_kernel(self) -> LagrangianKernel:
         """For the kernels."""
         constants = np.concatenate([self.inertia.ravel(), [self.mass], self.g])
-        return GroupField(slopes.LAW, slopes.free_body, constants=constants)
+        return LagrangianKernel(
+            lagrangian_derivatives.LAW, lagrangian_derivatives.free_body, constants=constants
+        )

@@ -9,22 +9,24 @@ from typing import Any, cast
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.arrays import Array
 from galvi.charts.exponential import Exponential
 from galvi.charts.maps import place
 from galvi.groups.group import Group, is_group
 from galvi.groups.rn import Rn
-from galvi.kernels import slopes
+from galvi.kernels.forces import lagrangian_derivatives
+from galvi.symbolic import kinks
+from galvi.symbolic.from_sympy import symbolic
+from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
+from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.compiles import compiles
-from galvi.systems.differences import CALLS, ROUNDING, STEPS, differences
-from galvi.systems.force import check_force, check_force_at, with_force
-from galvi.systems.group_field import GroupField
-from galvi.systems.known_lagrangian import KnownLagrangian
-from galvi.systems.legendre import check_regular, velocity_with_momentum
+from galvi.systems.difference_scales import difference_scales
+from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, differences
+from galvi.systems.forces.external_force import check_force, check_force_at, with_force
+from galvi.systems.lagrangian_kernel import LagrangianKernel
+from galvi.systems.legendre_transform import check_regular, velocity_with_momentum
 from galvi.systems.returned import returned_array
-from galvi.systems.scales import typical
-from galvi.systems.symbolic import SymbolicLagrangian, symbolic
 
 Function = Callable[..., Any]
 CHART = Exponential()
@@ -41,7 +43,8 @@ class Lagrangian:
     slopes         both derivatives in one vector, (d + entries of q,): dL/dv and the Euclidean
                    dL/dq by rows; differenced from L when missing, with steps that suit L, unless
                    L is a value that brings them, such as ``galvi.PlanarChain``
-    force          an external force of (q, v), (d,), left-trivialised; see galvi.systems.force
+    force          an external force of (q, v), (d,), left-trivialised; see
+                   galvi.systems.forces.external_force
     explicit_time  function and slopes take (q, v, t) instead of (q, v)
     timed_force    the force takes (q, v, t)
 
@@ -98,7 +101,7 @@ class Lagrangian:
     def check_functions(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless L is a finite number with slopes of the right size, and regular."""
         check_force_at(self, q, v, t)
-        value = checks.returned("the Lagrangian", self.function(*self._arguments(q, v, t)))
+        value = input_checks.returned("the Lagrangian", self.function(*self._arguments(q, v, t)))
         if not np.isfinite(value):
             raise ValueError(
                 f"the Lagrangian must return a finite number; received {value} at the start. "
@@ -113,7 +116,7 @@ class Lagrangian:
                 + ", or start elsewhere."
             )
         if isinstance(self.function, SymbolicLagrangian):
-            self.function.check_start(q, v, t)
+            kinks.check_start(self.function, q, v, t)
         check_regular(self.mass(q, v, t))
 
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
@@ -153,25 +156,32 @@ class Lagrangian:
     def mass(self, q: Array, v: Array, t: float) -> Array:
         """d2L/dv2 at one state, (d, d), by differences; 0 for what is not above their rounding."""
         mass, error = differences(
-            lambda w: self._momentum(q, w, t), v, typical(self.group, q, v)[1],
+            lambda w: self._momentum(q, w, t), v, difference_scales(self.group, q, v)[1],
             weights=(0.5,), steps=STEPS[:2], noise=ROUNDING if self._slopes else COARSE,
             good=1e-3, usable=1e-2,
         )  # fmt: skip
         return np.where(np.abs(mass) <= error, 0.0, mass)
 
-    def group_field(self) -> GroupField:
+    def lagrangian_kernel(self) -> LagrangianKernel:
         """For the kernels."""
         if self.slopes is None and self._slopes is not None:
-            return with_force(cast(KnownLagrangian, self.function).group_field(), self, 0)
+            law, constants = cast(BuiltinLagrangian, self.function).compiled()
+            kernel = LagrangianKernel(lagrangian_derivatives.LAW, law, constants=constants)
+            return with_force(kernel, self, 0)
         side = self.group.shape[0] if len(self.group.shape) == 2 else 0
         timed, compiled, function = self.explicit_time, False, self.slopes
         if function is None:
-            kind, function = slopes.LEFT, lambda *qvt: self._differenced(*qvt).ravel()
+            kind, function = (
+                lagrangian_derivatives.LEFT,
+                lambda *qvt: self._differenced(*qvt).ravel(),
+            )
         else:
-            kind = slopes.EUCLIDEAN
-            compiled = compiles(function, slopes.signature(kind, timed, side))
+            kind = lagrangian_derivatives.EUCLIDEAN
+            compiled = compiles(function, lagrangian_derivatives.signature(kind, timed, side))
             function = function if compiled else self._checked
-        return with_force(GroupField(kind, function, timed, side, compiled=compiled), self, side)
+        return with_force(
+            LagrangianKernel(kind, function, timed, side, compiled=compiled), self, side
+        )
 
     @property
     def potential_calls_per_force(self) -> int:
@@ -180,8 +190,8 @@ class Lagrangian:
 
     @cached_property  # to look what a value can do takes ten microseconds
     def _slopes(self) -> Function | None:
-        known = self.slopes is None and isinstance(self.function, KnownLagrangian)
-        return cast(KnownLagrangian, self.function).slopes if known else self.slopes
+        known = self.slopes is None and isinstance(self.function, BuiltinLagrangian)
+        return cast(BuiltinLagrangian, self.function).slopes if known else self.slopes
 
     def _arguments(self, q: Array, v: Array, t: float) -> tuple[Any, ...]:
         q, v = np.array(q, dtype=np.float64), np.array(v, dtype=np.float64)
@@ -201,7 +211,9 @@ class Lagrangian:
         out = np.empty((2, self.group.dimension))
         values = self._checked(*self._arguments(q, v, t))
         flat = np.ascontiguousarray(q, dtype=np.float64).ravel()
-        slopes.spread(values, slopes.EUCLIDEAN, self.group.layout, flat, out)
+        lagrangian_derivatives.spread(
+            values, lagrangian_derivatives.EUCLIDEAN, self.group.layout, flat, out
+        )
         return out
 
     def _momentum(self, q: Array, v: Array, t: float) -> Array:
@@ -213,7 +225,7 @@ class Lagrangian:
         def moving(w: Array) -> Array:
             return np.array([float(self.function(q, w, *time))])
 
-        return differences(moving, v, typical(self.group, q, v)[1])[0][0]
+        return differences(moving, v, difference_scales(self.group, q, v)[1])[0][0]
 
     def _differenced(self, q: Array, v: Array, *time: float) -> Array:
         def moved(xi: Array) -> Array:
@@ -221,7 +233,7 @@ class Lagrangian:
 
         by_v = self._differenced_momentum(q, v, *time)
         size = float(np.abs(v @ by_v)) if np.all(np.isfinite(by_v)) else 0.0
-        scale = typical(self.group, q, v)[0]
+        scale = difference_scales(self.group, q, v)[0]
         return np.stack([by_v, differences(moved, np.zeros(v.size), scale, size=size)[0][0]])
 
     def _inverted(self, q: Array, p: Array, t: float, near: Array) -> Array:

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.arrays import Array
-from galvi.kernels import laws, nbody
-from galvi.systems.field import Field
+from galvi.kernels.forces import force_kinds, nbody
+from galvi.systems.force_kernel import ForceKernel
 
 COUPLED = 4
 
@@ -30,7 +30,7 @@ class NBody:
 
     def __post_init__(self) -> None:
         remedy = "Give every body a mass above zero; a test particle gets a very small one."
-        masses = checks.array("masses", self.masses, remedy=remedy)
+        masses = input_checks.array("masses", self.masses, remedy=remedy)
         if masses.ndim != 1 or masses.size == 0:
             raise ValueError(f"masses must have shape (bodies,); received shape {masses.shape}.")
         if np.any(masses <= 0.0):
@@ -40,7 +40,7 @@ class NBody:
                 f"{remedy}"
             )
         object.__setattr__(self, "masses", masses)
-        object.__setattr__(self, "G", checks.positive("G", self.G))
+        object.__setattr__(self, "G", input_checks.positive("G", self.G))
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
         """Of q."""
@@ -96,13 +96,13 @@ class NBody:
         coupling[own, own] = -np.sum(coupling, axis=1)
         return np.ascontiguousarray(coupling.transpose(0, 2, 1, 3)).reshape(q.size, q.size)
 
-    def field(self, dimension: int) -> Field:
+    def field(self, dimension: int) -> ForceKernel:
         """For the kernels; Newton couples all of up to ``COUPLED`` bodies, else one at a time."""
         coupled = self.masses.size <= COUPLED
-        return Field(
+        return ForceKernel(
             nbody.accelerations,
             nbody.all_jacobians if coupled else nbody.own_jacobians,
-            laws.BUILT_IN,
+            force_kinds.BUILT_IN,
             constants=self._constants(dimension),
             inverse_mass=np.zeros((0, 0)),
             width=self.masses.size * dimension if coupled else dimension,

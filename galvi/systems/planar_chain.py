@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.kernels import slopes
-from galvi.kernels.planar_chain import planar_chain
-from galvi.systems.group_field import GroupField
+from galvi.kernels.forces.planar_chain import planar_chain
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +39,7 @@ class PlanarChain:
         masses = _positive("masses", self.masses)
         object.__setattr__(self, "masses", masses)
         object.__setattr__(self, "lengths", _positive("lengths", self.lengths, masses.shape))
-        object.__setattr__(self, "gravity", checks.real("gravity", self.gravity))
+        object.__setattr__(self, "gravity", input_checks.real("gravity", self.gravity))
         if not isinstance(self.rods, bool | np.bool_):
             raise TypeError(f"rods must be True or False; received {self.rods!r}.")
         object.__setattr__(self, "rods", bool(self.rods))
@@ -68,13 +67,13 @@ class PlanarChain:
         planar_chain(np.ascontiguousarray(q), np.ascontiguousarray(v), 0.0, self.numbers, out)
         return out.ravel()
 
-    def group_field(self) -> GroupField:
-        """The same for the kernels."""
-        return GroupField(slopes.LAW, planar_chain, constants=np.array(self.numbers))
+    def compiled(self) -> tuple[Callable[..., Any], Array]:
+        """The law as the kernels call it, and its numbers."""
+        return planar_chain, np.array(self.numbers)
 
 
 def _positive(name: str, value: Any, shape: tuple[int, ...] | None = None) -> Array:
-    numbers = checks.array(name, value, shape, "Give one for each link.")
+    numbers = input_checks.array(name, value, shape, "Give one for each link.")
     if numbers.ndim != 1 or numbers.size == 0 or np.any(numbers <= 0.0):
         raise ValueError(
             f"{name} must be positive numbers, one for each link; received {numbers.tolist()}."

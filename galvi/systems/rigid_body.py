@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from galvi import checks
+from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.groups.so3 import SO3
-from galvi.kernels import slopes
-from galvi.potentials.uniform_gravity import UniformGravity
+from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems.compiles import compiles
-from galvi.systems.differences import CALLS, differenced_rotation_gradient
-from galvi.systems.force import check_force, check_force_at, with_force
-from galvi.systems.group_field import GroupField
+from galvi.systems.finite_differences import CALLS, differenced_rotation_gradient
+from galvi.systems.forces.external_force import check_force, check_force_at, with_force
+from galvi.systems.lagrangian_kernel import LagrangianKernel
+from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.returned import returned_array
 
 Function = Callable[..., Any]
@@ -35,7 +35,7 @@ class RigidBody:
     potential      V of one rotation matrix (3, 3); None for a free body
     gradient       the Euclidean dV/dR, (3, 3); differenced from V when missing
     force          an external torque in the body's frame, (3,), of (R, v); see
-                   galvi.systems.force
+                   galvi.systems.forces.external_force
     explicit_time  potential and gradient take (R, t) instead of (R)
     timed_force    the force takes (R, v, t)
 
@@ -89,7 +89,7 @@ class RigidBody:
         check_force_at(self, q, v, t)
         if self.potential is None:
             return
-        value = checks.returned("potential", self.potential(*self._arguments(q, t)))
+        value = input_checks.returned("potential", self.potential(*self._arguments(q, t)))
         slope = self.potential_gradient(q, t)
         if not (np.isfinite(value) and np.all(np.isfinite(slope))):
             raise ValueError(
@@ -147,7 +147,7 @@ class RigidBody:
         assert self.potential is not None
         return differenced_rotation_gradient(self.potential)
 
-    def group_field(self) -> GroupField:
+    def lagrangian_kernel(self) -> LagrangianKernel:
         """For the kernels."""
         numbers = self.inertia.ravel()
         if self.gradient is None and (
@@ -155,13 +155,17 @@ class RigidBody:
         ):
             weight = np.zeros(6) if self.potential is None else self.potential.numbers
             constants = np.concatenate([numbers, weight])
-            known = GroupField(slopes.LAW, slopes.rigid_body, constants=constants)
+            known = LagrangianKernel(
+                lagrangian_derivatives.LAW, lagrangian_derivatives.rigid_body, constants=constants
+            )
             return with_force(known, self, 3)
         slope = self.slope()
-        signature = slopes.signature(slopes.GRADIENT, self.explicit_time, 3)
+        signature = lagrangian_derivatives.signature(
+            lagrangian_derivatives.GRADIENT, self.explicit_time, 3
+        )
         compiled = compiles(slope, signature)
-        field = GroupField(
-            slopes.GRADIENT,
+        field = LagrangianKernel(
+            lagrangian_derivatives.GRADIENT,
             slope if compiled else self._checked,
             timed=self.explicit_time,
             constants=numbers.copy(),
@@ -183,7 +187,7 @@ class RigidBody:
 def possible_inertia(inertia: Any) -> Array:
     """(3, 3) from principal moments or a matrix; ValueError for one that no body can have."""
     remedy = "Give three positive moments, each at most the sum of the others, or such a matrix."
-    J = checks.array("inertia", inertia, remedy=remedy)
+    J = input_checks.array("inertia", inertia, remedy=remedy)
     if J.shape not in ((3,), (3, 3)):
         raise ValueError(
             f"inertia must have shape (3,) or (3, 3); received shape {J.shape}. {remedy}"

@@ -6,8 +6,8 @@ from typing import Protocol
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
-from galvi.systems.field import Field
-from galvi.systems.group_field import GroupField
+from galvi.systems.force_kernel import ForceKernel
+from galvi.systems.lagrangian_kernel import LagrangianKernel
 
 
 class System(Protocol):
@@ -38,7 +38,7 @@ class VectorSystem(System, Protocol):
     def acceleration_jacobian(self, q: Array, t: float) -> Array:
         """d(acceleration)/dq at one configuration, shape (d, d) with d = q.size."""
 
-    def field(self, dimension: int) -> Field:
+    def field(self, dimension: int) -> ForceKernel:
         """The same as the kernels take it; ``dimension`` is the last axis of a configuration."""
 
 
@@ -49,5 +49,5 @@ class GroupSystem(System, Protocol):
     def group(self) -> Group:
         """Where configurations live."""
 
-    def group_field(self) -> GroupField:
+    def lagrangian_kernel(self) -> LagrangianKernel:
         """The derivatives of the Lagrangian as the kernels take them."""

@@ -14,7 +14,7 @@ import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Canvas
 
-from reports.verification import Checked
+from reports.results.claim_results import ClaimResult
 
 matplotlib.use("Agg")
 STYLE = Path(__file__).with_name("galvi.mplstyle")
@@ -43,7 +43,7 @@ class Figure:
     caption: str = ""
     size: tuple[float, float] = (6.4, 4.0)
 
-    def read(self, checked: Sequence[Checked]) -> Checked | None:
+    def read(self, checked: Sequence[ClaimResult]) -> ClaimResult | None:
         """The claim it draws from: the first of its claims whose study gave a frame."""
         measured = {one.claim.id: one for one in checked if one.frame is not None}
         return next((measured[claim] for claim in self.claims if claim in measured), None)

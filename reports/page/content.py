@@ -8,28 +8,28 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.claim import Claim
-from reports.choices import of_mujoco, readable_choices
-from reports.compare import Compared
-from reports.cost_table import readable_cost
-from reports.drawing import COST_FIGURE, Gallery, slug
+from benchmarks.checks.claim import Claim
+from reports.build.verify import verdicts
+from reports.cli.options import Order
+from reports.figures.drawing import COST_FIGURE, Gallery, slug
 from reports.figures.figure import Picture
-from reports.generality import generality
-from reports.matched import fastest_cells, readable_ratios
-from reports.numerals import capital
-from reports.order import Order
 from reports.page.grid import Grid, grid
 from reports.page.section import reasons, section
-from reports.studied import Studied
-from reports.study_table import readable_table
-from reports.targets_table import QUICK, TEXT, readable_targets, summary
-from reports.verification import Checked
-from reports.verify import verdicts
-from reports.winners import winners
+from reports.results.claim_results import ClaimResult
+from reports.results.comparison import Compared
+from reports.results.study_result import StudyResult
+from reports.tables.cost_table import readable_cost
+from reports.tables.fastest_per_error import of_mujoco, readable_choices
+from reports.tables.matched_error import fastest_cells, readable_ratios
+from reports.tables.mujoco_overhead import mujoco_overhead
+from reports.tables.number_format import capital
+from reports.tables.study_table import readable_table
+from reports.tables.summary_sentences import summary_sentences
+from reports.tables.targets_table import QUICK, TEXT, readable_targets, summary
 
 
 @dataclass(frozen=True)
-class Shown:
+class TableSection:
     """A further study: its heading, its text, its table and the anchor of its place."""
 
     name: str
@@ -54,7 +54,7 @@ class OwnSection:
 
 
 @dataclass(frozen=True)
-class Aims:
+class TargetsSection:
     """The targets: what is said of them all, and a line for each."""
 
     text: str
@@ -62,7 +62,7 @@ class Aims:
 
 
 @dataclass(frozen=True)
-class Duel:
+class ComparisonSection:
     """A problem that contenders were compared on; notes and advice are made from the times."""
 
     title: str
@@ -77,9 +77,9 @@ class Duel:
 
 
 def content(
-    checked: Sequence[Checked],
+    checked: Sequence[ClaimResult],
     compared: Compared,
-    studied: Sequence[Studied],
+    studied: Sequence[StudyResult],
     gallery: Gallery,
     known: Sequence[Claim],
     provenance: dict[str, str],
@@ -92,7 +92,7 @@ def content(
         "summary": str(seen),
         "differing": seen.differing,
         "left_out": [claim.id for claim in known if claim.id not in run],
-        "peers": winners(compared.ratios) if len(compared.ratios) else [],
+        "peers": summary_sentences(compared.ratios) if len(compared.ratios) else [],
         "date": provenance.get("date", "at an unknown time"),
         "commit": _short(provenance.get("commit", "unknown")),
         "quick": order.quick,
@@ -103,7 +103,7 @@ def content(
         "cost": None if compared.cost is None else grid(*readable_cost(compared.cost)),
         "cost_picture": gallery.pictures.get(COST_FIGURE.name),
         "tables": [
-            Shown(table.name.replace("_", "-"), table.title, table.text,
+            TableSection(table.name.replace("_", "-"), table.title, table.text,
                   grid(*readable_table(frame, table.headings)))
             for table, frame in compared.tables
         ],
@@ -114,7 +114,7 @@ def content(
     }  # fmt: skip
 
 
-def _own_section(one: Studied, gallery: Gallery) -> OwnSection:
+def _own_section(one: StudyResult, gallery: Gallery) -> OwnSection:
     names = [figure.name for figure in one.study.figures]
     undrawn = () if one.frame is None else tuple(
         gallery.missing[name] for name in names if name in gallery.missing
@@ -129,14 +129,14 @@ def _own_section(one: Studied, gallery: Gallery) -> OwnSection:
     )
 
 
-def _aims(frame: pd.DataFrame, quick: bool) -> Aims | None:
+def _aims(frame: pd.DataFrame, quick: bool) -> TargetsSection | None:
     if frame.empty:
         return None
     text = " ".join(filter(None, (TEXT, summary(frame), QUICK if quick else "")))
-    return Aims(text, grid(*readable_targets(frame)))
+    return TargetsSection(text, grid(*readable_targets(frame)))
 
 
-def _duels(compared: Compared, gallery: Gallery) -> list[Duel]:
+def _duels(compared: Compared, gallery: Gallery) -> list[ComparisonSection]:
     if compared.work_precision is None:
         return []
     duels = []
@@ -146,7 +146,7 @@ def _duels(compared: Compared, gallery: Gallery) -> list[Duel]:
         chosen = readable_choices(compared.choices, name)
         noted = runs[(runs["status"] != "") & (runs["status"] != "truth")]
         duels.append(
-            Duel(
+            ComparisonSection(
                 title=capital(name),
                 picture=gallery.pictures.get(slug(name)),
                 reference="; ".join(dict.fromkeys(runs.get("reference", []))),
@@ -157,7 +157,7 @@ def _duels(compared: Compared, gallery: Gallery) -> list[Duel]:
                 ),
                 choices=grid(chosen, dict.fromkeys(("error", "time"), "number")),
                 advice=of_mujoco(compared.choices, name),
-                notes=tuple(filter(None, (generality(runs),))),
+                notes=tuple(filter(None, (mujoco_overhead(runs),))),
                 is_truth=tuple(runs[runs["status"] == "truth"]["contender"].drop_duplicates()),
                 remarks=tuple(
                     f"{row['contender']}, {row['settings']}: {row['status']}"

@@ -9,10 +9,10 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from benchmarks.claim import Row
+from benchmarks.checks.claim import Row
 from reports.figures.figure import Picture
-from reports.numerals import seconds, with_uncertainty
 from reports.page.typeset import typeset
+from reports.tables.number_format import seconds, with_uncertainty
 
 HERE = Path(__file__).parent
 

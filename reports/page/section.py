@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from benchmarks.claim import Claim, Row
-from reports.drawing import Gallery
-from reports.figures.catalogue import FIGURES
+from benchmarks.checks.claim import Claim, Row
+from reports.figures.catalogue.all import FIGURES
+from reports.figures.drawing import Gallery
 from reports.figures.figure import Picture
-from reports.verification import Checked
+from reports.results.claim_results import ClaimResult
 
 TOLD = {
     "claimed": "claimed",
@@ -42,7 +42,7 @@ class Section:
     many: bool
 
 
-def section(one: Checked, gallery: Gallery) -> Section:
+def section(one: ClaimResult, gallery: Gallery) -> Section:
     """Pictures are those that draw from the claim, or that the claim names as its own."""
     names = [
         figure.name

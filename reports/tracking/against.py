@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks.provenance import ROOT
-from benchmarks.samples import samples_needed
+from benchmarks.statistics.rank_test import samples_needed
+from benchmarks.store.provenance import ROOT
 from benchmarks.timings.case import ROUND_OFF, Case
 from benchmarks.timings.truth import Unknown, true_ends
-from reports.atomic import write
-from reports.markdown_summary import hand_to_forge
-from reports.progress import Studies
+from reports.build.markdown_summary import write_job_summary
+from reports.results.atomic import write
+from reports.results.progress import Studies
 from reports.tracking.gates import judge, suspects
 from reports.tracking.rounds import Pair, Told, prepare, take_turns
 from reports.tracking.separate import interpreters
@@ -51,7 +51,7 @@ def track_against(
     write(out / "against.json", as_json(verdict, pairs, provenance))
     text = as_markdown(verdict, provenance)
     write(out / "against.md", text)
-    hand_to_forge(text)
+    write_job_summary(text)
     show(verdict)
     if not any(finding.compared for finding in verdict.findings):
         raise CannotCompare("Nothing could be compared: no benchmark runs on both sides.")

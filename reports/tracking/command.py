@@ -10,7 +10,7 @@ import typer
 from benchmarks.timings.case import Case
 from benchmarks.timings.catalogue import CASES
 from references.setting import nearest
-from reports.order import Order
+from reports.cli.options import Order
 from reports.tracking.trees import CannotCompare
 
 

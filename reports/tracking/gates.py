@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.samples import chance, growth, slower
+from benchmarks.statistics.rank_test import chance, growth, slower
 from benchmarks.timings.truth import error_of
-from reports.numerals import plain
+from reports.tables.number_format import plain
 from reports.tracking.rounds import Pair
 
 FAILS, PROBLEM, COUNTS, ERROR, TIME = "status", "problem", "counts", "error", "time"

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from benchmarks import change_points
-from reports.atomic import write
-from reports.drawing import slug
+from benchmarks.statistics import change_points
+from reports.figures.drawing import slug
 from reports.figures.figure import Figure, Picture, picture
-from reports.figures.nothing import NothingToDraw
-from reports.figures.track_record import track_record
-from reports.numerals import plain
+from reports.figures.plots.track_record import track_record
+from reports.figures.style.no_data import NoData
 from reports.page.grid import Grid, grid
-from reports.tables import as_csv
+from reports.results.atomic import write
+from reports.tables.number_format import plain
+from reports.tables.writing import as_csv
 from reports.tracking.history import ERROR, TIME, read_history
 from reports.tracking.page import render
 from reports.tracking.series import Series, all_series
@@ -127,5 +127,5 @@ def _picture(benchmark: str, quantities: dict[str, Series], place: int) -> Pictu
     )
     try:
         return picture(figure, pd.DataFrame({"commit": longest.commits}))
-    except NothingToDraw:
+    except NoData:
         return None

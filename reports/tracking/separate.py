@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks.isolated import NotHere, finished
+from benchmarks.studies.isolated_environment import NotHere, finished
 from reports.tracking.trees import CannotCompare, Tree
 
 CONSTRAINTS = "constraints.txt"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from benchmarks.change_points import change_points, steps
+from benchmarks.statistics.change_points import change_points, steps
 from reports.tracking.history import ERROR, PLACE, SECONDS, TIME, YARDSTICK
 
 NOT_COUNTS = (TIME, SECONDS, YARDSTICK, ERROR)

@@ -12,8 +12,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from benchmarks.samples import LEVEL
-from reports.numerals import known, plain
+from benchmarks.statistics.rank_test import LEVEL
+from reports.tables.number_format import known, plain
 from reports.tracking.gates import Finding
 from reports.tracking.rounds import Pair
 

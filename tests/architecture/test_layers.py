@@ -20,9 +20,11 @@ FAULTS = {
     "engines": ("benchmarks/__init__.py", "import rebound"),
     "frames": ("references/__init__.py", "import pandas"),
     "pictures": ("benchmarks/__init__.py", "import matplotlib"),
-    "kernels": ("galvi/kernels/nbody.py", "import scipy"),
-    "layers": ("galvi/kernels/nbody.py", "from galvi import arrays"),
-    "cycles": ("galvi/arrays.py", "from galvi import checks"),
+    "kernels": ("galvi/kernels/forces/nbody.py", "import scipy"),
+    "galvi": ("galvi/kernels/forces/nbody.py", "from galvi import arrays"),
+    "references": ("references/newton.py", "from references.scipy import ivp"),
+    "benchmarks": ("benchmarks/store/frames.py", "from benchmarks.studies import scaling"),
+    "cycles": ("galvi/rules/rule.py", "from galvi.rules import composite"),
 }
 
 
@@ -69,8 +71,21 @@ def test_a_forbidden_import_breaks_its_contract(contract: str, copy: Path) -> No
     assert "BROKEN" in result.stdout and imported in result.stdout
 
 
-def test_a_module_of_galvi_without_a_place_in_the_layers_is_refused(copy: Path) -> None:
-    (copy / "galvi" / "stray.py").touch()
-    result = lint_imports(copy, "layers")
+@pytest.mark.parametrize("fault", ["type", "function"])
+def test_an_upward_import_for_types_or_inside_a_function_counts(fault: str, copy: Path) -> None:
+    line = {
+        "type": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from galvi import run\n",
+        "function": "def later():\n    from galvi import run\n    return run\n",
+    }[fault]
+    with (copy / "galvi" / "rules" / "gauss.py").open("a") as source:
+        source.write(f"\n{line}")
+    result = lint_imports(copy, "galvi")
+    assert result.returncode == 1 and "galvi.rules.gauss -> galvi.run" in result.stdout
+
+
+@pytest.mark.parametrize("package", ["galvi", "references", "benchmarks"])
+def test_a_room_without_a_place_in_its_package_is_refused(package: str, copy: Path) -> None:
+    (copy / package / "stray.py").touch()
+    result = lint_imports(copy, package)
     assert result.returncode == 1
-    assert "galvi.stray" in result.stdout
+    assert f"{package}.stray" in result.stdout

@@ -6,6 +6,7 @@ import re
 import statistics
 import subprocess
 import tomllib
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -65,8 +66,28 @@ def test_no_file_or_folder_has_a_name_that_says_nothing(files: list[Path]) -> No
     assert named == []
 
 
-def test_no_file_of_galvi_is_longer_than_250_lines(files: list[Path]) -> None:
-    long = {file: lines for file, lines in lengths(files, "galvi").items() if lines > 250}
+@pytest.mark.parametrize(("package", "most"), [("galvi", 12), ("benchmarks", 3), ("reports", 5)])
+def test_the_root_of_a_package_holds_few_files(package: str, most: int, files: list[Path]) -> None:
+    found = [file.name for file in files if file.parent == Path(package)]
+    assert 0 < len(found) <= most, found
+
+
+def test_no_folder_holds_more_than_twenty_files(files: list[Path]) -> None:
+    """But for claims and tests, of which each is one file; `__init__.py` does not count."""
+    counted = Counter(
+        file.parent
+        for file in files
+        if file.parts[0] in ("galvi", "references", "benchmarks", "reports")
+        and file.suffix == ".py"
+        and file.stem != "__init__"
+        and "claims" not in file.parts
+    )
+    assert {folder: count for folder, count in counted.items() if count > 20} == {}
+
+
+@pytest.mark.parametrize("folder", ["galvi", "references", "benchmarks", "reports"])
+def test_no_file_is_longer_than_400_lines(files: list[Path], folder: str) -> None:
+    long = {file: lines for file, lines in lengths(files, folder).items() if lines > 400}
     assert long == {}
 
 

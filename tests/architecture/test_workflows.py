@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from reports.commands import application
-from reports.suite import load
+from reports.cli.commands import application
+from reports.results.suite import load
 
 ROOT = Path(__file__).parents[2]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.optimize import fsolve
 
-from benchmarks.discrete_momenta import TINY, body_velocity, cayley
+from benchmarks.measures.discrete_momenta import TINY, body_velocity, cayley
 from galvi import Problem
 from references.rigid_equations import RigidEquations
 

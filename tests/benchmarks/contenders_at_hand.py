@@ -10,23 +10,23 @@ from typing import Any
 import numpy as np
 
 import galvi
-from benchmarks.contender_checks import contender_checks
-from benchmarks.contender_process import ANSWERS
-from benchmarks.grounds import GROUNDS
-from benchmarks.introduction import Fault, introduced, told
-from benchmarks.outsider import Outsider
-from benchmarks.timed_run import Faulty
+from benchmarks.external.check_problems import CHECK_PROBLEMS
+from benchmarks.external.checks import contender_checks
+from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.external.loading import Fault, introduced, told
+from benchmarks.external.timed_run import Faulty
+from benchmarks.external.worker import ANSWERS
 
 
 @dataclass(eq=False)
-class Inside(Outsider):
+class Inside(ExternalIntegrator):
     """An outsider whose contender is at hand."""
 
     contender: Any = None
 
     @classmethod
     def of(cls, contender: Any) -> Inside:
-        """Like `Outsider.open`."""
+        """Like `ExternalIntegrator.open`."""
         outsider = cls("inside:It", contender=contender)
         outsider._process = object()
         outsider.name, outsider.order, outsider.conserves = introduced(contender)
@@ -106,7 +106,7 @@ BROKEN = {
     Failing: "Out of luck.",
 }
 ORBIT, SWING = (
-    next(one for one in GROUNDS if one.problem.name.startswith(name))
+    next(one for one in CHECK_PROBLEMS if one.problem.name.startswith(name))
     for name in ("kepler", "planar pendulum")
 )
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import galvi
-from benchmarks.claim import Claim, Row
-from benchmarks.verdicts import CONTRADICTED
+from benchmarks.checks.bounds import CONTRADICTED
+from benchmarks.checks.claim import Claim, Row
 from galvi import Problem
 
 

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 import galvi
-from benchmarks import agreement
-from benchmarks.agreements import AGREEMENTS, ENGINES, MEETINGS, STORED, engines, unavailable
-from benchmarks.claim import Claim, Row
-from benchmarks.contenders import Variational
-from benchmarks.verdicts import CONTRADICTED, HOLDS, NOT_RUN
+from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
+from benchmarks.checks.claim import Claim, Row
+from benchmarks.claims import agreement
+from benchmarks.claims.agreements import AGREEMENTS, ENGINES, MEETINGS, STORED, engines, unavailable
+from benchmarks.work_precision.galvi_methods import Variational
 from galvi import Problem
 from references import REFERENCES
 

@@ -11,9 +11,12 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks import work_precision
-from benchmarks.arena import ATTITUDE, Arena, Truth
-from benchmarks.body_arenas import (
+from benchmarks.statistics.convergence_fits import algebraic
+from benchmarks.statistics.repeated_run import repeated_run
+from benchmarks.work_precision import run as work_precision
+from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
+from benchmarks.work_precision.problem import ATTITUDE, Truth, WorkPrecisionProblem
+from benchmarks.work_precision.rigid_bodies import (
     CHARTS,
     MUJOCO,
     TEXTBOOK_DOP853,
@@ -22,18 +25,15 @@ from benchmarks.body_arenas import (
     largest_entry,
     pendulum,
 )
-from benchmarks.contenders import Variational, gauss_collocation
-from benchmarks.fits import algebraic
-from benchmarks.prolonged import prolonged
 from galvi import Problem, Trajectory
-from references.mujoco_steps import MUJOCO_RK4
+from references.mujoco.steps import MUJOCO_RK4
 
 needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
 OURS = "galvi degree 8, Gauss 8, Cayley"
 WRONG = "galvi, wrong torque"
 
 
-def study(arena: Arena, *labels: str) -> pd.DataFrame:
+def study(arena: WorkPrecisionProblem, *labels: str) -> pd.DataFrame:
     """The arena with these contenders only, in the quick setting."""
     few = tuple(entry for entry in arena.entries if not labels or entry[0] in labels)
     return work_precision._study(replace(arena, entries=few), 0.005, lambda sentence: None)
@@ -48,7 +48,7 @@ def test_everyone_takes_part_in_both_charts_and_by_every_integrator(make: Any) -
         assert {f"galvi degree {s}, Gauss {s}, {c}" for s in (4, 6, 8, 10, 12) for c in CHARTS} <= (
             labels
         )
-        assert arena.quantity == ATTITUDE and arena.prolonged
+        assert arena.quantity == ATTITUDE and arena.repeated_run
         assert all(contender.supports(arena.problem) for _, contender, _ in arena.entries)
         assert arena.truth().error < 2e-16 and arena.truth().source == ""
     steps = {label: [one.get("step") for one in settings] for label, _, settings in arena.entries}
@@ -133,12 +133,12 @@ class Counted:
 
 def test_a_run_is_made_longer_by_a_whole_number_and_keeps_its_last_state() -> None:
     problem, noted = galvi.problems.free_rigid_body(), Counted([])
-    made = prolonged(noted, problem, 2.0, {"step": 0.5, "save_every": 4}, 1e-3, 0.01)
+    made = repeated_run(noted, problem, 2.0, {"step": 0.5, "save_every": 4}, 1e-3, 0.01)
     assert noted.asked[0] == (20.0, {"step": 0.5, "save_every": 40})
     assert made.times >= 10 and made.failure == "" and made.seconds > 0.0
     made.call()
     assert noted.asked[-1] == (2.0 * made.times, {"step": 0.5, "save_every": 4 * made.times})
-    slow = prolonged(noted, problem, 2.0, {"samples": 1}, 5.0, 0.01)
+    slow = repeated_run(noted, problem, 2.0, {"samples": 1}, 5.0, 0.01)
     assert noted.asked[-1][1] == {"samples": 1} and slow.times >= 1
 
 

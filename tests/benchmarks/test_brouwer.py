@@ -12,12 +12,12 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks import brouwer, long_brouwer
-from benchmarks.brouwer import COLUMNS, gauss
-from benchmarks.exact_energy import exactly, relative_energy_error
-from benchmarks.growth import growth
-from benchmarks.walkers import KEPT, Galerkin, Sample
-from references.double_double import DoubleDouble
+from benchmarks.measures.exact_energy import exactly, relative_energy_error
+from benchmarks.statistics.growth import growth
+from benchmarks.studies import round_off, round_off_long
+from benchmarks.studies.round_off import COLUMNS, gauss
+from benchmarks.studies.round_off_participants import KEPT, Galerkin, Sample
+from references.closed_forms.double_double import DoubleDouble
 
 T = np.array(KEPT, dtype=float)
 STEP = 1e-17
@@ -97,7 +97,7 @@ def test_the_energy_of_a_state_with_what_its_rounding_lost_is_exact() -> None:
 
 def test_the_runs_differ_by_1e_12_and_each_is_always_the_same() -> None:
     problem = galvi.problems.outer_solar_system()
-    one, again, other = brouwer.member(0), brouwer.member(0), brouwer.member(1)
+    one, again, other = round_off.member(0), round_off.member(0), round_off.member(1)
     assert np.array_equal(one.q0, again.q0) and not np.array_equal(one.q0, other.q0)
     for x, y in ((one.q0, problem.q0), (one.v0, problem.v0)):
         assert 1e-13 < np.abs(x / y - 1.0).max() < 5e-12
@@ -113,11 +113,11 @@ class Few:
 
     def growth(self):
         rows = [
-            brouwer.row(self.walker, self.years, k, sample)
+            round_off.row(self.walker, self.years, k, sample)
             for k in range(self.runs)
-            for sample in self.walker.samples(brouwer.member(k), self.years, None, print)
+            for sample in self.walker.samples(round_off.member(k), self.years, None, print)
         ]
-        return brouwer.growths(pd.DataFrame(rows, columns=list(COLUMNS)))[0][1]
+        return round_off.growths(pd.DataFrame(rows, columns=list(COLUMNS)))[0][1]
 
 
 def test_a_method_whose_end_weights_are_off_by_1e_15_is_caught_as_a_drift() -> None:
@@ -137,7 +137,7 @@ class Stop(Exception):
 
 
 def read(folder: Path):
-    frame = long_brouwer.stored(folder, print).drop(columns="date")
+    frame = round_off_long.stored(folder, print).drop(columns="date")
     return frame.sort_values(["contender", "settings", "member", "sample"], ignore_index=True)
 
 
@@ -153,7 +153,7 @@ def study(folder: Path, told: list[str], stop: int | None = None) -> None:
             raise Stop
 
     walkers = (gauss(6, 10), gauss(4, 20))
-    for part in long_brouwer.parts(folder, report, 200.0, 3, walkers, code="0123456789ab"):
+    for part in round_off_long.parts(folder, report, 200.0, 3, walkers, code="0123456789ab"):
         if not part.done():
             part.run(report)
 
@@ -225,25 +225,25 @@ def test_a_damaged_or_foreign_run_is_set_aside_and_the_study_starts_it_anew(
 
 
 def foreign(path: Path) -> None:
-    galvi.save(galvi.integrate(brouwer.member(0), gauss(4, 10).method, 1.0, 3), path)
+    galvi.save(galvi.integrate(round_off.member(0), gauss(4, 10).method, 1.0, 3), path)
 
 
 def test_rows_of_another_version_stay_and_say_of_which(tmp_path: Path) -> None:
     for code in ("aaaaaaaaaaaa", "bbbbbbbbbbbb"):
-        for part in long_brouwer.parts(tmp_path, print, 200.0, 2, (gauss(4, 20),), code=code):
+        for part in round_off_long.parts(tmp_path, print, 200.0, 2, (gauss(4, 20),), code=code):
             part.run(lambda sentence: None)
-    told = [told for told, _ in brouwer.growths(long_brouwer.stored(tmp_path, print))]
+    told = [told for told, _ in round_off.growths(round_off_long.stored(tmp_path, print))]
     assert [each["commit"] for each in told] == ["aaaaaaaaaaaa", "bbbbbbbbbbbb"]
     assert all(len(each["date"]) == 10 for each in told)
 
 
 def test_a_version_of_changed_files_is_not_that_of_the_commit() -> None:
-    digits, plus, digest = long_brouwer.version().partition("+")
+    digits, plus, digest = round_off_long.version().partition("+")
     assert len(digits) in (7, 12) and (not plus or len(digest) == 8)
 
 
 def test_a_run_that_fails_is_a_row_with_its_status() -> None:
-    problem = replace(brouwer.member(0), v0=0.0 * brouwer.member(0).v0)
+    problem = replace(round_off.member(0), v0=0.0 * round_off.member(0).v0)
     seen = list(gauss(4, 20).samples(problem, 1e4, None, print))
     assert np.isnan(seen[-1].error) and seen[-1].status.startswith("Stopped")
     assert len(seen) < len(KEPT)
@@ -251,8 +251,8 @@ def test_a_run_that_fails_is_a_row_with_its_status() -> None:
 
 def test_galvi_and_ias15_walk_over_a_hundred_years() -> None:
     sample = {
-        walker.label: list(walker.samples(brouwer.member(0), 100.0, None, print))
-        for walker in brouwer.WALKERS
+        walker.label: list(walker.samples(round_off.member(0), 100.0, None, print))
+        for walker in round_off.WALKERS
     }
     assert {len(each) for each in sample.values()} == {len(KEPT)}
     for label, each in sample.items():

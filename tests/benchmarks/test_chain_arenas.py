@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks import work_precision
-from benchmarks.arena import ANGLE
-from benchmarks.chain_arenas import double_pendulum, largest_angle, planar_chain
-from references.chain_ivp import CHAIN_DOP853
-from references.mujoco_steps import MUJOCO_RK4
+from benchmarks.work_precision import run as work_precision
+from benchmarks.work_precision.chains import double_pendulum, largest_angle, planar_chain
+from benchmarks.work_precision.problem import ANGLE
+from references.mujoco.steps import MUJOCO_RK4
+from references.scipy.chain_ivp import CHAIN_DOP853
 
 
 @pytest.mark.parametrize("make", [double_pendulum, planar_chain])
@@ -53,7 +53,7 @@ def test_a_wrong_weight_stands_out_though_it_conserves_its_own_energy() -> None:
     (ours,) = (e for e in few if e[0].startswith("galvi"))
     planted = ("galvi, wrong weight", WrongWeight(ours[1]), ours[2])
     rows = work_precision._study(
-        replace(arena, entries=(*few, planted), prolonged=False), 0.001, lambda sentence: None
+        replace(arena, entries=(*few, planted), repeated_run=False), 0.001, lambda sentence: None
     )
     wrong = rows["contender"] == "galvi, wrong weight"
     assert rows["error"][~wrong].max() < 1e-6 < 1e-2 < rows["error"][wrong].min()  # 3e-8; 0.10

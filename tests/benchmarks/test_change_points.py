@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.change_points import LEAST, change_points, steps
+from benchmarks.statistics.change_points import LEAST, change_points, steps
 
 
 def series(*levels: tuple[float, int]) -> list[float]:

@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks.claim import Claim, Row
+from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, HOLDS, NOT_RUN
+from benchmarks.checks.claim import Claim, Row
 from benchmarks.claims import CLAIMS
-from benchmarks.tidy import COLUMNS
-from benchmarks.verdicts import CONTRADICTED, EXCEEDS, HOLDS, NOT_RUN
+from benchmarks.store.frames import COLUMNS
 
 NEVER_RUN = {"V25"}
 BY_ID = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)

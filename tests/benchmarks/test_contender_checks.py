@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.contender_checks import contender_checks
-from benchmarks.grounds import GROUNDS
-from benchmarks.introduction import Fault, introduced
-from benchmarks.outsider import Outsider
+from benchmarks.external.check_problems import CHECK_PROBLEMS
+from benchmarks.external.checks import contender_checks
+from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.external.loading import Fault, introduced
 from tests.benchmarks.contenders_at_hand import (
     BROKEN,
     ORBIT,
@@ -52,13 +52,13 @@ class Leapfrog(Gauss):
 
 
 def test_a_sound_contender_is_as_expected_and_what_it_does_not_say_is_told():
-    rows, differing, outsider = checked(Gauss(), *GROUNDS)
+    rows, differing, outsider = checked(Gauss(), *CHECK_PROBLEMS)
     assert differing == [] and outsider.faults == []
     assert {row.setup.partition(";")[0] for row in rows if "T =" in row.setup} == {
-        ground.problem.name for ground in GROUNDS
+        ground.problem.name for ground in CHECK_PROBLEMS
     }
     orders = [row for row in rows if row.quantity.startswith("order in the step")]
-    assert len(orders) == sum(ground.ordered for ground in GROUNDS)
+    assert len(orders) == sum(ground.ordered for ground in CHECK_PROBLEMS)
     assert sum(row.verdict == "holds" for row in orders) >= 5  # of 7; two are below round-off
     assert {row.verdict for row in rows if row.quantity.startswith("error at step")} == {
         "informative"
@@ -138,7 +138,7 @@ def test_what_does_not_run_as_it_should_is_red_and_named(broken):
 
 @pytest.mark.parametrize("name", ["henon-heiles", "double pendulum"])
 def test_the_energies_of_grounds_are_those_of_galvi_and_are_watched(name):
-    (ground,) = (one for one in GROUNDS if one.problem.name == name)
+    (ground,) = (one for one in CHECK_PROBLEMS if one.problem.name == name)
     run = Gauss().run(ground.problem, 1.0, {"step": 0.05, "save_every": 1})
     assert np.allclose(
         ground.energy(run.problem, run.q, run.p), galvi.energy(run), rtol=1e-13, atol=1e-14
@@ -171,7 +171,7 @@ def test_a_high_order_without_settings_is_seen_at_fewer_steps():
     rows, differing, _ = checked(Eighth(), ORBIT)
     (order,) = (row for row in rows if row.quantity.startswith("order in the step"))
     assert differing == [] and order.measured == pytest.approx(8.0, abs=0.4)
-    rows, differing, _ = checked(Eighth(), *GROUNDS)
+    rows, differing, _ = checked(Eighth(), *CHECK_PROBLEMS)
     assert differing == []
 
 
@@ -225,7 +225,7 @@ def test_what_a_contender_says_of_itself_is_examined_before_anything_is_run(part
 
 
 def test_checks_have_names_of_their_own():
-    outsiders = [Outsider("m:A", name=name) for name in ("My one", "my one!", "мой")]
+    outsiders = [ExternalIntegrator("m:A", name=name) for name in ("My one", "my one!", "мой")]
     assert [claim.id for claim in contender_checks(outsiders)] == [
         "A-my-one", "A-my-one-too", "A-contender"
     ]  # fmt: skip

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import contender_code
-from benchmarks.contender_code import digest, installed, loaded, places
+from benchmarks.external import code_digest
+from benchmarks.external.code_digest import digest, installed, loaded, places
 
 FILES = {
     "wrapper_b.py": "import core_b.inner, elsewhere_b, numpy.polynomial.hermite, this",
@@ -77,7 +77,7 @@ def test_an_edit_of_anything_that_it_is_made_of_makes_another_digest(folder, cap
 
 
 def test_of_a_large_file_the_size_and_the_time_of_change_are_looked_at(folder, monkeypatch):
-    monkeypatch.setattr(contender_code, "LARGE", 2)
+    monkeypatch.setattr(code_digest, "LARGE", 2)
     path = folder / "core" / "core_b" / "inner.py"
     before = digest([str(path)])
     path.write_text("order = 12")

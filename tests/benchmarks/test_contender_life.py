@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.provenance import ROOT
+from benchmarks.store.provenance import ROOT
 
 TARGETS = """
 import ctypes, multiprocessing, subprocess, sys, time
-from benchmarks.contender_life import tie_to_parent
+from benchmarks.external.worker_life import tie_to_parent
 
 def started():
     subprocess.Popen(["sleep", "60"])  # of what it starts, too, nothing is left
@@ -45,7 +45,7 @@ def locks(connection, tied):
 PARENT = """
 import multiprocessing, sys, time
 import targets
-from benchmarks.contender_life import end
+from benchmarks.external.worker_life import end
 
 if __name__ == "__main__":
     context = multiprocessing.get_context("spawn")
@@ -72,9 +72,9 @@ class Endless:
 """
 BUILDS = """
 import galvi
-from benchmarks.outsider import Outsider
+from benchmarks.external.integrator import ExternalIntegrator
 if __name__ == "__main__":
-    Outsider.open("endless:Endless").supports(galvi.problems.kepler(0.6))
+    ExternalIntegrator.open("endless:Endless").supports(galvi.problems.kepler(0.6))
 """
 
 

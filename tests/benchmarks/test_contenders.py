@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.contenders import Variational, gauss_collocation
+from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
 from references import Contender
-from references.kepler import KEPLER
+from references.closed_forms.kepler import KEPLER
 
 
 def test_a_method_is_a_contender() -> None:

@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks import engine_versions
-from benchmarks.engine_versions import COLUMNS, STEPS, judged, parts, stored
-from benchmarks.fits import algebraic
-from benchmarks.isolated import NotHere, finished
-from references.mujoco_steps import MUJOCO_RK4
+from benchmarks.statistics.convergence_fits import algebraic
+from benchmarks.studies import engine_versions
+from benchmarks.studies.engine_versions import COLUMNS, STEPS, judged, parts, stored
+from benchmarks.studies.isolated_environment import NotHere, finished
+from references.mujoco.steps import MUJOCO_RK4
 
 needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
 WANTED = ("mujoco==3.6.0", "mujoco-core==4.0.1")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
-from benchmarks import ephemeris
-from references import jpl
+from benchmarks.studies import ephemeris
+from references.jpl import states as jpl
 
 
 @pytest.fixture(scope="module")

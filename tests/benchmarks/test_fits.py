@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks import fits
+from benchmarks.statistics import convergence_fits
 
 FLOOR = 1e-12
 
@@ -24,8 +24,8 @@ def test_a_geometric_rate_is_found_within_its_uncertainty(
 ) -> None:
     n = np.arange(1, 150)
     errors = size * base**n * noise(n.size, seed)
-    fit = fits.geometric(n, errors, floor=FLOOR)
-    assert fit.points >= fits.LEAST
+    fit = convergence_fits.geometric(n, errors, floor=FLOOR)
+    assert fit.points >= convergence_fits.LEAST
     assert abs(fit.rate - base) <= max(10.0 * fit.uncertainty, 1e-9)
 
 
@@ -33,7 +33,7 @@ def test_a_geometric_rate_is_found_within_its_uncertainty(
 def test_an_order_is_found_within_its_uncertainty(order: int, size: float, seed: int) -> None:
     h = 2.0 ** (-np.arange(0, 30) / 2)
     errors = size * h**order * noise(h.size, seed, 0.05)
-    fit = fits.algebraic(h, errors, floor=1e-14)
+    fit = convergence_fits.algebraic(h, errors, floor=1e-14)
     assert abs(fit.rate - order) <= max(10.0 * fit.uncertainty, 1e-9)
 
 
@@ -41,7 +41,7 @@ def test_an_order_is_found_within_its_uncertainty(order: int, size: float, seed:
 def test_the_plateau_of_round_off_is_left_out(seed: int) -> None:
     n = np.arange(1, 61)
     errors = 0.5**n + 1e-13 * noise(n.size, seed, 1.0)
-    fit = fits.geometric(n, errors, floor=FLOOR)
+    fit = convergence_fits.geometric(n, errors, floor=FLOOR)
     assert fit.rate == pytest.approx(0.5, abs=0.02)
     assert errors[int(fit.window[1]) - 1] > FLOOR >= errors[int(fit.window[1])]
 
@@ -49,14 +49,14 @@ def test_the_plateau_of_round_off_is_left_out(seed: int) -> None:
 def test_the_part_before_convergence_is_left_out() -> None:
     h = 2.0 ** (-np.arange(0, 20) / 2)
     errors = 1e-2 * h**4 / (h**2 + 0.01)  # order 2 above h = 0.1, order 4 below
-    fit = fits.algebraic(h, errors, floor=FLOOR)
+    fit = convergence_fits.algebraic(h, errors, floor=FLOOR)
     assert fit.rate == pytest.approx(4.0, abs=0.1)
     assert fit.window[0] < 0.1
 
 
 def test_an_error_that_stagnates_above_round_off_spoils_the_rate() -> None:
     n = np.arange(1, 60)
-    fit = fits.geometric(n, 0.5**n + 1e-6, floor=FLOOR)
+    fit = convergence_fits.geometric(n, 0.5**n + 1e-6, floor=FLOOR)
     assert fit.rate > 0.9
 
 
@@ -64,7 +64,7 @@ def test_large_errors_and_failed_runs_before_convergence_are_left_out() -> None:
     n = np.arange(1, 31)
     errors = 0.5**n
     errors[2], errors[5], errors[7] = 1e30, math.inf, math.nan
-    fit = fits.geometric(n, errors, floor=1e-12)
+    fit = convergence_fits.geometric(n, errors, floor=1e-12)
     assert fit.rate == pytest.approx(0.5)
     assert fit.window[0] >= 9
     assert not fit.relapse
@@ -75,18 +75,18 @@ def test_a_wild_run_among_converged_ones_is_a_relapse(wild: float) -> None:
     n = np.arange(1, 31)
     errors = 0.5**n
     errors[10] = wild
-    assert fits.geometric(n, errors, floor=1e-12).relapse
-    assert fits.algebraic(1.0 / n, errors, floor=1e-12).relapse
+    assert convergence_fits.geometric(n, errors, floor=1e-12).relapse
+    assert convergence_fits.algebraic(1.0 / n, errors, floor=1e-12).relapse
     errors[3:] = wild
-    assert not fits.geometric(n, errors, floor=1e-12).relapse
+    assert not convergence_fits.geometric(n, errors, floor=1e-12).relapse
 
 
 @pytest.mark.parametrize("errors", [[], [0.01], [0.01, 0.001], [1.0, 2.0, 3.0], [math.nan] * 5])
 def test_fewer_than_three_points_give_no_rate(errors: list[float]) -> None:
     for fit in (
-        fits.geometric(range(len(errors)), errors, floor=FLOOR),
-        fits.algebraic([0.5**k for k in range(len(errors))], errors, floor=FLOOR),
-        *fits.halves(range(len(errors)), errors, floor=FLOOR),
+        convergence_fits.geometric(range(len(errors)), errors, floor=FLOOR),
+        convergence_fits.algebraic([0.5**k for k in range(len(errors))], errors, floor=FLOOR),
+        *convergence_fits.halves(range(len(errors)), errors, floor=FLOOR),
     ):
         assert math.isnan(fit.rate) and math.isnan(fit.uncertainty) and fit.points == 0
 
@@ -104,20 +104,24 @@ def test_fewer_than_three_points_give_no_rate(errors: list[float]) -> None:
 def test_errors_that_stay_large_are_told_from_missing_ones(
     errors: list[float], stays_large: bool
 ) -> None:
-    fit = fits.geometric(range(len(errors)), errors, floor=FLOOR)
+    fit = convergence_fits.geometric(range(len(errors)), errors, floor=FLOOR)
     assert fit.points == 0
     assert fit.stays_large is stays_large
 
 
 def test_errors_out_of_order_are_refused() -> None:
     with pytest.raises(ValueError, match="increase"):
-        fits.geometric([1, 3, 2], [1e-2, 1e-3, 1e-4], floor=FLOOR)
+        convergence_fits.geometric([1, 3, 2], [1e-2, 1e-3, 1e-4], floor=FLOOR)
 
 
 def test_a_fit_evaluates_to_its_line() -> None:
     n, h = np.arange(3, 20), 2.0 ** -np.arange(2, 10)
-    assert fits.geometric(n, 7.0 * 0.4**n, floor=FLOOR).evaluate(n) == pytest.approx(7.0 * 0.4**n)
-    assert fits.algebraic(h, 3.0 * h**2, floor=FLOOR).evaluate(h) == pytest.approx(3.0 * h**2)
+    assert convergence_fits.geometric(n, 7.0 * 0.4**n, floor=FLOOR).evaluate(n) == pytest.approx(
+        7.0 * 0.4**n
+    )
+    assert convergence_fits.algebraic(h, 3.0 * h**2, floor=FLOOR).evaluate(h) == pytest.approx(
+        3.0 * h**2
+    )
 
 
 def test_the_uncertainty_is_the_standard_error_of_the_slope() -> None:
@@ -126,21 +130,21 @@ def test_the_uncertainty_is_the_standard_error_of_the_slope() -> None:
     slope = np.polyfit(n, y, 1, cov="unscaled")
     rest = y - np.polyval(slope[0], n)
     spread = math.sqrt(slope[1][0, 0] * (rest @ rest) / (n.size - 2))
-    fit = fits.geometric(n, np.exp(y), floor=FLOOR)
+    fit = convergence_fits.geometric(n, np.exp(y), floor=FLOOR)
     assert fit.points == 10
     assert fit.uncertainty == pytest.approx(fit.rate * spread)
 
 
 def test_the_halves_tell_a_power_from_a_geometric_fall() -> None:
     n = np.arange(10, 60)
-    early, late = fits.halves(n, 0.7**n, floor=FLOOR)
+    early, late = convergence_fits.halves(n, 0.7**n, floor=FLOOR)
     assert late.rate == pytest.approx(early.rate)
-    early, late = fits.halves(n, 1.0 * n**-4.0, floor=FLOOR)
+    early, late = convergence_fits.halves(n, 1.0 * n**-4.0, floor=FLOOR)
     assert late.rate > early.rate + 2.0 * (early.uncertainty + late.uncertainty)
 
 
 def test_the_worst_ratio_is_that_of_errors_in_the_window() -> None:
     errors = [0.5, 1e-2, 1e-3, 5e-4, 1e-6, 1e-13, 1e-13]
-    assert math.isclose(fits.worst_ratio(errors, floor=FLOOR), 0.5)
-    assert math.isnan(fits.worst_ratio(errors[:3], floor=FLOOR))
-    assert fits.worst_ratio(1.0 / np.arange(4.0, 40.0) ** 4, floor=FLOOR) > 0.89
+    assert math.isclose(convergence_fits.worst_ratio(errors, floor=FLOOR), 0.5)
+    assert math.isnan(convergence_fits.worst_ratio(errors[:3], floor=FLOOR))
+    assert convergence_fits.worst_ratio(1.0 / np.arange(4.0, 40.0) ** 4, floor=FLOOR) > 0.89

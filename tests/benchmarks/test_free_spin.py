@@ -11,9 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.body_arenas import MUJOCO
-from benchmarks.contenders import gauss_collocation
-from benchmarks.free_spin import (
+from benchmarks.studies.free_body_drift import (
     COLUMNS,
     ON_BOX,
     RUNNERS,
@@ -24,10 +22,12 @@ from benchmarks.free_spin import (
     free_spin,
     marks,
 )
-from benchmarks.long_free_spin import parts, stored
+from benchmarks.studies.free_body_drift_long import parts, stored
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.rigid_bodies import MUJOCO
 from galvi import Problem, Trajectory
-from references.mujoco_steps import MUJOCO_EULER, MUJOCO_IMPLICITFAST, MUJOCO_RK4
-from references.outcome import outcome
+from references.as_trajectory import outcome
+from references.mujoco.steps import MUJOCO_EULER, MUJOCO_IMPLICITFAST, MUJOCO_RK4
 from references.setting import fixed_steps
 
 needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")

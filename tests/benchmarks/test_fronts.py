@@ -10,7 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.fronts import NOT_REACHED, OURS, TRUTH, at_smallest, front, ratios, seconds_at
+from benchmarks.work_precision.fronts import (
+    NOT_REACHED,
+    OURS,
+    TRUTH,
+    at_smallest,
+    front,
+    ratios,
+    seconds_at,
+)
 
 
 def table(points: dict[str, list[tuple[float, float]]]) -> pd.DataFrame:

@@ -8,9 +8,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks import high_eccentricity
-from benchmarks.high_eccentricity import ECCENTRICITIES, high_eccentricity_table, through_pericentre
-from references.kepler import KEPLER
+from benchmarks.studies import high_eccentricity
+from benchmarks.studies.high_eccentricity import (
+    ECCENTRICITIES,
+    high_eccentricity_table,
+    through_pericentre,
+)
+from references.closed_forms.kepler import KEPLER
 
 
 @pytest.fixture(scope="module")

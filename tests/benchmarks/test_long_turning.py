@@ -9,21 +9,22 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks.long_turning import (
+from benchmarks.studies.round_off_participants import KEPT
+from benchmarks.studies.so3_drift import (
     COLUMNS,
     QUANTITIES,
     WALKERS,
-    Walker,
+    RoundOffParticipant,
     growths,
     parts,
     rows,
     stored,
     turning,
 )
-from benchmarks.walkers import KEPT
 
 SMALL = tuple(
-    Walker(walker.label, walker.method, quick=200, default=400, long=400) for walker in WALKERS
+    RoundOffParticipant(walker.label, walker.method, quick=200, default=400, long=400)
+    for walker in WALKERS
 )
 
 

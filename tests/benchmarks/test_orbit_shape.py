@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks import orbit_shape
-from references.kepler import KEPLER
+from benchmarks.measures import orbit_shape
+from references.closed_forms.kepler import KEPLER
 
 ECCENTRICITY = 0.2
 

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.claim import Claim, Row
-from benchmarks.claims import CLAIMS, v11
-from benchmarks.verdicts import CONTRADICTED, HOLDS
+from benchmarks.checks.bounds import CONTRADICTED, HOLDS
+from benchmarks.checks.claim import Claim, Row
+from benchmarks.claims import CLAIMS
+from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
 from galvi import Problem
-from references.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
+from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
 from tests.benchmarks.planted_tables import with_table
 
 CLAIM = {claim.id: claim for claim in CLAIMS}

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.claim import Claim, Row
-from benchmarks.claims.brownout_particle import ACROSS, AWAY, STARTS
-from benchmarks.claims.v23 import TOLERANCES, V23
-from benchmarks.claims.v24 import EULER, SECONDS, V24
-from benchmarks.verdicts import CONTRADICTED
+from benchmarks.checks.bounds import CONTRADICTED
+from benchmarks.checks.claim import Claim, Row
+from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, STARTS
+from benchmarks.claims.vector_spaces.v23_brownout_order import TOLERANCES, V23
+from benchmarks.claims.vector_spaces.v24_brownout_cost import EULER, SECONDS, V24
 from galvi import Problem
-from galvi.kernels.rotor_wind import rotor_wind
+from galvi.kernels.forces.rotor_wind import rotor_wind
 from galvi.problems import brownout
 
 INTEGRATE = galvi.integrate

@@ -9,17 +9,18 @@ from typing import Any
 import pytest
 
 import galvi
-from benchmarks import second_variation
-from benchmarks.claim import Claim
-from benchmarks.claims import l8, l14
-from benchmarks.claims.l6 import L6
-from benchmarks.claims.l7 import L7
-from benchmarks.claims.l8 import L8
-from benchmarks.claims.l9 import L9
-from benchmarks.claims.l11 import L11
-from benchmarks.claims.l14 import L14
-from benchmarks.claims.l15 import L15
-from benchmarks.verdicts import HOLDS
+from benchmarks.checks.bounds import HOLDS
+from benchmarks.checks.claim import Claim
+from benchmarks.claims.lie_groups import l08_pendulum_energy as l08
+from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
+from benchmarks.claims.lie_groups.l06_pendulum_convergence_in_n import L6
+from benchmarks.claims.lie_groups.l07_pendulum_order import L7
+from benchmarks.claims.lie_groups.l08_pendulum_energy import L8
+from benchmarks.claims.lie_groups.l09_pendulum_near_chart_limit import L9
+from benchmarks.claims.lie_groups.l11_minima_of_the_action import L11
+from benchmarks.claims.lie_groups.l14_other_charts_and_groups import L14
+from benchmarks.claims.lie_groups.l15_curves_between_ends import L15
+from benchmarks.measures import second_variation
 from galvi import Problem
 from tests.benchmarks.planted_tables import contradicted, faulty, reversed_clock, rows
 
@@ -64,7 +65,7 @@ def test_a_wrong_motion_is_caught_by_the_truth(
 
 def test_energy_alone_does_not_see_a_wrong_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     sound = galvi.integrate
-    monkeypatch.setattr(l8, "STEPS", 200)
+    monkeypatch.setattr(l08, "STEPS", 200)
     monkeypatch.setattr(
         galvi, "integrate", lambda problem, *rest: sound(reversed_clock(problem), *rest)
     )
@@ -112,7 +113,7 @@ def test_constants_that_are_too_good_are_caught(
         known = sound(run)
         return replace(known, **{name: change(getattr(known, name))})
 
-    monkeypatch.setattr("benchmarks.claims.l11.constants", wrong)
+    monkeypatch.setattr("benchmarks.claims.lie_groups.l11_minima_of_the_action.constants", wrong)
     assert contradicted(L11) != set()
 
 

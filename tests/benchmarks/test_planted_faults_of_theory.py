@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 import galvi
-from benchmarks.claim import Claim, Row
+from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
+from benchmarks.checks.claim import Claim, Row
 from benchmarks.claims import CLAIMS
-from benchmarks.verdicts import CONTRADICTED, HOLDS, NOT_RUN
 
 CLAIM = {claim.id: claim for claim in CLAIMS}
 Change = Callable[[Any], dict[str, Any]]

@@ -10,17 +10,20 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.claim import Claim
-from benchmarks.claims import v14, v15, v16, v22
-from benchmarks.claims.v14 import V14
-from benchmarks.claims.v15 import V15
-from benchmarks.claims.v16 import V16
-from benchmarks.claims.v17 import V17
-from benchmarks.claims.v18 import V18
-from benchmarks.claims.v22 import V22
-from benchmarks.pairs import kinds
-from benchmarks.tidy import frame, row
-from benchmarks.verdicts import CONTRADICTED, HOLDS
+from benchmarks.checks.bounds import CONTRADICTED, HOLDS
+from benchmarks.checks.claim import Claim
+from benchmarks.claims.vector_spaces import v14_curves_between_ends as v14
+from benchmarks.claims.vector_spaces import v15_noether_quantities as v15
+from benchmarks.claims.vector_spaces import v16_symplecticity as v16
+from benchmarks.claims.vector_spaces import v22_best_approximation as v22
+from benchmarks.claims.vector_spaces.v14_curves_between_ends import V14
+from benchmarks.claims.vector_spaces.v15_noether_quantities import V15
+from benchmarks.claims.vector_spaces.v16_symplecticity import V16
+from benchmarks.claims.vector_spaces.v17_oscillator_order import V17
+from benchmarks.claims.vector_spaces.v18_oscillator_convergence_in_degree import V18
+from benchmarks.claims.vector_spaces.v22_best_approximation import V22
+from benchmarks.measures.space_rule_pairs import kinds
+from benchmarks.store.frames import frame, row
 
 
 def faulty(**scale: float) -> Callable[..., Any]:

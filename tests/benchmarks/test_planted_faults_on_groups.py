@@ -9,19 +9,22 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.claim import Claim
-from benchmarks.claims import l10, l12, l13, l16
-from benchmarks.claims.l1 import EULER, GALERKIN, L1, ODE45
-from benchmarks.claims.l2 import L2
-from benchmarks.claims.l3 import L3
-from benchmarks.claims.l4 import L4
-from benchmarks.claims.l5 import L5
-from benchmarks.left_symplectic import form_defect
-from benchmarks.verdicts import HOLDS
+from benchmarks.checks.bounds import HOLDS
+from benchmarks.checks.claim import Claim
+from benchmarks.claims.lie_groups import l10_equivariant_interpolation as l10
+from benchmarks.claims.lie_groups import l12_cayley_conditioning as l12
+from benchmarks.claims.lie_groups import l13_momentum_across_charts as l13
+from benchmarks.claims.lie_groups import l16_symplecticity as l16
+from benchmarks.claims.lie_groups.l01_methods_without_a_group import EULER, GALERKIN, L1, ODE45
+from benchmarks.claims.lie_groups.l02_free_body_convergence_in_n import L2
+from benchmarks.claims.lie_groups.l03_free_body_order import L3
+from benchmarks.claims.lie_groups.l04_free_body_energy import L4
+from benchmarks.claims.lie_groups.l05_momentum_spheres import L5
+from benchmarks.measures.symplectic_form import form_defect
 from galvi import Problem
 from galvi.charts.maps import coordinates, place
-from references.rigid_ivp import RIGID_DOP853
-from references.scipy_ivp import TIGHT
+from references.scipy.ivp import TIGHT
+from references.scipy.rigid_ivp import RIGID_DOP853
 from tests.benchmarks.bodies_by_hand import Run, by_hand, runge_kutta
 from tests.benchmarks.planted_tables import contradicted, faulty, reversed_clock, rows
 
@@ -64,7 +67,10 @@ def test_a_wrong_motion_is_caught_by_the_truth(
 
 def test_methods_that_stay_are_not_said_to_leave(monkeypatch: pytest.MonkeyPatch) -> None:
     exact = (RIGID_DOP853, {"samples": 50, **TIGHT})
-    monkeypatch.setattr("benchmarks.claims.l1.contenders", lambda: {EULER: exact, ODE45: exact})
+    monkeypatch.setattr(
+        "benchmarks.claims.lie_groups.l01_methods_without_a_group.contenders",
+        lambda: {EULER: exact, ODE45: exact},
+    )
     found = contradicted(L1)
     assert {f"largest departure from SO(3), {label}" for label in (EULER, ODE45)} <= found
     assert f"largest departure from the momentum sphere, {ODE45}" in found

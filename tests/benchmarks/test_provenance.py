@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import provenance
+from benchmarks.store import provenance
 
 
 def test_it_names_the_versions_that_run() -> None:

@@ -10,8 +10,15 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks import recommendation
-from benchmarks.recommendation import BROKEN, GAVE_UP, KEPT, REFUSED, promise, recommendation_table
+from benchmarks.studies import recommendation
+from benchmarks.studies.recommendation import (
+    BROKEN,
+    GAVE_UP,
+    KEPT,
+    REFUSED,
+    promise,
+    recommendation_table,
+)
 
 ORBIT = galvi.problems.kepler(0.6)
 
@@ -49,7 +56,7 @@ def test_promises_are_kept_for_every_problem_and_error() -> None:
 def test_a_recommender_that_believes_that_errors_shrink_is_caught(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(importlib.import_module("galvi.scan"), "POWERS", (-2.0, -2.0))
+    monkeypatch.setattr(importlib.import_module("galvi.recommend.scan"), "POWERS", (-2.0, -2.0))
     rows = table()
     assert set(rows.loc[rows["measured_over"] == "all of it", "promise"]) == {KEPT}
     assert BROKEN in set(rows.loc[rows["measured_over"] != "all of it", "promise"])

@@ -10,7 +10,15 @@ import numpy as np
 import pytest
 from scipy.stats import rankdata
 
-from benchmarks.samples import LEAST, LEVEL, chance, growth, holm, samples_needed, slower
+from benchmarks.statistics.rank_test import (
+    LEAST,
+    LEVEL,
+    chance,
+    growth,
+    holm,
+    samples_needed,
+    slower,
+)
 from benchmarks.timings import worker
 
 RANDOM = np.random.default_rng(20)

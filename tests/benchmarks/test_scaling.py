@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks import pair_limit, scaling
-from benchmarks.contenders import gauss_collocation
-from benchmarks.many_planets import innermost_period, many_planets
-from benchmarks.scaling import COLUMNS, TARGET, Entry
-from galvi.orbits import heliocentric
+from benchmarks.studies import roofline, scaling
+from benchmarks.studies.many_planets import innermost_period, many_planets
+from benchmarks.studies.scaling import COLUMNS, TARGET, Entry
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from galvi.diagnostics.orbits import heliocentric
 
 
 @pytest.fixture(scope="module")
@@ -94,8 +94,8 @@ def test_a_system_needs_a_planet() -> None:
 def test_the_limit_s_kernel_does_what_a_pair_needs() -> None:
     squares = np.linspace(0.5, 90.0, 64)
     pulls = np.zeros(64)
-    pair_limit.pull_pairs(squares, pulls, 1)
+    roofline.pull_pairs(squares, pulls, 1)
     assert pulls == pytest.approx(squares**-1.5, rel=1e-15)
-    call, pairs = pair_limit.call_and_pairs()
-    assert pairs == pair_limit.PAIRS * pair_limit.PASSES
+    call, pairs = roofline.call_and_pairs()
+    assert pairs == roofline.PAIRS * roofline.PASSES
     call()

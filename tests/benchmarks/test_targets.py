@@ -8,10 +8,10 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from benchmarks.arenas import arenas
-from benchmarks.fronts import NOT_REACHED
-from benchmarks.targets import ORBITS, TARGETS, TURNS, Target
-from benchmarks.targets_met import COLUMNS, MET, MISSED, NOT_RUN, targets_met
+from benchmarks.work_precision.fronts import NOT_REACHED
+from benchmarks.work_precision.problems import arenas
+from benchmarks.work_precision.targets import ORBITS, TARGETS, TURNS, Target
+from benchmarks.work_precision.targets_met import COLUMNS, MET, MISSED, NOT_RUN, targets_met
 
 GALVI, PEER = "galvi degree 8, Gauss 8", "peer"
 

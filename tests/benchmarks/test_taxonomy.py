@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks.pairs import MANY, OF_ONE_DEGREE, kind_of, kinds, pairs
-from benchmarks.taxonomy import COLUMNS, ILL_POSED, INCONSISTENT, METHOD, taxonomy
+from benchmarks.measures.space_rule_pairs import MANY, OF_ONE_DEGREE, kind_of, kinds, pairs
+from benchmarks.studies.taxonomy import COLUMNS, ILL_POSED, INCONSISTENT, METHOD, taxonomy
 from galvi.rules import RULES
 
 AGREES = 0.3  # 0.15 was measured, over all methods of the full form
@@ -99,8 +99,8 @@ def test_a_table_that_is_slightly_wrong_is_seen() -> None:
     cubic = [next(pairs((3,), (3,)))]
     assert (cubic[0].kind, cubic[0].family) == ("Polynomials", "Gauss")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("benchmarks.taxonomy.pairs", lambda *given: iter(cubic))
-        patch.setattr("benchmarks.taxonomy.QUICK_FEW", 3)
+        patch.setattr("benchmarks.studies.taxonomy.pairs", lambda *given: iter(cubic))
+        patch.setattr("benchmarks.studies.taxonomy.QUICK_FEW", 3)
         wrong, sound = (made(taxonomy(True, silent, m)).iloc[0] for m in (make, galvi.Galerkin))
     assert abs(sound["measured"] - 6.0) < AGREES < abs(wrong["measured"] - wrong["predicted"])
     assert sound["symplecticity"] < 1e-14 < wrong["symplecticity"]

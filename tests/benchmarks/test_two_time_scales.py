@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks import two_time_scales as scales
+from benchmarks.experiments import two_time_scales as scales
 
 
 def errors(table):

@@ -9,23 +9,24 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from benchmarks import stopwatch, work_precision
-from benchmarks.arena import (
-    Arena,
+from benchmarks.statistics import timing
+from benchmarks.work_precision import run as work_precision
+from benchmarks.work_precision.cost import COLUMNS as COST
+from benchmarks.work_precision.cost import cost_table
+from benchmarks.work_precision.problem import (
     Truth,
+    WorkPrecisionProblem,
     applegate,
     kepler,
     outer_solar_system,
     solar_system,
 )
-from benchmarks.arenas import arenas
-from benchmarks.cost import COLUMNS as COST
-from benchmarks.cost import cost_table
+from benchmarks.work_precision.problems import arenas
 
 FEW = ("galvi degree 8, Gauss 8", "Stormer-Verlet", "SciPy DOP853", "REBOUND IAS15")
 
 
-def small() -> Arena:
+def small() -> WorkPrecisionProblem:
     arena = kepler(2, quick=True)
     return replace(arena, entries=tuple(e for e in arena.entries if e[0] in FEW))
 
@@ -145,7 +146,7 @@ def test_planets_are_timed_against_the_stored_truth(monkeypatch: pytest.MonkeyPa
 def test_calls_take_turns_and_short_ones_are_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = {"now": 0.0}
     order: list[str] = []
-    monkeypatch.setattr(stopwatch.time, "perf_counter", lambda: clock["now"])
+    monkeypatch.setattr(timing.time, "perf_counter", lambda: clock["now"])
 
     def call(name: str, seconds: list[float]) -> Any:
         times = iter(seconds)
@@ -156,7 +157,7 @@ def test_calls_take_turns_and_short_ones_are_repeated(monkeypatch: pytest.Monkey
 
         return made
 
-    timings = stopwatch.interleaved(
+    timings = timing.interleaved(
         [call("A", [1.0, 5.0, 3.0]), call("B", [0.5] * 6)], 3, 1.0, warm=[1.0, 0.5]
     )
     assert "".join(order) == "ABBABBABB"

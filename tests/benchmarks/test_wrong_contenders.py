@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.timed_run import Faulty
+from benchmarks.external.timed_run import Faulty
 from tests.benchmarks.contenders_at_hand import ORBIT, SWING, Gauss, Inside, checked
 from tests.benchmarks.wrong_contenders import WRONG, Mirrored, Remembering, Unseen
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from galvi.charts import CHARTS
-from galvi.kernels import radial
+from galvi.kernels.lie import chart_coefficients
 
 CAYLEY, EXPONENTIAL = CHARTS
 DECADES = [10.0**k for k in range(-12, 1)]
-SWITCH = np.sqrt(radial.SMALL)
+SWITCH = np.sqrt(chart_coefficients.SMALL)
 # |xi| up to where a step may go, and on either side of the switch from one series to another
 SIZES = {
     CAYLEY: [*DECADES, 2.0, 20.0, CAYLEY.farthest],

@@ -8,8 +8,8 @@ from numba import njit, types
 from numba.core.errors import TypingError
 from numba.core.runtime import _nrt_python, rtsys
 
-from galvi.kernels.array_types import MATRIX, REAL, VECTOR
-from galvi.kernels.calling import addresses, fill, matrix, vector
+from galvi.kernels.compile.array_types import MATRIX, REAL, VECTOR
+from galvi.kernels.compile.function_pointers import addresses, fill, matrix, vector
 
 NOTHING = types.void(VECTOR, REAL)
 

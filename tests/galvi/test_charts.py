@@ -11,8 +11,8 @@ import galvi
 from galvi.charts import CHARTS
 from galvi.charts.maps import coordinates, place, tangent, tangent_slope
 from galvi.groups import GROUPS
-from galvi.kernels import charts, covectors
-from galvi.systems.differences import WEIGHTS
+from galvi.kernels.lie import charts, coadjoint
+from galvi.systems.finite_differences import WEIGHTS
 from tests.galvi.angles import CAYLEY, EXPONENTIAL, each_size
 from tests.galvi.group_matrices import as_matrix, element, hat, title, vectors
 
@@ -167,8 +167,8 @@ def test_many_are_placed_at_once(group):
 def test_covectors_go_to_the_base_and_back_as_matrices_say(group, chart, data):
     xi, mu = data.draw(vectors(group, 2.0)), data.draw(vectors(group))
     there, back = np.empty(group.dimension), np.empty(group.dimension)
-    covectors.to_base(group.layout, chart.number, xi, mu, there)
-    covectors.from_base(group.layout, chart.number, xi, there, back)
+    coadjoint.coadjoint_inverse(group.layout, chart.number, xi, mu, there)
+    coadjoint.coadjoint(group.layout, chart.number, xi, there, back)
     assert np.allclose(back, mu, atol=1e-13)
     P = as_matrix(group, place(chart, group, one(group), xi))
     seen = [algebra(group, np.linalg.solve(P, hat(group, e) @ P)) for e in np.eye(len(mu))]
@@ -187,7 +187,7 @@ def test_a_euclidean_slope_is_pulled_back_along_the_group(group, data):
 
     slope = np.cos(weights @ g.ravel()) * weights
     found = np.empty(group.dimension)
-    covectors.pull(group.layout, g.ravel().copy(), slope, found)
+    coadjoint.pull(group.layout, g.ravel().copy(), slope, found)
     nudge = 2.0**-7
     for unit, value in zip(np.eye(group.dimension), found, strict=True):
         moved = sum(

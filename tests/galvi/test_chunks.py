@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from galvi import chunks
+from galvi.run import batches
 
 
 class Steps:
@@ -24,6 +24,6 @@ def test_a_kernel_that_hands_over_every_step_is_not_asked_for_ever_more(at_a_tim
         return 0
 
     total = 500 if at_a_time == 1 else 10**6
-    assert chunks.in_chunks(call, lambda code: code, work, total, None) == 0
+    assert batches.step_in_batches(call, lambda code: code, work, total, None) == 0
     assert work.done == total
-    assert max(asked) <= chunks.GROWTH * min(at_a_time, total)
+    assert max(asked) <= batches.GROWTH * min(at_a_time, total)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from galvi.kernels.elimination import factor, substitute
+from galvi.kernels.on_group.elimination import factor, substitute
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 7, 24])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.workspace import check_room
+from galvi.run.run_arrays import check_memory
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 KEPLER = galvi.problems.kepler(0.3)
@@ -86,9 +86,9 @@ def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
     machine = {"SC_PAGE_SIZE": 1, "SC_PHYS_PAGES": 2**30}
     monkeypatch.setattr(os, "sysconf", machine.__getitem__)
     settings = (EIGHT, 10_000, 1, False)
-    check_room([large] + [KEPLER] * 999, *settings)
+    check_memory([large] + [KEPLER] * 999, *settings)
     with pytest.raises(ValueError, match=r"1000 runs of 10000 steps would keep 44\.7 GiB in all"):
-        check_room([large] * 1000, *settings)
+        check_memory([large] * 1000, *settings)
     with pytest.raises(ValueError, match="2 runs of 300000 steps would keep") as caught:
         galvi.integrate_many([large, KEPLER], EIGHT, 0.1, 300_000, curves=False)
     assert not hasattr(caught.value, "__notes__")  # no single problem is at fault

@@ -8,8 +8,9 @@ from collections import Counter
 
 import pytest
 
-from galvi import ensemble
-from galvi.kernels import advance, packed
+from galvi.kernels.lanes import nbody as packed
+from galvi.kernels.nystrom import advance
+from galvi.run import ensemble
 
 
 def test_several_threads_take_part(monkeypatch):

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import galvi
-from galvi.systems.differences import WEIGHTS
+from galvi.systems.finite_differences import WEIGHTS
 from tests.galvi.group_matrices import cross_matrix, title
 from tests.galvi.group_motions import (
     ALL,

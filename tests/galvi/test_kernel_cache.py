@@ -18,8 +18,8 @@ from numba.core import caching
 from numba.core.serialize import dumps
 
 import galvi
-from galvi.kernels import cache
-from galvi.kernels.jit import jit
+from galvi.kernels.compile import cache
+from galvi.kernels.compile.jit import jit
 
 RUN = """
 import hashlib, galvi
@@ -257,7 +257,9 @@ def at_once(code, cache_folder, **more):
 
 
 def test_two_processes_compile_at_once(tmp_path):
-    source = "from galvi.kernels.jit import jit\n@jit\ndef kernel(x):\n    return x * x + 1.0\n"
+    source = (
+        "from galvi.kernels.compile.jit import jit\n@jit\ndef kernel(x):\n    return x * x + 1.0\n"
+    )
     (tmp_path / "small.py").write_text(source)
     code = SMALL.format(folder=str(tmp_path))
     assert at_once(code, tmp_path / "cache") == ["5.0 10.0\n"] * 2

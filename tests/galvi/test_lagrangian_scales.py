@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.systems.differences import differenced_gradient, differences
+from galvi.systems.finite_differences import differenced_gradient, differences
 from tests.galvi.lagrangians import METHOD, MOMENTS, swinging
 
 
@@ -84,7 +84,7 @@ def test_a_constant_force_is_felt_at_the_origin_too(q):
         return 0.5 * v @ v - q[0]
 
     system = galvi.Lagrangian(L, galvi.Rn(1))
-    force = system.group_field().function(np.array([q]), np.array([0.0]))[1]
+    force = system.lagrangian_kernel().function(np.array([q]), np.array([0.0]))[1]
     assert abs(force + 1.0) < 1e-11
 
 

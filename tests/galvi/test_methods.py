@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import galvi
-from galvi.table import assemble, tabulate
+from galvi.tableau import assemble, tabulate
 
 PAIRS = [
     (degree, rule(points))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.orbits import heliocentric, orbital_elements
-from references.kepler import KEPLER
+from galvi.diagnostics.orbits import heliocentric, orbital_elements
+from references.closed_forms.kepler import KEPLER
 
 U = 2.0**-52
 TURN = 2.0 * math.pi

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.ending import ending
-from galvi.kernels.solve import NOT_FINITE
+from galvi.kernels.nystrom.solve import NOT_FINITE
+from galvi.run.status import ending
 
 KEPLER = galvi.problems.kepler(0.6)
 HENON = galvi.problems.henon_heiles()
@@ -23,7 +23,7 @@ def test_the_packed_kernel_does_what_the_general_one_does(stages, plane, monkeyp
     method = galvi.Galerkin(galvi.Polynomials(stages), galvi.gauss(stages))
     step = 1.0 * stages
     packed = galvi.integrate(sun, method, step, 40)
-    monkeypatch.setattr("galvi.march.fastest", galvi.calls.general)
+    monkeypatch.setattr("galvi.run.loop.fastest", galvi.run.engines.general)
     general = galvi.integrate(sun, method, step, 40)
     # Round-off grows along Mercury's orbit; 1e-13 after 40 steps of 3 days, 2e-12 of 24 days.
     assert np.allclose(packed.q, general.q, rtol=0, atol=1e-11)

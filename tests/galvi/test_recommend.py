@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import galvi
-from references.free_top import FREE_TOP
-from references.kepler import KEPLER
-from references.oscillator import OSCILLATOR
+from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.kepler import KEPLER
+from references.closed_forms.oscillator import OSCILLATOR
 
 ORBIT = galvi.problems.kepler(0.6)
 SPRING = galvi.problems.harmonic_oscillator()
@@ -97,14 +97,14 @@ def test_a_start_at_the_apocentre_does_not_mislead():
 
 def test_what_does_not_survive_a_second_judgement_gives_way_to_what_does(monkeypatch):
     """A judge that throws out all but those with half as many steps again as the cheapest."""
-    scan = importlib.import_module("galvi.scan").Scan
-    sound, cheapest = scan.second_opinion, recommend(ORBIT, 1e-6, 30.0, degrees=(8,)).steps
+    scan = importlib.import_module("galvi.recommend.scan").Scan
+    sound, cheapest = scan.half_step_error, recommend(ORBIT, 1e-6, 30.0, degrees=(8,)).steps
 
     def strict(self, one):
         return sound(self, one) if one.steps > 1.5 * cheapest else math.inf
 
-    monkeypatch.setattr(scan, "second_opinion", strict)
-    monkeypatch.setattr(importlib.import_module("galvi.recommend"), "CONFIRMATIONS", 2)
+    monkeypatch.setattr(scan, "half_step_error", strict)
+    monkeypatch.setattr(importlib.import_module("galvi.recommend.recommend"), "CONFIRMATIONS", 2)
     choice = recommend(ORBIT, 1e-6, 30.0, degrees=(8,))
     assert choice.steps > 1.5 * cheapest and math.isfinite(choice.error)
 

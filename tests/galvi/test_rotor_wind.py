@@ -7,8 +7,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from galvi.kernels import rotor_wind as kernel
-from galvi.kernels.rotor_wind import CORE, DOWNWASH, HIGH, SHARES, STRENGTH, R
+from galvi.kernels.forces import rotor_wind as kernel
+from galvi.kernels.forces.rotor_wind import CORE, DOWNWASH, HIGH, SHARES, STRENGTH, R
 
 PLACES = np.random.default_rng(5).uniform([-15, -15, 0, 0], [15, 15, 20, 4], (60, 4))
 TINY = 1e-30

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.decimals import many_digits
+from galvi.extended_precision import extended_precision
 from galvi.rules import RULES
 
 FEWEST = {galvi.lobatto: 2, galvi.newton_cotes: 2}  # which have two end points
@@ -24,7 +24,7 @@ SIZES = [
 
 def moment_defect(rule, power):
     """|sum_j w_j x_j^power - 1/(power + 1)| in many digits."""
-    with many_digits():
+    with extended_precision():
         total = sum(
             (
                 w * (x**power if power else 1)
@@ -55,7 +55,7 @@ def test_radau_from_the_left_is_the_mirror_of_radau(points):
     left, right = galvi.radau(points, left=True), galvi.radau(points)
     assert left.nodes[0] == 0.0
     assert right.nodes[-1] == 1.0
-    with many_digits():
+    with extended_precision():
         gaps = [x + y - 1 for x, y in zip(left.exact_nodes, right.exact_nodes[::-1], strict=True)]
     assert max(map(abs, gaps)) < Decimal("1e-59")
     assert left.exact_weights == tuple(reversed(right.exact_weights))

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.decimals import decimals, many_digits, rounded
+from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.spaces import SPACES
 from galvi.spaces.legendre import integrals, legendre
-from galvi.spaces.waves import spherical_bessel
+from galvi.spaces.trigonometric import spherical_bessel
 
 DEGREES = st.integers(1, 64)
 SIZES = (1, 2, 3, 5, 9)
@@ -50,7 +50,7 @@ def test_the_first_basis_function_is_one_and_all_others_start_at_zero(space):
 @EACH
 def test_the_derivative_is_that_of_the_basis(space):
     t = decimals(SPREAD[:3])
-    with many_digits():
+    with extended_precision():
         small = decimals([2.0**-60])
         rise = space.basis(t + small) - space.basis(t - small)
         gap = rise / (2 * small) - space.derivative(t)
@@ -66,7 +66,7 @@ def test_a_space_contains_its_degree_and_not_one_further(space):
 
 @EACH
 def test_floats_and_decimals_give_the_same_functions(space):
-    with many_digits():
+    with extended_precision():
         exact = decimals(SPREAD[:9])
         values, slopes = space.basis(exact), space.derivative(exact)
     assert np.allclose(rounded(values), space.basis(SPREAD[:9]), rtol=0, atol=2e-15)  # 1e-16
@@ -145,7 +145,7 @@ def test_every_table_is_consistent_symplectic_and_well_conditioned(space):
 
 
 def test_spherical_bessel_functions_are_those_of_mpmath():
-    with many_digits(), mpmath.workdps(80):
+    with extended_precision(), mpmath.workdps(80):
         for x in (0.01, 3.0, 40.0):
             values = spherical_bessel(Decimal(x), 130)
             scale = mpmath.sqrt(mpmath.pi / (2 * mpmath.mpf(x)))

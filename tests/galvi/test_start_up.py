@@ -8,8 +8,8 @@ import sys
 
 import pytest
 
-from benchmarks import start_up
-from benchmarks.start_up import STARTS, started
+from benchmarks.studies import start_up
+from benchmarks.studies.start_up import STARTS, started
 
 TRIES = 5  # the first may compile, and a machine that does other things delay half of a process
 # In times that numpy takes to import in the same process, as seconds of a busy machine say little:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import galvi
+from galvi.symbolic import kinks
 
 pytest.importorskip("sympy")
 
@@ -39,7 +40,7 @@ def test_a_lagrangian_that_is_not_twice_differentiable_is_named(V, sentence):
 @pytest.mark.parametrize("V", SMOOTH)
 def test_one_that_is_twice_differentiable_across_its_branches_is_taken(V):
     system = made(FREE - V, x, u, parameters={k: 3.0})
-    assert system.function.check_start(np.zeros(1), np.ones(1), 0.0) is None
+    assert kinks.check_start(system.function, np.zeros(1), np.ones(1), 0.0) is None
 
 
 def test_a_start_on_a_kink_is_refused_and_one_beside_it_is_not():
@@ -55,6 +56,6 @@ def test_a_start_beside_a_kink_is_told_from_one_on_it_whatever_the_others_measur
     with pytest.warns(UserWarning):
         system = made((u**2 + w**2) / 2 - sympy.Abs(x), [x, y], [u, w])
     beside, on = (np.array([place, far]) for place in (5e-7, 0.0))
-    system.function.check_start(beside, np.ones(2), t0)
+    kinks.check_start(system.function, beside, np.ones(2), t0)
     with pytest.raises(ValueError, match="where x changes its sign"):
-        system.function.check_start(on, np.ones(2), t0)
+        kinks.check_start(system.function, on, np.ones(2), t0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.classical import classical_names
+from galvi.properties.classical_methods import classical_names
 from galvi.rules.composite import composite
 from galvi.rules.radau import radau
 from galvi.spaces.piecewise_polynomials import PiecewisePolynomials

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import galvi
-from galvi.analysis.exactness import exactness
+from galvi.properties.exactness import exactness
 from galvi.rules.composite import composite
 from galvi.rules.newton_cotes import newton_cotes
 from galvi.rules.radau import radau

@@ -7,12 +7,12 @@ import sys
 import threading
 import time
 
-from galvi.kernels.turn import Turn
+from galvi.kernels.compile.compile_lock import Turn
 
 HOLDER = """
 import sys
 from pathlib import Path
-from galvi.kernels.turn import Turn
+from galvi.kernels.compile.compile_lock import Turn
 turn = Turn(Path(sys.argv[1]))
 turn.take()
 print("taken", flush=True)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.whole_run import turning_points
-from references.kepler import KEPLER
+from galvi.recommend.extrapolation_check import turning_points
+from references.closed_forms.kepler import KEPLER
 
 ORBIT = galvi.problems.kepler(0.6)
 
@@ -80,7 +80,11 @@ def test_a_motion_that_changes_later_is_found_out(problem, why):
 
 
 def test_without_the_run_over_the_whole_duration_it_would_be_misled(monkeypatch):
-    monkeypatch.setattr(importlib.import_module("galvi.recommend"), "doubt", lambda *_: "")
+    monkeypatch.setattr(
+        importlib.import_module("galvi.recommend.recommend"),
+        "extrapolation_objection",
+        lambda *_: "",
+    )
     misled_by = apocentre(0.9)
     misled = recommend(misled_by, 1e-6, 1000.0, budget=3e5)
     run = galvi.integrate(misled_by, misled.method, misled.step, misled.steps)

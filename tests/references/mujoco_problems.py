@@ -10,7 +10,7 @@ import galvi
 
 pytest.importorskip("mujoco")
 
-from references.mujoco_steps import (
+from references.mujoco.steps import (
     MUJOCO_DISCRETE,
     MUJOCO_EULER,
     MUJOCO_IMPLICIT,

@@ -10,22 +10,15 @@ import numpy as np
 import pytest
 
 import galvi
-from references import (
-    REFERENCES,
-    Contender,
-    bulirsch_stoer,
-    heyoka_taylor,
-    leapfrog,
-    saba,
-    whfast,
-    whfast512,
-)
-from references.ias15 import GLOBAL, IAS15
-from references.kepler import KEPLER
-from references.oscillator import OSCILLATOR
-from references.scipy_ivp import DOP853, ODE45, TIGHT
-from references.stormer_verlet import STORMER_VERLET
-from references.whfast import WHFAST
+from references import REFERENCES, Contender
+from references.closed_forms.kepler import KEPLER
+from references.closed_forms.oscillator import OSCILLATOR
+from references.heyoka import taylor as heyoka_taylor
+from references.rebound import bulirsch_stoer, leapfrog, saba, whfast, whfast512
+from references.rebound.ias15 import GLOBAL, IAS15
+from references.rebound.whfast import WHFAST
+from references.scipy.ivp import DOP853, ODE45, TIGHT
+from references.textbook.stormer_verlet import STORMER_VERLET
 
 # name: setting of a run of duration 1, tolerance on the position; measured when set, in the comment
 GOOD: Mapping[str, tuple[dict[str, Any], float]] = {

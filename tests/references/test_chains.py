@@ -8,20 +8,21 @@ import numpy as np
 import pytest
 
 import galvi
-from references import mujoco_engine, mujoco_steps
-from references.chain_equations import ChainEquations, is_chain
-from references.chain_ivp import CHAIN_DOP853
-from references.heyoka_chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
-from references.mujoco_chain import MujocoChain, mujoco_chain
-from references.mujoco_steps import (
+from references.heyoka.chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
+from references.mujoco import engine as mujoco_engine
+from references.mujoco import steps as mujoco_steps
+from references.mujoco.chain import MujocoChain, mujoco_chain
+from references.mujoco.steps import (
     MUJOCO_DISCRETE,
     MUJOCO_EULER,
     MUJOCO_IMPLICIT,
     MUJOCO_IMPLICITFAST,
     MUJOCO_RK4,
 )
-from references.stored_chain import STORED_CHAIN
-from references.truth import FOLDER
+from references.scipy.chain_ivp import CHAIN_DOP853
+from references.stored.chain import STORED_CHAIN
+from references.stored.planets import FOLDER
+from references.textbook.chain_equations import ChainEquations, is_chain
 
 needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
 needs_heyoka = pytest.mark.skipif(
@@ -120,7 +121,7 @@ def test_a_wrong_model_is_caught(fault, truths, monkeypatch):
 
     if fault == "absolute angles":
         monkeypatch.setattr(mujoco_steps, "to_mujoco", lambda joint, q, v: (q, v))
-    monkeypatch.setattr("references.mujoco_body.mujoco_chain", wrong)
+    monkeypatch.setattr("references.mujoco.body.mujoco_chain", wrong)
     mujoco_engine.compiled.cache_clear()
     run = MUJOCO_RK4.run(PROBLEMS[name], DURATION, {"step": 2.0**-8, "save_every": 10**6})
     mujoco_engine.compiled.cache_clear()

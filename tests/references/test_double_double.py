@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from references.double_double import DoubleDouble
+from references.closed_forms.double_double import DoubleDouble
 
 EPS = 2.0**-102
 part = st.floats(-1e60, 1e60).filter(lambda x: abs(x) > 1e-60)

@@ -8,16 +8,16 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from galvi.decimals import decimals
-from references.circular import DIGITS, PI, angle, sine_cosine
-from references.elliptic import Modulus, first_integral
-from references.principal_axes import principal_axes
+from galvi.extended_precision import decimals
+from references.closed_forms.decimal_trigonometry import DIGITS, PI, angle, sine_cosine
+from references.closed_forms.elliptic import Modulus, first_integral
+from references.closed_forms.principal_axes import principal_axes
 
 COMPLEMENTS = ["1", "0.999999999999", "0.5", "1e-3", "1e-12", "1e-30", "1e-48"]
 
 
 @pytest.fixture(autouse=True)
-def many_digits():
+def extended_precision():
     with localcontext(DIGITS), mp.workdps(160):
         yield
 

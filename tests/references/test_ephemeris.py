@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import galvi
-from references import jpl
-from references.ephemeris import JPL_EPHEMERIS, differences
-from references.truth import STORED_TRUTH
+from references.jpl import states as jpl
+from references.jpl.ephemeris import JPL_EPHEMERIS, differences
+from references.stored.planets import STORED_TRUTH
 
 SOLAR = galvi.problems.solar_system()
 needs_jpl = pytest.mark.skipif(bool(jpl.missing()), reason=jpl.missing() or "present")

@@ -7,10 +7,10 @@ import pytest
 from numba import njit
 
 import galvi
-from references.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
-from references.implicit_euler import IMPLICIT_EULER
-from references.kepler import KEPLER
-from references.stormer_verlet import STORMER_VERLET
+from references.closed_forms.kepler import KEPLER
+from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
+from references.textbook.implicit_euler import IMPLICIT_EULER
+from references.textbook.stormer_verlet import STORMER_VERLET
 
 METHODS = (EXPLICIT_EULER, SYMPLECTIC_EULER, IMPLICIT_EULER, STORMER_VERLET)
 NAMES = [method.name for method in METHODS]
@@ -59,7 +59,7 @@ def test_keeping_fewer_states_does_not_change_them(method):
 
 def test_a_long_run_is_the_same_whether_or_not_it_is_cut_into_calls(monkeypatch):
     whole = STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.001})
-    monkeypatch.setattr("references.nystrom.CHUNK", 7)
+    monkeypatch.setattr("references.textbook.nystrom.CHUNK", 7)
     assert np.array_equal(STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.001}).q, whole.q)
 
 

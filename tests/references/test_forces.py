@@ -12,10 +12,10 @@ from numba import njit
 
 import galvi
 from references import REFERENCES, Contender, reference
-from references.free_top import FREE_TOP
-from references.scipy_ivp import DOP853, TIGHT
-from references.second_law import is_forced
-from references.semi_implicit_euler import SEMI_IMPLICIT_EULER, forced_field
+from references.closed_forms.free_top import FREE_TOP
+from references.newton import is_forced
+from references.scipy.ivp import DOP853, TIGHT
+from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER, forced_field
 
 RATE, DURATION = 0.4, 1.0
 SPRING = galvi.problems.harmonic_oscillator()

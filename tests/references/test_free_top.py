@@ -8,10 +8,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import galvi
-from benchmarks import turning
-from references.free_top import FREE_TOP
-from references.rigid_ivp import RIGID_DOP853
-from references.scipy_ivp import TIGHT
+from benchmarks.measures import rigid_invariants
+from references.closed_forms.free_top import FREE_TOP
+from references.scipy.ivp import TIGHT
+from references.scipy.rigid_ivp import RIGID_DOP853
 
 FULL = [[3.0, 0.4, 0.2], [0.4, 2.5, -0.3], [0.2, -0.3, 3.4]]
 TILTED = Rotation.from_rotvec([0.3, -1.0, 2.0]).as_matrix()
@@ -134,12 +134,12 @@ def about_third(psi):
 def test_momentum_energy_and_the_rotation_are_kept_for_a_million(name):
     problem = start(name)
     run = FREE_TOP.run(problem, 1e6, {"samples": 4})
-    spatial = turning.spatial_momentum(run.q, run.p)
+    spatial = rigid_invariants.spatial_momentum(run.q, run.p)
     size = np.linalg.norm(problem.p0)
     np.testing.assert_allclose(spatial, spatial[[0] * 5], atol=1e-15 * size)  # 3e-16
-    energy = turning.energy(problem, run.q, run.p)
+    energy = rigid_invariants.energy(problem, run.q, run.p)
     np.testing.assert_allclose(energy, energy[0], rtol=2e-15)  # 5e-16
-    assert turning.orthogonality_defect(run.q).max() < 1e-15  # 2e-16
+    assert rigid_invariants.orthogonality_defect(run.q).max() < 1e-15  # 2e-16
 
 
 def test_bodies_that_something_turns_are_refused():

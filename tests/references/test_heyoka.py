@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import galvi
-from references.heyoka_taylor import BEST, HEYOKA, HEYOKA_QUADRUPLE
-from references.kepler import KEPLER
-from references.truth import STORED_TRUTH
+from references.closed_forms.kepler import KEPLER
+from references.heyoka.taylor import BEST, HEYOKA, HEYOKA_QUADRUPLE
+from references.stored.planets import STORED_TRUTH
 
 needs_heyoka = pytest.mark.skipif(bool(HEYOKA.missing), reason=HEYOKA.missing or "present")
 needs_real128 = pytest.mark.skipif(

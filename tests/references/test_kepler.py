@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import galvi
-from references.kepler import KEPLER
+from references.closed_forms.kepler import KEPLER
 
 EPS = 2.0**-52
 BOUND = 4.0  # eps (|q| + |v| |t|); 0.39 was measured when it was set

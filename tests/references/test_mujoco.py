@@ -15,10 +15,13 @@ pytest.importorskip("mujoco")
 
 import mujoco
 
-from references import mujoco_body, mujoco_engine, mujoco_states, mujoco_steps
-from references.mujoco_body import principal
-from references.mujoco_engine import energies
-from references.mujoco_steps import MUJOCO_EULER, MUJOCO_RK4
+from references.mujoco import body as mujoco_body
+from references.mujoco import engine as mujoco_engine
+from references.mujoco import states as mujoco_states
+from references.mujoco import steps as mujoco_steps
+from references.mujoco.body import principal
+from references.mujoco.engine import energies
+from references.mujoco.steps import MUJOCO_EULER, MUJOCO_RK4
 from tests.references.mujoco_problems import ALL, PROBLEMS, TILT, TILTED
 
 every = pytest.mark.parametrize("contender", ALL, ids=lambda contender: contender.name)

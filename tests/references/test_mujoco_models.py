@@ -15,10 +15,11 @@ pytest.importorskip("mujoco")
 
 import mujoco
 
-from references import mujoco_body, mujoco_engine
-from references.mujoco_body import on_a_pivot
-from references.mujoco_engine import energies
-from references.mujoco_steps import MUJOCO_DISCRETE, MUJOCO_RK4
+from references.mujoco import body as mujoco_body
+from references.mujoco import engine as mujoco_engine
+from references.mujoco.body import on_a_pivot
+from references.mujoco.engine import energies
+from references.mujoco.steps import MUJOCO_DISCRETE, MUJOCO_RK4
 from tests.references.mujoco_problems import ALL, LEVER, PROBLEMS, SKEW, SPIN, TILT, TILTED
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import galvi
-from references.oscillator import OSCILLATOR
+from references.closed_forms.oscillator import OSCILLATOR
 
 EPS = 2.0**-52
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import galvi
-from references.pendulum import PENDULUM
-from references.scipy_ivp import DOP853, TIGHT
-from references.stormer_verlet import STORMER_VERLET
+from references.closed_forms.pendulum import PENDULUM
+from references.scipy.ivp import DOP853, TIGHT
+from references.textbook.stormer_verlet import STORMER_VERLET
 
 # weight, mass, q0, v0
 CASES = {

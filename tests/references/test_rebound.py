@@ -13,10 +13,10 @@ import galvi
 
 pytest.importorskip("rebound")
 
-from references.ias15 import IAS15
-from references.kepler import KEPLER
-from references.scipy_ivp import DOP853, TIGHT
-from references.whfast import BEST, DEFAULT, WHFAST
+from references.closed_forms.kepler import KEPLER
+from references.rebound.ias15 import IAS15
+from references.rebound.whfast import BEST, DEFAULT, WHFAST
+from references.scipy.ivp import DOP853, TIGHT
 
 SOLAR = galvi.problems.solar_system()
 

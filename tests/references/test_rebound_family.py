@@ -11,16 +11,16 @@ import galvi
 
 pytest.importorskip("rebound")
 
-from references import bulirsch_stoer, janus, leapfrog, saba, whfast, whfast512
-from references.bulirsch_stoer import BULIRSCH_STOER
-from references.ias15 import IAS15
-from references.janus import JANUS
-from references.kepler import KEPLER
-from references.leapfrog import LEAPFROG
-from references.saba import SABA
-from references.truth import STORED_TRUTH
-from references.whfast import WHFAST
-from references.whfast512 import WHFAST512
+from references.closed_forms.kepler import KEPLER
+from references.rebound import bulirsch_stoer, janus, leapfrog, saba, whfast, whfast512
+from references.rebound.bulirsch_stoer import BULIRSCH_STOER
+from references.rebound.ias15 import IAS15
+from references.rebound.janus import JANUS
+from references.rebound.leapfrog import LEAPFROG
+from references.rebound.saba import SABA
+from references.rebound.whfast import WHFAST
+from references.rebound.whfast512 import WHFAST512
+from references.stored.planets import STORED_TRUTH
 
 PLANETS = galvi.problems.solar_system(pluto=False)
 SPAN = 730.5  # days, kept in the stored truth

@@ -78,8 +78,8 @@ def solvable(contender: Contender) -> galvi.Problem:
 
 def test_every_contender_of_every_module_is_registered():
     found = {}
-    for module in pkgutil.iter_modules(references.__path__):
-        for value in vars(importlib.import_module(f"references.{module.name}")).values():
+    for module in pkgutil.walk_packages(references.__path__, "references."):
+        for value in vars(importlib.import_module(module.name)).values():
             if isinstance(value, Contender) and not isinstance(value, type):
                 found[id(value)] = value
     assert {id(contender) for contender in REFERENCES} == set(found)

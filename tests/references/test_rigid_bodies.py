@@ -9,16 +9,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import galvi
-from benchmarks import turning
-from references import rigid_equations, scipy_ivp
-from references.free_top import FREE_TOP
-from references.heyoka_rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
-from references.matrix_euler import MATRIX_EULER
-from references.quaternion_dop853 import QUATERNION_DOP853
-from references.quaternion_dop853 import TIGHT as TIGHT_COMPILED
-from references.quaternion_rk4 import QUATERNION_RK4
+from benchmarks.measures import rigid_invariants
+from references import rigid_equations
+from references.closed_forms.free_top import FREE_TOP
+from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.rigid_equations import RigidEquations, quaternion_slope, rotation, torque
-from references.rigid_ivp import RIGID_DOP853, RIGID_ODE45
+from references.scipy import ivp
+from references.scipy.rigid_ivp import RIGID_DOP853, RIGID_ODE45
+from references.textbook.matrix_euler import MATRIX_EULER
+from references.textbook.quaternion_dop853 import QUATERNION_DOP853
+from references.textbook.quaternion_dop853 import TIGHT as TIGHT_COMPILED
+from references.textbook.quaternion_rk4 import QUATERNION_RK4
 
 FULL = [[3.0, 0.4, 0.2], [0.4, 2.5, -0.3], [0.2, -0.3, 3.4]]
 TILTED = Rotation.from_rotvec([0.3, -1.0, 2.0]).as_matrix()
@@ -40,8 +41,8 @@ PROBLEMS = {**FREE, **HEAVY}
 SOUND = (RIGID_DOP853, QUATERNION_RK4, QUATERNION_DOP853)
 # setting of a run of 4, largest difference of R and relative one of p; measured in the comment
 GOOD = {
-    RIGID_DOP853.name: (dict(scipy_ivp.TIGHT), 5e-13),  # 4e-14
-    RIGID_ODE45.name: (dict(scipy_ivp.TIGHT), 1e-12),  # 1e-13
+    RIGID_DOP853.name: (dict(ivp.TIGHT), 5e-13),  # 4e-14
+    RIGID_ODE45.name: (dict(ivp.TIGHT), 1e-12),  # 1e-13
     QUATERNION_RK4.name: ({"step": 0.001}, 1e-9),  # 8e-11
     QUATERNION_DOP853.name: (dict(TIGHT_COMPILED), 2e-13),  # 1e-14
     MATRIX_EULER.name: ({"step": 0.001}, 0.3),  # 0.12
@@ -56,7 +57,7 @@ def truth(problem: galvi.Problem, duration: float) -> galvi.Trajectory:
     if FREE_TOP.supports(problem):
         return FREE_TOP.run(problem, duration, {})
     if HEYOKA_RIGID_QUADRUPLE.missing:
-        return RIGID_DOP853.run(problem, duration, scipy_ivp.TIGHT)
+        return RIGID_DOP853.run(problem, duration, ivp.TIGHT)
     return HEYOKA_RIGID_QUADRUPLE.run(problem, duration, {})
 
 
@@ -114,7 +115,7 @@ def test_the_compiled_dop853_spends_about_what_scipys_does(name):
 def test_the_rotation_stays_one_whatever_the_step(contender):
     loose = {"step": 0.25} if contender is QUATERNION_RK4 else {"tolerance": 1e-3, "samples": 20}
     run = contender.run(HEAVY["3D pendulum"], 20.0, loose)
-    assert turning.orthogonality_defect(run.q).max() < 2e-15  # 7e-16
+    assert rigid_invariants.orthogonality_defect(run.q).max() < 2e-15  # 7e-16
 
 
 @pytest.mark.parametrize(
@@ -124,15 +125,15 @@ def test_methods_on_matrices_leave_the_rotations_and_the_momentum_sphere(contend
     problem = FREE["free rigid body"]
     run = contender.run(problem, 100.0, setting)
     size = np.linalg.norm(run.p, axis=1) / np.linalg.norm(problem.p0)
-    assert turning.orthogonality_defect(run.q)[-1] > 2e-3  # Euler 9e3, RK45 5e-3
+    assert rigid_invariants.orthogonality_defect(run.q)[-1] > 2e-3  # Euler 9e3, RK45 5e-3
     assert abs(size[-1] - 1.0) > 5e-7  # 0.09, 1e-6
-    spatial = turning.spatial_momentum(run.q, run.p) / np.linalg.norm(problem.p0)
+    spatial = rigid_invariants.spatial_momentum(run.q, run.p) / np.linalg.norm(problem.p0)
     assert np.linalg.norm(spatial[-1] - spatial[0]) > 5e-4  # 0.6, 1e-3
 
 
 def test_samples_in_between_and_backwards_are_on_the_same_motion():
     for problem in (FREE["free, full inertia, tilted"], HEAVY["heavy, full inertia, tilted"]):
-        exact = RIGID_DOP853.run(problem, -4.0, scipy_ivp.TIGHT)
+        exact = RIGID_DOP853.run(problem, -4.0, ivp.TIGHT)
         compiled = QUATERNION_DOP853.run(problem, -4.0, {"samples": 9, **TIGHT_COMPILED})
         assert difference(compiled, exact) < 1e-12  # 1e-13
         fine = QUATERNION_RK4.run(problem, -4.0, {"step": -0.001, "save_every": 7})
@@ -146,8 +147,8 @@ def test_a_long_run_is_the_same_whether_or_not_it_is_cut_into_calls(monkeypatch)
     problem = HEAVY["heavy top"]
     runs = [(QUATERNION_RK4, {"step": 0.01}), (QUATERNION_DOP853, {"tolerance": 1e-9})]
     whole = [contender.run(problem, 10.0, setting) for contender, setting in runs]
-    monkeypatch.setattr("references.quaternion_rk4.CHUNK", 7)
-    monkeypatch.setattr("references.quaternion_dop853.TRIES", 7)
+    monkeypatch.setattr("references.textbook.quaternion_rk4.CHUNK", 7)
+    monkeypatch.setattr("references.textbook.quaternion_dop853.TRIES", 7)
     for (contender, setting), before in zip(runs, whole, strict=True):
         after = contender.run(problem, 10.0, setting)
         assert np.abs(after.q - before.q).max() < 1e-9 and after.success
@@ -164,7 +165,7 @@ def test_any_potential_turns_a_body_for_scipy_and_euler_and_others_refuse_it():
         "with gradient": galvi.RigidBody(FULL, lambda R: LEVER(R), LEVER.gradient),
     }
     known = HEAVY["heavy, full inertia, tilted"]
-    exact = RIGID_DOP853.run(known, 2.0, scipy_ivp.TIGHT)
+    exact = RIGID_DOP853.run(known, 2.0, ivp.TIGHT)
     for system in potentials.values():
         problem = galvi.Problem(system, known.q0, known.v0)
         run = RIGID_DOP853.run(problem, 2.0, {"tolerance": 1e-10})
@@ -215,9 +216,9 @@ def test_a_gyroscopic_term_of_the_wrong_sign_keeps_the_invariants_of_p_and_is_ca
     monkeypatch.setattr(RigidEquations, "slope", reversed_precession)
     setting, tolerance = GOOD[RIGID_DOP853.name]
     run = RIGID_DOP853.run(problem, 4.0, setting)
-    energy = turning.energy(problem, run.q, run.p)
+    energy = rigid_invariants.energy(problem, run.q, run.p)
     assert abs(energy[-1] / energy[0] - 1.0) < 1e-13
-    assert turning.orthogonality_defect(run.q).max() < 1e-15
+    assert rigid_invariants.orthogonality_defect(run.q).max() < 1e-15
     assert difference(run, truth(problem, 4.0)) > 1e9 * tolerance
 
 
@@ -252,7 +253,7 @@ def test_an_adaptive_run_that_cannot_go_on_says_so():
 
 def test_scipy_that_cannot_go_on_with_a_body_says_so():
     solved = SimpleNamespace(y=np.zeros((7, 3)), message="Too small.")
-    failure = scipy_ivp._failure(solved)
+    failure = ivp._failure(solved)
     assert failure.row == 3 and "before sample 3: Too small." in failure.why
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import galvi
-from references import jpl
+from references.jpl import states as jpl
 
 BODIES = (
     *("Sun", "Mercury", "Venus", "Earth", "Mars"),

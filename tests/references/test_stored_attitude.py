@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import galvi
-from references.heyoka_rigid import HEYOKA_RIGID_QUADRUPLE
-from references.quaternion_dop853 import QUATERNION_DOP853
-from references.rigid_ivp import RIGID_DOP853
-from references.stored_attitude import STORED_ATTITUDE
-from references.truth import FOLDER
+from references.heyoka.rigid import HEYOKA_RIGID_QUADRUPLE
+from references.scipy.rigid_ivp import RIGID_DOP853
+from references.stored.attitude import STORED_ATTITUDE
+from references.stored.planets import FOLDER
+from references.textbook.quaternion_dop853 import QUATERNION_DOP853
 
 PENDULUM, HORIZON = STORED_ATTITUDE.cases["pendulum_3d"]
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import galvi
-from references.heyoka_engine import QUADRUPLE
-from references.heyoka_taylor import HEYOKA_QUADRUPLE
-from references.ias15 import IAS15
-from references.truth import CASES, FOLDER, STORED_TRUTH, sampled, stored
+from references.heyoka.engine import QUADRUPLE
+from references.heyoka.taylor import HEYOKA_QUADRUPLE
+from references.rebound.ias15 import IAS15
+from references.stored.planets import CASES, FOLDER, STORED_TRUTH, sampled, stored
 
 every = pytest.mark.parametrize("case", CASES)
 
@@ -53,7 +53,9 @@ def test_it_has_ten_samples_at_its_horizon_and_at_a_tenth_of_it(case):
 @every
 def test_its_file_has_25_digits_and_says_how_it_was_made(case):
     text = (FOLDER / f"{case}.csv").read_text("ascii")
-    assert f"python -m references.truth {case}" in text and "real128, tolerance 1e-28" in text
+    assert (
+        f"python -m references.stored.planets {case}" in text and "real128, tolerance 1e-28" in text
+    )
     rows = [line.split(",") for line in text.splitlines() if line[0].isdigit()]
     assert len(rows) == len(sampled(CASES[case][1])) * CASES[case][0].system.masses.size
     digits = [len(decimal.Decimal(x).as_tuple().digits) for row in rows for x in row[2:]]

@@ -11,10 +11,10 @@ import pandas as pd
 import pytest
 from matplotlib.mathtext import MathTextParser
 
-from benchmarks.claim import Claim, Row
-from benchmarks.tidy import frame, row
-from reports.figures.catalogue import FIGURES
-from reports.suite import Suite, Table
+from benchmarks.checks.claim import Claim, Row
+from benchmarks.store.frames import frame, row
+from reports.figures.catalogue.all import FIGURES
+from reports.results.suite import Suite, Table
 from tests.reports.figure_frames import frame_for
 
 ROW = Row(

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import pandas as pd
 
-from benchmarks.claim import Claim
-from reports.commands import run
-from reports.study import Study
-from reports.suite import Suite
+from benchmarks.checks.claim import Claim
+from reports.cli.commands import run
+from reports.results.study import Study
+from reports.results.suite import Suite
 
 
 class Killed(BaseException):

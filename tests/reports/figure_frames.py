@@ -7,18 +7,18 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from benchmarks.tidy import frame, row
-from reports.figures.convergence import convergence_in_h, convergence_in_n
-from reports.figures.departures import departures
-from reports.figures.energies import energies
+from benchmarks.store.frames import frame, row
 from reports.figures.figure import Figure
-from reports.figures.history import history
-from reports.figures.jumps import jumps
-from reports.figures.limits import limits
-from reports.figures.momentum_spheres import momentum_spheres
-from reports.figures.paths import paths
-from reports.figures.sphere import sphere
-from reports.figures.traces import traces
+from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
+from reports.figures.plots.departures import departures
+from reports.figures.plots.energies import energies
+from reports.figures.plots.history import history
+from reports.figures.plots.jumps import jumps
+from reports.figures.plots.limits import limits
+from reports.figures.plots.momentum_spheres import momentum_spheres
+from reports.figures.plots.paths import paths
+from reports.figures.plots.sphere import sphere
+from reports.figures.plots.traces import traces
 
 
 def frame_for(figure: Figure) -> pd.DataFrame:

@@ -7,14 +7,14 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from benchmarks.brouwer import COLUMNS
-from benchmarks.engine_versions import COLUMNS as VERSIONS
-from benchmarks.free_spin import COLUMNS as SPIN
-from benchmarks.free_spin import marks
-from benchmarks.long_turning import COLUMNS as TURNING
-from benchmarks.scaling import COLUMNS as SCALING
-from benchmarks.taxonomy import COLUMNS as TAXONOMY
-from benchmarks.walkers import KEPT
+from benchmarks.studies.engine_versions import COLUMNS as VERSIONS
+from benchmarks.studies.free_body_drift import COLUMNS as SPIN
+from benchmarks.studies.free_body_drift import marks
+from benchmarks.studies.round_off import COLUMNS
+from benchmarks.studies.round_off_participants import KEPT
+from benchmarks.studies.scaling import COLUMNS as SCALING
+from benchmarks.studies.so3_drift import COLUMNS as TURNING
+from benchmarks.studies.taxonomy import COLUMNS as TAXONOMY
 
 
 def walks(

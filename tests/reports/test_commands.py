@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from reports.commands import run
+from reports.cli.commands import run
 
 ROOT = Path(__file__).parents[2]
 

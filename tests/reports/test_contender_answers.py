@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.contender_process import examined, settings
-from benchmarks.introduction import Fault
-from benchmarks.stopwatch import interleaved, warmed
-from benchmarks.timed_run import Faulty, TimedRun
+from benchmarks.external.loading import Fault
+from benchmarks.external.timed_run import Faulty, TimedRun
+from benchmarks.external.worker import examined, settings
+from benchmarks.statistics.timing import interleaved, warmed
 
 ORBIT = galvi.problems.kepler(0.6)
 

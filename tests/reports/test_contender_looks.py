@@ -7,11 +7,17 @@ import itertools
 import numpy as np
 from matplotlib.colors import to_rgb
 
-from benchmarks.arena import ATTITUDE, POSITION
-from benchmarks.arenas import arenas
-from reports.figures.contender_looks import BLUES, FAMILIES, MARKERS, contender_looks, in_order
-from reports.figures.work_precision import dashes
-from reports.matched import is_ours
+from benchmarks.work_precision.problem import ATTITUDE, POSITION
+from benchmarks.work_precision.problems import arenas
+from reports.figures.plots.work_precision import dashes
+from reports.figures.style.contender_looks import (
+    BLUES,
+    FAMILIES,
+    MARKERS,
+    contender_looks,
+    in_order,
+)
+from reports.tables.matched_error import is_ours
 
 APART = 20.0  # in CIELAB, of two with one marker; 54 when this was written, 36 of 22 made-up names
 SHARED = 14.0  # of any two; 16 when this was written, of galvi's degrees

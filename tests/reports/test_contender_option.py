@@ -12,10 +12,11 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks import high_eccentricity, work_precision
-from benchmarks.arena import kepler
-from benchmarks.outsider import Outsider
-from reports.commands import run
+from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.studies import high_eccentricity
+from benchmarks.work_precision import run as work_precision
+from benchmarks.work_precision.problem import kepler
+from reports.cli.commands import run
 
 ROOT = Path(__file__).parents[2]
 FEW = ("galvi degree 8, Gauss 8", "Stormer-Verlet")
@@ -67,7 +68,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def trouble(folder):
-    outsider = Outsider.open("trouble:Trouble", limit=20.0)
+    outsider = ExternalIntegrator.open("trouble:Trouble", limit=20.0)
     yield outsider
     outsider.close()
 
@@ -80,7 +81,7 @@ def test_the_example_of_the_page_stands_beside_ours_everywhere(
     monkeypatch.setattr(work_precision, "arenas", lambda quick: (replace(arena, entries=few),))
     monkeypatch.setattr(high_eccentricity, "ECCENTRICITIES", (0.9,))
     monkeypatch.setattr(high_eccentricity, "STEPS", (101, 1001))
-    monkeypatch.setattr("reports.outsiders.contender_checks", lambda outsiders: ())
+    monkeypatch.setattr("reports.results.external.contender_checks", lambda outsiders: ())
     base = make_suite(work_precision=work_precision.work_precision)
     passage = replace(
         base.tables[0],
@@ -120,7 +121,9 @@ def test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal(
     few = tuple(entry for entry in arena.entries if entry[0] in FEW)
     monkeypatch.setattr(work_precision, "arenas", lambda quick: (replace(arena, entries=few),))
     monkeypatch.setattr(
-        Outsider, "settings", lambda *of: [{"samples": samples} for samples in (2, 5, 1, 2)]
+        ExternalIntegrator,
+        "settings",
+        lambda *of: [{"samples": samples} for samples in (2, 5, 1, 2)],
     )
     suite = make_suite(work_precision=work_precision.work_precision)
     words = ["compare", "--quick", "--contender", "trouble:Trouble", "--out", str(tmp_path)]

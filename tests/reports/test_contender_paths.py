@@ -7,7 +7,7 @@ from types import ModuleType
 
 import pytest
 
-from benchmarks.introduction import Fault, opened
+from benchmarks.external.loading import Fault, opened
 
 
 class Whole:

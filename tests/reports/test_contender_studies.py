@@ -8,23 +8,23 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from benchmarks import (
-    brouwer,
+from benchmarks.studies import (
     ephemeris,
-    free_spin,
+    free_body_drift,
     high_eccentricity,
-    long_turning,
+    round_off,
     scaling,
+    so3_drift,
 )
-from benchmarks.brouwer import gauss
-from benchmarks.contenders import gauss_collocation
-from benchmarks.free_spin import Runner
-from benchmarks.outsiders import ensemble, finest, label_beside, sampled
+from benchmarks.studies.free_body_drift import Runner
+from benchmarks.studies.round_off import gauss
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.participants import ensemble, finest, label_beside, sampled
 from galvi.problems import free_rigid_body
-from references import jpl
-from reports.own_sections import STUDIES
-from reports.study_table import readable_table
-from reports.suite import load
+from references.jpl import states as jpl
+from reports.contents import STUDIES
+from reports.results.suite import load
+from reports.tables.study_table import readable_table
 from tests.benchmarks.contenders_at_hand import BROKEN, Failing, Gauss, Inside, Raising
 
 SHOWN = {study.name: study for study in STUDIES if study.open}
@@ -55,22 +55,22 @@ def test_what_is_closed_to_outsiders_is_about_galvi_or_an_engine_alone():
 def studied():
     """Frames of the open studies, small, with one sound outsider and two broken ones."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(brouwer, "QUICK_YEARS", 100.0)
-        patch.setattr(brouwer, "QUICK_RUNS", 2)
-        patch.setattr(long_turning, "QUICK_RUNS", 2)
-        patch.setattr(long_turning, "QUICK_OUTSIDE", 100)
+        patch.setattr(round_off, "QUICK_YEARS", 100.0)
+        patch.setattr(round_off, "QUICK_RUNS", 2)
+        patch.setattr(so3_drift, "QUICK_RUNS", 2)
+        patch.setattr(so3_drift, "QUICK_OUTSIDE", 100)
         patch.setattr(scaling, "WORK", 60)
         patch.setattr(scaling, "TARGET", 1e-3)  # who does not reach it has no line in a figure
         patch.setattr(scaling, "ENTRIES", (OURS, scaling.TRUTH))
-        patch.setattr(free_spin, "QUICK_TURNS", 5)
+        patch.setattr(free_body_drift, "QUICK_TURNS", 5)
         runners = [Runner("galvi degree 4", gauss_collocation(4), 0.125)]
         return {
-            "brouwer": brouwer.brouwer(True, walkers=(gauss(6, 10),), outsiders=outsiders()),
+            "brouwer": round_off.brouwer(True, walkers=(gauss(6, 10),), outsiders=outsiders()),
             "scaling": scaling.scaling(True, bodies=(3,), orbits=2, outsiders=outsiders()),
-            "free-spin": free_spin.free_spin(
+            "free-spin": free_body_drift.free_spin(
                 True, runners=runners, on_box=[], outsiders=outsiders()
             ),
-            "turning": long_turning.turning(True, walkers=(), outsiders=outsiders()),
+            "turning": so3_drift.turning(True, walkers=(), outsiders=outsiders()),
         }
 
 
@@ -147,7 +147,7 @@ def test_an_outsider_with_our_name_says_where_it_is_from_and_one_that_is_slow_ha
     assert label_beside(outsider, ["a gauss"]) == "a gauss, outside"
     assert finest(outsider, body, 3.0, 10)["save_every"] == 8
     assert len(list(ensemble(outsider, [body] * 3, 3.0, 10, 100))) == 3
-    monkeypatch.setattr("benchmarks.outsiders.PATIENCE", 0.0)
+    monkeypatch.setattr("benchmarks.work_precision.participants.PATIENCE", 0.0)
     assert len(list(ensemble(outsider, [body] * 3, 3.0, 10, 100))) == 1
     assert len(list(ensemble(Inside.of(Raising()), [body] * 3, 3.0, 10, 100))) == 1
 

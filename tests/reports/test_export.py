@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from reports.commands import run
-from reports.export import FORMATS, WITHOUT_PARQUET
+from reports.cli.commands import run
+from reports.cli.export import FORMATS, WITHOUT_PARQUET
 
 ARROW = importlib.util.find_spec("pyarrow") is not None
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from benchmarks.claims import CLAIMS
-from benchmarks.tidy import frame
-from reports.drawing import COST_FIGURE, comparison_figure
-from reports.figures.catalogue import FIGURES
-from reports.figures.end_labels import spread
+from benchmarks.store.frames import frame
+from reports.figures.catalogue.all import FIGURES
+from reports.figures.drawing import COST_FIGURE, comparison_figure
 from reports.figures.figure import picture
-from reports.figures.nothing import NothingToDraw
-from reports.figures.palette import looks
+from reports.figures.style.end_labels import spread
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import looks
 
 NAMES = [figure.name for figure in FIGURES]
 
@@ -28,7 +28,7 @@ def test_a_figure_draws_without_warnings(figure, drawn_frames):
 def test_a_figure_of_failed_runs_says_that_there_is_nothing_to_draw(figure, drawn_frames):
     failed = drawn_frames[figure.name].assign(value=np.nan, x=np.nan, y=np.nan)
     for table in (failed, frame([])):
-        with pytest.raises(NothingToDraw):
+        with pytest.raises(NoData):
             picture(figure, table)
 
 
@@ -64,9 +64,9 @@ def test_comparisons_and_costs_draw_without_warnings(make_suite):
     runs = suite.work_precision(True, print)
     assert picture(comparison_figure("kepler e=0.6", list(runs["contender"])), runs).svg
     assert picture(COST_FIGURE, suite.cost(True, print)).svg
-    with pytest.raises(NothingToDraw):
+    with pytest.raises(NoData):
         picture(comparison_figure("kepler", ["a"]), runs[runs["status"] == "truth"])
-    with pytest.raises(NothingToDraw):
+    with pytest.raises(NoData):
         picture(COST_FIGURE, suite.cost(True, print).tail(1))
 
 

@@ -8,10 +8,10 @@ import os
 import pandas as pd
 import pytest
 
-from reports.atomic import write
-from reports.claims_table import COLUMNS, claims_frame, readable_claims
-from reports.origins import note_origin, read_origins
-from reports.tables import as_csv, write_table
+from reports.results.atomic import write
+from reports.results.origins import note_origin, read_origins
+from reports.tables.claims_table import COLUMNS, claims_frame, readable_claims
+from reports.tables.writing import as_csv, write_table
 
 
 def test_claims_csv_has_exactly_these_columns_in_this_order(make_row):

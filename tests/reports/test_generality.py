@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from benchmarks.arena import ATTITUDE, POSITION
-from benchmarks.body_arenas import TEXTBOOK_RK4
-from reports.choices import choices, of_mujoco, readable_choices
-from reports.drawing import comparison_figure
+from benchmarks.work_precision.problem import ATTITUDE, POSITION
+from benchmarks.work_precision.rigid_bodies import TEXTBOOK_RK4
+from reports.figures.drawing import comparison_figure
 from reports.figures.figure import picture
-from reports.generality import ENGINE, generality
-from reports.matched import ERRORS, OF_ATTITUDES, errors_of, matched
+from reports.tables.fastest_per_error import choices, of_mujoco, readable_choices
+from reports.tables.matched_error import ERRORS, OF_ATTITUDES, errors_of, matched
+from reports.tables.mujoco_overhead import ENGINE, mujoco_overhead
 
 GALVI = "galvi degree 8, Gauss 8, exponential"
 
@@ -35,19 +35,19 @@ def runs(
 
 
 def test_steps_of_the_two_codes_are_compared_at_equal_steps() -> None:
-    said = generality(runs())
+    said = mujoco_overhead(runs())
     assert "takes 70 times as long" in said and "20 times smaller (medians over 3" in said
-    assert "over 2 step sizes" in generality(runs(fails=True))
-    assert "an error as large" in generality(runs(better=1.05))
-    assert "2.0 times larger" in generality(runs(better=0.5))
+    assert "over 2 step sizes" in mujoco_overhead(runs(fails=True))
+    assert "an error as large" in mujoco_overhead(runs(better=1.05))
+    assert "2.0 times larger" in mujoco_overhead(runs(better=0.5))
 
 
 def test_without_both_codes_nothing_is_said() -> None:
     frame = runs()
     for name in (ENGINE, TEXTBOOK_RK4):
-        assert generality(frame[frame["contender"] != name]) == ""
+        assert mujoco_overhead(frame[frame["contender"] != name]) == ""
         absent = frame.assign(seconds=frame["seconds"].mask(frame["contender"] == name))
-        assert generality(absent) == ""
+        assert mujoco_overhead(absent) == ""
 
 
 def test_attitudes_are_compared_at_errors_of_their_own() -> None:

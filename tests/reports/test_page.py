@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from reports.commands import run
+from reports.cli.commands import run
 
 
 @pytest.fixture(scope="module")

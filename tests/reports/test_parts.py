@@ -15,10 +15,10 @@ import pytest
 
 from benchmarks.claims import CLAIMS
 from benchmarks.timings.unfinished import DAMAGED, FOLDER, Unfinished
-from reports import ahead
-from reports.parts import Parts
-from reports.plain_frames import framed, plain_frame
-from reports.suite import load
+from reports.build import parallel_claims
+from reports.results.cache import Parts
+from reports.results.suite import load
+from reports.tables.plain_frames import framed, plain_frame
 
 
 def kept(folder: Path) -> list[Path]:
@@ -92,9 +92,9 @@ def test_claims_that_take_times_say_so():
     """They are not studied beside others."""
     for claim in CLAIMS:
         source = inspect.getsource(sys.modules[claim.study.__module__])
-        assert claim.timed == ("benchmarks.stopwatch" in source or "import time" in source), (
-            claim.id
-        )
+        assert claim.timed == (
+            "benchmarks.statistics.timing" in source or "import time" in source
+        ), claim.id
     assert [claim.id for claim in CLAIMS if claim.timed] == ["V24"]
 
 
@@ -102,7 +102,7 @@ def test_a_second_process_keeps_claims_from_the_last_until_it_meets_the_build(ma
     parts = Parts(Unfinished(tmp_path, "state"), "now")
     claims = [make_claim("V4"), make_claim("V3", raises=RuntimeError("no")), make_claim("V2")]
     parts.part("V2", lambda: pd.DataFrame({"mine": [1.0]}))
-    ahead.study([*claims, make_claim("V1")], None, parts, quick=True)
+    parallel_claims.study([*claims, make_claim("V1")], None, parts, quick=True)
     assert parts.store.row("V1") is None and parts.store.row("V3") is None
     assert parts.part("V4", pytest.fail).run == "now"
     assert list(parts.part("V2", pytest.fail).frame) == ["mine"]
@@ -113,7 +113,7 @@ def test_the_second_process_is_there_while_the_build_is_and_no_longer(tmp_path):
     """It studies A8 to A1 of the real suite, and ends in between."""
     claims = [claim for claim in load().claims if claim.id[0] == "A"]
     parts = Parts(Unfinished(tmp_path, "state"), "now", ahead=True)
-    with ahead.ahead(parts, claims, quick=True):
+    with parallel_claims.ahead(parts, claims, quick=True):
         for _ in range(600):
             if parts.store.row("A8") is not None:
                 break

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.claims import CLAIMS
-from reports.readme import (
+from reports.tables.readme import (
     BODIES,
     HEADLINES,
     RESULTS,

@@ -10,17 +10,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.brouwer import COLUMNS
-from benchmarks.long_turning import QUANTITIES
-from reports.brouwer_table import brouwer_table
-from reports.commands import run
-from reports.engine_versions_table import engine_versions_table
+from benchmarks.studies.round_off import COLUMNS
+from benchmarks.studies.so3_drift import QUANTITIES
+from reports.cli.commands import run
+from reports.contents import NUMBER_OF_BODIES, ROUND_OFF, STUDIES
 from reports.figures.figure import picture
-from reports.figures.nothing import NothingToDraw
-from reports.free_spin_table import free_spin_table
-from reports.own_sections import NUMBER_OF_BODIES, ROUND_OFF, STUDIES
-from reports.scaling_table import scaling_table
-from reports.turning_table import turning_table
+from reports.figures.style.no_data import NoData
+from reports.tables.engine_versions_table import engine_versions_table
+from reports.tables.free_body_drift_table import free_spin_table
+from reports.tables.round_off_table import brouwer_table
+from reports.tables.scaling_table import scaling_table
+from reports.tables.so3_drift_table import turning_table
 from tests.reports.study_frames import FRAMES, scaling, spins, turning, versions, walks
 
 
@@ -131,7 +131,7 @@ def test_the_figures_draw_and_say_when_there_is_nothing(study):
         assert (drawn.svg, drawn.png) == (picture(figure, frame).svg, picture(figure, frame).png)
         failed = frame.assign(**{name: np.nan for name in NUMBERS})
         for nothing in (failed, frame.head(0), pd.DataFrame()):
-            with pytest.raises(NothingToDraw):
+            with pytest.raises(NoData):
                 picture(figure, nothing)
 
 

@@ -8,10 +8,11 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
-from benchmarks.targets import ORBITS, TARGETS, TURNS, Target
-from benchmarks.targets_met import targets_met
-from reports.commands import run
-from reports.matched import (
+from benchmarks.work_precision.targets import ORBITS, TARGETS, TURNS, Target
+from benchmarks.work_precision.targets_met import targets_met
+from reports.cli.commands import run
+from reports.results.suite import load
+from reports.tables.matched_error import (
     ERRORS,
     OF_ATTITUDES,
     SMALLEST,
@@ -19,9 +20,8 @@ from reports.matched import (
     readable_ratios,
     smallest,
 )
-from reports.numerals import TIMES
-from reports.suite import load
-from reports.targets_table import QUICK, readable_targets, show_targets, summary
+from reports.tables.number_format import TIMES
+from reports.tables.targets_table import QUICK, readable_targets, show_targets, summary
 
 KEPLER = "kepler e=0.6"
 PLANTED = (

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.taxonomy import COLUMNS
-from reports.figures.taxonomy_matrix import CODES, code
-from reports.taxonomy_table import space_label, taxonomy_table
+from benchmarks.studies.taxonomy import COLUMNS
+from reports.figures.plots.taxonomy_matrix import CODES, code
+from reports.tables.taxonomy_table import space_label, taxonomy_table
 
 LINE = {
     "kind": "Polynomials", "number": 2, "space": "Polynomials(degree=2)", "family": "Gauss",

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.timings.case import TRAJECTORY, Case
-from reports.commands import run
-from reports.suite import load
+from reports.cli.commands import run
+from reports.results.suite import load
 from reports.tracking import against, command, side
 from reports.tracking.against import track_against
 from reports.tracking.command import choose_cases

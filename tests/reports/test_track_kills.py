@@ -19,7 +19,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from benchmarks.provenance import ROOT
+from benchmarks.store.provenance import ROOT
 from benchmarks.timings.unfinished import FOLDER
 from reports.tracking.history import DAMAGED, read_history
 from reports.tracking.trees import seed

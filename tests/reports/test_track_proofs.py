@@ -14,11 +14,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from benchmarks.clocks import busy
-from benchmarks.provenance import ROOT
+from benchmarks.experiments.clock_comparison import busy
+from benchmarks.store.provenance import ROOT
 from benchmarks.timings.case import Case
 from benchmarks.timings.catalogue import CASES
-from reports.progress import Studies
+from reports.results.progress import Studies
 from reports.tracking.against import Places, compare
 from reports.tracking.trees import Tree, working_tree
 from reports.tracking.verdict import Verdict

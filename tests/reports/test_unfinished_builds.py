@@ -14,13 +14,13 @@ import pandas as pd
 import pytest
 
 from benchmarks.timings.unfinished import FOLDER, Unfinished
-from benchmarks.work_precision import problems, work_precision
-from reports import unfinished_build
-from reports.alone import LOCK
-from reports.drawing import Gallery
-from reports.kept_rows import MARKS
-from reports.order import Order
-from reports.unfinished_build import parts_of
+from benchmarks.work_precision.run import problems, work_precision
+from reports.build.lock import LOCK
+from reports.cli.options import Order
+from reports.figures.drawing import Gallery
+from reports.results import unfinished_build
+from reports.results.kept_rows import MARKS
+from reports.results.unfinished_build import parts_of
 from tests.reports.counted_suite import Bench, Killed
 
 HOLD = """
@@ -38,9 +38,9 @@ ALL = ["V1", "V3", "ball", "top", "cost", "sky", "study"]
 
 @pytest.fixture
 def bench(make_suite, make_claim, monkeypatch: pytest.MonkeyPatch) -> Bench:
-    monkeypatch.setattr("reports.build.draw", lambda *measured: Gallery({}, {}))
-    monkeypatch.setattr("reports.tables.as_latex", lambda frame: "")
-    monkeypatch.setattr("reports.tables.as_markdown", lambda frame: "")
+    monkeypatch.setattr("reports.build.build.draw", lambda *measured: Gallery({}, {}))
+    monkeypatch.setattr("reports.tables.writing.as_latex", lambda frame: "")
+    monkeypatch.setattr("reports.tables.writing.as_markdown", lambda frame: "")
     monkeypatch.setattr(unfinished_build, "digest_of_sources", lambda code: "as they are")
     return Bench(make_suite, make_claim)
 

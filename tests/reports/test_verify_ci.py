@@ -9,9 +9,9 @@ from xml.etree import ElementTree as tree
 import pandas as pd
 import pytest
 
-from reports.changes import moved
-from reports.commands import run
-from reports.kept_rows import merged
+from reports.cli.commands import run
+from reports.results.changes import moved
+from reports.results.kept_rows import merged
 
 ABSENT = "No module named 'rebound'. Install rebound 5 or newer."
 

@@ -11,11 +11,11 @@ from xml.etree import ElementTree as tree
 import pandas as pd
 import pytest
 
-from benchmarks.contender_checks import contender_checks
-from benchmarks.grounds import GROUNDS
-from benchmarks.timed_run import Faulty
-from reports.claims_table import COLUMNS
-from reports.commands import run
+from benchmarks.external.check_problems import CHECK_PROBLEMS
+from benchmarks.external.checks import contender_checks
+from benchmarks.external.timed_run import Faulty
+from reports.cli.commands import run
+from reports.tables.claims_table import COLUMNS
 from tests.benchmarks.contenders_at_hand import BROKEN, Gauss, Inside
 
 ROOT = Path(__file__).parents[2]
@@ -40,13 +40,15 @@ class Hanging(Inside):
 @pytest.fixture
 def verify(monkeypatch, make_suite, tmp_path):
     """`verify --contender` of an outsider, on an orbit; the exit status and claims.csv."""
-    chosen = [one for one in GROUNDS if one.problem.name.startswith("kepler")]
+    chosen = [one for one in CHECK_PROBLEMS if one.problem.name.startswith("kepler")]
     few = partial(contender_checks, grounds=[replace(one, long=20.3) for one in chosen])
-    monkeypatch.setattr("reports.outsiders.contender_checks", few)
+    monkeypatch.setattr("reports.results.external.contender_checks", few)
     monkeypatch.setattr(Inside, "close", lambda self: None)
 
     def asked(outsider, *words):
-        monkeypatch.setattr("reports.outsiders.Outsider.open", lambda path: outsider)
+        monkeypatch.setattr(
+            "reports.results.external.ExternalIntegrator.open", lambda path: outsider
+        )
         line = ["verify", "--contender", "mine:It", *words, "--out", str(tmp_path)]
         status = run(make_suite, line)
         return status, pd.read_csv(tmp_path / "claims.csv", keep_default_na=False)

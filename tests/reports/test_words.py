@@ -7,11 +7,11 @@ import math
 import pandas as pd
 import pytest
 
-from reports.choices import choices, readable_choices
-from reports.numerals import plain, readable, seconds, with_uncertainty
 from reports.page.section import reasons, told_once
 from reports.page.typeset import typeset
-from reports.winners import winners
+from reports.tables.fastest_per_error import choices, readable_choices
+from reports.tables.number_format import plain, readable, seconds, with_uncertainty
+from reports.tables.summary_sentences import summary_sentences
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def matched(*times: tuple[str, float]) -> pd.DataFrame:
 )
 def test_who_wins_is_said_from_the_times(ours, peer, said):
     table = matched(("galvi, best", ours), ("galvi degree 8", ours), ("peer", peer))
-    assert winners(table) == [said]
+    assert summary_sentences(table) == [said]
 
 
 def test_a_choice_is_a_run_that_was_made_and_reached_the_error(make_suite):

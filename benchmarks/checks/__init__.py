@@ -1,0 +1,1 @@
+"""Claims, bounds and verdicts."""

@@ -1,0 +1,157 @@
+"""Which reference galvi is held against, on what, and how near they must be; every one of them.
+
+Beside each limit stands what was measured when it was set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import galvi
+from benchmarks.checks.claim import Claim
+from benchmarks.claims.agreement import AgreementCase, agreement
+from benchmarks.test_problems.two_bodies import PAIR
+from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.kepler import KEPLER
+from references.closed_forms.oscillator import OSCILLATOR
+from references.closed_forms.pendulum import PENDULUM
+from references.contender import Contender
+from references.heyoka import taylor as heyoka_taylor
+from references.heyoka.chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
+from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
+from references.heyoka.taylor import HEYOKA, HEYOKA_QUADRUPLE
+from references.jpl.ephemeris import JPL_EPHEMERIS
+from references.mujoco.steps import (
+    MUJOCO_DISCRETE,
+    MUJOCO_EULER,
+    MUJOCO_IMPLICIT,
+    MUJOCO_IMPLICITFAST,
+    MUJOCO_RK4,
+)
+from references.rebound import bulirsch_stoer, leapfrog, saba, whfast, whfast512
+from references.rebound.bulirsch_stoer import BULIRSCH_STOER
+from references.rebound.ias15 import IAS15
+from references.rebound.janus import JANUS
+from references.rebound.leapfrog import LEAPFROG
+from references.rebound.saba import SABA
+from references.rebound.whfast import WHFAST
+from references.rebound.whfast512 import WHFAST512
+from references.scipy.chain_ivp import CHAIN_DOP853
+from references.scipy.ivp import DOP853, ODE45, RADAU, TIGHT
+from references.scipy.rigid_ivp import RIGID_DOP853, RIGID_ODE45
+from references.stored.attitude import STORED_ATTITUDE
+from references.stored.chain import STORED_CHAIN
+from references.stored.planets import STORED_TRUTH
+from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
+from references.textbook.implicit_euler import IMPLICIT_EULER
+from references.textbook.matrix_euler import MATRIX_EULER
+from references.textbook.quaternion_dop853 import QUATERNION_DOP853
+from references.textbook.quaternion_rk4 import QUATERNION_RK4
+from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER
+from references.textbook.stormer_verlet import STORMER_VERLET
+
+SPRING, ORBIT = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.3)
+SWING, TURN = galvi.problems.planar_pendulum(), galvi.problems.free_rigid_body()
+HANGING, PLANETS = galvi.problems.pendulum_3d(), galvi.problems.solar_system()
+CHAIN = galvi.problems.double_pendulum()
+OF_SECOND, OF_FIRST = "Its error of second order in its step.", "Its error of first order."
+OWN = "Its own error at this setting."
+
+CLOSED = (
+    AgreementCase(OSCILLATOR, SPRING, 1.0, 2e-15),  # 1e-16
+    AgreementCase(KEPLER, ORBIT, 1.0, 2e-15),  # 1e-16
+    AgreementCase(PENDULUM, SWING, 1.0, 2e-15),  # 0
+    AgreementCase(FREE_TOP, TURN, 1.0, 4e-15),  # 3e-16
+)
+STORED = (
+    AgreementCase(STORED_TRUTH, PLANETS, 1000.0, 2e-13, 500,
+            note="Rounding over 500 steps of two days."),  # 1e-14
+    AgreementCase(STORED_CHAIN, CHAIN, 1.0, 1e-14),  # 5e-16
+    AgreementCase(STORED_ATTITUDE, HANGING, 1.0, 2e-15),  # 6e-17
+)  # fmt: skip
+REBOUND = (
+    AgreementCase(IAS15, PAIR, 1.0, 2e-15),  # 1e-16
+    AgreementCase(BULIRSCH_STOER, PAIR, 1.0, 1e-13, setting=bulirsch_stoer.BEST, note=OWN),  # 2e-15
+    AgreementCase(WHFAST, PAIR, 1.0, 1e-13, setting={"step": 0.1, **whfast.BEST}),  # 1e-15
+    AgreementCase(WHFAST512, PAIR, 1.0, 1e-13, setting={"step": 0.1, **whfast512.BEST}),  # 5e-15
+    AgreementCase(SABA, PAIR, 1.0, 1e-13, setting={"step": 0.1, **saba.BEST}),  # 2e-16
+    AgreementCase(LEAPFROG, PAIR, 1.0, 1e-13, setting={"step": 0.005, **leapfrog.BEST}),  # 1e-15
+    AgreementCase(JANUS, PAIR, 1.0, 1e-12, setting={"step": 0.005, "order": 8}, note=OWN),  # 4e-14
+)
+MUJOCO = (
+    AgreementCase(MUJOCO_RK4, TURN, 1.0, 1e-12, setting={"step": 1e-3}, note=OWN),  # 5e-14
+    AgreementCase(MUJOCO_EULER, TURN, 1.0, 1e-3, setting={"step": 1e-3}, note=OF_FIRST),  # 3e-4
+    AgreementCase(MUJOCO_IMPLICIT, TURN, 1.0, 1e-3, setting={"step": 1e-3}, note=OF_FIRST),  # 4e-4
+    AgreementCase(
+        MUJOCO_IMPLICITFAST, TURN, 1.0, 1e-3, setting={"step": 1e-3}, note=OF_FIRST
+    ),  # 3e-4
+    AgreementCase(MUJOCO_DISCRETE, TURN, 1.0, 1e-3, setting={"step": 1e-3}, note=OF_FIRST),  # 3e-4
+)
+HEYOKAS = (
+    AgreementCase(
+        HEYOKA, PAIR, 1.0, 2e-15, setting={**heyoka_taylor.BEST, "compact_mode": True}
+    ),  # 1e-16
+    AgreementCase(HEYOKA_QUADRUPLE, ORBIT, 1.0, 2e-15),  # 1e-16
+    AgreementCase(HEYOKA_CHAIN, CHAIN, 1.0, 1e-14),  # 5e-16
+    AgreementCase(HEYOKA_CHAIN_QUADRUPLE, CHAIN, 1.0, 1e-14),  # 5e-16
+    AgreementCase(HEYOKA_RIGID, TURN, 1.0, 2e-15),  # 2e-16
+    AgreementCase(HEYOKA_RIGID_QUADRUPLE, HANGING, 1.0, 2e-15),  # 6e-17
+)
+SCIPY = (
+    AgreementCase(DOP853, ORBIT, 1.0, 2e-13, setting=TIGHT, note=OWN),  # 2e-14
+    AgreementCase(ODE45, ORBIT, 1.0, 2e-8, setting={"tolerance": 1e-9}, note=OWN),  # 4e-9
+    AgreementCase(RADAU, ORBIT, 1.0, 1e-11, setting={"tolerance": 1e-9}, note=OWN),  # 1e-12
+    AgreementCase(CHAIN_DOP853, CHAIN, 1.0, 1e-12, setting={"tolerance": 1e-13}, note=OWN),  # 5e-14
+    AgreementCase(RIGID_DOP853, TURN, 1.0, 1e-13, setting=TIGHT, note=OWN),  # 4e-15
+    AgreementCase(RIGID_ODE45, TURN, 1.0, 2e-8, setting={"tolerance": 1e-9}, note=OWN),  # 2e-9
+)
+TEXTBOOK = (
+    AgreementCase(STORMER_VERLET, ORBIT, 1.0, 1e-6, setting={"step": 1e-3}, note=OF_SECOND),  # 5e-7
+    AgreementCase(EXPLICIT_EULER, ORBIT, 1.0, 5e-3, setting={"step": 1e-3}, note=OF_FIRST),  # 2e-3
+    AgreementCase(IMPLICIT_EULER, ORBIT, 1.0, 5e-3, setting={"step": 1e-3}, note=OF_FIRST),  # 2e-3
+    AgreementCase(
+        SYMPLECTIC_EULER, ORBIT, 1.0, 5e-3, setting={"step": 1e-3}, note=OF_FIRST
+    ),  # 1e-3
+    AgreementCase(
+        SEMI_IMPLICIT_EULER, ORBIT, 1.0, 5e-3, setting={"step": 1e-3}, note=OF_FIRST
+    ),  # 1e-3
+    AgreementCase(MATRIX_EULER, TURN, 1.0, 1e-2, setting={"step": 1e-3}, note=OF_FIRST),  # 4e-3
+    AgreementCase(QUATERNION_RK4, TURN, 1.0, 1e-12, setting={"step": 1e-3}, note=OWN),  # 8e-14
+    AgreementCase(
+        QUATERNION_DOP853, TURN, 1.0, 1e-13, setting={"tolerance": 1e-14}, note=OWN
+    ),  # 6e-15
+)
+SKY = (
+    AgreementCase(JPL_EPHEMERIS, PLANETS, 100.0, 1e-6, 50,
+            note="Point masses without relativity, Moon and asteroids."),  # 1e-7
+)  # fmt: skip
+
+AGREEMENTS: tuple[Claim, ...] = (
+    agreement("A1", "galvi and the closed forms", CLOSED),
+    agreement("A2", "galvi and the stored truths in quadruple precision", STORED),
+    agreement("A3", "galvi and REBOUND", REBOUND),
+    agreement("A4", "galvi and MuJoCo", MUJOCO),
+    agreement("A5", "galvi and heyoka", HEYOKAS),
+    agreement("A6", "galvi and SciPy", SCIPY),
+    agreement("A7", "galvi and the textbook's methods", TEXTBOOK),
+    agreement("A8", "galvi and JPL's ephemeris", SKY),
+)
+MEETINGS = (*CLOSED, *STORED, *REBOUND, *MUJOCO, *HEYOKAS, *SCIPY, *TEXTBOOK, *SKY)
+# What `verify --require` knows: the engines that may be absent, by the name of what is installed.
+ENGINES: Mapping[str, Contender] = {
+    "rebound": IAS15,
+    "mujoco": MUJOCO_RK4,
+    "heyoka": HEYOKA,
+    "jplephem": JPL_EPHEMERIS,
+}
+
+
+def engines() -> dict[str, str]:
+    """Each engine with why it cannot be used here, or nothing."""
+    return {name: contender.missing for name, contender in ENGINES.items()}
+
+
+def unavailable() -> tuple[str, ...]:
+    """What contenders say whose engine is absent."""
+    said = (meeting.contender.missing for meeting in MEETINGS)
+    return tuple(dict.fromkeys(sentence for sentence in said if sentence))

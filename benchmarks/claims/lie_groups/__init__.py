@@ -1,0 +1,1 @@
+"""Claims about Lie groups: L1 to L16."""

@@ -1,0 +1,33 @@
+"""The free rigid body of H 3.5.1, as L1 to L5 and L13 use it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import galvi
+from benchmarks.checks.claim import MakeMethod
+from benchmarks.measures.refinement import MethodOf, method_on_group
+from galvi import Problem
+
+STEP, DURATION = 0.5, 5.0
+BODY = (
+    "free rigid body, J_d = diag(1.3, 2.1, 1.2), so J = diag(3.3, 2.5, 3.4); R0 = I, "
+    "Omega0 = (2, -1.9, 1)"
+)
+METHOD = "Polynomials(n - 1), gauss(n) (H states no rule)"
+CAYLEY, EXPONENTIAL = "Cayley", "exponential"
+FLOOR = 2e-14  # round-off of matrix entries; 3e-15 was measured at n = 15
+
+
+def problem() -> Problem:
+    """H's body, at H's start."""
+    return galvi.problems.free_rigid_body()
+
+
+def method_with_exponential(make_method: MakeMethod, n: int) -> Any:
+    """As `benchmarks.measures.refinement.method_on_group`, in the exponential chart (H 3.6.1)."""
+    return make_method(galvi.Polynomials(n - 1), galvi.gauss(n), galvi.Exponential())
+
+
+METHODS: Mapping[str, MethodOf] = {CAYLEY: method_on_group, EXPONENTIAL: method_with_exponential}

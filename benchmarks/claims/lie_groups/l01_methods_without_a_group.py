@@ -1,0 +1,115 @@
+"""L1: the free rigid body by methods that know no group (H figure 1.2)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.checks import bounds
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.lie_groups.free_body import BODY, STEP, problem
+from benchmarks.measures.refinement import method_on_group
+from benchmarks.measures.rigid_invariants import orthogonality_defect
+from benchmarks.store.frames import frame, pick, row
+from galvi import Trajectory
+from references.contender import Contender
+from references.scipy.rigid_ivp import RIGID_ODE45
+from references.textbook.matrix_euler import MATRIX_EULER
+
+DURATION, N = 100.0, 8
+SAMPLES = 500
+EULER, ODE45, GALERKIN = "explicit Euler", "RK45", "galvi"
+SPHERE, GROUP = "departure from the momentum sphere", "departure from SO(3)"
+LEAVES, STAYS = 1e-8, 1e-13  # for the group methods 1e-14 was measured, for RK45 1e-6
+SETUP = f"{BODY}; T = {DURATION:g}"
+SETUPS = {
+    EULER: f"{SETUP}; Q' = Q hat(w), y' = y x w on matrices, h = 0.01",
+    ODE45: f"{SETUP}; the same equations, MATLAB's default tolerances 1e-3 and 1e-6",
+    GALERKIN: f"{SETUP}; Polynomials({N - 1}), gauss({N}), Cayley, h = {STEP:g}",
+}
+REASONS = {
+    (EULER, SPHERE): "Each step ends outside the sphere, on the tangent plane.",
+    (EULER, GROUP): "Each step ends outside the group, on its tangent space: the columns grow.",
+    (ODE45, SPHERE): "Nothing in the method knows the sphere. The departure is too small to be "
+    "seen in a picture: the matrix asks for much smaller steps than the momentum, which H may have "
+    "solved for alone.",
+    (ODE45, GROUP): "Nothing in the method knows the group.",
+    (GALERKIN, SPHERE): "The momentum is carried by rotations alone, so its length stays.",
+    (GALERKIN, GROUP): "The step is a rotation; one step of Newton's iteration takes the rounding "
+    "of each product out.",
+}
+
+
+def contenders() -> dict[str, tuple[Contender, dict[str, Any]]]:
+    """Label: contender and its setting."""
+    return {
+        EULER: (MATRIX_EULER, {"step": 0.01, "save_every": 20}),
+        ODE45: (RIGID_ODE45, {"samples": SAMPLES}),
+    }
+
+
+def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+    """Series, with the method in `study`: both departures in time, and 'momentum', the body
+    momentum over its length at the start in x, y, z."""
+    body, rows = problem(), []
+    for label, (contender, setting) in contenders().items():
+        report(label)
+        rows += _rows(label, contender.run(body, DURATION, setting))
+    report(GALERKIN)
+    steps = round(DURATION / STEP)
+    rows += _rows(GALERKIN, galvi.integrate(body, method_on_group(make_method, N), STEP, steps))
+    return frame(rows)
+
+
+def _rows(label: str, run: Trajectory) -> list[dict[str, Any]]:
+    place = run.p / np.linalg.norm(run.problem.p0)
+    away = np.abs(np.linalg.norm(place, axis=-1) - 1.0)
+    status = "" if run.success else run.status
+    rows = []
+    for quantity, values in ((SPHERE, away), (GROUP, orthogonality_defect(run.q))):
+        rows += [
+            row(study=label, quantity=quantity, t=t, value=value, status=status)
+            for t, value in zip(run.t, values, strict=True)
+        ]
+    return rows + [
+        row(study=label, quantity="momentum", t=t, x=x, y=y, z=z, status=status)
+        for t, (x, y, z) in zip(run.t, place, strict=True)
+    ]
+
+
+def judge(table: pd.DataFrame) -> list[Row]:
+    """Both leave both; galvi, beside them, stays."""
+    return [_judge(table, label, quantity) for label, quantity in REASONS]
+
+
+def _judge(table: pd.DataFrame, label: str, quantity: str) -> Row:
+    values = pick(table, study=label, quantity=quantity)["value"].to_numpy(float)
+    leaves = label != GALERKIN
+    measured = float(values.max()) if values.size else float("nan")
+    verdict = bounds.within(measured, LEAVES, np.inf) if leaves else bounds.bound(measured, STAYS)
+    return Row(
+        id="L1",
+        quantity=f"largest {quantity}, {label}",
+        source="H fig. 1.2",
+        setup=SETUPS[label],
+        claimed="leaves it" if leaves else "geometric methods produce much better results",
+        bound=f"at least {LEAVES:g}" if leaves else f"at most {STAYS:g}",
+        measured=measured,
+        uncertainty=None,
+        expected=bounds.HOLDS,
+        reason=REASONS[label, quantity],
+        reference="|y| = |y0| and R^T R = I, exact",
+        verdict=verdict,
+    )
+
+
+L1 = Claim(
+    "L1",
+    "Free rigid body by Euler and RK45 on matrices: off the sphere, off the group",
+    study,
+    judge,
+    ("H fig. 1.2",),
+)

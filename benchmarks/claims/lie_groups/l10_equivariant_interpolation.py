@@ -1,0 +1,166 @@
+"""L10: interpolating curves on a group move with the group (H lemma 3.2.1)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.checks import bounds
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.measures.matrix_group import MatrixGroup
+from benchmarks.store.frames import frame, number, row
+from galvi import Problem
+from galvi.arrays import Array
+from galvi.charts import CHARTS
+from galvi.charts.chart import Chart
+from galvi.charts.maps import coordinates, place
+from galvi.groups import GROUPS
+from galvi.groups.group import Group
+
+NODES = np.array([0.0, 0.1, 0.3, 0.7, 1.0])  # t_i, the first at the base point
+TIMES = np.linspace(0.0, 1.0, 21)
+TURN = 0.6  # size of the steps between points: rotations by up to about 2 rad
+TRIALS, QUICK_TRIALS, SEED = 20, 5, 2013
+N, STEP, STEPS = 6, 0.4, 10
+LIMIT = 1e-12  # of entries of size 1 to 10; 1e-14 was measured
+CURVE, THROUGH, RUN = (
+    "of the interpolating curve",
+    "to the points, of the curve",
+    "of a run's curve",
+)
+SETUP = (
+    f"curves through 5 random points of the group at t = 0, 0.1, 0.3, 0.7, 1, steps of {TURN:g} "
+    "standard deviations in the algebra; moved by a random element from the left"
+)
+RUN_SETUP = (
+    f"free bodies; Polynomials({N - 1}), gauss({N}); h = {STEP:g}, {STEPS} steps; curve of the run "
+    "from g q0 against g times that from q0"
+)
+BODIES = {
+    "SO3": galvi.problems.free_rigid_body,
+    "SE3": galvi.problems.free_body_se3,
+}
+
+
+def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+    """'equivariance', with group and chart in `label`: largest differences over random curves,
+    and over the curves of runs."""
+    rng, rows = np.random.default_rng(SEED), []
+    trials = QUICK_TRIALS if quick else TRIALS
+    for group in GROUPS:
+        for chart in CHARTS:
+            report(_label(group, chart))
+            worst = np.max([_one(group, chart, rng) for _ in range(trials)], axis=0)
+            rows += [
+                row(study="equivariance", quantity=name, label=_label(group, chart), value=value)
+                for name, value in zip((CURVE, THROUGH), worst, strict=True)
+            ]
+    for name, make in BODIES.items():
+        for chart in CHARTS:
+            method = make_method(galvi.Polynomials(N - 1), galvi.gauss(N), chart)
+            apart, status = _runs(make(), method, rng)
+            rows.append(row(study="equivariance", quantity=RUN, label=f"{name}, {_name(chart)}",
+                            value=apart, status=status))  # fmt: skip
+    return frame(rows)
+
+
+def interpolated(chart: Chart, group: Group, points: Array, t: Array) -> Array:
+    """g_1 Phi(sum_i Phi^-1(g_1^-1 g_i) phi_i(t)), (k, ...), phi_i Lagrange's polynomials."""
+    base = np.broadcast_to(points[0], points.shape)
+    xi = coordinates(chart, group, base, points)
+    basis = np.ones((t.size, NODES.size))
+    for i in range(NODES.size):
+        for j in range(NODES.size):
+            if j != i:
+                basis[:, i] *= (t - NODES[j]) / (NODES[i] - NODES[j])
+    return place(chart, group, np.broadcast_to(points[0], (t.size, *group.shape)), basis @ xi)
+
+
+def _one(group: Group, chart: Chart, rng: np.random.Generator) -> tuple[float, float]:
+    """(difference of the moved curve to the curve moved, distance of the curve to its points)."""
+    matrices = MatrixGroup(group)
+    unit = matrices.element(np.eye(len(matrices.basis[0])))
+    first, other = (matrices.moved(unit, rng.standard_normal(group.dimension)) for _ in range(2))
+    steps = TURN * rng.standard_normal((NODES.size, group.dimension))
+    points = np.array([first, *(matrices.chart(chart, first, xi) for xi in steps[1:])])
+    curve = interpolated(chart, group, points, TIMES)
+    moved = interpolated(chart, group, _times(matrices, other, points), TIMES)
+    apart = float(np.max(np.abs(moved - _times(matrices, other, curve))))
+    return apart, float(np.max(np.abs(interpolated(chart, group, points, NODES) - points)))
+
+
+def _runs(body: Problem, method: Any, rng: np.random.Generator) -> tuple[float, str]:
+    group: Group = body.system.group  # type: ignore[attr-defined]
+    matrices = MatrixGroup(group)
+    other = matrices.moved(body.q0, rng.standard_normal(group.dimension))
+    runs = [
+        galvi.integrate(Problem(body.system, q0, body.v0), method, STEP, STEPS)
+        for q0 in (body.q0, _times(matrices, other, body.q0[None])[0])
+    ]
+    if not all(run.success for run in runs):
+        return float("nan"), " ".join(run.status for run in runs if not run.success)
+    t = np.linspace(0.0, STEP * STEPS, 20 * STEPS + 1)
+    return float(np.max(np.abs(runs[1](t) - _times(matrices, other, runs[0](t))))), ""
+
+
+def _times(matrices: MatrixGroup, g: Array, elements: Array) -> Array:
+    """g k for each k, as products of matrices."""
+    left = matrices.matrix(g)
+    return np.array([matrices.element(left @ matrices.matrix(k)) for k in elements])
+
+
+def judge(table: pd.DataFrame) -> list[Row]:
+    """Each group with each chart; then the runs."""
+    rows = []
+    for group in GROUPS:
+        for chart in CHARTS:
+            label = _label(group, chart)
+            rows += [
+                _row(table, CURVE, label, "the curve is Lie group equivariant",
+                     "The chart is centred at the first point, and moves with it."),
+                _row(table, THROUGH, label, "the curve passes through its points",
+                     "Phi and its inverse are the inverse of each other."),
+            ]  # fmt: skip
+    return rows + [
+        _row(table, RUN, f"{name}, {_name(chart)}", "discrete Lagrangians inherit the symmetry",
+             "The Lagrangian of a free body does not change with g, and so its curves move along.")
+        for name in BODIES
+        for chart in CHARTS
+    ]  # fmt: skip
+
+
+def _row(table: pd.DataFrame, quantity: str, label: str, claimed: str, reason: str) -> Row:
+    measured = number(table, study="equivariance", quantity=quantity, label=label)
+    return Row(
+        id="L10",
+        quantity=f"largest {'distance' if quantity == THROUGH else 'defect'} {quantity}, {label}",
+        source="H lemma 3.2.1",
+        setup=RUN_SETUP if quantity == RUN else SETUP,
+        claimed=claimed,
+        bound=f"at most {LIMIT:g}",
+        measured=measured,
+        uncertainty=None,
+        expected=bounds.HOLDS,
+        reason=reason,
+        reference="products of matrices",
+        verdict=bounds.bound(measured, LIMIT),
+    )
+
+
+def _label(group: Group, chart: Chart) -> str:
+    return f"{' x '.join(_names(group))}, {_name(chart)}"
+
+
+def _names(group: Any) -> list[str]:
+    factors = group.factors if isinstance(group, galvi.Product) else (group,)
+    return [f"R{one.n}" if isinstance(one, galvi.Rn) else type(one).__name__ for one in factors]
+
+
+def _name(chart: Chart) -> str:
+    return type(chart).__name__
+
+
+L10 = Claim("L10", "Interpolating curves are equivariant under left translation", study, judge)

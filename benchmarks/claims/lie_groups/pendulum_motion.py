@@ -1,0 +1,25 @@
+"""The 3D pendulum of H 3.5.2, as L6 to L9 use it."""
+
+from __future__ import annotations
+
+import galvi
+from benchmarks.work_precision.with_settings import WithSettings
+from galvi import Problem
+from references.textbook.quaternion_dop853 import QUATERNION_DOP853, TIGHT
+
+WEIGHT = 9.81  # m g; H gives none
+BODY = (
+    "3D pendulum, J_d = diag(1, 2.8, 2), so J = diag(4.8, 3, 3.8) about the pivot, "
+    "centre of mass at (0, 0, 1), e3 down"
+)
+START = "R0 = I, body velocity (0.5, -0.5, 0.4)"
+METHOD = "Polynomials(n - 1), gauss(n) (H states no number of points), Cayley chart"
+MOTION = f"{BODY}, m g = {WEIGHT:g} (H gives none); {START}"
+STEP, DURATION = 0.5, 5.0
+FLOOR = 8e-15  # entries of R after T = 5; 1e-15 was measured at n = 9 and above
+TRUTH = WithSettings(QUATERNION_DOP853, TIGHT)  # 2e-15 from heyoka in quadruple precision at T = 5
+
+
+def problem() -> Problem:
+    """Near the hanging equilibrium."""
+    return galvi.problems.pendulum_3d(weight=WEIGHT)

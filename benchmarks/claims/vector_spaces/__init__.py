@@ -1,0 +1,1 @@
+"""Claims about vector spaces: V1 to V25."""

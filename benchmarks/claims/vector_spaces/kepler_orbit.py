@@ -1,0 +1,40 @@
+"""The two-body problem of H 2.4.2, as V3 to V8 use it."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+import galvi
+from benchmarks.checks.claim import MakeMethod, Report
+from benchmarks.measures.refinement import Case, refine
+from benchmarks.store.frames import frame
+from galvi import Problem
+from references.closed_forms.kepler import KEPLER
+
+STEP, STEPS = 2.0, 100
+ORBIT = "Kepler, GM = 1, e = 0.6, q0 = (0.4, 0), v0 = (0, 2)"
+METHOD = "Polynomials(n - 1), gauss(2 n)"
+SETUP = f"{ORBIT}; {METHOD}; h = {STEP:g}, {STEPS} steps"
+FLOOR = 1e-11  # round-off of the phase after 32 revolutions; 8e-12 was measured at n = 56
+
+# With the pericentre in the middle of a step of length 2, the nearest singularity of q(t) is at
+# i (arccosh(1/e) - sqrt(1 - e^2)) = 0.2986 i: polynomials on [-1, 1] converge like r^-n with
+# r = 0.2986 + sqrt(1 + 0.2986^2) = 1.342, 1/r = 0.745, 1/r^2 = 0.555 (Bernstein's ellipse).
+THEORY = (
+    "The complex singularity of the orbit nearest to a step centred on the pericentre is 0.2986 "
+    "from it: polynomials converge like 0.745^n, the method's superconvergent step ends like its "
+    "square, 0.555^n"
+)
+
+
+def problem() -> Problem:
+    """GM = a = 1, e = 0.6, from the pericentre."""
+    return galvi.problems.kepler(eccentricity=0.6)
+
+
+def n_refinement(
+    ns: range, quantities: tuple[str, ...], make_method: MakeMethod, report: Report
+) -> pd.DataFrame:
+    """Series 'n-refinement' at h = 2, 100 steps."""
+    cases = [Case(n, STEP, STEPS) for n in ns]
+    return frame(refine("n-refinement", problem(), KEPLER, cases, quantities, make_method, report))

@@ -1,0 +1,214 @@
+"""V11: the solar system by explicit, implicit and symplectic Euler (H figure 1.1)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.checks import bounds
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.measures.errors import energy_errors
+from benchmarks.statistics import convergence_fits
+from benchmarks.store.frames import frame, number, pick, row, series
+from galvi import Problem, Trajectory
+from references.contender import Contender
+from references.rebound import ias15
+from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
+from references.textbook.implicit_euler import IMPLICIT_EULER
+
+DAYS = 365.25  # in a year
+YEARS, STEP = 20.0, 0.005  # H gives h without a unit: read as years
+STEPS = round(YEARS / STEP)
+EVERY = 2  # steps between the states that are kept
+INNER = ("Mercury", "Venus", "Earth", "Mars")
+ESCAPING = INNER[:3]  # H's caption
+REFINED, HALVINGS = 0.02, 7  # years; h = 0.005 / 2^k
+ORDER, AT_END, STOP = "position error", "distance to the Sun at the end", "solve stops converging"
+ENERGY, RISES, FALLS = "energy error", "share of steps with rising energy", "change of energy"
+EXPLICIT, IMPLICIT, SYMPLECTIC = "explicit Euler", "implicit Euler", "symplectic Euler"
+BLIND = "implicit Euler, unconverged steps accepted"
+FLOOR = 1e-13
+SETUP = (
+    "Sun and 8 planets; JPL DE421 states of 2000-01-01 (JD 2451544.5 TDB); "
+    f"h = {STEP:g} years (H gives no unit), {YEARS:g} years"
+)
+
+
+def problem() -> Problem:
+    """H counts eight planets and no Pluto here."""
+    return galvi.problems.solar_system(pluto=False)
+
+
+def methods() -> dict[str, tuple[Contender, dict[str, Any]]]:
+    """Label: contender and what it is told besides the step."""
+    return {
+        EXPLICIT: (EXPLICIT_EULER, {}),
+        IMPLICIT: (IMPLICIT_EULER, {}),
+        SYMPLECTIC: (SYMPLECTIC_EULER, {}),
+        BLIND: (IMPLICIT_EULER, {"accept_unconverged": True}),
+    }
+
+
+def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+    """Series, with the method in `study` (au, days, relative for the energy):
+
+    'energy error'     in time, at every step that was done
+    'position'         from the Sun, the inner planets in `label`, at every second step
+    'change of energy' at the last step that was done
+    'share of steps with rising energy'
+    'distance to the Sun at the end'  of each planet, NaN when the method did not get there
+    'solve stops converging'          end of the step, in years
+    'position error'   after 0.02 years, against IAS15, the step halved
+
+    The series of IAS15 has the inner planets' distances at the end: what they really do.
+    """
+    system, duration = problem(), YEARS * DAYS
+    rows = []
+    for label, (contender, options) in methods().items():
+        report(label)
+        run = contender.run(system, duration, {"step": STEP * DAYS, **options})
+        rows += _run(label, run)
+        if label != BLIND:
+            rows += _refined(label, contender, system)
+    report("IAS15")
+    truth = ias15.IAS15.run(system, duration, {"samples": 1})
+    return frame(rows + _at_end(ias15.IAS15.name, truth))
+
+
+def _run(label: str, run: Trajectory) -> list[dict[str, Any]]:
+    done = np.isfinite(run.q).all(axis=(1, 2))
+    t, energy = run.t[done], energy_errors(run)[done]
+    status = "" if run.success else run.status
+    rows = [row(study=label, quantity=ENERGY, t=s, value=e) for s, e in zip(t, energy, strict=True)]
+    rows += [
+        row(study=label, quantity=FALLS, value=energy[-1], status=status),
+        row(study=label, quantity=RISES, value=float(np.mean(np.diff(energy) > 0.0))),
+    ]
+    if run.failed_step is not None:
+        rows.append(row(study=label, quantity=STOP, value=run.failed_step * STEP, status=status))
+    place = (run.q - run.q[:, :1])[done]
+    for body in INNER:
+        k = run.problem.parameters["bodies"].index(body)
+        rows += [
+            row(study=label, quantity="position", label=body, t=s, x=x, y=y, z=z)
+            for s, (x, y, z) in zip(t[::EVERY], place[::EVERY, k], strict=True)
+        ]
+    return rows + _at_end(label, run)
+
+
+def _at_end(label: str, run: Trajectory) -> list[dict[str, Any]]:
+    distance = np.linalg.norm(run.q[-1] - run.q[-1, :1], axis=-1)
+    bodies = run.problem.parameters["bodies"]
+    return [
+        row(study=label, quantity=AT_END, label=body, value=distance[bodies.index(body)])
+        for body in INNER
+    ]
+
+
+def _refined(label: str, contender: Contender, system: Problem) -> list[dict[str, Any]]:
+    truth = ias15.IAS15.run(system, REFINED * DAYS, {"samples": 1}).q[-1]
+    rows = []
+    for k in range(HALVINGS):
+        steps = round(REFINED / STEP) * 2**k
+        run = contender.run(system, REFINED * DAYS, {"step": REFINED * DAYS / steps})
+        error = float(np.max(np.linalg.norm(run.q[-1] - truth, axis=-1)))
+        rows.append(row(study=label, quantity=ORDER, step=REFINED / steps, steps=steps,
+                        value=error, status="" if run.success else run.status))  # fmt: skip
+    return rows
+
+
+def judge(table: pd.DataFrame) -> list[Row]:
+    """The energy of each method; where the implicit one ends; that all three are what they say."""
+    rising, falling = (number(table, study=label, quantity=FALLS) for label in (EXPLICIT, IMPLICIT))
+    stays = pick(table, study=SYMPLECTIC, quantity=ENERGY)["value"].abs().max()
+    stop = number(table, study=IMPLICIT, quantity=STOP)
+    escaped = [number(table, study=BLIND, quantity=AT_END, label=body) for body in ESCAPING]
+    spirals = "Each step ends outside the tangent circle: the planets gain energy and spiral out."
+    inward = (
+        "The mirror image of the explicit method: the planets lose energy and spiral in, Mercury "
+        "to where one step no longer resolves its orbit."
+    )
+    return [
+        _within("energy at the end, relative change, explicit Euler", "energy rises", rising,
+                0.03, 0.12, spirals),
+        _within("share of steps in which the energy rises, explicit Euler", "energy rises",
+                number(table, study=EXPLICIT, quantity=RISES), 1.0, 1.0, spirals),
+        _within("largest relative energy error, symplectic Euler", "energy stays", stays,
+                0.0, 3e-4,
+                "It conserves a modified energy, which differs from the energy by O(h)."),
+        _within("energy before the solve stops, relative change, implicit Euler", "energy falls",
+                falling, -0.02, -1e-3, inward),
+        _within("share of steps in which the energy rises, implicit Euler", "energy falls",
+                number(table, study=IMPLICIT, quantity=RISES), 0.0, 0.0, inward),
+        _within("time at which the solve stops converging [years], implicit Euler",
+                "energy falls; Mercury, Venus and Earth escape", stop, 0.05, 0.15,
+                "Near the Sun the equations of a step have no solution close by. This is as far "
+                "as implicit Euler goes; H does not mention it.", "convergence of Newton's method"),
+        _within("nearest of Mercury, Venus and Earth to the Sun at the end [au], implicit Euler "
+                "with unconverged steps accepted", "Mercury, Venus and Earth escape",
+                float(np.min(escaped)), 50.0, np.inf,
+                "Newton's last iterates throw Mercury past the others, which it scatters; the "
+                "escapes of H's caption are of the solver and not of implicit Euler. How far they "
+                "get depends on rounding; Mars escapes here too.", ias15.IAS15.name),
+        *(_order(table, label) for label in (EXPLICIT, IMPLICIT, SYMPLECTIC)),
+    ]  # fmt: skip
+
+
+def _within(
+    quantity: str, claimed: str, measured: float, low: float, high: float, reason: str,
+    reference: str = "initial energy",
+) -> Row:  # fmt: skip
+    verdict = bounds.within(float(measured), low, high)
+    bound = _interval(low, high)
+    return _row(quantity, claimed, bound, float(measured), None, reason, reference, verdict)
+
+
+def _interval(low: float, high: float) -> str:
+    """In words."""
+    if low == high:
+        return f"exactly {low:g}"
+    return f"{low:g} to {high:g}" if np.isfinite(high) else f"at least {low:g}"
+
+
+def _order(table: pd.DataFrame, label: str) -> Row:
+    h, errors = series(table, "step", study=label, quantity=ORDER)
+    fit = convergence_fits.algebraic(h, errors, floor=FLOOR)
+    return _row(
+        f"order of the position error after {REFINED:g} years, {label}",
+        "all three are O(h)", f"1 -+ {bounds.ORDER_RESOLUTION:g}", fit.rate, fit.uncertainty,
+        "What is compared are the methods, not mistakes in them.", ias15.IAS15.name,
+        bounds.order(fit, 1.0),
+    )  # fmt: skip
+
+
+def _row(
+    quantity: str, claimed: str, bound: str, measured: float, uncertainty: float | None,
+    reason: str, reference: str, verdict: str,
+) -> Row:  # fmt: skip
+    known = uncertainty is not None and np.isfinite(uncertainty)
+    return Row(
+        id="V11",
+        quantity=quantity,
+        source="H fig. 1.1",
+        setup=SETUP,
+        claimed=claimed,
+        bound=bound,
+        measured=measured,
+        uncertainty=uncertainty if known else None,
+        expected=bounds.HOLDS,
+        reason=reason,
+        reference=reference,
+        verdict=verdict,
+    )
+
+
+V11 = Claim(
+    "V11",
+    "Solar system by three Euler methods: energy rises, falls, stays",
+    study,
+    judge,
+    ("H fig. 1.1",),
+)

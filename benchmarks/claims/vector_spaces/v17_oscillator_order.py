@@ -1,0 +1,93 @@
+"""V17: the harmonic oscillator, order 2 N under h-refinement (M 6.1, figure 1 left)."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from benchmarks.checks import bounds
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.vector_spaces.oscillator import (
+    DURATION,
+    FLOOR,
+    LARGEST,
+    METHOD,
+    OSCILLATION,
+    QUANTITY,
+    TRUTH,
+    method_of,
+    problem,
+)
+from benchmarks.measures.refinement import at_fixed_time, refine
+from benchmarks.statistics import convergence_fits
+from benchmarks.store.frames import frame, series
+
+DEGREES = (1, 2, 3, 4, 5)
+STUDY = "h-refinement, T = 8"
+SETUP = (
+    f"{OSCILLATION}; {METHOD}; T = {DURATION:g}, h = {LARGEST:g} / 2^(j/4), j = 0, 1, ..., "
+    "rounded to whole numbers of steps"
+)
+
+
+def step_counts(quick: bool) -> list[int]:
+    """Steps to the final time, growing by the fourth root of 2, M's among them."""
+    return [round(DURATION / LARGEST * 2.0 ** (j / 4)) for j in range(21 if quick else 33)]
+
+
+def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+    """Series 'h-refinement, T = 8' for N = 1 to 5."""
+    rows = []
+    for degree in DEGREES:
+        cases = at_fixed_time(degree + 1, DURATION, step_counts(quick))
+        options = (make_method, report, method_of)
+        rows += refine(STUDY, problem(), TRUTH, cases, (QUANTITY,), *options)
+    return frame(rows)
+
+
+def judge(table: pd.DataFrame) -> list[Row]:
+    """For each N what M measured, 2 N, and what its theory predicts, 2 N - 1."""
+    return [row for degree in DEGREES for row in _judge(table, degree)]
+
+
+def _judge(table: pd.DataFrame, degree: int) -> list[Row]:
+    h, errors = series(table, "step", study=STUDY, quantity=QUANTITY, n=degree + 1)
+    fit = convergence_fits.algebraic(h, errors, floor=FLOOR)
+    claims = (
+        (
+            "",
+            "M 6.1, fig. 1 left",
+            2 * degree,
+            f"the measured convergence rate is 2 N = {2 * degree}",
+            bounds.HOLDS,
+            "A rule this exact gives the order of Gauss collocation with N points.",
+        ),
+        (
+            ", against the theory",
+            "M sec. 5, thm. 4 and 5",
+            2 * degree - 1,
+            f"the predicted order is 2 N - 1 = {2 * degree - 1}",
+            bounds.EXCEEDS,
+            "M's estimate squares e_max, of order N, where one of order N + 1/2 is measured "
+            "(V22): the order of L_d is one more, as M suspects.",
+        ),
+    )
+    return [
+        Row(
+            id="V17",
+            quantity=f"order of the error, N = {degree}{suffix}",
+            source=source,
+            setup=f"{SETUP}; N = {degree}",
+            claimed=claimed,
+            bound=f"order {order} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
+            measured=fit.rate,
+            uncertainty=fit.uncertainty,
+            expected=expected,
+            reason=reason,
+            reference=TRUTH.name,
+            verdict=bounds.order(fit, order),
+        )
+        for suffix, source, order, claimed, expected, reason in claims
+    ]
+
+
+V17 = Claim("V17", "Oscillator: order 2 N in h", study, judge, ("M fig. 1 left",))

@@ -1,0 +1,144 @@
+"""V21: the rule's seminorm against the norm of u' (M (12), section 5)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.linalg import eigvalsh
+
+import galvi
+from benchmarks.checks import bounds
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.measures.independent_space import all_of_degree, gauss_points, slopes, values
+from benchmarks.store.frames import frame, pick, row
+
+DEGREES = (2, 3, 4, 5, 6, 7, 8)
+PRINTED = (2, 3, 4)  # degrees whose printed constant has a row
+LARGEST, LEAST = "largest |u'|_N / |u'|", "least |u'|_N / |u'|"
+GAUSS, GAUSS_MORE = "Gauss N nodes", "Gauss N + 1 nodes"
+LOBATTO_MORE, LOBATTO = "Lobatto N + 1 nodes", "Lobatto N nodes"
+EXACT = (GAUSS, GAUSS_MORE, LOBATTO_MORE)
+ROUND_OFF = 1e-12  # 3e-15 was measured
+
+
+def rule(name: str, degree: int) -> galvi.Rule:
+    """The rule that a study is called after."""
+    points = degree + 1 if name in (GAUSS_MORE, LOBATTO_MORE) else degree
+    return galvi.lobatto(points) if "Lobatto" in name else galvi.gauss(points)
+
+
+def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+    """For each rule and degree N the extremes of the ratio over polynomials of degree N."""
+    rows = []
+    for name in (*EXACT, LOBATTO):
+        report(name)
+        for degree in DEGREES:
+            method = make_method(galvi.Polynomials(degree), rule(name, degree))
+            least, largest = _extremes(method, degree)
+            for quantity, value in ((LEAST, least), (LARGEST, largest)):
+                rows.append(row(study=name, quantity=quantity, n=degree + 1, value=value))
+    return frame(rows)
+
+
+def _extremes(method: Any, degree: int) -> tuple[float, float]:
+    """Square roots of the extreme eigenvalues of the table's Gram matrix of slopes, against the
+    exact one: by numpy's Gauss rule, of the slopes of the polynomials with the basis' values."""
+    t, b = gauss_points(degree)
+    nodes, polynomials = np.linspace(0.0, 1.0, degree + 1), all_of_degree(degree)
+    parts = np.linalg.solve(values(polynomials, nodes).T, method.space.basis(nodes))
+    true = slopes(polynomials, t).T @ parts[:, 1:]
+    seen: Any = method.table.slope
+    found = eigvalsh(seen.T @ (method.table.b[:, None] * seen), true.T @ (b[:, None] * true))
+    return float(np.sqrt(found[0])), float(np.sqrt(found[-1]))
+
+
+def judge(table: pd.DataFrame) -> list[Row]:
+    """Exact rules; M's printed constant for N nodes; and the one that is so."""
+    return [
+        *(_exact(table, name) for name in EXACT),
+        *(_printed(table, degree) for degree in PRINTED),
+        _ours(table),
+        _below(table),
+    ]
+
+
+def _exact(table: pd.DataFrame, name: str) -> Row:
+    both = [_values(table, name, quantity) for quantity in (LEAST, LARGEST)]
+    measured = _most(np.concatenate([abs(one - 1.0) for one in both]))
+    return _row(
+        f"largest departure of the ratio from 1, {name}", "|u_N|_X,N = |u_N|_X, ratio 1",
+        f"at most {ROUND_OFF:g}", measured, bounds.HOLDS,
+        "The rule is exact for polynomials of degree 2 N - 2.",
+        bounds.bound(measured, ROUND_OFF),
+    )  # fmt: skip
+
+
+def _printed(table: pd.DataFrame, degree: int) -> Row:
+    found = pick(table, study=LOBATTO, quantity=LARGEST, n=degree + 1)["value"]
+    measured = float(found.iloc[0]) if len(found) else float("nan")
+    limit = float(np.sqrt(2.0 + 1.0 / degree))
+    return _row(
+        f"largest ratio, {LOBATTO}, N = {degree}", "at most sqrt(2 + 1 / N)",
+        f"at most {limit:.4f}", measured, bounds.CONTRADICTED,
+        f"The inequality of M's reference is for values at N + 1 nodes and functions of degree N; "
+        f"here the slopes have degree N - 1 and the rule N nodes, so N - 1 stands for N: "
+        f"sqrt(2 + 1 / (N - 1)) = {np.sqrt(2.0 + 1.0 / (degree - 1)):.4f}, which is attained.",
+        bounds.bound(measured, limit * (1.0 + ROUND_OFF)),
+    )  # fmt: skip
+
+
+def _ours(table: pd.DataFrame) -> Row:
+    ratios = _values(table, LOBATTO, LARGEST)
+    ns = np.sort(pick(table, study=LOBATTO, quantity=LARGEST)["n"].to_numpy(float))
+    measured = _most(abs(ratios - np.sqrt(2.0 + 1.0 / (ns - 2.0))))
+    return _row(
+        f"departure of the largest ratio from sqrt(2 + 1 / (N - 1)), {LOBATTO}",
+        "no claim of M; we say sqrt(2 + 1 / (N - 1)), no less and no more",
+        f"at most {ROUND_OFF:g}", measured, bounds.HOLDS,
+        "Only the square of the slope's leading Legendre polynomial is integrated wrongly.",
+        bounds.bound(measured, ROUND_OFF),
+    )  # fmt: skip
+
+
+def _below(table: pd.DataFrame) -> Row:
+    ratios = _values(table, LOBATTO, LEAST)
+    measured = float(ratios.min()) if ratios.size else float("nan")
+    return _row(
+        f"least ratio over all N, {LOBATTO}", "at least 1", f"at least 1 - {ROUND_OFF:g}", measured,
+        bounds.HOLDS, "The rule is exact but for that square, which it makes larger.",
+        bounds.within(measured, 1.0 - ROUND_OFF, np.inf),
+    )  # fmt: skip
+
+
+def _values(table: pd.DataFrame, name: str, quantity: str) -> Any:
+    return pick(table, study=name, quantity=quantity).sort_values("n")["value"].to_numpy(float)
+
+
+def _most(values: Any) -> float:
+    return float(np.max(values)) if len(values) else float("nan")
+
+
+def _row(
+    quantity: str, claimed: str, bound: str, measured: float, expected: str, reason: str,
+    verdict: str,
+) -> Row:  # fmt: skip
+    return Row(
+        id="V21",
+        quantity=quantity,
+        source="M (12), section 5",
+        setup=f"polynomials of degree N = {DEGREES[0]} to {DEGREES[-1]}; |u'|_N the rule's "
+        "seminorm, |u'| the exact one; extremes as eigenvalues",
+        claimed=claimed,
+        bound=bound,
+        measured=measured,
+        uncertainty=None,
+        expected=expected,
+        reason=reason,
+        reference="exact integrals, by numpy's Gauss rule",
+        verdict=verdict,
+    )
+
+
+V21 = Claim("V21", "The rule's seminorm against the norm of u'", study, judge)

@@ -1,0 +1,229 @@
+"""V23: one brownout particle, order with a force that depends on velocity (M figure 3, left)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.checks import bounds
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.vector_spaces.brownout_particle import (
+    ACROSS,
+    AWAY,
+    METHOD,
+    MOVING,
+    PIECES,
+    STARTS,
+    method_of_degree,
+    trajectory_error,
+    truth,
+)
+from benchmarks.statistics import convergence_fits
+from benchmarks.store.frames import frame, number, row, series
+from galvi import Trajectory
+from references.scipy.ivp import DOP853, RADAU
+from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER
+
+DEGREES = (1, 2, 3, 4)
+RICHEST, MOST = 12, 64  # M's own reference, in 64 steps
+ERROR = "error of the place"
+EULER = "semi-implicit Euler"
+OWN = "M's reference, N = 12"
+CHECKED = "Radau"
+SOLVED = f"{AWAY}, solved to round-off"
+FLOOR = {AWAY: 2e-13, ACROSS: 1e-10}  # m; DOP853 and Radau differ by 2e-14 and 1.2e-11
+NEAR = {AWAY: 1e-12, ACROSS: 1e-8}  # of M's reference: 9e-15 and 1.1e-10 were measured
+AGREED = {AWAY: 1e-12, ACROSS: 1e-10}  # of Radau
+FINER = 64  # times as many steps of semi-implicit Euler
+SATURATED = 10.0  # times the error with a solve to round-off
+TOLERANCES = (1e-3, 1e-5, 1e-7)
+SCANNED = tuple(10.0**-k for k in range(2, 9))  # for the power that errors fall with
+LAST = 5  # of the smallest steps, whose errors spread over two decades: their geometric mean
+SATURATING = 4  # the degree whose solve is stopped early
+TRUTH = f"{DOP853.name}, checked by {RADAU.name}"
+
+
+def step_counts(quick: bool) -> list[int]:
+    """Multiples of PIECES, growing by about the square root of 2."""
+    multiples = (2, 3, 4, 6, 8, 11, 16) if quick else (1, 2, 3, 4, 6, 8, 11, 16, 23, 32)
+    return [PIECES * k for k in multiples]
+
+
+def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+    """'error of the place' [m], with N + 1 in `n`:
+
+    of each start, in `study`, N = 1 to 4 in h, and semi-implicit Euler with n = 1, as if N = 0;
+    of 'w away from 0, tolerance 1e-03' and so on, N = 4 with a solve that stops there, and of
+    'w away from 0, solved to round-off', the same to the end;
+    of 'M's reference' and 'Radau', against DOP853, with the start in `label`.
+    """
+    rows = []
+    for start, known in STARTS.items():
+        report(start)
+        problem, exact = known.problem(), truth(start)
+        rows.append(row(study=CHECKED, quantity=ERROR, label=start,
+                        value=float(np.abs(truth(start, RADAU) - exact).max())))  # fmt: skip
+        for k in step_counts(quick):
+            h = known.duration / (FINER * k)
+            run = SEMI_IMPLICIT_EULER.run(problem, known.duration, {"step": h})
+            rows.append(_row(start, 0, FINER * k, run, start))
+            for degree in DEGREES:
+                run = _galvi(make_method, problem, start, degree, k)
+                rows.append(_row(start, degree, k, run, start))
+                if start == AWAY and degree == SATURATING:
+                    rows.append(_row(SOLVED, degree, k, run, start))
+            for tolerance in SCANNED if start == AWAY else ():
+                run = _galvi(make_method, problem, start, SATURATING, k, tolerance)
+                rows.append(_row(stopped_at(tolerance), SATURATING, k, run, start))
+        run = _galvi(make_method, problem, start, RICHEST, MOST)
+        rows.append(_row(OWN, RICHEST, MOST, run, start))
+    return frame(rows)
+
+
+def stopped_at(tolerance: float) -> str:
+    """The study of runs whose solve stops at this change relative to |q|."""
+    return f"{AWAY}, tolerance {tolerance:.0e}"
+
+
+def _galvi(
+    make_method: MakeMethod, problem: Any, start: str, degree: int, k: int,
+    tolerance: float | None = None,
+) -> Trajectory:  # fmt: skip
+    h = STARTS[start].duration / k
+    return galvi.integrate(
+        problem, method_of_degree(make_method, degree), h, k, tolerance=tolerance
+    )
+
+
+def _row(study: str, degree: int, k: int, run: Trajectory, start: str) -> dict[str, Any]:
+    return row(
+        study=study,
+        quantity=ERROR,
+        n=degree + 1,
+        step=STARTS[start].duration / k,
+        steps=k,
+        label=start,
+        value=trajectory_error(run, truth(start)),
+        status="" if run.success else run.status,
+        force_evaluations=run.counts["force_evaluations"],
+    )
+
+
+def judge(table: pd.DataFrame) -> list[Row]:
+    """Orders for each start; what stops the errors; what M takes for the truth."""
+    return [
+        *(_order(table, start, degree) for start in STARTS for degree in (*DEGREES, 0)),
+        *_saturation(table),
+        *(_distance(table, start, study) for start in STARTS for study in (OWN, CHECKED)),
+    ]
+
+
+BEFORE = (
+    "At these steps the method's own error is above that of the one step in which w is 0, of h^3, "
+    "which would show at smaller ones."
+)
+SMOOTH = "Away from w = 0 the force is analytic, and a rule this exact has the order 2 N."
+KINK = (
+    "At w = 0 the drag's second derivative jumps: one step has an error of h^3 whatever N is, "
+    "so that no order is above 3; M's runs do not say whether w passes through 0."
+)
+
+
+def _order(table: pd.DataFrame, start: str, degree: int) -> Row:
+    label = f"N = {degree}" if degree else EULER
+    h, errors = series(table, "step", study=start, quantity=ERROR, n=degree + 1)
+    fit = convergence_fits.algebraic(h, errors, floor=FLOOR[start])
+    claimed = 2 * degree if degree else 1
+    limited = start == ACROSS and degree > 2
+    return _made(
+        f"order, {label}, {start}", start,
+        claimed=f"optimal convergence rates, order 2 N = {claimed}" if degree else "first order",
+        bound=f"order {claimed} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
+        measured=fit.rate, uncertainty=fit.uncertainty,
+        expected=bounds.CONTRADICTED if limited else bounds.HOLDS,
+        reason=_why(start, degree),
+        verdict=bounds.order(fit, claimed),
+    )  # fmt: skip
+
+
+def _why(start: str, degree: int) -> str:
+    if degree == 0:
+        return "It is Euler's method in v."
+    if start == AWAY:
+        return SMOOTH
+    return KINK if degree > 2 else BEFORE
+
+
+def _saturation(table: pd.DataFrame) -> list[Row]:
+    """At the smallest steps: what an early stop of the solve costs, and how it falls."""
+    ratios = [_at_small_steps(table, stopped_at(t)) / _at_small_steps(table, SOLVED)
+              for t in TOLERANCES]  # fmt: skip
+    levels = np.array([_at_small_steps(table, stopped_at(t)) for t in SCANNED])
+    slope, uncertainty = float("nan"), None
+    if np.all(np.isfinite(levels)):
+        line, spread = np.polyfit(np.log(SCANNED), np.log(levels), 1, cov=True)
+        slope, uncertainty = float(line[0]), float(np.sqrt(spread[0, 0]))
+    claimed = "saturation is due to the tolerance of the Newton method"
+    reason = (
+        "Where the solve stops early, what is left is a part of its last change, at most the "
+        "tolerance; galvi's first guess, better at small steps, leaves less, so that errors wander "
+        "below a ceiling instead of staying on it. Solved to round-off they go on falling."
+    )
+    rows = [
+        _made(
+            f"error at the {LAST} smallest steps, solve stopped at {tolerance:.0e}, over that with "
+            f"a solve to round-off, N = {SATURATING}", AWAY, claimed=claimed,
+            bound=f"at least {SATURATED:g}", measured=float(ratio), uncertainty=None,
+            expected=bounds.HOLDS, reason=reason,
+            verdict=bounds.within(float(ratio), SATURATED, np.inf),
+        )
+        for tolerance, ratio in zip(TOLERANCES, ratios, strict=True)
+    ]  # fmt: skip
+    return [*rows, _made(
+        f"power of the tolerance that this error falls with, N = {SATURATING}", AWAY,
+        claimed=claimed, bound="0.5 to 1.5", measured=slope, uncertainty=uncertainty,
+        expected=bounds.HOLDS, reason="What is left of the last change is a part of it.",
+        verdict=bounds.within(slope, 0.5, 1.5),
+    )]  # fmt: skip
+
+
+def _at_small_steps(table: pd.DataFrame, study: str) -> float:
+    """The geometric mean of the errors at the smallest steps; NaN where one is missing."""
+    errors = series(table, "step", study=study, quantity=ERROR, n=SATURATING + 1)[1][-LAST:]
+    return float(np.exp(np.mean(np.log(errors)))) if errors.size == LAST else float("nan")
+
+
+def _distance(table: pd.DataFrame, start: str, study: str) -> Row:
+    found = number(table, study=study, quantity=ERROR, label=start)
+    theirs, away = study == OWN, start == AWAY
+    limit = NEAR[start] if theirs else AGREED[start]
+    return _made(
+        f"distance to DOP853 [m], {study}, {start}", start,
+        claimed="the reference solution has N = 12" if theirs else "none: the truth is checked",
+        bound=f"at most {limit:g}", measured=found, uncertainty=None, expected=bounds.HOLDS,
+        reason="Both are at round-off." if away else
+        "Neither steps on the moment at which w is 0, and loses digits there.",
+        verdict=bounds.bound(found, limit),
+    )  # fmt: skip
+
+
+def _made(quantity: str, start: str, **rest: Any) -> Row:
+    known = STARTS[start]
+    return Row(
+        id="V23",
+        quantity=quantity,
+        source="M 6.2, fig. 3",
+        setup=f"{MOVING}; {known.words}; {METHOD}; T = {known.duration:g} s; largest error of the "
+        f"place at {PIECES} times",
+        reference=TRUTH,
+        **rest,
+    )
+
+
+V23 = Claim(
+    "V23", "Brownout particle: the order with a drag that depends on velocity", study, judge,
+    ("M fig. 3",),
+)  # fmt: skip

@@ -1,0 +1,165 @@
+"""V24: one brownout particle, error against processor time (M figure 3, right)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.checks import bounds
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.vector_spaces.brownout_particle import (
+    AWAY,
+    METHOD,
+    MOVING,
+    PIECES,
+    STARTS,
+    method_of_degree,
+    trajectory_error,
+    truth,
+)
+from benchmarks.claims.vector_spaces.v23_brownout_order import ERROR, EULER
+from benchmarks.statistics.timing import interleaved, warmed
+from benchmarks.store.frames import frame, pick, row
+from benchmarks.work_precision.fronts import seconds_at
+from galvi.arrays import Array
+from references.scipy.ivp import DOP853
+from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER
+
+DEGREES = (1, 2, 4, 6)
+SECONDS = "seconds"
+ROUNDS = 3
+ASKED = 2e-4  # m, a low error, which 65,536 steps of the low order reach
+FINE = 1e-7  # m, out of reach of the low order
+LOW, HIGH = 1e-4, 2.0  # m, where the crossing is looked for; the particle is carried 8 m
+
+
+def multiples(quick: bool) -> dict[str, tuple[int, ...]]:
+    """Steps in a piece of the duration, for each contender."""
+    euler = (4, 16, 64, 256, 1024, 8192) if quick else (4, 16, 64, 256, 1024, 4096, 8192, 16384)
+    ours = (1, 2, 4, 8, 32) if quick else (1, 2, 3, 4, 6, 8, 16, 32)
+    short = [size for size in ours if size <= 8]  # of the highest degree, then at round-off
+    high = {label_of(max(DEGREES)): tuple(short)}
+    return {EULER: euler, **{label_of(degree): ours for degree in DEGREES}, **high}
+
+
+def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
+    """'error of the place' [m] and 'seconds', all timed in turns; the contender in `study`."""
+    known, exact = STARTS[AWAY], truth(AWAY)
+    problem, calls, warm, found = known.problem(), [], [], []
+    for label, sizes in multiples(quick).items():
+        report(label)
+        for size in sizes:
+            call = partial(_solve, make_method, problem, known.duration, label, size)
+            run, seconds = warmed(call)
+            calls.append(call)
+            warm.append(seconds)
+            found.append((label, size, run))
+    timings = interleaved(calls, ROUNDS, 0.003 if quick else 0.03, warm)
+    rows = []
+    for (label, size, run), timing in zip(found, timings, strict=True):
+        rest = {"study": label, "steps": PIECES * size, "status": "" if run.success else run.status}
+        rows += [
+            row(quantity=ERROR, value=trajectory_error(run, exact), **rest),
+            row(quantity=SECONDS, value=timing.seconds, **rest),
+        ]
+    return frame(rows)
+
+
+def label_of(degree: int) -> str:
+    """The study of a degree."""
+    return f"N = {degree}"
+
+
+def _solve(make_method: MakeMethod, problem: Any, duration: float, label: str, size: int) -> Any:
+    """One run of `size` steps a piece, saved at the ends of the pieces."""
+    h, steps = duration / (PIECES * size), PIECES * size
+    if label == EULER:
+        return SEMI_IMPLICIT_EULER.run(problem, duration, {"step": h, "save_every": size})
+    method = method_of_degree(make_method, int(label.split()[-1]))
+    return galvi.integrate(problem, method, h, steps, save_every=size)
+
+
+def front_of(table: pd.DataFrame, *labels: str) -> tuple[Array, Array]:
+    """(errors, seconds) that no other run of these contenders beats, by falling error."""
+    points = []
+    for label in labels:
+        rows = pick(table, study=label)
+        if not rows.empty:
+            wide = rows.pivot(index="steps", columns="quantity", values="value").dropna()
+            points += list(zip(wide[ERROR], wide[SECONDS], strict=True))
+    best, kept = np.inf, []
+    for error, seconds in sorted(points, key=lambda point: (point[1], point[0])):
+        if error < best:
+            best = error
+            kept.append((error, seconds))
+    errors, times = np.array(kept).reshape(-1, 2).T
+    return errors, times
+
+
+def advantage(table: pd.DataFrame, errors: Sequence[float]) -> Array:
+    """Time of semi-implicit Euler over that of the best degree at errors [m]; NaN out of reach."""
+    euler, ours = front_of(table, EULER), front_of(table, *map(label_of, DEGREES))
+    return np.array([seconds_at(*euler, e) / seconds_at(*ours, e) for e in errors])
+
+
+def crossing(table: pd.DataFrame) -> float:
+    """The error [m] below which high order is cheaper, at all errors that both reach.
+
+    0 where it is not at the smallest of them; NaN where they reach none alike.
+    """
+    errors = np.geomspace(HIGH, LOW, 200)
+    ratios = advantage(table, errors)
+    reached = np.isfinite(ratios)
+    if not np.any(reached):
+        return float("nan")
+    if not ratios[reached][-1] > 1.0:
+        return 0.0
+    dearer = np.flatnonzero(reached & (ratios <= 1.0))
+    return float(errors[dearer[-1]]) if dearer.size else HIGH
+
+
+def judge(table: pd.DataFrame) -> list[Row]:
+    """Where the fronts cross, how far apart they are below, and which degree pays."""
+    rich, poor = (seconds_at(*front_of(table, label_of(d)), FINE) for d in (max(DEGREES), 2))
+    claimed = "high order is more efficient when low error levels are required"
+    reason = (
+        "A step of high order costs some hundred evaluations of the force, but the number of steps "
+        "grows only with the error's root of order 2 N; Euler's grows with its inverse."
+    )
+    measured = {
+        "error below which high order is cheaper than semi-implicit Euler [m]": (
+            crossing(table), LOW, HIGH, f"between {LOW:g} and {HIGH:g}"),
+        f"time of semi-implicit Euler over that of the best N at {ASKED:g} m": (
+            advantage(table, (ASKED,))[0], 1.0, np.inf, "at least 1"),
+        f"time of N = 2 over that of N = {max(DEGREES)} at {FINE:g} m": (
+            poor / rich, 1.0, np.inf, "at least 1"),
+    }  # fmt: skip
+    return [
+        Row(
+            id="V24",
+            quantity=quantity,
+            source="M 6.2, fig. 3",
+            setup=f"{MOVING}; {STARTS[AWAY].words}; {METHOD}, N = 1, 2, 4, 6; T = 2 s; all timed "
+            "in one interleaved run, both compiled",
+            claimed=claimed,
+            bound=bound,
+            measured=float(value),
+            uncertainty=None,
+            expected=bounds.HOLDS,
+            reason=reason,
+            reference=DOP853.name,
+            verdict=bounds.within(float(value), low, high),
+        )
+        for quantity, (value, low, high, bound) in measured.items()
+    ]
+
+
+V24 = Claim(
+    "V24", "Brownout particle: high order is cheaper where small errors are asked for", study,
+    judge, ("M fig. 3",), timed=True,
+)  # fmt: skip

@@ -1,0 +1,1 @@
+"""Experiments behind choices in the solver, each a runnable module."""

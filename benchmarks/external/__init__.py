@@ -1,0 +1,1 @@
+"""Integrators from outside the project: loading, running and checking them."""

@@ -1,0 +1,232 @@
+"""Somebody else's contender under `verify`: is its motion the right one, and what it says so?
+
+What it declares (see `benchmarks.external.integrator`) is held against what is measured: its order
+from both sides, the errors that it claims, and what it conserves, as a bound and without a drift.
+What it does not declare is measured and told, and nothing depends on it. Whatever it declares, no
+run may fail, its finest setting must be within a tenth of the way of the truth, and better than its
+coarsest until it is right to 1e-8: what has one setting only has to be that.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.checks import bounds
+from benchmarks.checks.claim import AGREEMENT as SOURCE
+from benchmarks.checks.claim import Claim, Row
+from benchmarks.external.check_problems import CHECK_PROBLEMS, CheckProblem
+from benchmarks.external.check_runs import CLAIMED, ERROR, FAILED, OFF, ORDER, studied
+from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.external.loading import CONSERVED
+from benchmarks.statistics.convergence_fits import algebraic, window
+from benchmarks.store.frames import number, pick
+
+GAIN = 0.7  # of the coarsest setting's error, at most at the finest
+RIGHT = 1e-8  # of the way, an error that needs no gain
+FAR = 0.1  # of the way, that states may be off by at the finest setting
+SHARE = 0.05  # of an order, that it may be off by beyond `verdicts.ORDER_RESOLUTION`
+RISES = 2  # of the error with a shorter step, from which on it is erratic; one is a change of sign
+ROUND_OFF = 1e-12  # relative changes that may grow
+OWN = "It says so itself."
+TOLD = "It does not say; its number is told."
+
+
+def contender_checks(
+    outsiders: Sequence[ExternalIntegrator], grounds: Sequence[CheckProblem] = CHECK_PROBLEMS
+) -> tuple[Claim, ...]:
+    """One for each, which `verify` runs like a claim, with ids such as A-my-leapfrog."""
+    names: list[str] = []
+    for outsider in outsiders:
+        slug = re.sub(r"[^a-z0-9]+", "-", outsider.name.lower()).strip("-")
+        name = f"A-{slug or 'contender'}"
+        while name in names:
+            name += "-too"
+        names.append(name)
+    return tuple(
+        Claim(
+            name,
+            f"{outsider.name} and the truth",
+            partial(studied, outsider, grounds),
+            Judge(name, outsider, tuple(grounds)),
+            timed=True,  # its runs have a limit of time
+        )
+        for name, outsider in zip(names, outsiders, strict=True)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """From the rows of `benchmarks.external.check_runs` to those of claims.csv."""
+
+    id: str
+    outsider: ExternalIntegrator
+    grounds: tuple[CheckProblem, ...]
+
+    def __call__(self, table: pd.DataFrame) -> list[Row]:
+        """Every row; a contender that supports none of the problems has one that says so."""
+        rows, orders, looked = [], 0, dict.fromkeys(self.outsider.conserves, 0)
+        for ground in self.grounds:
+            seen = pick(table, study=ground.problem.name)
+            if seen.empty:
+                continue
+            rows += [self._failures(ground, seen), *self._errors(ground, seen)]
+            ordered = self._order(ground, seen)
+            orders += sum(row.verdict != bounds.NOT_RUN for row in ordered)
+            rows += [*ordered, *self._conserved(ground, seen)]
+            for name in looked:
+                looked[name] += not pick(seen, quantity=name).empty
+        if not rows:
+            known = ", ".join(ground.problem.name for ground in self.grounds)
+            return [self._least("problems that it supports", 0, f"Asked were {known}.")]
+        if self.outsider.order is not None:
+            why = (
+                "It says its order: steps from its longest to its shortest must show it somewhere, "
+                "above round-off. Let it offer longer ones, too."
+            )
+            rows.append(self._least("problems where its order is seen", orders, why))
+        for name, count in looked.items():
+            why = "It says that it conserves it: a problem that it supports must have it."
+            rows.append(self._least(f"problems where its {name} is looked at", count, why))
+        return rows
+
+    def _row(self, ground: CheckProblem, quantity: str, measured: float, verdict: str,
+             **more: str) -> Row:  # fmt: skip
+        told = {
+            "claimed": "the same motion", "bound": "none", "expected": bounds.HOLDS,
+            "reason": OWN, "reference": ground.truth.name,
+            "setup": f"{ground.problem.name}; T = {ground.duration:g}", **more,
+        }  # fmt: skip
+        return Row(
+            id=self.id, quantity=f"{quantity}, {ground.problem.name}", source=SOURCE,
+            measured=measured if np.isfinite(measured) else None, uncertainty=None,
+            verdict=verdict, **told,
+        )  # fmt: skip
+
+    def _least(self, quantity: str, count: int, why: str) -> Row:
+        return Row(
+            id=self.id, quantity=quantity, source=SOURCE, setup="all problems",
+            claimed="", bound="at least 1", measured=count, uncertainty=None,
+            expected=bounds.HOLDS, reason=why, reference="",
+            verdict=bounds.HOLDS if count else bounds.CONTRADICTED,
+        )  # fmt: skip
+
+    def _failures(self, ground: CheckProblem, seen: pd.DataFrame) -> Row:
+        count, (why, *_) = number(seen, quantity=FAILED), pick(seen, quantity=FAILED)["status"]
+        return self._row(
+            ground, "runs and answers that failed", count, bounds.bound(count, 0.0),
+            claimed="runs as they were asked for", bound="at most 0", reference="the protocol",
+            reason=why or "Each setting that it offers must run to its end.",
+        )  # fmt: skip
+
+    def _errors(self, ground: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        rows, errors = [], pick(seen, quantity=ERROR)
+        for _, one in errors.iterrows():
+            limit = number(seen, quantity=CLAIMED, label=one["label"])
+            measured, claims = float(one["value"]), np.isfinite(limit)
+            expected = bounds.HOLDS if claims else bounds.INFORMATIVE
+            kept = np.isfinite(measured) and not (claims and measured > limit)
+            rows.append(
+                self._row(
+                    ground, f"error at {one['label'] or 'its setting'}", measured,
+                    expected if kept else bounds.CONTRADICTED, expected=expected,
+                    bound=f"at most {limit:g}" if claims else "none",
+                    reason=one["status"] or (OWN if claims else TOLD),
+                )
+            )  # fmt: skip
+        return [*rows, *self._way(ground, seen)] if rows else []
+
+    def _way(self, ground: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        """All its states at the finest setting, against the truth and against the coarsest."""
+        off = {what: list(pick(seen, quantity=name)["value"]) for what, name in OFF.items()}
+        coarse, fine = (float(np.max([values[k] for values in off.values()])) for k in (0, -1))
+        worst = max(off, key=lambda what: np.nan_to_num(off[what][-1], nan=np.inf))
+        single = len(off[worst]) == 1
+        better = fine <= max(RIGHT, 0.0 if single else GAIN * coarse)
+        unknown = single and not better and np.isfinite(fine)
+        reason = "What becomes no better solves another problem."
+        if single:
+            reason = "It offers one setting, so that nothing can become better: let it offer two."
+        elif not np.isfinite(coarse):
+            reason = "Its run at the coarsest setting failed."
+        elif fine > coarse:
+            reason = "Settings go from coarse to fine; and what becomes worse is no solution."
+        bound = f"at most {GAIN:g}, or an error of at most {RIGHT:g} of the way"
+        return [
+            self._row(
+                ground, "error at its finest over the way from the start", fine,
+                bounds.HOLDS if fine <= FAR else bounds.CONTRADICTED,
+                bound=f"at most {FAR:g}", reason=f"Furthest from the truth: its {worst}.",
+            ),
+            self._row(
+                ground, "error at its finest over that at its coarsest",
+                fine if single or not coarse > 0.0 else fine / coarse,
+                bounds.NOT_RUN if unknown
+                else bounds.HOLDS if better else bounds.CONTRADICTED,
+                bound=bound, reason=reason,
+            ),
+        ]  # fmt: skip
+
+    def _order(self, ground: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        runs, order = pick(seen, quantity=ORDER), self.outsider.order
+        if runs.empty or order is None:
+            return []
+        fit = algebraic(list(runs["step"]), list(runs["value"]), floor=ground.floor)
+        slack = max(bounds.ORDER_RESOLUTION, SHARE * order)
+        wrong = fit.stays_large or fit.relapse
+        spread, reason = slack + 2.0 * fit.uncertainty, OWN
+        if wrong:
+            verdict = bounds.CONTRADICTED
+        elif not fit.points:
+            verdict, reason = bounds.NOT_RUN, "Fewer than three errors are above round-off."
+        elif 2.0 * fit.uncertainty <= slack:
+            verdict = bounds.within(fit.rate, order - spread, order + spread)
+        elif _rises(runs["value"], ground.floor) >= RISES or fit.rate < order - spread:
+            verdict, reason = bounds.CONTRADICTED, "Its errors follow no power of the step."
+        else:
+            verdict, reason = bounds.NOT_RUN, "Its errors fall, but by no power of the step yet."
+        unseen = verdict == bounds.NOT_RUN
+        found = self._row(
+            ground, "order in the step", fit.rate, verdict, claimed=f"order {order:g}",
+            bound=f"within {slack:g} of {order:g}",
+            expected=bounds.NOT_RUN if unseen else bounds.HOLDS, reason=reason,
+        )  # fmt: skip
+        return [replace(found, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else found]
+
+    def _conserved(self, ground: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        rows = []
+        for name in CONSERVED:
+            series = pick(seen, quantity=name)
+            if series.empty:
+                continue
+            found = bounds.drift(series["t"].to_numpy(), series["value"].to_numpy())
+            limit = self.outsider.conserves.get(name)
+            if limit is None:
+                expected = verdict = bounds.INFORMATIVE
+            else:
+                expected = bounds.HOLDS
+                verdict = bounds.no_growth(found, limit, ROUND_OFF)
+            if not np.isfinite(found.largest):
+                verdict = bounds.CONTRADICTED
+            label, why = series["label"].iloc[0], series["status"].iloc[0]
+            rows.append(
+                self._row(
+                    ground, f"relative change of {name}", found.largest, verdict,
+                    claimed="none" if limit is None else "it stays", expected=expected,
+                    bound="none" if limit is None else f"at most {limit:g}, without a drift",
+                    reason=why or (TOLD if limit is None else OWN), reference="its start",
+                    setup=f"{ground.problem.name}; T = {ground.long:g}; {label}",
+                )
+            )  # fmt: skip
+        return rows
+
+
+def _rises(errors: Sequence[float], floor: float) -> int:
+    """How often an error above round-off is larger than the one of a longer step."""
+    seen = np.asarray(errors, dtype=np.float64)[window(errors, floor=floor)]
+    return int(np.sum(np.diff(seen) > 0.0))

@@ -1,0 +1,1 @@
+"""What is measured of a run: errors, fits, invariants by independent formulas."""

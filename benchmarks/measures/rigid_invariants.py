@@ -1,0 +1,60 @@
+"""What a rigid body conserves, from its rotations R (k, 3, 3) and body momenta p (k, 3).
+
+Written apart from galvi's own functions, like `benchmarks.measures.independent_invariants`, and
+from the momentum that a run keeps, so that no rounding of a velocity comes between. Lagrange's top
+keeps all of: the energy, the momentum about the vertical and, with equal moments across its axis,
+that about the axis.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from benchmarks.measures import independent_invariants
+from galvi import Problem, RigidBody, UniformGravity
+from galvi.arrays import Array
+
+
+def energy(problem: Problem, R: Array, p: Array) -> Array:
+    """Kinetic plus potential energy, (k,). TypeError as `textbook.energy`."""
+    return independent_invariants.energy(problem, R, p @ np.linalg.inv(_body(problem).inertia))
+
+
+def spatial_momentum(R: Array, p: Array) -> Array:
+    """R p, (k, 3): constant when nothing turns the body."""
+    return np.stack([np.sum(R[:, axis] * p, axis=-1) for axis in range(3)], axis=-1)
+
+
+def vertical_momentum(problem: Problem, R: Array, p: Array) -> Array:
+    """The part of R p against gravity, (k,). TypeError for a body without weight."""
+    g = _weight(problem).g
+    result: Array = -spatial_momentum(R, p) @ g / np.sqrt(np.sum(g**2))
+    return result
+
+
+def axial_momentum(problem: Problem, R: Array, p: Array) -> Array:
+    """The part of p along the line from the tip to the centre of mass, (k,). TypeError likewise."""
+    centre = _weight(problem).centre
+    result: Array = p @ centre / np.sqrt(np.sum(centre**2))
+    return result
+
+
+def orthogonality_defect(R: Array) -> Array:
+    """Largest entry of R^T R - I, (k,)."""
+    defects = [
+        np.sum(R[:, :, i] * R[:, :, j], axis=-1) - (i == j) for i in range(3) for j in range(i + 1)
+    ]
+    return np.max(np.abs(defects), axis=0)
+
+
+def _body(problem: Problem) -> RigidBody:
+    if not isinstance(problem.system, RigidBody):
+        raise TypeError(f"this is a formula for a RigidBody; received {problem.system!r}.")
+    return problem.system
+
+
+def _weight(problem: Problem) -> UniformGravity:
+    weight = _body(problem).potential
+    if not isinstance(weight, UniformGravity):
+        raise TypeError(f"this is a formula for a body with UniformGravity; received {weight!r}.")
+    return weight

@@ -1,0 +1,1 @@
+"""Rank tests, change points, growth laws and timing."""

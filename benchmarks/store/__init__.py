@@ -1,0 +1,1 @@
+"""Tidy frames, files of rows, and the provenance of both."""

@@ -1,0 +1,89 @@
+"""Where numbers come from: versions, commit, machine, date, command."""
+
+from __future__ import annotations
+
+import datetime
+import os
+import platform
+import subprocess
+import sys
+from importlib import metadata
+from pathlib import Path
+
+ENGINES = (
+    "galvi",
+    "numpy",
+    "scipy",
+    "numba",
+    "llvmlite",
+    "pandas",
+    "rebound",
+    "heyoka",
+    "mujoco-core",
+    "jplephem",
+    "de421",
+    "pytest-benchmark",
+)
+ROOT = Path(__file__).parents[2]
+
+
+def provenance(command: str | None = None) -> dict[str, str]:
+    """Of a table or a page: date, command, commit, versions of Python and the engines, machine.
+
+    command  as a person would type it; None takes that of this process, without folders
+    """
+    return {
+        "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        "command": command or _command(),
+        "commit": commit(),
+        "python": platform.python_version(),
+        **versions(),
+        "platform": f"{platform.system()} {platform.machine()}",
+        "cpu": cpu(),
+        "threads": str(os.cpu_count()),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Installed version of each engine, or 'not installed'."""
+    found = {}
+    for name in ENGINES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def commit() -> str:
+    """Hash of the checkout's commit, with '+dirty' when files differ; 'unknown' without git."""
+    head = _git("rev-parse", "HEAD")
+    if head is None:
+        return "unknown"
+    return head + ("+dirty" if _git("status", "--porcelain") else "")
+
+
+def cpu() -> str:
+    """The processor's model, as far as the system tells."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.processor() or platform.machine()
+
+
+def _git(*arguments: str) -> str | None:
+    try:
+        done = subprocess.run(
+            ["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True, timeout=30
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip()
+
+
+def _command() -> str:
+    program = Path(sys.argv[0])
+    name = f"python -m {program.parent.name}" if program.stem == "__main__" else program.name
+    return " ".join([name, *sys.argv[1:]])

@@ -1,0 +1,1 @@
+"""Studies that are not claims of a paper: cost, drift, scaling, round-off, engines."""

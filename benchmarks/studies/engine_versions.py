@@ -1,0 +1,196 @@
+"""The same free body in several versions of MuJoCo, each in an environment of its own.
+
+A version is told by its rows: how the error of the attitude falls with the step, and what becomes
+of the energy. One file of rows for each version; a version that cannot be installed has a row that
+says why, and is tried again the next time.
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import json
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.store.row_files import RowFiles
+from benchmarks.studies.isolated_environment import NotHere, environment, finished
+from benchmarks.studies.round_off_long import version
+from galvi.arrays import Array
+from references.closed_forms.free_top import FREE_TOP
+from references.mujoco import other_versions
+from references.mujoco.body import mujoco_body
+from references.mujoco.states import from_mujoco, to_mujoco
+from references.mujoco.steps import MUJOCO_RK4
+
+COLUMNS: Mapping[str, type] = {
+    "engine": str,
+    "joint": str,
+    "integrator": str,
+    "step": float,
+    "attitude_error": float,
+    "energy_error": float,
+    "status": str,
+    "commit": str,
+    "date": str,
+}
+OLDER = ("mujoco==3.6.0", "mujoco==3.10.0", "mujoco==3.17.0")
+DURATION, SAMPLES = 10.0, 10
+STEPS = tuple(0.1 / 2.0**k for k in range(9))
+FOLDER = "engine_versions"  # below that of all studies
+SCRIPT = Path(other_versions.__file__)
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One version.
+
+    requirement  what is installed, e.g. "mujoco==3.6.0"
+    files        where its rows go
+    """
+
+    requirement: str
+    files: RowFiles
+
+    @property
+    def title(self) -> str:
+        """For progress and tables, e.g. 'mujoco 3.6.0'."""
+        return self.requirement.replace("==", " ")
+
+    @property
+    def name(self) -> str:
+        """Of its file: the version, and a digest of what it was asked."""
+        return f"{self.title.replace(' ', '-')}_{_digest()}"
+
+    def done(self) -> bool:
+        """Whether its rows are there."""
+        frame = self.files.read(self.name)
+        return frame is not None and bool((frame["status"] == "").any())
+
+    def run(self, report: Report) -> None:
+        """Install it unless it is there, let it move the bodies, and judge what comes back."""
+        try:
+            report(f"{self.title}: installing")
+            with environment(self.requirement, self.files.folder) as python:
+                report(f"{self.title}: moving")
+                rows = judged(self.title, _moved(python))
+        except NotHere as error:
+            report(f"{self.title}: {error}")
+            rows = [_absent(self.title, str(error))]
+        date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
+        frame = pd.DataFrame(rows).assign(commit=version(), date=date)
+        self.files.write(self.name, frame)
+
+
+def engine_versions(quick: bool = False, report: Report = lambda sentence: None) -> pd.DataFrame:
+    """The installed version alone: a row for each joint, integrator and step; see COLUMNS.
+
+    attitude_error  largest entry of R - R_true over the samples of 10 units of time, against the
+                    closed form
+    energy_error    largest |E / E0 - 1| over the samples
+    """
+    engine = _current().replace("==", " ")
+    report(engine)
+    try:
+        if MUJOCO_RK4.missing:
+            raise NotHere(MUJOCO_RK4.missing)
+        rows = judged(engine, _moved(Path(sys.executable)))
+    except NotHere as error:
+        rows = [_absent(engine, str(error))]
+    return pd.DataFrame(rows, columns=list(COLUMNS)).assign(commit="", date="")
+
+
+def parts(studies: Path, report: Report, requirements: Sequence[str] | None = None) -> list[Part]:
+    """One for each version: the older ones and the one that is installed."""
+    files = RowFiles(studies / FOLDER, COLUMNS, report)
+    return [Part(wanted, files) for wanted in requirements or (*OLDER, _current())]
+
+
+def stored(studies: Path, report: Report) -> pd.DataFrame:
+    """The rows that are there and answer what is asked today; none when the study was not run."""
+    frames = [part.files.read(part.name) for part in parts(studies, report)]
+    known = [frame for frame in frames if frame is not None]
+    return pd.concat(known, ignore_index=True) if known else pd.DataFrame(columns=list(COLUMNS))
+
+
+def judged(engine: str, told: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """A row for each run that an engine tells of; its version is the one that it says it has."""
+    name = f"{engine.partition(' ')[0]} {told['version']}"
+    return [_row(name, _truth(), run) for run in told["runs"]]
+
+
+def _row(engine: str, truth: Array, run: Mapping[str, Any]) -> dict[str, Any]:
+    q, v = from_mujoco(run["joint"], np.array(run["qpos"]), np.array(run["qvel"]))
+    problem = _bodies()["ball"]
+    with np.errstate(all="ignore"):
+        attitude = float(np.max(np.abs(q[:, :3, :3] - truth)))
+        energy = problem.system.kinetic_energy(v[:, :3])
+        start = problem.system.kinetic_energy(problem.v0)
+        lost = float(np.max(np.abs(energy / start - 1.0)))
+    good = np.isfinite(attitude) and np.isfinite(lost)
+    return {
+        "engine": engine,
+        "joint": run["joint"],
+        "integrator": run["integrator"],
+        "step": run["step"],
+        "attitude_error": attitude if good else float("nan"),
+        "energy_error": lost if good else float("nan"),
+        "status": "" if good else "The states are not finite: the step is too large.",
+    }
+
+
+def _absent(engine: str, why: str) -> dict[str, Any]:
+    nan = float("nan")
+    blank = {"joint": "", "integrator": "", "step": nan, "attitude_error": nan, "energy_error": nan}
+    return {"engine": engine, **blank, "status": why}
+
+
+def _moved(python: Path) -> Mapping[str, Any]:
+    """What the MuJoCo of this interpreter makes of the job."""
+    told = finished([str(python), "-I", str(SCRIPT)], json.dumps(_job()))
+    answer: Mapping[str, Any] = json.loads(told)
+    return answer
+
+
+def _bodies() -> dict[str, Any]:
+    """H's free body, on a ball joint and, drifting, on a free one: the attitudes are the same."""
+    return {"ball": galvi.problems.free_rigid_body(), "free": galvi.problems.free_body_se3()}
+
+
+def _job() -> dict[str, Any]:
+    models = {}
+    for joint, problem in _bodies().items():
+        qpos, qvel = to_mujoco(joint, problem.q0, problem.v0)
+        mjcf = mujoco_body(problem.system).mjcf()
+        models[joint] = {"mjcf": mjcf, "qpos": qpos.tolist(), "qvel": qvel.tolist()}
+    return {"models": models, "steps": STEPS, "duration": DURATION, "samples": SAMPLES}
+
+
+@cache
+def _truth() -> Array:
+    """Attitudes at the samples, (samples, 3, 3)."""
+    return FREE_TOP.run(_bodies()["ball"], DURATION, {"samples": SAMPLES}).q[1:]
+
+
+@cache
+def _digest() -> str:
+    asked = SCRIPT.read_bytes() + json.dumps(_job()).encode()
+    return hashlib.sha256(asked).hexdigest()[:8]
+
+
+def _current() -> str:
+    """The requirement that is met here, or the least that the references ask for."""
+    try:
+        return f"mujoco-core=={metadata.version('mujoco-core')}"
+    except metadata.PackageNotFoundError:
+        return "mujoco-core==4.0.1"

@@ -1,0 +1,120 @@
+"""Newton's point masses against JPL's ephemeris DE421: how far a converged run is from the sky."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.studies.relativity import displacement
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.participants import FEWEST, finest
+from galvi import Problem, Trajectory
+from galvi.arrays import Array
+from references.jpl.ephemeris import JPL_EPHEMERIS
+from references.stored.planets import STORED_TRUTH
+
+COLUMNS = (
+    "contender",
+    "body",
+    "days",
+    "difference_au",
+    "difference_arcsec",
+    "relativity_au",
+    "integration_error_au",
+    "status",
+)
+DAYS = (1000, 5000, 10_000)
+DEGREE, STEP = 12, 10.0  # days; within 1e-12 au of the quadruple truth
+OURS = f"galvi degree {DEGREE}, Gauss {DEGREE}"
+ARC_SECOND = np.pi / 648_000.0
+EXPLANATION = (
+    f"galvi, degree {DEGREE}, steps of {STEP:g} days, from DE421's own states of 2000-01-01: the "
+    "distance to where DE421 has each body, and the angle between the two as seen from the Sun. "
+    "The run's own error, against the same point masses in quadruple precision, is far smaller: "
+    "what is seen is the model and not the integrator. Newton's point masses have no relativity: "
+    "beside the difference stands what its largest term alone does to a planet about the Sun. "
+    "They have no Moon either (Earth stands for the barycentre of both), no asteroids, and a "
+    "round Sun. So they will do for the dynamics of planets, and not for pointing a telescope."
+)
+
+
+def ephemeris_table(
+    quick: bool = False,
+    report: Callable[[str], None] = lambda sentence: None,
+    outsiders: Sequence[ExternalIntegrator] = (),
+) -> pd.DataFrame:
+    """One row for each body and time, of galvi's run and of those of outsiders, at their finest.
+
+    contender             empty where galvi is alone
+    difference_au         distance to DE421, barycentric
+    difference_arcsec     angle at the Sun between the two directions; NaN for the Sun
+    relativity_au         what Schwarzschild's term displaces the body by, about the Sun alone
+    integration_error_au  distance to the same point masses in quadruple precision
+    status                empty, or why there are no numbers, in the only row of a run that failed
+
+    Raises ModuleNotFoundError without jplephem and de421.
+    """
+    if JPL_EPHEMERIS.missing:
+        raise ModuleNotFoundError(JPL_EPHEMERIS.missing)
+    report("10,000 days of the planets")
+    problem, duration = galvi.problems.solar_system(), float(DAYS[-1])
+    samples = DAYS[-1] // DAYS[0]
+    sky = JPL_EPHEMERIS.run(problem, duration, {"samples": samples}).q
+    truth = STORED_TRUTH.run(problem, duration, {"samples": samples}).q
+    relativity = [_relativity(problem, k) for k in range(len(problem.q0))]
+    setting = {"step": STEP, "save_every": round(DAYS[0] / STEP)}
+    runs = [(OURS, gauss_collocation(DEGREE).run(problem, duration, setting))]
+    for outsider in outsiders:
+        offered = finest(outsider, problem, duration, samples, FEWEST)
+        if offered is not None:
+            report(f"10,000 days of the planets, {outsider.name}")
+            runs.append((outsider.name, outsider.run(problem, duration, offered)))
+    rows = []
+    for contender, run in runs:
+        label = contender if len(runs) > 1 else ""
+        rows += _rows(label, run, sky, truth, relativity)
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def _rows(
+    label: str, run: Trajectory, sky: Array, truth: Array, relativity: list[Array]
+) -> list[tuple[Any, ...]]:
+    """Of one run, in the order of COLUMNS; states (samples + 1, bodies, 3)."""
+    if not run.success:
+        return [(label, "", *[np.nan] * 5, run.status)]
+    away, wrong = _length(run.q - sky), _length(run.q - truth)
+    seen = _angle(run.q - run.q[:, :1], sky - sky[:, :1]) / ARC_SECOND
+    seen[:, 0] = np.nan
+    shown = [days // DAYS[0] for days in DAYS]
+    return [
+        (label, body, *values, "")
+        for k, body in enumerate(run.problem.parameters["bodies"])
+        for values in zip(DAYS, away[shown, k], seen[shown, k], relativity[k],
+                          wrong[shown, k], strict=True)
+    ]  # fmt: skip
+
+
+def _relativity(problem: Problem, k: int) -> Array:
+    """Displacement of body k at DAYS; NaN for the Sun, which is body 0."""
+    if k == 0:
+        return np.full(len(DAYS), np.nan)
+    system: Any = problem.system
+    gm = float(system.G * (system.masses[0] + system.masses[k]))
+    start = problem.q0[k] - problem.q0[0], problem.v0[k] - problem.v0[0]
+    return displacement(gm, *start, np.array(DAYS, dtype=np.float64))
+
+
+def _length(x: Array) -> Array:
+    length: Array = np.linalg.norm(x, axis=-1)
+    return length
+
+
+def _angle(a: Array, b: Array) -> Array:
+    """Between directions, radians, exact for small ones."""
+    angle: Array = np.arctan2(_length(np.cross(a, b)), np.sum(a * b, axis=-1))
+    return angle

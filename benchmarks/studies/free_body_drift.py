@@ -1,0 +1,230 @@
+"""What is left of energy and angular momentum when a free body turns for long.
+
+H's free body by galvi in both charts and by each of MuJoCo's integrators, and the free box of
+MuJoCo's own tests. A turn is the time that the first angular velocity takes for one. MuJoCo turns
+a body otherwise on a ball joint than on a free one, by `implicitfast` and `discrete`: the long runs
+are on free joints, those of the box on both.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.measures import independent_invariants
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.participants import finest, label_beside
+from benchmarks.work_precision.rigid_bodies import CHARTS, MUJOCO, largest_entry
+from galvi import Problem
+from galvi.arrays import Array
+from references import Contender
+from references.closed_forms.free_top import FREE_TOP
+from references.mujoco import engine as mujoco_engine
+
+COLUMNS: Mapping[str, type] = {
+    "problem": str,
+    "contender": str,
+    "engine": str,
+    "step": float,
+    "turns": float,
+    "turn": float,
+    "energy_error": float,
+    "momentum_error": float,
+    "attitude_error": float,
+    "status": str,
+    "commit": str,
+    "date": str,
+}
+TURNS, QUICK_TURNS = 1000, 100
+GRID = 2.0**-20  # steps are multiples of it, so that their ends are numbers of the machine
+BOX_STEP, BOX_STEPS = 0.01, 500  # of MuJoCo's test
+OWN_STEP = 0.01
+STEPS_A_TURN = 5  # the fewest, of an outsider that does not say
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Runner:
+    """One contender at one step.
+
+    label     for tables
+    step      asked for; the nearest multiple of GRID is taken, unless the problem sets it
+    joint     "free" for a body that can go away, too; it does not
+    origin    of an outsider: the place that it was named by
+    """
+
+    label: str
+    contender: Contender
+    step: float
+    joint: str = ""
+    origin: str = ""
+
+    @property
+    def engine(self) -> str:
+        """What moves the body: galvi, or name and version of another."""
+        if self.origin:
+            return self.origin
+        mujoco = self.contender in MUJOCO and not self.contender.missing
+        return mujoco_engine.version() if mujoco else "galvi"
+
+
+def _ours(degree: int, step: float) -> list[Runner]:
+    return [
+        Runner(f"galvi degree {degree}, Gauss {degree}, {name}",
+               gauss_collocation(degree, chart), step)
+        for name, chart in CHARTS.items()
+    ]  # fmt: skip
+
+
+def _mujoco(joint: str, step: float) -> list[Runner]:
+    return [Runner(f"{one.name}, {joint} joint", one, step, joint) for one in MUJOCO]
+
+
+RUNNERS = (*_ours(4, 0.125), *_ours(8, 0.4), *_mujoco("free", OWN_STEP))
+ON_BOX = (*_ours(4, BOX_STEP), *_mujoco("free", BOX_STEP), *_mujoco("ball", BOX_STEP))
+
+
+def free_spin(
+    quick: bool = False,
+    report: Report = lambda sentence: None,
+    runners: Sequence[Runner] = RUNNERS,
+    on_box: Sequence[Runner] = ON_BOX,
+    outsiders: Sequence[ExternalIntegrator] = (),
+) -> pd.DataFrame:
+    """Rows of each contender at some of its turns; outsiders take part where they can. See COLUMNS.
+
+    engine          galvi, name and version of another, or the place of an outsider
+    step            NaN for a contender that chooses its own
+    turns           length of the run; of it, `turn` is the one of the row
+    energy_error    E / E0 - 1 where it was largest in magnitude since the row before, signed
+    momentum_error  |L - L0| / |L0| likewise, in space
+    attitude_error  largest entry of R - R_true against the closed form; at the end only
+    status          empty, or why there is no number
+    """
+    turns = QUICK_TURNS if quick else TURNS
+    rows = []
+    for runner in on_box:
+        rows += box_rows(runner)
+    for runner in runners:
+        report(f"{runner.label}, {turns} turns")
+        rows += body_rows(runner, turns)
+    taken = [runner.label for runner in (*runners, *on_box)]
+    for outsider in outsiders:
+        report(f"{outsider.name}, {turns} turns")
+        rows += outside_rows(outsider, label_beside(outsider, taken), turns)
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def body_rows(runner: Runner, turns: int) -> list[dict[str, Any]]:
+    """H's free body, at turns 1, 2, 5, 10, ... and the last."""
+    problem = galvi.problems.free_rigid_body()
+    step = max(1, round(runner.step / GRID)) * GRID
+    per_turn = max(1, round(period(problem) / step))
+    setting = {"step": step, "save_every": per_turn}
+    return _rows(runner, problem, setting, per_turn * turns * step, marks(turns))
+
+
+def box_rows(runner: Runner) -> list[dict[str, Any]]:
+    """MuJoCo's free box, after the steps of its test."""
+    problem = galvi.problems.free_box()
+    setting = {"step": BOX_STEP, "save_every": BOX_STEPS}
+    return _rows(runner, problem, setting, BOX_STEPS * BOX_STEP, [1])
+
+
+def outside_rows(outsider: ExternalIntegrator, label: str, turns: int) -> list[dict[str, Any]]:
+    """The box and the body by an outsider, each at its finest setting."""
+    body, box = galvi.problems.free_rigid_body(), galvi.problems.free_box()
+    turn = round(period(body) / GRID) * GRID
+    rows = []
+    for problem, duration, parts, fewest, kept in (
+        (box, BOX_STEPS * BOX_STEP, 1, BOX_STEPS, [1]),
+        (body, turns * turn, turns, turns * STEPS_A_TURN, marks(turns)),
+    ):
+        setting = finest(outsider, problem, duration, parts, fewest)
+        if setting is not None:
+            runner = Runner(label, outsider, float("nan"), origin=outsider.path)
+            rows += _rows(runner, problem, setting, duration, kept)
+    return rows
+
+
+def period(problem: Problem) -> float:
+    """Of a turn at the first angular velocity."""
+    return float(math.tau / np.linalg.norm(problem.v0))
+
+
+def marks(turns: int) -> list[int]:
+    """1, 2, 5, 10, 20, 50, ... below the number of turns, and this."""
+    decades = range(math.ceil(math.log10(turns)) + 1)
+    return [n for k in decades for j in (1, 2, 5) if (n := j * 10**k) < turns] + [turns]
+
+
+def _rows(
+    runner: Runner,
+    problem: Problem,
+    setting: Mapping[str, Any],
+    duration: float,
+    kept: Sequence[int],
+) -> list[dict[str, Any]]:
+    """From a run at this setting, at the saved states with these numbers."""
+    turn, nan = period(problem), float("nan")
+    told = {
+        "problem": problem.name, "contender": runner.label, "engine": runner.engine,
+        "step": setting.get("step", nan), "turns": duration / turn, "turn": nan,
+        "energy_error": nan, "momentum_error": nan, "attitude_error": nan,
+        "status": runner.contender.missing, "commit": "", "date": "",
+    }  # fmt: skip
+    if runner.contender.missing:
+        return [told]
+    moving = _unbound(problem) if runner.joint == "free" else problem
+    run = runner.contender.run(moving, duration, setting)
+    R, w = run.q[:, :3, :3], run.problem.system.velocity(run.p)[:, :3]
+    energy, momentum = _energy_errors(problem, R, w), _momentum_errors(problem, R, w)
+    rows = []
+    for first, last in zip([0, *kept[:-1]], kept, strict=True):
+        rows.append(
+            {
+                **told,
+                "turn": float(run.t[last] - run.t[0]) / turn,
+                "energy_error": _largest(energy[first + 1 : last + 1]),
+                "momentum_error": _largest(momentum[first + 1 : last + 1]),
+                "status": "" if np.all(np.isfinite(R[last])) else run.status,
+            }
+        )
+    truth = FREE_TOP.run(problem, duration, {"samples": 1})
+    rows[-1]["attitude_error"] = largest_entry(R[-1], truth.q[-1])
+    return rows
+
+
+def _unbound(problem: Problem) -> Problem:
+    """The same body where it could also go away."""
+    body = galvi.FreeBody(1.0, problem.system.inertia)
+    start = np.eye(4)
+    start[:3, :3] = problem.q0
+    return galvi.Problem(body, start, np.concatenate([problem.v0, np.zeros(3)]))
+
+
+def _energy_errors(problem: Problem, R: Array, w: Array) -> Array:
+    """E / E0 - 1 of attitudes (k, 3, 3) and angular velocities in the body's frame (k, 3), (k,)."""
+    exact = independent_invariants.energy(problem, problem.q0[None], problem.v0[None])
+    relative: Array = independent_invariants.energy(problem, R, w) / exact - 1.0
+    return relative
+
+
+def _momentum_errors(problem: Problem, R: Array, w: Array) -> Array:
+    """|L - L0| / |L0|, likewise."""
+    exact = independent_invariants.angular_momentum(problem, problem.q0[None], problem.v0[None])
+    change = np.linalg.norm(independent_invariants.angular_momentum(problem, R, w) - exact, axis=-1)
+    relative: Array = change / np.linalg.norm(exact)
+    return relative
+
+
+def _largest(errors: Array) -> float:
+    """The one of largest magnitude; NaN when one is not known."""
+    return float(errors[np.argmax(np.abs(errors))])

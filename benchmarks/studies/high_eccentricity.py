@@ -1,0 +1,118 @@
+"""Two bodies through a pericentre that fixed steps hardly see: from apocentre to apocentre."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.participants import label_beside, offers
+from galvi import Problem
+from galvi.trajectory import COMPLETED
+from references.closed_forms.kepler import KEPLER
+from references.contender import Contender
+from references.rebound import ias15
+from references.scipy.ivp import DOP853, TIGHT
+
+COLUMNS = (
+    "eccentricity",
+    "contender",
+    "settings",
+    "error",
+    "energy_error",
+    "evaluations",
+    "status",
+)
+ECCENTRICITIES = (0.9, 0.99, 0.999, 0.999999)
+STEPS = (101, 1001, 10_001, 100_001)  # odd: the pericentre is in the middle of a step
+DEGREES = (4, 8, 16)
+EXPLANATION = (
+    "GM = a = 1, one period from apocentre to apocentre, error against the closed form. Equal "
+    "steps must resolve the passage of the pericentre, which lasts (1 - e)^(3/2) of a period or "
+    "so: at e = 0.999999 a billionth, and no affordable number of equal steps does. A run then "
+    "stops with its status, or completes with an error of order one or more, and its status says "
+    "that the energy went wrong. Integrators that choose their own steps pass: they stand beside, "
+    "for such orbits."
+)
+
+
+def through_pericentre(eccentricity: float) -> Problem:
+    """The Kepler problem of GM = a = 1 from its apocentre, turning against the clock."""
+    kepler = galvi.problems.kepler(eccentricity)
+    speed = math.sqrt((1.0 - eccentricity) / (1.0 + eccentricity))
+    q0, v0 = [-(1.0 + eccentricity), 0.0], [0.0, -speed]
+    return Problem(kepler.system, q0, v0, name=kepler.name, parameters=kepler.parameters)
+
+
+def high_eccentricity_table(
+    quick: bool = False,
+    report: Callable[[str], None] = lambda sentence: None,
+    outsiders: Sequence[ExternalIntegrator] = (),
+) -> pd.DataFrame:
+    """One row for each eccentricity, contender and setting; outsiders take part where they can.
+
+    error         distance from the closed form at the end, in semi-major axes
+    energy_error  at the end, relative
+    evaluations   of the force; NaN where the engine does not count
+    status        empty, why there is no number, or what is wrong with it
+    """
+    rows, entries = [], _entries(quick)
+    for eccentricity in ECCENTRICITIES:
+        problem = through_pericentre(eccentricity)
+        report(problem.name)
+        end = KEPLER.run(problem, math.tau, {"samples": 1}).q[-1]
+        others = [
+            (label_beside(outsider, [label for label, _, _ in entries]), outsider, setting)
+            for outsider in outsiders
+            for setting in offers(outsider, problem, math.tau, STEPS[0])
+        ]
+        for label, contender, setting in (*entries, *others):
+            row = {"eccentricity": eccentricity, "contender": label, "settings": _said(setting)}
+            rows.append({**row, **_measured(problem, contender, setting, end)})
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def _entries(quick: bool) -> list[tuple[str, Contender, Mapping[str, Any]]]:
+    steps = STEPS[:-1] if quick else STEPS
+    ours = [
+        (f"galvi degree {s}, Gauss {s}", gauss_collocation(s),
+         {"step": math.tau / n, "save_every": n})
+        for s in DEGREES for n in steps
+    ]  # fmt: skip
+    return [
+        *ours,
+        ("REBOUND IAS15", ias15.IAS15, {"samples": 1, **ias15.DEFAULT}),
+        ("SciPy DOP853", DOP853, {"samples": 1, **TIGHT}),
+    ]
+
+
+def _measured(
+    problem: Problem, contender: Contender, setting: Mapping[str, Any], end: Any
+) -> dict[str, Any]:
+    nan = float("nan")
+    blank = {"error": nan, "energy_error": nan, "evaluations": nan}
+    if contender.missing:
+        return {**blank, "status": contender.missing}
+    run = contender.run(problem, math.tau, setting)
+    evaluations = float(run.counts.get("force_evaluations", nan))
+    if not run.success:
+        return {**blank, "evaluations": evaluations, "status": run.status}
+    energy = galvi.energy(run)
+    return {
+        "error": float(np.linalg.norm(run.q[-1] - end)),
+        "energy_error": float(abs(energy[-1] / energy[0] - 1.0)),
+        "evaluations": evaluations,
+        "status": "" if run.status == COMPLETED else run.status,
+    }
+
+
+def _said(setting: Mapping[str, Any]) -> str:
+    if "save_every" in setting:
+        return f"{setting['save_every']} steps"
+    return " ".join(f"{key}={value}" for key, value in setting.items() if key != "samples")

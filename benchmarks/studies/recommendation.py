@@ -1,0 +1,147 @@
+"""Does `galvi.recommend` keep its promise? Its choices, judged by an independent truth."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.work_precision.problem import (
+    EPS,
+    Truth,
+    WorkPrecisionProblem,
+    kepler,
+    outer_solar_system,
+    solar_system,
+)
+from references.closed_forms.kepler import KEPLER
+
+COLUMNS = (
+    "problem",
+    "asked",
+    "measured_over",
+    "degree",
+    "steps",
+    "step",
+    "predicted",
+    "found",
+    "evaluations",
+    "seconds",
+    "scan_seconds",
+    "promise",
+    "status",
+)
+ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
+PART = 20  # the duration over what is measured, where it is not all of it
+PERIODS = 100
+WITHIN = 1.1  # how far the error found may exceed the one asked for, if all was measured
+EXTRAPOLATED = 3.0  # and if not, or of one named instead, which is rounding
+ROUND_OFF = 100.0  # times what rounding of the truth does, above which no error may be refused
+KEPT, BROKEN = "kept", "broken"
+REFUSED, GAVE_UP = "refused, rightly", "gave up too early"
+EXPLANATION = (
+    "galvi.recommend is asked for the degree and step of least time for an error, and what it "
+    "names is run and compared with the truth: the closed form, or quadruple precision. It sees no "
+    "truth itself: it compares runs with better ones, over the whole duration or, in the rows that "
+    f"say so, over 1/{PART} of it, from where it extrapolates. A promise is kept when the error at "
+    f"the end is at most {WITHIN:g} times the one asked for, {EXTRAPOLATED:g} times if it was "
+    f"extrapolated. An error may be refused when it is below {ROUND_OFF:g} times what rounding "
+    f"positions and times does, and then the one named instead has to be within "
+    f"{EXTRAPOLATED:g} times. Predicted is the largest error at any time of the run."
+)
+
+
+def recommendation_table(
+    quick: bool = False,
+    report: Callable[[str], None] = lambda sentence: None,
+    recommend: Callable[..., galvi.Recommendation] = galvi.recommend,
+) -> pd.DataFrame:
+    """One row for each problem, error asked for and part of the duration that is measured.
+
+    predicted     by the recommendation, over the whole duration
+    found         largest distance of a body from the truth at the end
+    evaluations   of the force, in the run
+    seconds       of the run, as the scan measured it
+    scan_seconds  that the recommendation took
+    promise       kept, broken, refused rightly, or given up too early
+    """
+    rows = []
+    planets = outer_solar_system(quick), solar_system(quick)
+    for arena in (kepler(PERIODS, quick), from_apocentre(), *planets):
+        truth = arena.truth()
+        for asked in ERRORS[::2] if quick else ERRORS:
+            for part in (1, PART):
+                report(f"{arena.problem.name}: {asked:g}, {_said(part)}")
+                rows.append(_row(arena, truth, asked, part, recommend))
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def from_apocentre() -> WorkPrecisionProblem:
+    """Eccentricity 0.9, from where steps a hundred times too long look fine; nobody else runs."""
+    orbit, fastest = galvi.problems.kepler(0.9), 4.4
+    problem = galvi.Problem(
+        orbit.system, [-1.9, 0.0], [0.0, -1.0 / math.sqrt(19.0)], name="Kepler from the apocentre"
+    )
+    duration = PERIODS * math.tau
+
+    def truth() -> Truth:
+        end = KEPLER.run(problem, duration, {"samples": 1}).q[-1]
+        return Truth(end, 4.0 * EPS * duration * fastest, KEPLER.name)
+
+    return WorkPrecisionProblem(problem, duration, (), truth)
+
+
+def _row(
+    arena: WorkPrecisionProblem,
+    truth: Truth,
+    asked: float,
+    part: int,
+    recommend: Callable[..., Any],
+) -> dict[str, Any]:
+    measured = {} if part == 1 else {"measured": arena.duration / part}
+    began = time.perf_counter()
+    choice = recommend(arena.problem, asked, arena.duration, **measured)
+    took = time.perf_counter() - began
+    run = galvi.integrate(
+        arena.problem, choice.method, choice.step, choice.steps, save_every=choice.steps
+    )
+    found = float(np.max(np.linalg.norm(run.q[-1] - truth.end, axis=-1)))
+    return {
+        "problem": arena.problem.name,
+        "asked": asked,
+        "measured_over": _said(part),
+        "degree": choice.method.space.degree,
+        "steps": choice.steps,
+        "step": choice.step,
+        "predicted": choice.error,
+        "found": found,
+        "evaluations": choice.evaluations,
+        "seconds": choice.seconds,
+        "scan_seconds": took,
+        "promise": promise(choice, found, truth.error),
+        "status": choice.status,
+    }
+
+
+def promise(choice: galvi.Recommendation, found: float, rounding: float) -> str:
+    """Of an error found at the end, and one of rounding alone; NaN breaks it."""
+    if not choice.reached and choice.error == math.inf:
+        return GAVE_UP
+    exact = choice.reached and choice.measured >= choice.duration
+    allowed = (WITHIN if exact else EXTRAPOLATED) * (
+        choice.asked if choice.reached else choice.error
+    )
+    if not (math.isfinite(allowed) and found <= allowed):
+        return BROKEN
+    if choice.reached:
+        return KEPT
+    return REFUSED if choice.asked < ROUND_OFF * rounding else GAVE_UP
+
+
+def _said(part: int) -> str:
+    return "all of it" if part == 1 else f"1/{part}"

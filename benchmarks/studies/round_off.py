@@ -1,0 +1,161 @@
+"""The Brouwer study: does the energy of a long run walk at random, or drift?
+
+An ensemble of runs whose starts differ by 1e-12 rounds differently at every step. If rounding is
+unbiased, the energy error over the ensemble is a random walk: its RMS grows as t^1/2 and its mean
+stays at zero within its standard error (Brouwer 1937).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.statistics.growth import Growth, growth, rms
+from benchmarks.studies.round_off_participants import (
+    KEPT,
+    SAMPLES,
+    YEAR,
+    Galerkin,
+    Peer,
+    RoundOffParticipant,
+    Sample,
+    rounded,
+)
+from benchmarks.work_precision.participants import ensemble, label_beside, readable_setting
+from galvi import Problem
+from references.rebound.ias15 import IAS15
+
+COLUMNS: Mapping[str, type] = {
+    "contender": str,
+    "settings": str,
+    "years": float,
+    "member": int,
+    "sample": int,
+    "t": float,
+    "error": float,
+    "error_of_rounded": float,
+    "status": str,
+    "commit": str,
+    "date": str,
+}
+YEARS, QUICK_YEARS = 1e4, 1e3
+RUNS, QUICK_RUNS = 32, 8
+SIZE, SEED = 1e-12, 1937
+STEPS_A_YEAR = 0.5  # the fewest, of an outsider that does not say: 6 in Jupiter's period
+COARSE = 2.0  # an RMS is resolved when it is so many times what the rounding of a state makes of it
+
+
+def gauss(degree: int, per_orbit: float) -> Galerkin:
+    """Gauss collocation."""
+    return Galerkin(galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree)), per_orbit)
+
+
+# Not a whole number of steps in a revolution: at P/10 the truncation error, 2e-15 here, beats with
+# Jupiter's motion over millennia, alike in all runs, which looks like a drift while it lasts.
+WALKERS: tuple[RoundOffParticipant, ...] = (gauss(8, 10.38), gauss(16, 6.38), Peer(IAS15))
+
+
+def member(number: int) -> Problem:
+    """The outer solar system with every coordinate and velocity off by about 1e-12 of itself."""
+    problem = galvi.problems.outer_solar_system()
+    off = np.random.default_rng([SEED, number]).standard_normal((2, *problem.q0.shape))
+    return problem.starting_at(
+        problem.q0 * (1.0 + SIZE * off[0]), problem.v0 * (1.0 + SIZE * off[1])
+    )
+
+
+def row(walker: RoundOffParticipant, years: float, member: int, sample: Sample) -> dict[str, Any]:
+    """One line of the study; what a study tells of its commit and date is added there."""
+    return line(walker.label, walker.settings, years, member, sample)
+
+
+def line(label: str, settings: str, years: float, member: int, sample: Sample) -> dict[str, Any]:
+    """Likewise, of the contender that has this label."""
+    return {
+        "contender": label,
+        "settings": settings,
+        "years": years,
+        "member": member,
+        "sample": sample.number,
+        "t": years * sample.number / SAMPLES,
+        "error": sample.error,
+        "error_of_rounded": sample.error_of_rounded,
+        "status": sample.status,
+        "commit": "",
+        "date": "",
+    }
+
+
+def brouwer(
+    quick: bool = False,
+    report: Callable[[str], None] = lambda sentence: None,
+    walkers: Sequence[RoundOffParticipant] = WALKERS,
+    outsiders: Sequence[ExternalIntegrator] = (),
+) -> pd.DataFrame:
+    """One row for each contender, run and sampled time (in years), with the columns COLUMNS.
+
+    The start is at t = 0, with an error of zero by definition. A contender whose engine is missing
+    has no rows. Outsiders take part where they can, see
+    `benchmarks.work_precision.participants.ensemble`.
+    """
+    years, runs = (QUICK_YEARS, QUICK_RUNS) if quick else (YEARS, RUNS)
+    rows = []
+    for walker in walkers:
+        if isinstance(walker, Peer) and walker.contender.missing:
+            report(f"{walker.label}: {walker.contender.missing}")
+            continue
+        for number in range(runs):
+            report(f"{walker.label}, {walker.settings}, {years:g} years, run {number + 1}")
+            seen = walker.samples(member(number), years, None, report)
+            rows += [row(walker, years, number, sample) for sample in seen]
+    taken = [walker.label for walker in walkers]
+    for outsider in outsiders:
+        label, starts = label_beside(outsider, taken), map(member, range(runs))
+        report(f"{label}, {years:g} years")
+        fewest = round(years * STEPS_A_YEAR)
+        found = ensemble(outsider, starts, years * YEAR, SAMPLES, fewest)
+        for number, (setting, run) in enumerate(found):
+            told = readable_setting(setting)
+            rows += [line(label, told, years, number, sample) for sample in rounded(run)]
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], Any, Any]]:
+    """(contender, settings, years, commit, date, status), times (k,) and errors (runs, k) of each
+    ensemble.
+
+    Runs that are not complete are left out; a failed one is NaN from there on.
+    """
+    for keys, rows in frame.groupby(["contender", "settings", "years", "commit"], sort=False):
+        table = rows.pivot(index="member", columns="t", values="error").sort_index(axis=1)
+        counts = rows.groupby("member")["sample"].nunique()
+        broken = set(rows.loc[rows["status"] != "", "member"])
+        whole = [n for n in table.index if counts[n] == len(KEPT) or n in broken]
+        if whole:
+            names = dict(zip(("contender", "settings", "years", "commit"), keys, strict=True))
+            why = "; ".join(dict.fromkeys(text for text in rows["status"] if text))
+            told = {**names, "date": rows["date"].max(), "status": why}
+            yield told, table.columns.to_numpy(float), table.loc[whole].to_numpy(float)
+
+
+def reading_floor(frame: pd.DataFrame) -> float:
+    """RMS energy error that rounding a state to float64 makes; 0 where no contender tells."""
+    apart = (frame["error"] - frame["error_of_rounded"]).to_numpy(float)
+    apart = apart[np.isfinite(apart) & (apart != 0.0)]
+    return float(rms(apart)) if apart.size else 0.0
+
+
+def growths(frame: pd.DataFrame) -> list[tuple[dict[str, Any], Growth]]:
+    """How each ensemble's errors grow; those of rounded states are fitted where they resolve it."""
+    floor = reading_floor(frame)
+    found = []
+    for told, t, errors in ensembles(frame):
+        rows = frame[(frame["contender"] == told["contender"]) & (frame["years"] == told["years"])]
+        rounded = bool((rows["error"] == rows["error_of_rounded"]).all())
+        found.append((told, growth(t, errors, floor=COARSE * floor if rounded else 0.0)))
+    return found

@@ -1,0 +1,167 @@
+"""Who takes part in the Brouwer study, and the samples that its runs leave."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+import galvi
+from benchmarks.measures.exact_energy import exactly, relative_energy_error
+from benchmarks.measures.orbit_shape import period
+from galvi import Problem
+from references import Contender
+from references.closed_forms.double_double import DoubleDouble
+
+SAMPLES = 100
+KEPT = tuple(sorted({round(10 ** (k / 10)) for k in range(21)}))  # log-spaced, in two decades
+YEAR = 365.25
+JUPITER = 1  # its place among the bodies
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Relative energy errors at ``number`` hundredths of a run.
+
+    error             of the state with what its rounding lost, where that is known
+    error_of_rounded  of the state as float64 numbers
+    status            empty, or why the run ended
+    """
+
+    number: int
+    error: float
+    error_of_rounded: float
+    status: str = ""
+
+
+class RoundOffParticipant(Protocol):
+    """Who takes part."""
+
+    @property
+    def label(self) -> str:
+        """For tables and figures."""
+
+    @property
+    def settings(self) -> str:
+        """In words."""
+
+    def samples(
+        self, problem: Problem, years: float, resume: Path | None, told: Callable[[str], None]
+    ) -> Iterator[Sample]:
+        """Those of KEPT, in order.
+
+        resume  where to keep the run as it goes and to continue it from; its first sample is then
+                the one that was reached
+        told    is told of a file there that cannot be used
+        """
+
+
+@dataclass(frozen=True)
+class Galerkin:
+    """A galvi method with ``per_orbit`` steps, about, in a revolution of Jupiter."""
+
+    method: galvi.Galerkin
+    per_orbit: float
+
+    @property
+    def label(self) -> str:
+        """See `RoundOffParticipant`."""
+        return f"galvi degree {self.method.space.degree}, Gauss {self.method.stages}"
+
+    @property
+    def settings(self) -> str:
+        """See `RoundOffParticipant`."""
+        return f"step = Jupiter's period / {self.per_orbit}"
+
+    def samples(
+        self, problem: Problem, years: float, resume: Path | None, told: Callable[[str], None]
+    ) -> Iterator[Sample]:
+        """See `RoundOffParticipant`; the state's low parts are those of `galvi.checkpoint`."""
+        length = years * YEAR / SAMPLES
+        each = max(1, round(length * self.per_orbit / period(problem, JUPITER)))
+        run, done = self._kept(problem, length / each, each, resume, told), 0
+        if run is not None:
+            done = run.continuation.first // each
+            yield _sample(done, run)
+        for number in KEPT[KEPT.index(done) + 1 if done else 0 :]:
+            steps = (number - done) * each
+            if run is None:
+                run = galvi.integrate(problem, self.method, length / each, steps, save_every=steps)
+            else:
+                run = galvi.resume(run, steps, save_every=steps)
+            if run.interrupted:
+                raise KeyboardInterrupt
+            done = number
+            yield _sample(number, run)
+            if not run.success:
+                return
+            if resume is not None and number != KEPT[-1]:
+                galvi.save(run, resume)
+
+    def _kept(
+        self, problem: Problem, step: float, each: int, path: Path | None,
+        told: Callable[[str], None],
+    ) -> Any:  # fmt: skip
+        """The run that was saved, if it is this one and stands at a sample."""
+        if path is None or not path.exists():
+            return None
+        try:
+            run: Any = galvi.load(path, problem)
+        except ValueError as error:
+            told(f"{error} The run starts anew.")
+            return None
+        number, rest = divmod(run.continuation.first, each)
+        same = run.step == step and run.method == self.method
+        if same and run.success and not rest and number in KEPT:
+            return run
+        told(f"{path.name} holds another run; this one starts anew.")
+        return None
+
+
+@dataclass(frozen=True)
+class Peer:
+    """A contender that chooses its steps, in one run: it hands no low parts out, so that a run that
+    is stopped and continued would be another one, and worse."""
+
+    contender: Contender
+
+    @property
+    def label(self) -> str:
+        """See `RoundOffParticipant`."""
+        return self.contender.name
+
+    @property
+    def settings(self) -> str:
+        """See `RoundOffParticipant`."""
+        return "default"
+
+    def samples(
+        self, problem: Problem, years: float, resume: Path | None, told: Callable[[str], None]
+    ) -> Iterator[Sample]:
+        """See `RoundOffParticipant`; a run that was interrupted starts anew."""
+        yield from rounded(self.contender.run(problem, years * YEAR, {"samples": SAMPLES}))
+
+
+def rounded(run: Any) -> Iterator[Sample]:
+    """Those of KEPT of a run that hands out rounded states at hundredths of its duration."""
+    rows, masses = list(KEPT), run.problem.system.masses
+    v = exactly(run.p[rows]) / exactly(masses[:, None])
+    errors = relative_energy_error(run.problem, exactly(run.q[rows]), v)
+    for number, error in zip(KEPT, errors.tolist(), strict=True):
+        yield Sample(number, error, error, "" if np.isfinite(error) else run.status)
+
+
+def _sample(number: int, run: Any) -> Sample:
+    """Where a run of galvi stands."""
+    if not run.success:
+        return Sample(number, float("nan"), float("nan"), run.status)
+    problem = run.problem
+    q, q_low, v, v_low = run.continuation.state.reshape(4, *problem.q0.shape)
+    exact = relative_energy_error(problem, DoubleDouble(q, q_low), DoubleDouble(v, v_low))
+    masses = problem.system.masses[:, None]
+    handed_out = exactly(run.p[-1]) / exactly(masses)
+    rounded = relative_energy_error(problem, exactly(run.q[-1]), handed_out)
+    return Sample(number, float(exact), float(rounded))

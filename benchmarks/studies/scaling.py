@@ -1,0 +1,248 @@
+"""What the number of bodies costs at one error, and how near that is to what the machine allows.
+
+Everybody runs at several settings; the fastest of each that is within TARGET of the truth after
+ORBITS revolutions stands for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.statistics.repeated_run import repeated_run
+from benchmarks.statistics.timing import Timing, call_of, interleaved, once, warmed
+from benchmarks.studies import roofline
+from benchmarks.studies.many_planets import innermost_period, many_planets
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.participants import label_beside, offers, readable_setting
+from galvi import Problem, Trajectory
+from references import Contender
+from references.rebound.ias15 import IAS15
+from references.rebound.whfast import BEST, WHFAST
+
+COLUMNS = (
+    "contender",
+    "settings",
+    "bodies",
+    "orbits",
+    "seconds_per_orbit",
+    "seconds_low",
+    "seconds_high",
+    "error",
+    "matched",
+    "evaluations_per_orbit",
+    "pairs_per_second",
+    "limit_pairs_per_second",
+    "share",
+    "status",
+)
+BODIES, QUICK_BODIES = (3, 6, 10, 20, 50, 100), (3, 10, 30)
+ORBITS, QUICK_ORBITS = 30, 12  # of the innermost planet
+WORK = 1800  # bodies times orbits of a timed run, which makes little of what starting one costs
+STEPS_AN_ORBIT = 4  # the fewest, of an outsider that does not say
+TARGET = 1e-8  # au, of the body that is worst at the end
+ROUNDS = 3
+TRUE = "truth"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One setting of one contender.
+
+    per_orbit  steps, about, in a revolution of the innermost planet; None for steps of its own
+    options    (key, value) of its setting besides
+    """
+
+    label: str
+    contender: Contender
+    per_orbit: int | None = None
+    options: tuple[tuple[str, Any], ...] = ()
+
+    @property
+    def settings(self) -> str:
+        """In words."""
+        if self.per_orbit is not None:
+            return f"P/{self.per_orbit}"
+        return ", ".join(f"{key} = {value:g}" for key, value in self.options)
+
+    def call(self, problem: Problem, orbits: int) -> Callable[[], Trajectory]:
+        """A run over so many revolutions, never in a whole number of steps each."""
+        duration = orbits * innermost_period(problem)
+        if self.per_orbit is None:
+            setting: dict[str, Any] = {"samples": 1, **dict(self.options)}
+            return lambda: self.contender.run(problem, duration, setting)
+        steps = orbits * self.per_orbit + orbits // 3 + 1
+        setting = {"step": duration / steps, "save_every": steps, **dict(self.options)}
+        return lambda: self.contender.run(problem, duration, setting)
+
+    def timed(
+        self, problem: Problem, orbits: int, seconds: float, least: float
+    ) -> tuple[Callable[[], Trajectory], int]:
+        """A run that is long enough for a stopwatch, and its revolutions.
+
+        seconds  that the run over `orbits` took
+        least    that a turn takes
+        """
+        longer = max(orbits, WORK // len(problem.q0))
+        return self.call(problem, longer), longer
+
+
+@dataclass(frozen=True, eq=False)
+class Offer:
+    """One setting of an outsider, which it offered for one problem and number of revolutions."""
+
+    label: str
+    contender: ExternalIntegrator
+    setting: Mapping[str, Any]
+
+    @property
+    def settings(self) -> str:
+        """In words."""
+        return readable_setting(self.setting)
+
+    def call(self, problem: Problem, orbits: int) -> Callable[[], Trajectory]:
+        """See `Entry`."""
+        return call_of(self.contender, problem, orbits * innermost_period(problem), self.setting)
+
+    def timed(
+        self, problem: Problem, orbits: int, seconds: float, least: float
+    ) -> tuple[Callable[[], Trajectory], int]:
+        """See `Entry`; a run that takes long already is not made longer."""
+        duration = orbits * innermost_period(problem)
+        longer = repeated_run(self.contender, problem, duration, self.setting, seconds, least)
+        return longer.call, orbits * longer.times
+
+
+TRUTH = Entry("REBOUND IAS15", IAS15, None, (("epsilon", 1e-9),))  # its default
+ENTRIES = (
+    *(Entry("galvi degree 8, Gauss 8", gauss_collocation(8), k) for k in (4, 5, 6)),
+    TRUTH,
+    *(Entry("REBOUND IAS15", IAS15, None, (("epsilon", e),)) for e in (1e-6, 1e-4)),
+    *(Entry("REBOUND WHFast, best", WHFAST, k, tuple(BEST.items())) for k in (15, 20, 30, 60)),
+)
+
+
+def scaling(
+    quick: bool = False,
+    report: Callable[[str], None] = lambda sentence: None,
+    bodies: Sequence[int] | None = None,
+    orbits: int | None = None,
+    outsiders: Sequence[ExternalIntegrator] = (),
+) -> pd.DataFrame:
+    """One row for each number of bodies, contender and setting, timed in turn; outsiders take part
+    where they can.
+
+    orbits                  revolutions of the innermost planet in a timed run
+    seconds_per_orbit       median over rounds; seconds_low and seconds_high are the fastest and
+                            the slowest
+    error                   largest distance of a body from where the truth, IAS15 at its default,
+                            has it after ORBITS (fewer when quick), in au; NaN for the truth
+    matched                 whether it is the fastest of its contender within TARGET
+    evaluations_per_orbit   of all forces at one configuration; NaN when the engine does not count
+    pairs_per_second        evaluations times the number of pairs, over the time
+    limit_pairs_per_second  of divisions and square roots alone: the fastest round of the study
+    share                   of that limit
+    """
+    bodies = bodies or (QUICK_BODIES if quick else BODIES)
+    orbits = orbits or (QUICK_ORBITS if quick else ORBITS)
+    rows, limit = [], 0.0
+    for number in bodies:
+        report(f"{number} bodies")
+        more, seen = _rows(number, orbits, 0.01 if quick else 0.05, outsiders)
+        rows, limit = rows + more, max(limit, seen)
+    table = pd.DataFrame(rows, columns=list(COLUMNS))
+    table["limit_pairs_per_second"] = limit
+    table["share"] = table["pairs_per_second"] / limit
+    return table
+
+
+def _rows(
+    bodies: int, orbits: int, least: float, outsiders: Sequence[ExternalIntegrator]
+) -> tuple[list[dict[str, Any]], float]:
+    """The rows of one number of bodies, and the limit of pairs a second seen meanwhile."""
+    problem = many_planets(bodies)
+    entries = (*ENTRIES, *_offers(problem, orbits, outsiders))
+    able = [entry for entry in entries if not entry.contender.missing]
+    firsts = [once(entry.call(problem, orbits)) for entry in able]
+    runs = {entry: run for entry, (run, _) in zip(able, firsts, strict=True)}
+    sound = [(entry, took) for entry, (run, took) in zip(able, firsts, strict=True) if run.success]
+    calls, spans = [], []
+    for entry, took in sound:
+        call, span = entry.timed(problem, orbits, took, least)
+        calls.append(call)
+        spans.append(span)
+    limit, pairs = roofline.call_and_pairs()
+    last, warm = zip(*(warmed(call) for call in (*calls, limit)), strict=True)
+    *timings, machine = interleaved([*calls, limit], ROUNDS, least, warm)
+    found = {
+        entry: _row(entry, bodies, span, runs[entry], end, timing, runs.get(TRUTH))
+        for (entry, _), span, end, timing in zip(sound, spans, last[:-1], timings, strict=True)
+    }
+    for label in {entry.label for entry in able}:
+        reached = [
+            row for row in found.values() if row["contender"] == label
+            and (row["error"] <= TARGET or row["status"] == TRUE) and row["seconds_per_orbit"] > 0.0
+        ]  # fmt: skip
+        if reached:
+            min(reached, key=lambda row: row["seconds_per_orbit"])["matched"] = True
+    blank = {**dict.fromkeys(COLUMNS, float("nan")), "matched": False}
+    rows = [
+        found.get(entry, {**blank, "contender": entry.label, "settings": entry.settings,
+                          "bodies": bodies, "orbits": orbits,
+                          "status": entry.contender.missing or runs[entry].status})
+        for entry in entries
+    ]  # fmt: skip
+    return rows, pairs / machine.low
+
+
+def _offers(problem: Problem, orbits: int, outsiders: Sequence[ExternalIntegrator]) -> list[Offer]:
+    """Every setting of every outsider."""
+    taken = [entry.label for entry in ENTRIES]
+    duration, fewest = orbits * innermost_period(problem), orbits * STEPS_AN_ORBIT
+    return [
+        Offer(label_beside(outsider, taken), outsider, setting)
+        for outsider in outsiders
+        for setting in offers(outsider, problem, duration, fewest)
+    ]
+
+
+def _row(
+    entry: Entry | Offer,
+    bodies: int,
+    orbits: int,
+    run: Trajectory,
+    last: Trajectory,
+    timing: Timing,
+    truth: Trajectory | None,
+) -> dict[str, Any]:
+    """run: over the orbits that errors are compared after; last: over the timed ones."""
+    nan, good = float("nan"), run.success and last.success
+    forces = float(last.counts.get("force_evaluations", nan))
+    pairs = float(last.counts.get("pair_evaluations", forces * (bodies * (bodies - 1) / 2)))
+    known = good and truth is not None and truth.success and run is not truth
+    status = next((one.status for one in (run, last) if not one.success), "")
+    return {
+        "contender": entry.label,
+        "settings": entry.settings,
+        "bodies": bodies,
+        "orbits": orbits,
+        "seconds_per_orbit": timing.seconds / orbits if good else nan,
+        "seconds_low": timing.low / orbits if good else nan,
+        "seconds_high": timing.high / orbits if good else nan,
+        "error": float(np.max(np.linalg.norm(run.q[-1] - truth.q[-1], axis=-1))) if known else nan,
+        "matched": False,
+        "evaluations_per_orbit": forces / orbits,
+        "pairs_per_second": pairs / timing.seconds if good else nan,
+        "limit_pairs_per_second": nan,
+        "share": nan,
+        "status": TRUE if good and run is truth else status or _untimed(timing),
+    }
+
+
+def _untimed(timing: Timing) -> str:
+    return "" if timing.seconds > 0.0 else "A later run of the same setting failed."

@@ -1,0 +1,235 @@
+"""A million steps on SO(3): does a body stay a rotation, and does it keep its momentum?
+
+A free body from starts that differ by 1e-12, so that they round differently. The exact motion keeps
+R^T R = I and R mu; what rounding makes of them may grow like the square root of the steps.
+"""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.measures.rigid_invariants import energy, orthogonality_defect, spatial_momentum
+from benchmarks.statistics.growth import Growth, growth
+from benchmarks.store.row_files import RowFiles
+from benchmarks.studies.round_off_long import version
+from benchmarks.studies.round_off_participants import KEPT, SAMPLES
+from benchmarks.work_precision.participants import ensemble, label_beside, readable_setting
+from galvi import Problem, Trajectory
+
+COLUMNS: Mapping[str, type] = {
+    "contender": str,
+    "settings": str,
+    "steps": int,
+    "member": int,
+    "done": int,
+    "orthogonality": float,
+    "momentum": float,
+    "energy": float,
+    "status": str,
+    "commit": str,
+    "date": str,
+}
+QUANTITIES = {
+    "orthogonality": "|R^T R - I|, largest entry",
+    "momentum": "|R mu - R0 mu0| / |mu0|",
+    "energy": "relative energy error",
+}
+STEP = 0.21
+RUNS, QUICK_RUNS = 8, 4
+OUTSIDE, QUICK_OUTSIDE = 10_000, 1_000  # steps of STEP that an outsider's runs are as long as
+FEWEST = 5 / 8  # of these, that an outsider takes which does not say
+SIZE, SEED = 1e-12, 1765
+FOLDER = "turning"  # below that of all studies
+LEAST = 1e-17  # an exact zero stands for this much: less than the rounding of an entry
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class RoundOffParticipant:
+    """A method, with how many steps it takes in each form of the study.
+
+    label   for tables and figures
+    method  of galvi
+    quick, default, long  steps
+    """
+
+    label: str
+    method: galvi.Galerkin
+    quick: int
+    default: int
+    long: int
+
+
+SPACE = galvi.Polynomials(8)
+WALKERS = (
+    RoundOffParticipant("galvi degree 8, Gauss 8, Cayley", galvi.Galerkin(SPACE, galvi.gauss(8)),
+           100_000, 1_000_000, 100_000_000),
+    RoundOffParticipant("galvi degree 8, Gauss 8, exponential",
+           galvi.Galerkin(SPACE, galvi.gauss(8), galvi.Exponential()),
+           100_000, 1_000_000, 100_000_000),
+    RoundOffParticipant("galvi degree 7, Gauss 8, Cayley", galvi.Galerkin(galvi.Polynomials(7),
+    galvi.gauss(8)),
+           1_000, 10_000, 1_000_000),
+)  # fmt: skip
+
+
+def member(number: int) -> Problem:
+    """H's free body, each component of its velocity off by about 1e-12 of itself."""
+    body = galvi.problems.free_rigid_body()
+    off = np.random.default_rng([SEED, number]).standard_normal(3)
+    return Problem(body.system, body.q0, body.v0 * (1.0 + SIZE * off))
+
+
+def rows(walker: RoundOffParticipant, number: int, steps: int) -> list[dict[str, Any]]:
+    """One for each of the kept hundredths of a run."""
+    body = member(number)
+    run = galvi.integrate(body, walker.method, STEP, steps, save_every=steps // SAMPLES)
+    if run.interrupted:
+        raise KeyboardInterrupt
+    return run_rows(walker.label, f"h = {STEP:g}", number, steps, run)
+
+
+def run_rows(
+    label: str, settings: str, number: int, steps: int, run: Trajectory
+) -> list[dict[str, Any]]:
+    """Likewise, of a run that has its state at every hundredth of so many steps."""
+    kept, body = list(KEPT), run.problem
+    R, p = run.q[kept], run.p[kept]
+    start = spatial_momentum(body.q0[None], body.p0[None])
+    exact = float(energy(body, body.q0[None], body.p0[None])[0])
+    found = {
+        "orthogonality": orthogonality_defect(R),
+        "momentum": np.linalg.norm(spatial_momentum(R, p) - start, axis=-1) / np.linalg.norm(start),
+        "energy": energy(body, R, p) / exact - 1.0,
+    }
+    return [
+        {
+            "contender": label, "settings": settings, "steps": steps,
+            "member": number, "done": max(1, round(hundredth * steps / SAMPLES)),
+            **{name: float(values[k]) for name, values in found.items()},
+            "status": "" if run.success else run.status, "commit": "", "date": "",
+        }
+        for k, hundredth in enumerate(kept)
+    ]  # fmt: skip
+
+
+def outside_rows(outsider: ExternalIntegrator, label: str, quick: bool) -> list[dict[str, Any]]:
+    """Those of an outsider's runs, see `benchmarks.work_precision.participants.ensemble`.
+
+    An outsider that chooses its steps is told by the number that its first run counts, or, where
+    it counts none, by the hundred parts that its states are of.
+    """
+    length = QUICK_OUTSIDE if quick else OUTSIDE
+    starts = map(member, range(QUICK_RUNS if quick else RUNS))
+    runs = ensemble(outsider, starts, length * STEP, SAMPLES, round(length * FEWEST))
+    found, steps = [], 0
+    for number, (setting, run) in enumerate(runs):
+        counted = setting["save_every"] * SAMPLES if "step" in setting else run.counts.get("steps")
+        steps = steps or max(SAMPLES, counted or 0)
+        found += run_rows(label, readable_setting(setting) or "default", number, steps, run)
+    return found
+
+
+def turning(
+    quick: bool = False,
+    report: Report = lambda sentence: None,
+    walkers: Sequence[RoundOffParticipant] = WALKERS,
+    outsiders: Sequence[ExternalIntegrator] = (),
+) -> pd.DataFrame:
+    """The rows of every run, with the columns COLUMNS; outsiders take part where they can."""
+    found = []
+    for walker in walkers:
+        steps = walker.quick if quick else walker.default
+        for number in range(QUICK_RUNS if quick else RUNS):
+            report(f"{walker.label}, {steps} steps, run {number + 1}")
+            found += rows(walker, number, steps)
+    taken = [walker.label for walker in walkers]
+    for outsider in outsiders:
+        report(f"{outsider.name}, {QUICK_OUTSIDE if quick else OUTSIDE} steps of {STEP:g}")
+        found += outside_rows(outsider, label_beside(outsider, taken), quick)
+    return pd.DataFrame(found, columns=list(COLUMNS))
+
+
+def growths(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], str, Growth, float]]:
+    """(contender, settings, steps, commit, date), quantity, its growth and the largest value seen,
+    for each ensemble; the growth is of the RMS over the runs, against the number of steps."""
+    for told, name, done, errors in ensembles(frame):
+        yield told, name, growth(done, errors), float(np.max(np.abs(errors)))
+
+
+def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], str, Any, Any]]:
+    """(contender, ...), quantity, steps done (k,) and errors (runs, k)."""
+    if frame.empty:
+        return
+    for keys, table in frame.groupby(["contender", "settings", "steps", "commit"], sort=False):
+        names = dict(zip(("contender", "settings", "steps", "commit"), keys, strict=True))
+        why = "; ".join(dict.fromkeys(text for text in table["status"] if text))
+        told = {**names, "date": table["date"].max(), "status": why}
+        for name in QUANTITIES:
+            wide = table.pivot(index="member", columns="done", values=name).sort_index(axis=1)
+            errors = wide.to_numpy(float)
+            least = np.where(errors == 0.0, LEAST, errors)
+            yield told, name, wide.columns.to_numpy(float), least
+
+
+@dataclass(frozen=True)
+class Part:
+    """One run of the long form; a run that is stopped starts anew, which costs minutes."""
+
+    walker: RoundOffParticipant
+    member: int
+    files: RowFiles
+    code: str
+
+    @property
+    def name(self) -> str:
+        """Of its file."""
+        slug = "-".join(self.walker.label.lower().replace(",", "").split())
+        return f"{slug}_{self.walker.long}-steps_run-{self.member:02d}_{self.code}"
+
+    @property
+    def title(self) -> str:
+        """For progress."""
+        return f"{self.walker.label}, {self.walker.long} steps, run {self.member + 1}"
+
+    def done(self) -> bool:
+        """Whether its rows are there."""
+        return self.files.read(self.name) is not None
+
+    def run(self, report: Report) -> None:
+        """Compute and write them."""
+        report(self.title)
+        date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
+        table = pd.DataFrame(rows(self.walker, self.member, self.walker.long))
+        self.files.write(self.name, table.assign(commit=self.code, date=date))
+
+
+def parts(
+    studies: Path,
+    report: Report,
+    walkers: Sequence[RoundOffParticipant] = WALKERS,
+    runs: int = RUNS,
+    code: str | None = None,
+) -> list[Part]:
+    """All runs of the long form, the methods in turn."""
+    files, code = row_files(studies, report), code or version()
+    return [Part(walker, number, files, code) for number in range(runs) for walker in walkers]
+
+
+def stored(studies: Path, report: Report) -> pd.DataFrame:
+    """Every row that is there; none when the study was not run."""
+    return row_files(studies, report).all()
+
+
+def row_files(studies: Path, report: Report) -> RowFiles:
+    """Where the rows are."""
+    return RowFiles(studies / FOLDER, COLUMNS, report)

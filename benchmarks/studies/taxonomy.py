@@ -1,0 +1,123 @@
+"""Which method every space and rule makes, and how good it is: `python -m
+benchmarks.studies.taxonomy`.
+
+What theory says of a pair stands beside what is measured of its method: the order on the Kepler
+problem against its closed form, the defect of DF^T J DF = J on the problem of Henon and Heiles, and
+how far a run comes back from where it started. M (section 5) classifies polynomials so; here are
+all spaces and rules of galvi.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.checks.claim import MakeMethod, Report
+from benchmarks.measures.space_rule_pairs import MANY, Pair, pairs
+from benchmarks.measures.step_jacobian import canonical_defect
+from benchmarks.statistics import convergence_fits
+from galvi.arrays import Array
+from references.closed_forms.kepler import KEPLER
+
+METHOD, ILL_POSED, INCONSISTENT = "method", "ill-posed", "inconsistent"
+MOST = {"Polynomials": 4}  # the largest number that a kind of space is made from, else FEW
+FEW, QUICK_FEW = 2, 1
+POINTS, QUICK_POINTS = (1, 2, 3, 4, 5, 6, MANY), (1, 2, 3, MANY)
+ORBIT, DURATION = galvi.problems.kepler(eccentricity=0.3), 4.0
+SAMPLES = 4  # times at which errors are taken: at one alone leading terms may cancel
+CHAOS, STEP = galvi.problems.henon_heiles(), 0.5
+BACK_STEP, BACK_STEPS = 0.25, 8
+FLOOR = 3e-13  # of q and p of size 1; 6e-14 was measured
+COARSEST = {1: 96, 2: 48, 3: 32, 4: 24, 5: 20, 6: 16, 7: 16, 8: 16}  # steps, by predicted order
+REFINED = 7  # numbers of steps, each larger by the square root of 2
+
+COLUMNS: Mapping[str, str] = {
+    "kind": "of space",
+    "number": "it is made from",
+    "space": "in words",
+    "family": "of rules",
+    "points": "of the rule, on each piece where the space has pieces",
+    "rule": "in words",
+    "verdict": "method, ill-posed or inconsistent",
+    "C_N": "M (11); empty where no constant will do",
+    "predicted": "order at step ends; 0 for what makes no method",
+    "measured": "order at step ends, of q and p",
+    "uncertainty": "its standard error",
+    "symplecticity": "defect of DF^T J DF = J, relative to |DF|^2",
+    "symmetric": "whether a step back should undo a step",
+    "symmetry": "largest component left after 8 steps there and back",
+    "name": "the best known of a method with this tableau",
+    "status": "why there is no method, or no number",
+}
+
+
+def taxonomy(quick: bool, report: Report, make_method: MakeMethod = galvi.Galerkin) -> pd.DataFrame:
+    """A line for each pair, columns as above."""
+    exact = KEPLER.run(ORBIT, DURATION, {"samples": SAMPLES})
+    truth = np.hstack([exact.q, exact.p])
+    lines, kind = [], ""
+    few = QUICK_FEW if quick else FEW
+    for pair in pairs(range(1, 5), QUICK_POINTS if quick else POINTS):
+        if pair.number > (few if quick else MOST.get(pair.kind, few)):
+            continue
+        if pair.kind != kind:
+            kind = pair.kind
+            report(kind)
+        lines.append(_line(pair, truth, make_method))
+    return pd.DataFrame(lines, columns=list(COLUMNS))
+
+
+def _line(pair: Pair, truth: Array, make_method: MakeMethod) -> dict[str, Any]:
+    told = galvi.theory(pair.space, pair.rule)
+    line: dict[str, Any] = {
+        "kind": pair.kind,
+        "number": pair.number,
+        "space": told.space,
+        "family": pair.family,
+        "points": pair.points,
+        "rule": told.rule,
+        "verdict": METHOD,
+        "C_N": np.nan if told.friedrichs is None else told.friedrichs,
+        "predicted": told.order,
+        "symmetric": told.symmetric,
+        "name": told.name,
+        "status": "",
+    }
+    try:
+        method = make_method(pair.space, pair.rule)
+    except ValueError as refusal:
+        verdict = INCONSISTENT if told.well_posed else ILL_POSED
+        return {**line, "verdict": verdict, "status": str(refusal)}
+    fit, status = _order(method, told.order, truth)
+    return {
+        **line,
+        "measured": fit.rate,
+        "uncertainty": fit.uncertainty,
+        "symplecticity": canonical_defect(galvi.step_derivative(CHAOS, method, STEP)),
+        "symmetry": galvi.round_trip_error(ORBIT, method, BACK_STEP, BACK_STEPS),
+        "status": status,
+    }
+
+
+def _order(method: Any, predicted: int, truth: Array) -> tuple[convergence_fits.Fit, str]:
+    """Fitted to the largest error of q and p at the samples, and why one is missing."""
+    first, status = COARSEST.get(predicted, min(COARSEST.values())), ""
+    steps = [SAMPLES * round(first / SAMPLES * 2.0 ** (j / 2)) for j in range(REFINED)]
+    errors = []
+    for count in steps:
+        h, between = DURATION / count, count // SAMPLES
+        run = galvi.integrate(ORBIT, method, h, count, save_every=between)
+        errors.append(float(np.max(np.abs(np.hstack([run.q, run.p]) - truth))))
+        status = status if run.success else run.status
+    return convergence_fits.algebraic(
+        [DURATION / count for count in steps], errors, floor=FLOOR
+    ), status
+
+
+if __name__ == "__main__":
+    found = taxonomy(False, print).drop(columns=["kind", "number", "family", "points"])
+    print(found.to_string(index=False, max_colwidth=60, float_format="{:.2g}".format))

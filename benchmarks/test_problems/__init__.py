@@ -1,0 +1,1 @@
+"""Problems that only the suite uses."""

@@ -1,0 +1,81 @@
+"""A thrown body told by its attitude and by the place of a point off its centre: on SO(3) x R^3.
+
+Neither factor moves by itself, and yet the motion is known: the attitude turns as that of a free
+body, and the centre of mass falls on a parabola.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+import galvi
+from galvi import Problem, RigidBody
+from galvi.arrays import Array
+from references.closed_forms.free_top import FREE_TOP
+
+MASS = 2.0
+INERTIA = np.diag([1.0, 2.0, 2.8])  # about the centre
+POINT = np.array([0.3, -0.2, 0.5])  # from the centre, in the body's frame
+G = np.array([0.0, 0.0, -1.0])
+TURNING, SPEED = (0.3, 1.5, 0.4), (0.3, 0.2, -0.1)  # tumbling about the middle axis; of the centre
+GROUP = galvi.Product((galvi.SO3(), galvi.Rn(3)))
+SETUP = (
+    "thrown body, J = diag(1, 2, 2.8), m = 2, g = (0, 0, -1), as its attitude and the place of "
+    "the point (0.3, -0.2, 0.5) off its centre; from I, body velocity (0.3, 1.5, 0.4), velocity of "
+    "the centre (0.3, 0.2, -0.1)"
+)
+
+
+@njit(cache=True)
+def lagrangian(q: Array, v: Array) -> float:
+    """T - V for q = (R by rows, place y of the point), v = (w, y'); the centre is at y - R POINT.
+
+    The centre moves with u = y' - R (w x POINT).
+    """
+    R, w = np.ascontiguousarray(q[:9]).reshape(3, 3), v[:3]
+    u = v[3:] - R @ np.cross(w, POINT)
+    return float(
+        0.5 * np.sum(w * (INERTIA @ w)) + 0.5 * MASS * np.sum(u * u)
+        + MASS * np.sum(G * (q[9:] - R @ POINT))
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def slopes(q: Array, v: Array) -> Array:
+    """dL/dv (6,), then dL/dq (12,)."""
+    out = np.empty(18)
+    R, w = np.ascontiguousarray(q[:9]).reshape(3, 3), v[:3]
+    arm = np.cross(w, POINT)
+    u = v[3:] - R @ arm
+    out[:3] = INERTIA @ w - MASS * np.cross(POINT, R.T @ u)
+    out[3:6] = MASS * u
+    for i in range(3):
+        for j in range(3):
+            out[6 + 3 * i + j] = -MASS * (u[i] * arm[j] + G[i] * POINT[j])
+    out[15:] = MASS * G
+    return out
+
+
+def problem() -> Problem:
+    """From attitude I with the centre at 0."""
+    turning = np.array(TURNING)
+    start = GROUP.join(np.eye(3), POINT)
+    v = np.concatenate([turning, np.array(SPEED) + np.cross(turning, POINT)])
+    system = galvi.Lagrangian(lagrangian, GROUP, slopes)
+    return Problem(system, start, v, name="thrown body, a point off its centre")
+
+
+def exact(duration: float, samples: int) -> Array:
+    """q at evenly spaced times, (samples + 1, 12)."""
+    turned, centre = falling(duration, samples)
+    places: Array = GROUP.join(turned, centre + turned @ POINT)
+    return places
+
+
+def falling(duration: float, samples: int) -> tuple[Array, Array]:
+    """Attitudes (samples + 1, 3, 3) and centres (samples + 1, 3) at evenly spaced times."""
+    free = Problem(RigidBody(INERTIA), np.eye(3), np.array(TURNING))
+    turned = FREE_TOP.run(free, duration, {"samples": samples})
+    t = turned.t[:, None]
+    return turned.q, np.array(SPEED) * t + 0.5 * G * t**2

@@ -1,0 +1,1 @@
+"""Timings by pytest-benchmark: steps, trajectories and references."""

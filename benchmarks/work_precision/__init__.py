@@ -1,0 +1,1 @@
+"""Error against cost: problems, contenders, settings and fronts."""

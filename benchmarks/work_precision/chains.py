@@ -1,0 +1,89 @@
+"""Chains of links that swing in a plane, as arenas: galvi, MuJoCo, SciPy and heyoka."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+import galvi
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.problem import (
+    ANGLE,
+    EPS,
+    Entry,
+    Setting,
+    Truth,
+    WorkPrecisionProblem,
+    adaptive,
+    fixed,
+)
+from galvi import Problem
+from galvi.arrays import Array
+from references.heyoka.chain import HEYOKA_CHAIN
+from references.heyoka.engine import DEFAULT
+from references.mujoco.steps import MUJOCO_EULER, MUJOCO_IMPLICIT, MUJOCO_RK4
+from references.scipy.chain_ivp import CHAIN_DOP853
+from references.stored.chain import STORED_CHAIN
+
+DURATION = 5.0  # of the double pendulum some ten of its Lyapunov times: tests/references
+RK4_STEPS = (500, 2000, 8000, 16_000)
+FIRST_ORDER_STEPS = (2000, 8000)
+DOUBLE: Mapping[int, Sequence[int]] = {4: (100, 200, 400), 8: (50, 100, 200), 12: (40, 60, 100)}
+FIVE: Mapping[int, Sequence[int]] = {4: (100, 200, 400), 6: (60, 100, 150), 8: (60, 80, 100)}
+
+
+def double_pendulum(quick: bool) -> WorkPrecisionProblem:
+    """Two points on weightless rods, from a chaotic start."""
+    return _chain(galvi.problems.double_pendulum(), quick, DOUBLE)
+
+
+def planar_chain(quick: bool) -> WorkPrecisionProblem:
+    """Five rods, released straight from an angle of one radian."""
+    return _chain(galvi.problems.planar_chain(), quick, FIVE)
+
+
+def largest_angle(q: Array, truth: Array) -> float:
+    """Of the differences of angles, in magnitude."""
+    return float(np.max(np.abs(q - truth)))
+
+
+def _chain(
+    problem: Problem, quick: bool, ours: Mapping[int, Sequence[int]]
+) -> WorkPrecisionProblem:
+    """Everyone on one chain; a few settings of each when quick.
+
+    MuJoCo's discrete and implicitfast are its Euler where nothing is damped, so they are left out.
+    """
+
+    def truth() -> Truth:
+        kept = STORED_CHAIN.run(problem, DURATION, {"samples": 1})
+        error = 0.5 * EPS * float(np.max(np.abs(kept.q[-1])))
+        return Truth(kept.q[-1], error, f"{kept.method}; to the rounding of the angles")
+
+    def steps(*counts: int) -> list[Setting]:
+        return [fixed(DURATION, count) for count in (counts[1:2] if quick else counts)]
+
+    def tolerances(*values: float) -> list[Setting]:
+        return adaptive("tolerance", values[1:2] if quick else values)
+
+    taylor = tolerances(1e-6, 1e-11, float(DEFAULT["tolerance"]))
+    entries: list[Entry] = [
+        (f"galvi degree {degree}, Gauss {degree}", gauss_collocation(degree), steps(*counts))
+        for degree, counts in ours.items()
+    ]
+    entries += [
+        (MUJOCO_RK4.name, MUJOCO_RK4, steps(*RK4_STEPS)),
+        *((one.name, one, steps(*FIRST_ORDER_STEPS)) for one in (MUJOCO_EULER, MUJOCO_IMPLICIT)),
+        (CHAIN_DOP853.name, CHAIN_DOP853, tolerances(1e-6, 1e-9, 1e-11)),
+        (HEYOKA_CHAIN.name, HEYOKA_CHAIN, [{**one, "compact_mode": True} for one in taylor]),
+    ]
+    return WorkPrecisionProblem(
+        problem,
+        DURATION,
+        tuple(entries),
+        truth,
+        quantity=ANGLE,
+        distance=largest_angle,
+        repeated_run=True,
+    )

@@ -1,0 +1,114 @@
+"""Rigid bodies that turn, as arenas: galvi in both charts, MuJoCo, and textbook methods."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+import galvi
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.problem import (
+    ATTITUDE,
+    EPS,
+    Entry,
+    Setting,
+    Truth,
+    WorkPrecisionProblem,
+    adaptive,
+    fixed,
+)
+from galvi import Problem
+from galvi.arrays import Array
+from references.closed_forms.free_top import FREE_TOP
+from references.heyoka.engine import DEFAULT
+from references.heyoka.rigid import HEYOKA_RIGID
+from references.mujoco.steps import (
+    MUJOCO_DISCRETE,
+    MUJOCO_EULER,
+    MUJOCO_IMPLICIT,
+    MUJOCO_IMPLICITFAST,
+    MUJOCO_RK4,
+)
+from references.scipy.rigid_ivp import RIGID_DOP853
+from references.stored.attitude import STORED_ATTITUDE
+from references.textbook.quaternion_dop853 import QUATERNION_DOP853
+from references.textbook.quaternion_rk4 import QUATERNION_RK4
+
+DURATION = 20.0
+CHARTS = {"Cayley": galvi.Cayley(), "exponential": galvi.Exponential()}
+MUJOCO = (MUJOCO_EULER, MUJOCO_RK4, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO_DISCRETE)
+TEXTBOOK_RK4, TEXTBOOK_DOP853 = QUATERNION_RK4.name, QUATERNION_DOP853.name
+RK4_STEPS = (100, 400, 1600, 6400, 25_600)  # MuJoCo's and the textbook's, to compare their steps
+FIRST_ORDER_STEPS = (1000, 6000, 36_000)
+FREE: Mapping[int, Sequence[int]] = {
+    4: (60, 120, 240), 6: (30, 40, 60), 8: (30, 40, 60), 10: (30, 40), 12: (30, 40),
+}  # fmt: skip
+HANGING: Mapping[int, Sequence[int]] = {
+    4: (20, 40, 80, 160), 6: (20, 30, 40), 8: (20, 30, 40), 10: (20, 30), 12: (20, 30),
+}  # fmt: skip
+
+
+def free_body(quick: bool) -> WorkPrecisionProblem:
+    """H's free rigid body: some nine turns."""
+    problem = galvi.problems.free_rigid_body()
+
+    def truth() -> Truth:
+        end = FREE_TOP.run(problem, DURATION, {"samples": 1}).q[-1]
+        return Truth(end, 0.5 * EPS, f"{FREE_TOP.name}; to the rounding of the entries")
+
+    return _body(problem, quick, FREE, truth)
+
+
+def pendulum(quick: bool) -> WorkPrecisionProblem:
+    """H's 3D pendulum from near its rest."""
+    problem = galvi.problems.pendulum_3d()
+
+    def truth() -> Truth:
+        kept = STORED_ATTITUDE.run(problem, DURATION, {"samples": 1})
+        return Truth(kept.q[-1], 0.5 * EPS, f"{kept.method}; to the rounding of the entries")
+
+    return _body(problem, quick, HANGING, truth)
+
+
+def largest_entry(q: Array, truth: Array) -> float:
+    """Of the difference of two rotation matrices, in magnitude."""
+    return float(np.max(np.abs(q - truth)))
+
+
+def _body(
+    problem: Problem, quick: bool, ours: Mapping[int, Sequence[int]], truth: Callable[[], Truth]
+) -> WorkPrecisionProblem:
+    """Everyone on one body; a few settings of each when quick."""
+
+    def steps(*counts: int) -> list[Setting]:
+        return [fixed(DURATION, count) for count in (counts[1:4:2] if quick else counts)]
+
+    def tolerances(*values: float) -> list[Setting]:
+        return adaptive("tolerance", values[1:3] if quick else values)
+
+    entries: list[Entry] = [
+        (f"galvi degree {degree}, Gauss {degree}, {name}",
+         gauss_collocation(degree, chart),
+         steps(*counts))
+        for name, chart in CHARTS.items()
+        for degree, counts in ours.items()
+    ]  # fmt: skip
+    for engine in MUJOCO:
+        counts = RK4_STEPS if engine is MUJOCO_RK4 else FIRST_ORDER_STEPS
+        entries.append((engine.name, engine, steps(*counts)))
+    entries += [
+        (TEXTBOOK_RK4, QUATERNION_RK4, steps(*RK4_STEPS)),
+        (TEXTBOOK_DOP853, QUATERNION_DOP853, tolerances(1e-5, 1e-8, 1e-11, 1e-13, 1e-15)),
+        (RIGID_DOP853.name, RIGID_DOP853, tolerances(1e-6, 1e-9, 1e-12)),
+        (HEYOKA_RIGID.name, HEYOKA_RIGID, tolerances(1e-6, 1e-11, float(DEFAULT["tolerance"]))),
+    ]
+    return WorkPrecisionProblem(
+        problem,
+        DURATION,
+        tuple(entries),
+        truth,
+        quantity=ATTITUDE,
+        distance=largest_entry,
+        repeated_run=True,
+    )

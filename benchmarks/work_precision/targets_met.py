@@ -1,0 +1,77 @@
+"""The targets beside what the work-precision study measured: met, missed, or not to be said."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import pandas as pd
+
+from benchmarks.work_precision.fronts import NOT_REACHED, OURS, front, ratios
+from benchmarks.work_precision.targets import Target
+
+MET, MISSED, NOT_RUN = "met", "missed", "not run"
+COLUMNS = (
+    *("problem", "against", "error", "target", "ratio"),
+    *("contender", "galvi", "verdict", "remark", "source"),
+)
+
+
+def targets_met(table: pd.DataFrame, targets: Iterable[Target]) -> pd.DataFrame:
+    """One row for each target, from the rows of `benchmarks.work_precision.run`.
+
+    against    the peer: the first of the labels that the target names
+    error      asked for; the peer's own where the target is to reach that, NaN without a run of it
+    target     least ratio of times; NaN where reaching the error is enough
+    ratio      the peer's time over that of the fastest galvi method; 'not reached' where the peer's
+               front ends above the error, 'galvi: not reached' where galvi's does
+    contender  label of the peer's fastest line at the error; empty when none gets there
+    galvi      likewise of galvi's
+    verdict    met; missed, also when galvi does not reach the error, whoever else does; 'not
+               reached' where only the peer does not; 'not run' without a run of the peer that has
+               an error and a time
+    remark     the study's warning about the peer's own error, as when the truth is hardly better
+    source     who asked for it
+    """
+    return pd.DataFrame([_row(table, target) for target in targets], columns=list(COLUMNS))
+
+
+def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
+    fronts = front(table[table["problem"] == target.problem])
+    theirs = fronts[fronts["contender"].isin(target.contenders)]
+    error = target.error if target.error is not None else theirs["error"].min()
+    row = {
+        "problem": target.problem,
+        "against": target.contenders[0],
+        "error": error,
+        "target": math.nan if target.ratio is None else target.ratio,
+        "ratio": math.nan,
+        "contender": "",
+        "galvi": "",
+        "verdict": NOT_RUN,
+        "remark": "",
+        "source": target.source,
+    }
+    if theirs.empty:
+        return row
+    if target.error is None:
+        row["remark"] = theirs.loc[theirs["error"].idxmin(), "status"]
+    times = ratios(fronts, [error])
+    peers = _fastest(times[times["contender"].isin(target.contenders)])
+    is_ours = times["contender"].str.startswith("galvi") & (times["contender"] != OURS)
+    ours = _fastest(times[is_ours])
+    row |= {"contender": peers.get("contender", ""), "galvi": ours.get("contender", "")}
+    if not ours:
+        return row | {"ratio": f"galvi: {NOT_REACHED}", "verdict": MISSED}
+    if not peers:
+        return row | {"ratio": NOT_REACHED, "verdict": NOT_REACHED}
+    ratio = float(peers["seconds"] / ours["seconds"])
+    met = target.ratio is None or ratio >= target.ratio
+    return row | {"ratio": ratio, "verdict": MET if met else MISSED}
+
+
+def _fastest(times: pd.DataFrame) -> dict[str, Any]:
+    """The row of least time; empty when nobody has one."""
+    known = times[times["seconds"].notna()]
+    return {} if known.empty else known.loc[known["seconds"].idxmin()].to_dict()

@@ -1,0 +1,1 @@
+"""Galerkin curves between the steps of a run."""

@@ -1,0 +1,98 @@
+"""What the exact motion conserves, at steps from (q, p) or along the curve from (q, q')."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.systems.canonical import Canonical
+from galvi.systems.free_body import FreeBody
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.nbody import NBody
+from galvi.systems.rigid_body import RigidBody
+from galvi.systems.system import VectorSystem
+from galvi.systems.velocities import momentum_at, velocity_at
+from galvi.trajectory import Trajectory
+
+
+def energy(run: Trajectory, t: Any = None) -> Array:
+    """Kinetic plus potential energy, (saved,) at steps, or of t's shape along the curve.
+
+    Raises ValueError as ``run(t)`` does.
+    """
+    times, q, p = _states(run, t)
+    system = run.problem.system
+    if isinstance(system, Lagrangian):
+        known = None if t is None else run.velocity(t)
+        v = velocity_at(system, q, p, times, run.problem.v0) if known is None else known
+        return system.energy(q, v, times)
+    axes = tuple(range(times.ndim, p.ndim))
+    kinetic = 0.5 * np.sum(p * system.velocity(p), axis=axes)
+    result: Array = kinetic + cast(VectorSystem, system).potential_energy(q, times)
+    return result
+
+
+def momentum_map(run: Trajectory, t: Any = None) -> Array:
+    """Angular momentum about the origin: (...,) in the plane, (..., 3) in space.
+
+    For a Canonical system of one body in the plane or in space, the sum over the bodies of an NBody
+    system, a RigidBody (about its fixed point, R p) or a FreeBody (about the origin). Raises
+    ValueError for a configuration that rotations do not act on.
+    """
+    times, q, p = _states(run, t)
+    system = run.problem.system
+    if isinstance(system, RigidBody):
+        return np.einsum("...ij,...j->...i", q, p)
+    if isinstance(system, FreeBody):
+        R, x = q[..., :3, :3], q[..., :3, 3]
+        own, linear = (np.einsum("...ij,...j->...i", R, part) for part in (p[..., :3], p[..., 3:]))
+        return own + np.cross(x, linear)
+    _require_space(run)
+    if q.shape[-1] == 2:
+        turning = q[..., 0] * p[..., 1] - q[..., 1] * p[..., 0]
+        return turning if turning.ndim == times.ndim else np.sum(turning, axis=-1)
+    spatial = np.cross(q, p)
+    return spatial if spatial.ndim == times.ndim + 1 else np.sum(spatial, axis=-2)
+
+
+def linear_momentum(run: Trajectory, t: Any = None) -> Array:
+    """Total linear momentum, (..., 2 or 3); for systems as in `momentum_map`."""
+    times, q, p = _states(run, t)
+    if isinstance(run.problem.system, FreeBody):
+        return np.einsum("...ij,...j->...i", q[..., :3, :3], p[..., 3:])
+    _require_space(run)
+    return p if p.ndim == times.ndim + 1 else np.sum(p, axis=-2)
+
+
+def _states(run: Trajectory, t: Any) -> tuple[Array, Array, Array]:
+    if not isinstance(run, Trajectory):
+        raise TypeError(f"run must be a galvi.Trajectory; received {run!r}.")
+    if t is None:
+        return run.t, run.q, run.p
+    times, q = np.asarray(t, dtype=np.float64), run(t)
+    return times, q, momentum_at(run.problem.system, q, run.velocity(t), times)
+
+
+def _require_space(run: Trajectory) -> None:
+    system, q0 = run.problem.system, run.problem.q0
+    if isinstance(system, Lagrangian):
+        raise ValueError(
+            "a Lagrangian does not say how rotations and translations of space act on its group; "
+            "compute their momenta from run.q and run.p, or use a galvi.Canonical, RigidBody or "
+            "FreeBody system."
+        )
+    if isinstance(system, RigidBody):
+        raise ValueError(
+            "a galvi.RigidBody turns about a point and has no linear momentum of its own; use "
+            "galvi.momentum_map for its angular momentum, or a galvi.FreeBody, which moves."
+        )
+    in_space = isinstance(system, NBody) or (
+        isinstance(system, Canonical) and q0.size in (2, 3) and system.mass.ndim == 0
+    )
+    if not in_space:
+        raise ValueError(
+            f"momentum of rotations and translations needs bodies in the plane or in space with "
+            f"scalar masses; received a {type(system).__name__} system with q of shape {q0.shape}."
+        )

@@ -1,0 +1,138 @@
+"""Orbits of N bodies about one of them: relative states and osculating elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array
+from galvi.systems.nbody import NBody
+from galvi.trajectory import Trajectory
+
+TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitalElements:
+    """Osculating Kepler orbits, each array (saved, bodies - 1); angles in radians.
+
+    semi_major_axis  a, in the problem's length; negative on a hyperbola, infinite on a parabola
+    eccentricity     e
+    inclination      i in [0, pi], to the plane of the first two coordinates
+    node             longitude of the ascending node in [0, 2 pi); 0 when i is 0 or pi
+    pericentre       argument of pericentre in [0, 2 pi), from the node
+    mean_anomaly     M in [0, 2 pi) on an ellipse, any real number on a hyperbola, 0 on a parabola
+
+    With u = 2.2e-16, e and i have errors of a few u, a of a few u a / r, relatively. Angles that
+    become undefined are ill-conditioned near there: the pericentre and M as u / e, the node and
+    the pericentre as u / sin i. Their sums are not: `pericentre_longitude` has an error of u / e
+    at any i short of pi, and `mean_longitude` one of a few u a / r down to e = 0.
+    """
+
+    semi_major_axis: Array
+    eccentricity: Array
+    inclination: Array
+    node: Array
+    pericentre: Array
+    mean_anomaly: Array
+
+    @property
+    def pericentre_longitude(self) -> Array:
+        """node + pericentre, in [0, 2 pi)."""
+        return _angle(self.node + self.pericentre)
+
+    @property
+    def mean_longitude(self) -> Array:
+        """node + pericentre + mean anomaly, in [0, 2 pi)."""
+        return _angle(self.node + self.pericentre + self.mean_anomaly)
+
+
+def heliocentric(run: Trajectory, centre: int | None = None) -> tuple[Array, Array]:
+    """Positions and velocities of the other bodies relative to one, both (saved, bodies - 1, d).
+
+    centre  number of that body; the heaviest when not given
+
+    Raises ValueError for a run that is not of N bodies, or a body that is not there.
+    """
+    system = _nbody(run)
+    centre = _centre(system, centre)
+    v = run.p / system.masses[:, None]
+    q, v = (np.delete(x - x[:, centre : centre + 1], centre, axis=1) for x in (run.q, v))
+    return q, v
+
+
+def orbital_elements(run: Trajectory, centre: int | None = None) -> OrbitalElements:
+    """The Kepler orbit about the centre that each other body would follow from where it is.
+
+    As `heliocentric`, with gm = G (m_centre + m_body) for each body. NaN past a failure, and for a
+    body that moves straight at the centre. In the plane, orbits turn against the clock at i = 0 and
+    with it at i = pi.
+    """
+    system = _nbody(run)
+    centre = _centre(system, centre)
+    gm = system.G * np.delete(system.masses[centre] + system.masses, centre)
+    q, v = heliocentric(run, centre)
+    pad = ((0, 0), (0, 0), (0, 3 - q.shape[-1]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return _elements(gm, np.pad(q, pad), np.pad(v, pad))
+
+
+def _elements(gm: Array, q: Array, v: Array) -> OrbitalElements:
+    """q, v (saved, bodies, 3). The true anomaly nu, from which the pericentre and M are counted in
+    opposite directions, is the same number in both, so that its error leaves their sum.
+    """
+    r = np.linalg.norm(q, axis=-1)
+    spin = np.cross(q, v)
+    size = np.linalg.norm(spin, axis=-1)
+    inward = np.sum(q * v, axis=-1)
+    inverse_axis = 2.0 / r - np.sum(v**2, axis=-1) / gm
+
+    tilt = np.hypot(spin[..., 0], spin[..., 1])
+    node = np.where(tilt > 0.0, np.arctan2(spin[..., 0], -spin[..., 1]), 0.0)
+    ahead = np.stack([np.cos(node), np.sin(node), np.zeros_like(node)], axis=-1)
+    across = np.cross(spin / size[..., None], ahead)
+    latitude = np.arctan2(np.sum(q * across, axis=-1), np.sum(q * ahead, axis=-1))
+
+    cosine, sine = size**2 / (gm * r) - 1.0, size * inward / (gm * r)  # e cos nu, e sin nu
+    e, nu = np.hypot(cosine, sine), np.arctan2(sine, cosine)
+
+    s = inward * np.sqrt(np.abs(inverse_axis) / gm)  # e sin E, or e sinh H
+    c = 1.0 - r * inverse_axis  # e cos E
+    eta = size * np.sqrt(np.abs(inverse_axis) / gm)  # sqrt(1 - e^2)
+    ellipse = nu - 2.0 * np.arctan2(s, 1.0 + eta - c) - s
+    hyperbola = s - np.arcsinh(s / e)
+    mean = np.where(inverse_axis > 0.0, _angle(ellipse), np.where(s == 0.0, 0.0, hyperbola))
+    lost = 0.0 * (latitude + r)  # NaN where a state is, or the motion is straight
+    return OrbitalElements(
+        semi_major_axis=1.0 / inverse_axis + lost,
+        eccentricity=e + lost,
+        inclination=np.arctan2(tilt, spin[..., 2]) + lost,
+        node=_angle(node) + lost,
+        pericentre=_angle(latitude - nu),
+        mean_anomaly=mean + lost,
+    )
+
+
+def _angle(x: Array) -> Array:
+    """x in [0, 2 pi)."""
+    turned = np.mod(x, TURN)
+    result: Array = np.where(turned == TURN, 0.0, turned)
+    return result
+
+
+def _nbody(run: Trajectory) -> NBody:
+    system = run.problem.system
+    if not isinstance(system, NBody):
+        raise ValueError(
+            "orbits about a body need N bodies that attract each other; received a "
+            f"{type(system).__name__} system. Use galvi.NBody."
+        )
+    return system
+
+
+def _centre(system: NBody, centre: int | None) -> int:
+    if centre is None:
+        return int(np.argmax(system.masses))
+    return input_checks.whole("centre", centre, 0, system.masses.size - 1)

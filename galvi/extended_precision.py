@@ -1,0 +1,50 @@
+"""Arithmetic with 60 decimal digits for tables, so that what is stored is rounded only once.
+
+An error in a table acts on every step with the same sign, as a drift of the energy (Hairer,
+McLachlan, Razakarivony, BIT 48 (2008) 231, section 2). Arrays of dtype object hold the decimals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from decimal import Context, Decimal, localcontext
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+
+DIGITS = 60
+PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899")
+
+
+@contextmanager
+def extended_precision() -> Iterator[None]:
+    """Inside, decimals are computed with ``DIGITS`` digits."""
+    with localcontext(Context(prec=DIGITS)):
+        yield
+
+
+def decimals(numbers: Any) -> Any:
+    """The numbers as an object array of decimals, each converted exactly."""
+    numbers = np.asarray(numbers)
+    exact = [x if isinstance(x, Decimal) else Decimal(float(x)) for x in numbers.ravel()]
+    out = np.empty(numbers.size, dtype=object)
+    out[:] = exact
+    return out.reshape(numbers.shape)
+
+
+def rounded(numbers: Any) -> Array:
+    """The nearest float64 numbers, read-only."""
+    return read_only(np.array(numbers, dtype=np.float64))
+
+
+def cosine(angle: Decimal) -> Decimal:
+    """cos(angle) by its Taylor series; for angles of at most pi."""
+    total, term, k = Decimal(0), Decimal(1), 0
+    while abs(term) > Decimal(10) ** -(DIGITS + 5):
+        total += term
+        k += 2
+        term *= -angle * angle / (k * (k - 1))
+    return total

@@ -1,1 +1,0 @@
-"""External forces that references recognise by type and fields."""

@@ -1,0 +1,10 @@
+"""The types of the numbers and arrays that kernels hand to functions."""
+
+from __future__ import annotations
+
+from numba import types
+
+REAL = types.float64
+VECTOR = types.float64[::1]
+MATRIX = types.float64[:, ::1]
+TENSOR3 = types.float64[:, :, ::1]

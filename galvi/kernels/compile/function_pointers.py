@@ -1,0 +1,91 @@
+"""How a kernel calls a function that it is given: by its address.
+
+A kernel takes the addresses of a system's functions in an array of integers, so that one kernel,
+compiled once and kept on disk, serves every system. (numba's first-class functions do the same, but
+a dozen of them take longer to hand to the next kernel than a small Lagrangian takes.) The
+interpreter's form of a kernel takes the functions themselves, in a tuple.
+
+    fill(functions[0], Q, t, constants, out)       a function that returns nothing
+    vector(functions[0], q)                        one that returns a vector (d,)
+    matrix(functions[1], q, t)                     one that returns a matrix (d, d)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numba import types
+from numba.core import errors
+from numba.core.imputils import impl_ret_new_ref
+from numba.core.registry import CPUDispatcher
+from numba.extending import intrinsic
+
+from galvi.kernels.compile.array_types import MATRIX, REAL, TENSOR3, VECTOR
+
+
+def addresses(*functions: tuple[Callable[..., Any] | None, Any]) -> Any:
+    """(n,) where the compiled code of each (function, signature) is; 0 for None.
+
+    They must live as long as the addresses are used. Raises TypeError for a function that is not
+    jitted or returns another type than its signature says.
+    """
+    found = [0 if f is None else _address(f, signature) for f, signature in functions]
+    return np.array(found, dtype=np.int64)
+
+
+def _address(function: Any, signature: Any) -> int:
+    if not isinstance(function, CPUDispatcher):
+        raise TypeError(
+            f"a compiled kernel calls functions compiled with numba.njit; received {function!r}."
+        )
+    if signature.args not in function.overloads:
+        function.compile(signature.args)
+    code: Any = function.overloads[signature.args]
+    place = int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
+    if code.signature.return_type != signature.return_type or place == 0:
+        raise TypeError(
+            f"{function.py_func.__name__} must return {signature.return_type} for "
+            f"{signature.args}; it returns {code.signature.return_type}."
+        )
+    return place
+
+
+def _call(returned, address, arguments):
+    """The types and the code of a call; what the function raises goes on to the caller."""
+    for argument in arguments:
+        if argument not in (REAL, VECTOR, MATRIX, TENSOR3):
+            raise errors.TypingError(f"a function called by its address cannot take {argument}")
+
+    def code(context, builder, signature, values):
+        kind = context.call_conv.get_function_type(returned, arguments).as_pointer()
+        given = [builder.extract_value(values[1], i) for i in range(len(arguments))]
+        status, result = context.call_conv.call_function(
+            builder, builder.inttoptr(values[0], kind), returned, arguments, given
+        )
+        with builder.if_then(status.is_error, likely=False):
+            context.call_conv.return_status_propagate(builder, status)
+        if returned == types.void:
+            return context.get_dummy_value()
+        return impl_ret_new_ref(context, builder, returned, result)
+
+    return returned(address, types.StarArgTuple(arguments)), code
+
+
+@intrinsic
+def fill(typing_context, address, *arguments):
+    """Call a function that returns nothing."""
+    return _call(types.void, address, arguments)
+
+
+@intrinsic
+def vector(typing_context, address, *arguments):
+    """Call a function that returns a vector."""
+    return _call(VECTOR, address, arguments)
+
+
+@intrinsic
+def matrix(typing_context, address, *arguments):
+    """Call a function that returns a matrix."""
+    return _call(MATRIX, address, arguments)

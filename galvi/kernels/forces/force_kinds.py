@@ -1,0 +1,36 @@
+"""The kinds of force that a kernel evaluates, and the types of the functions that give them.
+
+Q    (d, s)  configuration at the s stages, one row for each component
+t    (s,)    stage times
+
+A system has two functions, its force and, maybe, the derivative of that:
+
+BUILT_IN        a law for all stages at once, (Q, t, constants, out (d, s)), and its derivative,
+                (Q, t, constants, out (d, w, s)), rows of own block
+GRADIENT        a user's dV/dq (q (d,)) -> (d,) of one configuration, and d2V/dq2 (q) -> (d, d)
+TIMED_GRADIENT  likewise, of (q, t)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from galvi.kernels.compile.array_types import MATRIX, REAL, TENSOR3, VECTOR
+
+BUILT_IN = 0
+GRADIENT = 1
+TIMED_GRADIENT = 2
+
+SIGNATURES = {
+    BUILT_IN: (
+        types.void(MATRIX, VECTOR, VECTOR, MATRIX), types.void(MATRIX, VECTOR, VECTOR, TENSOR3),
+    ),
+    GRADIENT: (VECTOR(VECTOR), MATRIX(VECTOR)),
+    TIMED_GRADIENT: (VECTOR(VECTOR, REAL), MATRIX(VECTOR, REAL)),
+}  # fmt: skip
+
+
+def no_constants():
+    """The constants of a law that has none."""
+    return np.zeros(0)

@@ -1,0 +1,207 @@
+"""Derivatives of a Lagrangian on a group at one stage: dL/dv and, left-trivialised, dL/dg.
+
+g    (r,)  configuration; v (d,) velocity
+out  (2, d)  rows dL/dv and the derivative of L along g hat(e_a)
+
+A system has two functions, its Lagrangian's and its external force, the first of a kind:
+
+LAW        a built-in one, (g, v, t, constants, out)
+EUCLIDEAN  a user's (q, v) or (q, v, t) -> (d + r,): dL/dv and the Euclidean dL/dq
+LEFT       the same with the left-trivialised derivative, (d + d,)
+GRADIENT   of a rigid body with inertia in constants: a user's dV/dR of (R) or (R, t)
+CANONICAL  L = v.Mv/2 - V on R^d, M by rows in constants: a law of galvi.kernels.forces.force_kinds
+           for dV/dq, its numbers after M
+CANONICAL_GRADIENT  likewise, dV/dq a user's of (q) or (q, t)
+
+The external force is added to the second row: by the principle of Lagrange and d'Alembert it acts
+on a variation along g hat(e_a) as dL/dg does. It is a built-in one, of LAW's type with constants of
+its own, or a user's (q, v) or (q, v, t) -> (d,).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numba import types
+
+from galvi.kernels.compile.array_types import MATRIX, REAL, VECTOR
+from galvi.kernels.compile.function_pointers import fill, matrix, vector
+from galvi.kernels.compile.jit import jit, jit_inline
+from galvi.kernels.forces import force_kinds as fields
+from galvi.kernels.forces.accelerations import accelerations
+from galvi.kernels.lie import coadjoint
+
+LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL, CANONICAL_GRADIENT = 0, 1, 2, 3, 4, 5
+FREE, PUSHED, TIMED_PUSHED, PUSHED_BY_LAW = 0, 1, 2, 3  # which force acts
+
+LAW_TYPE = types.void(VECTOR, VECTOR, REAL, VECTOR, MATRIX)
+
+
+@cache
+def signature(kind, timed, side):
+    """Of the Lagrangian's function; side = 0 when a user's takes a vector, else its rows."""
+    if kind == LAW:
+        return LAW_TYPE
+    if kind == GRADIENT:
+        return MATRIX(MATRIX, REAL) if timed else MATRIX(MATRIX)
+    if kind >= CANONICAL:
+        return fields.SIGNATURES[force_kind(kind, timed)][0]
+    return force_signature(TIMED_PUSHED if timed else PUSHED, side)
+
+
+@cache
+def force_signature(pushed, side):
+    """Of the external force."""
+    place = MATRIX if side else VECTOR
+    if pushed == PUSHED_BY_LAW:
+        return LAW_TYPE
+    return VECTOR(place, VECTOR, REAL) if pushed == TIMED_PUSHED else VECTOR(place, VECTOR)
+
+
+@jit
+def force_kind(kind, timed):
+    """Of a canonical system's dV/dq, in galvi.kernels.forces.force_kinds."""
+    if kind == CANONICAL:
+        return fields.BUILT_IN
+    return fields.TIMED_GRADIENT if timed else fields.GRADIENT
+
+
+@jit
+def rigid_body(g, v, t, constants, out):
+    """L = v.Jv/2 + w . R c.   constants: J by rows (9,), w = mass g (3,), c = centre (3,)."""
+    weight, centre = np.empty(3), constants[12:15]
+    for i in range(3):
+        out[0, i] = 0.0
+        weight[i] = 0.0
+        for j in range(3):
+            out[0, i] += constants[3 * i + j] * v[j]
+            weight[i] += g[3 * j + i] * constants[9 + j]
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[1, i] = centre[j] * weight[k] - centre[k] * weight[j]
+
+
+@jit
+def free_body(g, v, t, constants, out):
+    """L = w.Jw/2 + m |v|^2/2 + m x.a.   constants: J by rows (9,), m, a (3,)."""
+    mass = constants[9]
+    for i in range(3):
+        out[0, i] = 0.0
+        out[0, i + 3] = mass * v[i + 3]
+        out[1, i] = 0.0
+        out[1, i + 3] = 0.0
+        for j in range(3):
+            out[0, i] += constants[3 * i + j] * v[j]
+            out[1, i + 3] += mass * g[4 * j + i] * constants[10 + j]
+
+
+@jit
+def rotation_slopes(gradient, v, constants, layout, g, out):
+    """Of a rigid body: J v from constants, and -dV/dR turned into a torque."""
+    slope = np.empty(9)
+    fits = gradient.shape[0] == 3 and gradient.shape[1] == 3
+    for i in range(9):
+        slope[i] = -gradient[i // 3, i % 3] if fits else np.nan
+    coadjoint.pull(layout, g, slope, out[1])
+    for i in range(3):
+        out[0, i] = 0.0
+        for j in range(3):
+            out[0, i] += constants[3 * i + j] * v[j]
+
+
+@jit
+def spread(values, kind, layout, g, out):
+    """out <- what a user's slopes returned; NaN when it has another length."""
+    d = out.shape[1]
+    size = d + (d if kind == LEFT else g.size)
+    if values.size != size:
+        for i in range(d):
+            out[0, i] = out[1, i] = np.nan
+        return
+    for i in range(d):
+        out[0, i] = values[i]
+    if kind == LEFT:
+        for i in range(d):
+            out[1, i] = values[d + i]
+    else:
+        coadjoint.pull(layout, g, values[d:], out[1])
+
+
+@jit
+def canonical(kind, functions, constants, g, v, t, out):
+    """L = v.Mv/2 - V(q, t); kind is that of the force in galvi.kernels.forces.force_kinds."""
+    d = v.size
+    place, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
+    when[0] = t
+    for i in range(d):
+        place[i, 0] = g[i]
+    accelerations(kind, functions, constants[d * d :], np.empty((0, 0)), place, when, pull)
+    for i in range(d):
+        out[0, i], out[1, i] = 0.0, -pull[i, 0]
+        for j in range(d):
+            out[0, i] += constants[d * i + j] * v[j]
+
+
+@jit
+def push(force, constants, pushed, side, g, v, t, out):
+    """out[1] <- out[1] + the external force."""
+    if pushed == PUSHED_BY_LAW:
+        fill(force, g, v, t, constants, out)
+        return
+    timed = pushed == TIMED_PUSHED
+    if side == 0:
+        q = g.copy()
+        add(vector(force, q, v.copy(), t) if timed else vector(force, q, v.copy()), out)
+    else:
+        R = g.copy().reshape((side, side))
+        add(vector(force, R, v.copy(), t) if timed else vector(force, R, v.copy()), out)
+
+
+@jit
+def add(values, out):
+    """out[1] <- out[1] + what a user's force returned; NaN when it has another length."""
+    for i in range(out.shape[1]):
+        out[1, i] += values[i] if values.size == out.shape[1] else np.nan
+
+
+@jit_inline
+def slopes(law, layout, g, v, t, out):
+    """out (2, d) at one configuration.
+
+    law  (functions, kind, timed, side, constants, pushed, push_constants): both functions, the
+         Lagrangian's kind, whether it takes the time, rows of the matrix that a user's functions
+         take (0: a vector), its numbers, which force acts, and that one's numbers
+    """
+    functions, kind, timed, side, constants, pushed, push_constants = law
+    if kind == LAW:
+        fill(functions[0], g, v, t, constants, out)
+    else:
+        own_slopes(functions, kind, timed, side, constants, layout, g, v, t, out)
+    if pushed > 0:
+        push(functions[1], push_constants, pushed, side, g, v, t, out)
+
+
+@jit
+def own_slopes(functions, kind, timed, side, constants, layout, g, v, t, out):
+    """As ``slopes``, of a Lagrangian of another kind than LAW, without the force."""
+    if kind >= CANONICAL:
+        canonical(force_kind(kind, timed), functions, constants, g, v, t, out)
+    elif kind == GRADIENT:
+        R = g.copy().reshape((3, 3))
+        if timed:
+            rotation_slopes(matrix(functions[0], R, t), v, constants, layout, g, out)
+        else:
+            rotation_slopes(matrix(functions[0], R), v, constants, layout, g, out)
+    elif side == 0:
+        q = g.copy()
+        if timed:
+            spread(vector(functions[0], q, v.copy(), t), kind, layout, g, out)
+        else:
+            spread(vector(functions[0], q, v.copy()), kind, layout, g, out)
+    else:
+        R = g.copy().reshape((side, side))
+        if timed:
+            spread(vector(functions[0], R, v.copy(), t), kind, layout, g, out)
+        else:
+            spread(vector(functions[0], R, v.copy()), kind, layout, g, out)

@@ -1,0 +1,101 @@
+"""Newtonian gravity of point masses.
+
+a_i = sum over j != i of Gm_j (q_j - q_i) / |q_j - q_i|^3
+
+constants  [dimension, Gm_1, ..., Gm_N]
+Q          (N * dimension, s), body by body
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.kernels.compile.jit import jit
+
+
+@jit
+def accelerations(Q, t, constants, out):
+    """Accelerations of all bodies at all stages, (N * dimension, s)."""
+    dimension = int(constants[0])
+    bodies = constants.size - 1
+    stages = Q.shape[1]
+    pull = np.empty(stages)
+    out[:, :] = 0.0
+    for i in range(bodies):
+        mass_i = constants[1 + i]
+        for j in range(i + 1, bodies):
+            mass_j = constants[1 + j]
+            pull[:] = 0.0
+            for x in range(dimension):
+                for k in range(stages):
+                    gap = Q[j * dimension + x, k] - Q[i * dimension + x, k]
+                    pull[k] += gap * gap
+            for k in range(stages):
+                pull[k] = 1.0 / (pull[k] * np.sqrt(pull[k]))
+            for x in range(dimension):
+                row_i = i * dimension + x
+                row_j = j * dimension + x
+                for k in range(stages):
+                    gap = (Q[row_j, k] - Q[row_i, k]) * pull[k]
+                    out[row_i, k] += mass_j * gap
+                    out[row_j, k] -= mass_i * gap
+
+
+@jit
+def pull_slope(Q, i, j, k, dimension, mass, slope):
+    """slope <- mass (3 g g^T / |g|^2 - I) / |g|^3, g from body i to body j at stage k.
+
+    The derivative, by the place of i, of the pull of j on i; (dimension, dimension).
+    """
+    square = 0.0
+    for x in range(dimension):
+        gap = Q[j * dimension + x, k] - Q[i * dimension + x, k]
+        square += gap * gap
+    pull = mass / (square * np.sqrt(square))
+    for x in range(dimension):
+        along = 3.0 * (Q[j * dimension + x, k] - Q[i * dimension + x, k]) / square
+        for y in range(dimension):
+            slope[x, y] = pull * along * (Q[j * dimension + y, k] - Q[i * dimension + y, k])
+        slope[x, x] -= pull
+
+
+@jit
+def own_jacobians(Q, t, constants, out):
+    """Derivative of each body's acceleration by its own position, (N * dimension, dimension, s).
+
+    The coupling of one body's acceleration to another body's position is left out: it is smaller
+    by the ratio of the masses for everything but the heaviest body.
+    """
+    dimension = int(constants[0])
+    bodies = constants.size - 1
+    out[:, :, :] = 0.0
+    slope = np.empty((dimension, dimension))
+    for k in range(Q.shape[1]):
+        for i in range(bodies):
+            for j in range(bodies):
+                if i != j:
+                    pull_slope(Q, i, j, k, dimension, constants[1 + j], slope)
+                    for x in range(dimension):
+                        for y in range(dimension):
+                            out[i * dimension + x, y, k] += slope[x, y]
+
+
+@jit
+def all_jacobians(Q, t, constants, out):
+    """Derivative of every body's acceleration by every position, (d, d, s), d = N * dimension.
+
+    For few bodies of like mass, where the coupling that own_jacobians leaves out is not small.
+    """
+    dimension = int(constants[0])
+    bodies = constants.size - 1
+    out[:, :, :] = 0.0
+    slope = np.empty((dimension, dimension))
+    for k in range(Q.shape[1]):
+        for i in range(bodies):
+            for j in range(bodies):
+                if i != j:
+                    pull_slope(Q, i, j, k, dimension, constants[1 + j], slope)
+                    for x in range(dimension):
+                        for y in range(dimension):
+                            out[i * dimension + x, i * dimension + y, k] += slope[x, y]
+                            out[i * dimension + x, j * dimension + y, k] -= slope[x, y]

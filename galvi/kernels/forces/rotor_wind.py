@@ -1,0 +1,84 @@
+"""The wind below a rotor that descends towards the ground: vortex rings and their images.
+
+The axis is z, the ground z = 0. Lengths in m, times in s, speeds in m/s.
+
+R        radius of the rings                          a       radius of their cores
+v        downwash at the hub far from the ground: rings below the rotor, no images
+H(t)     height of the rotor, LOW + (HIGH - LOW) exp(-t / DESCENT)
+Z_j      height of ring j, s_j H(t) with s_j = 1, 3/4, 1/2, 1/4: the wake, down to the ground
+zeta     height above a ring, z - Z_j, and above its image, z + Z_j, which turns the other way
+
+One ring, of circulation Gamma, has the Stokes stream function
+    psi = (Gamma R^2 / 4) r^2 / B^(3/4),   B = P^2 - 4 R^2 r^2,   P = r^2 + R^2 + zeta^2 + a^2,
+so u_r = -psi_z / r and u_z = psi_r / r: free of divergence by its form, with no flow through the
+ground, where ring and image have the same psi with opposite signs. Far away it is the velocity of
+a thin ring by Biot and Savart's law (Lamb, Hydrodynamics, art. 161), and so it is on the axis, with
+R^2 + zeta^2 + a^2 for R^2 + zeta^2. About the core it is smooth, as
+B = ((r - R)^2 + zeta^2 + a^2) ((r + R)^2 + zeta^2 + a^2) > 0.
+
+Chosen over elliptic integrals because they lose digits near the axis and are infinite at the core:
+here psi / r^2 is an algebraic function of r^2, so the wind is analytic in x, y, z and t and takes
+two square roots and a division a ring. The rings' own motion is not followed: the field is stated,
+no solution of Euler's equations.
+"""
+
+from __future__ import annotations
+
+import math
+
+from galvi.kernels.compile.jit import jit
+
+R, CORE = 7.0, 2.5
+DOWNWASH = 10.0  # of a hovering helicopter of 3.8 t, by T = 2 rho pi R^2 v^2
+HIGH, LOW, DESCENT = 16.0, 6.0, 2.0
+SHARES = (1.0, 0.75, 0.5, 0.25)
+
+
+def _strength():
+    """Gamma R^2 / 4 of each ring, from the downwash when the rotor is at HIGH."""
+    apart = [(1.0 - s) * HIGH for s in SHARES]
+    return -0.5 * DOWNWASH / sum((R**2 + z**2 + CORE**2) ** -1.5 for z in apart)
+
+
+STRENGTH = _strength()
+
+
+@jit
+def rotor_height(t):
+    """H(t), above LOW."""
+    return LOW + (HIGH - LOW) * math.exp(-t / DESCENT)
+
+
+@jit
+def ring(square, zeta):
+    """(u_r / r, u_z) of a ring of Gamma R^2 / 4 = 1, at r^2 and height zeta above it."""
+    P = square + R * R + zeta * zeta + CORE * CORE
+    B = P * P - 4.0 * R * R * square
+    scale = math.sqrt(math.sqrt(B)) / (B * B)
+    return 3.0 * P * zeta * scale, (2.0 * B - 3.0 * square * (P - 2.0 * R * R)) * scale
+
+
+@jit
+def rotor_wind(x, y, z, t):
+    """The wind (u_x, u_y, u_z) at one place and time."""
+    square = x * x + y * y
+    height = rotor_height(t)
+    outwards = 0.0
+    upwards = 0.0
+    for share in SHARES:
+        spread, rise = ring(square, z - share * height)
+        mirrored, falling = ring(square, z + share * height)
+        outwards += spread - mirrored
+        upwards += rise - falling
+    return STRENGTH * outwards * x, STRENGTH * outwards * y, STRENGTH * upwards
+
+
+@jit
+def drag(g, v, t, constants, out):
+    """out[1] <- out[1] - k |w| w, w = v - wind.   constants [k]"""
+    x, y, z = rotor_wind(g[0], g[1], g[2], t)
+    a, b, c = v[0] - x, v[1] - y, v[2] - z
+    size = constants[0] * math.sqrt(a * a + b * b + c * c)
+    out[1, 0] -= size * a
+    out[1, 1] -= size * b
+    out[1, 2] -= size * c

@@ -1,0 +1,250 @@
+"""Many steps of a rigid body in vector instructions: the equations of
+galvi.kernels.on_group.stages.
+
+For a rule with as many points s as the space's curves have coefficients, the stage equations are
+those of collocation in the chart, with eta and f from xi and pi
+(galvi.kernels.lanes.body_formulas):
+
+    xi_j = h sum_k A_jk eta_k,     xi(1) = h sum_k b_k eta_k,
+    pi_j = p0 + h sum_k B_jk f_k,  p1 = p0 + h sum_k b_k f_k = T(xi(1))^T mu1,
+    mu1 = Phi(xi(1))^T (mu0 + h sum_k b_k n_k)
+
+p0 would be mu0, were the base point of the chart to stay; it differs by the error of a step. The
+equations are solved by fixed-point iteration; a step for which that fails, or that turns by more
+than body_lanes.REACHES, is left to the general kernel.
+
+state   (4, 9)  R by rows; mu, the last p0 - mu0, the momentum in space; a quaternion of R, not
+        normalised (zeros when only R and mu are known); what rounding lost of it and, from entry 4,
+        of the momentum in space
+moves   (2 s, P)  h A^T;   turns (2 s, P)  h B^T;   kicks (2, s)  h b; each followed by what
+        rounding lost of it; P as in galvi.kernels.lanes.nbody
+ahead   (l s, P)  for r = 1 .. l: extrapolation of velocities that keeps r Legendre terms
+series, growth   as in galvi.kernels.lanes.nbody
+fit     (m, s)  h times the coefficients of a curve from its rates at the stages
+body    (33,)   see galvi.kernels.lanes.body_formulas; from 21 on it is renewed here, then scratch
+weight  (3,)    mass g in space
+work    (36, P) xi, pi, [eta, f, n, velocity], -, guess, zeros, corrections of xi and of pi
+spare   (6, P)  scratch
+memo    (4,)    as in galvi.kernels.on_group.advance, then Legendre terms that are extrapolated
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numba import types
+
+from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
+from galvi.kernels.compile.jit import compiled_for, jit_inline
+from galvi.kernels.lanes.body_formulas import REACHES, stage_forces, stage_momenta, stage_rates
+from galvi.kernels.lanes.body_update import (
+    end_defect,
+    kick_momentum,
+    matrix_of,
+    quaternion_of,
+    turn_quaternion,
+)
+from galvi.kernels.lanes.gravity import LANES, combine, move
+from galvi.kernels.lanes.nbody import RECONSIDER, choose_terms, copy_rows
+from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
+from galvi.kernels.nystrom.solve import (
+    DIVERGED,
+    FIXED_POINT_PASSES,
+    FORCES,
+    GOING,
+    ITERATIONS,
+    SOLVED,
+    reset_history,
+    verdict,
+)
+
+TERMS = 3  # place in memo
+PULLS = 2  # corrections of a first guess for the chart's tangent map
+AXES = (0, 0, 0)
+NEAR = 1e-4  # relative change of the stages below which the end says what p0 lacks
+SURE = 3.0  # times the last change that p0 must lack before it is corrected
+LEAST = 3e-16  # relative size of what it may lack
+PATIENCE = 4.0  # growth of what it may lack from one attempt to settle to the next
+
+
+@jit_inline
+def momentum_scale(kicks, mu0, f):
+    """1 over the largest momentum or impulse of a step, so that a body may start at rest; or 0."""
+    h, size = 0.0, max(abs(mu0[0]), abs(mu0[1]), abs(mu0[2]))
+    for j in range(kicks.shape[1]):
+        h += kicks[0, j]
+    for i in range(3):
+        for j in range(kicks.shape[1]):
+            size = max(size, abs(h * f[i, j]))
+    return 1.0 / size if size > 0.0 else 0.0
+
+
+@jit_inline
+def relax(charts, weights, moves, turns, kicks, body, mu0, p0, work, spare, tolerance, counts,
+          history):  # fmt: skip
+    """Fixed-point iteration from xi and pi in work until settled; returns a code.
+
+    p0            momentum at the start in the chart, corrected as soon as the stages say so
+    spare[0:3]    <- xi(1), what the forces add to the momentum, and what p0 lacked
+
+    How much p0 lacks is known to about the last change of the stages, and each correction costs
+    some passes: it is made when it is SURE, and at the end.
+    """
+    stages, padded = kicks.shape[1], moves.shape[1]
+    xi, pi, eta, f, nothing = work[0:3], work[3:6], work[6:9], work[9:12], work[27:30]
+    xi_low, pi_low = work[30:33], work[33:36]
+    results, origin, chart = work[6:18], work[27], len(charts) - 1
+    near, last, least, size = NEAR, np.inf, LEAST, 0.0
+    reset_history(history)
+    for passes in range(FIXED_POINT_PASSES):
+        for chunk in range(padded // LANES):
+            stage_forces(charts, weights, body, xi, pi, results, padded, chunk)
+        if passes == 0:
+            size = momentum_scale(kicks, mu0, f)
+            for chunk in range(padded // LANES):
+                combine(AXES, moves, stages, eta, xi_low, 0, stages, padded, chunk)
+                combine(AXES, turns, stages, f, pi_low, 0, stages, padded, chunk)
+        if last <= near:
+            missing = end_defect(chart, kicks, results, mu0, p0, size, spare)
+            near = missing / SURE
+            if near > last:
+                for i in range(3):
+                    p0[i] += spare[2, i]
+                near = last / SURE
+                reset_history(history)
+        change = 0.0
+        for chunk in range(padded // LANES):
+            change = move(AXES, moves, 0, eta, nothing, xi_low, origin, xi, change, 1.0, 0, stages,
+                          padded, chunk)  # fmt: skip
+            change = move(AXES, turns, 0, f, nothing, pi_low, p0, pi, change, size, 0, stages,
+                          padded, chunk)  # fmt: skip
+        last = change
+        counts[ITERATIONS] += 1
+        counts[FORCES] += stages
+        code = verdict(change, tolerance, history)
+        if code == SOLVED:
+            missing = end_defect(chart, kicks, results, mu0, p0, size, spare)
+            if missing > least:
+                for i in range(3):
+                    p0[i] += spare[2, i]
+                near, least = 0.0, PATIENCE * least
+                code = GOING
+                reset_history(history)
+        if code != GOING:
+            return code
+    return DIVERGED
+
+
+@jit_inline
+def start(charts, moves, body, stages, guess, work):
+    """xi and pi from guessed velocities: a few corrections of xi' = T^-1 velocity."""
+    padded = moves.shape[1]
+    xi, pi, eta = work[0:3], work[3:6], work[6:9]
+    for chunk in range(padded // LANES):
+        combine(AXES, moves, 0, guess, xi, 0, stages, padded, chunk)
+    for _pull in range(PULLS):
+        for chunk in range(padded // LANES):
+            stage_rates(charts, xi, guess, eta, padded, chunk)
+        for chunk in range(padded // LANES):
+            combine(AXES, moves, 0, eta, xi, 0, stages, padded, chunk)
+    for chunk in range(padded // LANES):
+        stage_momenta(charts, body, xi, guess, pi, padded, chunk)
+
+
+@jit_inline
+def within_reach(chart, xi, end):
+    """Whether no stage, nor the end, is farther than this kernel goes in the chart."""
+    farthest = end[0] * end[0] + end[1] * end[1] + end[2] * end[2]
+    for k in range(xi.shape[1]):
+        square = xi[0, k] * xi[0, k] + xi[1, k] * xi[1, k] + xi[2, k] * xi[2, k]
+        farthest = max(farthest, square)
+    return farthest <= REACHES[chart] * REACHES[chart]
+
+
+@jit_inline
+def record(fit, step, every, total, R, eta, state, saved_g, saved_mu, bases, curves):
+    """Store what is kept of the (step + 1)-th step, which started at R."""
+    if bases.shape[0] > 0:
+        for i in range(9):
+            bases[step, i] = R[i]
+        for i in range(3):
+            for l in range(fit.shape[0]):
+                coefficient = 0.0
+                for j in range(fit.shape[1]):
+                    coefficient += fit[l, j] * eta[i, j]
+                curves[step, i, l] = coefficient
+    last, due = saved_g.shape[0] - 1, (step + 1) // every
+    if due * every == step + 1 or step + 1 == total:
+        row = last if step + 1 == total else due
+        for i in range(9):
+            saved_g[row, i] = state[0, i]
+        for i in range(3):
+            saved_mu[row, i] = state[1, i]
+
+
+@jit_inline
+def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fit, body, weight, h,
+                 tolerance, first, todo, total, every, state, stages, work, spare, memo, counts,
+                 saved_g, saved_mu, bases, curves):  # fmt: skip
+    """Do ``todo`` more steps; returns a code, and leaves a step that fails undone."""
+    s, padded = kicks.shape[1], moves.shape[1]
+    velocity, guess, terms = work[15:18], work[24:27], memo[TERMS:]
+    chart, mu0, p0, history, R = len(charts) - 1, spare[3], spare[4], spare[5], body[24:]
+    copy_rows(velocity, stages)
+    for step in range(memo[DONE], memo[DONE] + todo):
+        quaternion_of(state)
+        for i in range(3):
+            mu0[i] = state[1, i]
+            p0[i] = mu0[i] + state[1, 3 + i]
+            body[21 + i] = 0.0
+            for j in range(3):
+                body[21 + i] += state[0, 3 * j + i] * weight[j]
+        if memo[HOLDS] == LAST_STEP:
+            if (first + step) % RECONSIDER == 0 or terms[0] == 0:
+                choose_terms(AXES, series, growth, velocity, guess, terms, spare[0])
+            for chunk in range(padded // LANES):
+                combine(AXES, ahead, (terms[0] - 1) * s, velocity, guess, 0, s, padded, chunk)
+        else:
+            for i in range(3):
+                for k in range(padded):
+                    guess[i, k] = velocity[i, min(k, s - 1)]
+        copy_rows(stages, velocity)
+        start(charts, moves, body, s, guess, work)
+        code = relax(charts, weights, moves, turns, kicks, body, mu0, p0, work, spare, tolerance,
+                     counts, history)  # fmt: skip
+        xi = spare[0]
+        if code == SOLVED and not within_reach(chart, work[0:3], xi):
+            code = DIVERGED
+        if code != SOLVED:
+            return code
+        for i in range(3):  # what is left of p0's error, to first order
+            p0[i] += spare[2, i]
+            for j in range(3):
+                xi[i] += h * body[3 * i + j] * spare[2, j]
+        for i in range(9):
+            R[i] = state[0, i]
+        turn_quaternion(chart, xi, state)
+        matrix_of(state)
+        kick_momentum(spare[1], R, state)
+        for i in range(3):
+            state[1, 3 + i] = p0[i] - mu0[i]
+        memo[HOLDS], memo[DONE] = LAST_STEP, step + 1
+        record(fit, step, every, total, R, work[6:9], state, saved_g, saved_mu, bases, curves)
+    copy_rows(stages, velocity)
+    return SOLVED
+
+
+@cache
+def compiled_advance_body(chart, weight):
+    """``advance_body`` for a chart's number and with or without a weight, or from the cache."""
+    fixed = types.Array(types.float64, 1, "C", readonly=True)
+    fixed_matrix = types.Array(types.float64, 2, "C", readonly=True)
+    whole, real, matrix, vector = types.int64, types.float64, MATRIX, VECTOR
+    signature = whole(
+        types.UniTuple(whole, 1 + chart), types.UniTuple(whole, 1 + weight), fixed_matrix,
+        fixed_matrix, fixed_matrix, fixed_matrix, fixed_matrix, fixed, fixed_matrix, vector, vector,
+        real, real, whole, whole, whole, whole, matrix, matrix, matrix, matrix, types.int64[::1],
+        types.int64[::1], matrix, matrix, matrix, TENSOR3,
+    )  # fmt: skip
+    return compiled_for(advance_body, signature, jit_inline)

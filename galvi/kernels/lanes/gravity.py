@@ -1,0 +1,187 @@
+"""Vector instructions over the stages of a step, eight at a time.
+
+numba does not vectorise loops whose arrays may overlap; these functions are written in the
+compiler's own vector types instead. In an array (rows, P) the lanes past the last stage repeat it.
+"""
+
+from __future__ import annotations
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
+
+__all__ = ["LANES", "attract", "attract_pair", "combine", "drift", "fused", "move"]
+
+
+@intrinsic
+def attract(typingctx, axes, Q, a, masses, i, padded, chunk):
+    """Body i and all before it attract each other, in eight stages, the last of these first.
+
+    a_i += Gm_j g, a_j -= Gm_i g, g = (q_j - q_i) / |q_j - q_i|^3; rows are axes of bodies in turn.
+    For the last body the accelerations are taken as zero before.
+    """
+    whole = types.intp
+    signature = types.void(axes, Q, a, masses, whole, whole, whole)
+
+    def generate(context, builder, signature, arguments):
+        i, padded, chunk = arguments[4:]
+        lanes = Lanes(context, builder, padded, chunk)
+        dimension = signature.args[0].count
+        places, pulls, weights = (lanes.data(signature.args[k], arguments[k]) for k in (1, 2, 3))
+        bodies = context.make_array(signature.args[3])(context, builder, arguments[3]).nitems
+        one, step = ir.Constant(i.type, 1), ir.Constant(i.type, dimension)
+        fresh = builder.icmp_signed("==", builder.add(i, one), bodies)
+
+        def earlier(row):
+            return builder.select(fresh, NOTHING, lanes.load(pulls, row))
+
+        row_i = builder.mul(i, step)
+        here = [lanes.load(places, lanes.plus(row_i, x)) for x in range(dimension)]
+        mass_i = lanes.spread(lanes.number(weights, i))
+        pulled = [lanes.variable(earlier(lanes.plus(row_i, x))) for x in range(dimension)]
+        with cgutils.for_range(builder, i) as loop:
+            j = builder.sub(builder.sub(i, one), loop.index)
+            row_j = builder.mul(j, step)
+            gaps, pull = lanes.pull(places, here, row_j)
+            onto_i = lanes.mul(lanes.spread(lanes.number(weights, j)), pull)
+            onto_j = lanes.mul(mass_i, pull)
+            for x, gap in enumerate(gaps):
+                row = lanes.plus(row_j, x)
+                lanes.store(lanes.sub(earlier(row), lanes.mul(onto_j, gap)), pulls, row)
+                total = lanes.add(builder.load(pulled[x]), lanes.mul(onto_i, gap))
+                builder.store(total, pulled[x])
+        for x in range(dimension):
+            lanes.store(builder.load(pulled[x]), pulls, lanes.plus(row_i, x))
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def attract_pair(typingctx, axes, Q, given, a, i, j, mass_i, mass_j, padded, chunk):
+    """a_i <- given_i + mass_j g, a_j <- given_j - mass_i g for one pair, as in ``attract``."""
+    whole, real = types.intp, types.float64
+    signature = types.void(axes, Q, given, a, whole, whole, real, real, whole, whole)
+
+    def generate(context, builder, signature, arguments):
+        i, j, mass_i, mass_j, padded, chunk = arguments[4:]
+        lanes = Lanes(context, builder, padded, chunk)
+        dimension = signature.args[0].count
+        places, before, pulls = (lanes.data(signature.args[k], arguments[k]) for k in (1, 2, 3))
+        row_i, row_j = (builder.mul(body, ir.Constant(i.type, dimension)) for body in (i, j))
+        here = [lanes.load(places, lanes.plus(row_i, x)) for x in range(dimension)]
+        gaps, pull = lanes.pull(places, here, row_j)
+        onto_i, onto_j = (
+            lanes.mul(lanes.spread(mass_j), pull),
+            lanes.mul(lanes.spread(mass_i), pull),
+        )
+        for x, gap in enumerate(gaps):
+            this, other = lanes.plus(row_i, x), lanes.plus(row_j, x)
+            lanes.store(lanes.add(lanes.load(before, this), lanes.mul(onto_i, gap)), pulls, this)
+            lanes.store(lanes.sub(lanes.load(before, other), lanes.mul(onto_j, gap)), pulls, other)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def combine(typingctx, axes, matrix, start, a, out, body, stages, padded, chunk):
+    """out <- sum_j a_j matrix[start + j] for all axes of one body, in eight stages."""
+    whole = types.intp
+    signature = types.void(axes, matrix, whole, a, out, whole, whole, whole, whole)
+
+    def generate(context, builder, signature, arguments):
+        start, body, stages, padded, chunk = (arguments[k] for k in (2, 5, 6, 7, 8))
+        lanes = Lanes(context, builder, padded, chunk)
+        dimension = signature.args[0].count
+        factors, values, results = (lanes.data(signature.args[k], arguments[k]) for k in (1, 3, 4))
+        row = builder.mul(body, ir.Constant(body.type, dimension))
+        sums = lanes.sums([NOTHING] * dimension, factors, start, values, row, stages)
+        for x, total in enumerate(sums):
+            lanes.store(total, results, lanes.plus(row, x))
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def move(
+    typingctx, axes, matrix, start, a, base, low, q, Q, change, size, body, stages, padded, chunk
+):
+    """Q <- q + (base + (low + sum_j a_j matrix[start + j])), all axes of one body, eight stages.
+
+    Returns the largest of ``change`` and of size |change of Q|; not a number counts as largest.
+    """
+    whole, real = types.intp, types.float64
+    signature = real(
+        axes, matrix, whole, a, base, low, q, Q, real, real, whole, whole, whole, whole
+    )
+
+    def generate(context, builder, signature, arguments):
+        start, change, size, body, stages, padded, chunk = (
+            arguments[k] for k in (2, *range(8, 14))
+        )
+        lanes = Lanes(context, builder, padded, chunk)
+        dimension = signature.args[0].count
+        factors, values, bases, lows, origin, places = (
+            lanes.data(signature.args[k], arguments[k]) for k in (1, 3, 4, 5, 6, 7)
+        )
+        row = builder.mul(body, ir.Constant(body.type, dimension))
+        small = [lanes.load(lows, lanes.plus(row, x)) for x in range(dimension)]
+        sums = lanes.sums(small, factors, start, values, row, stages)
+        scale = lanes.spread(size)
+        largest = builder.bitcast(lanes.spread(change), BITS)
+        for x, total in enumerate(sums):
+            this = lanes.plus(row, x)
+            step = builder.fadd(lanes.load(bases, this), total)
+            moved = builder.fadd(lanes.spread(lanes.number(origin, this)), step)
+            far = lanes.mul(builder.fsub(moved, lanes.load(places, this)), scale)
+            # The bits of numbers that are not negative are ordered as the numbers, NaN on top.
+            bits = builder.bitcast(lanes.call("fabs", far), BITS)
+            largest = builder.select(builder.icmp_signed(">", bits, largest), bits, largest)
+            lanes.store(moved, places, this)
+        return builder.bitcast(lanes.largest(largest), DOUBLE)
+
+    return signature, generate
+
+
+@intrinsic
+def drift(typingctx, c, base, low, row, far, far_low, lost, padded, chunk):
+    """base <- c far and low <- low + what is too small for it, of one row, in eight stages.
+
+    c    (2, P)  nodes, and what rounding lost of them
+    far  h v, ``far_low`` what rounding lost of it, ``lost`` what rounding lost of q
+    """
+    whole, real = types.intp, types.float64
+    signature = types.void(c, base, low, whole, real, real, real, whole, whole)
+
+    def generate(context, builder, signature, arguments):
+        row, far, far_low, lost, padded, chunk = arguments[3:]
+        lanes = Lanes(context, builder, padded, chunk)
+        nodes, bases, lows = (lanes.data(signature.args[k], arguments[k]) for k in range(3))
+        zero = ir.Constant(row.type, 0)
+        node, node_low = lanes.load(nodes, zero), lanes.load(nodes, lanes.plus(zero, 1))
+        far, far_low, lost = lanes.spread(far), lanes.spread(far_low), lanes.spread(lost)
+        place = builder.fmul(node, far)
+        error = lanes.call("fma", node, far, builder.fneg(place))
+        small = lanes.add(lanes.mul(node_low, far), lanes.mul(node, far_low))
+        small = lanes.add(lanes.add(error, lost), small)
+        lanes.store(place, bases, row)
+        lanes.store(lanes.add(lanes.load(lows, row), small), lows, row)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def fused(typingctx, x, y, z):
+    """x y + z, rounded once."""
+    signature = types.float64(types.float64, types.float64, types.float64)
+
+    def generate(context, builder, signature, arguments):
+        return builder.fma(*arguments)
+
+    return signature, generate

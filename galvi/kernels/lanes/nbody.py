@@ -1,0 +1,178 @@
+"""Many steps of point masses under gravity: `galvi.kernels.nystrom.advance` in vector instructions.
+
+The same method, prediction, stopping rule and compensated updates, with fewer passes over all
+bodies (`galvi.kernels.lanes.nbody_iteration`); a step that fixed-point iteration cannot solve is
+left to the general kernel. One compilation serves every number of stages s, padded to P, a
+multiple of LANES.
+
+d = bodies * dimension rows, one for each coordinate
+masses   (bodies,)  G m
+ahead    (2 (l + 1) s, P)  h^2 A^T, then what rounding lost of it; then for r = 1 .. l both of them
+                    after an extrapolation to the next step that keeps r Legendre terms
+series   (s, P)     Legendre coefficients from stages, transposed
+growth   (l,)       Legendre polynomials at the next step's end
+sums     (s, P)     columns h b, h^2 beta and what rounding lost of each
+c        (2, P)     nodes, and what rounding lost of them
+work     (6, d, P)  stages, last accelerations, h c v, corrections too small for it, scratch,
+                    new accelerations
+spare    (7, at least d and s)  state before the step, sizes, the iteration's history, scratch
+memo     (3 + bodies,)  as in the general kernel, then Legendre terms kept for each body
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numba import types
+
+from galvi.kernels.compile.array_types import MATRIX, TENSOR3
+from galvi.kernels.compile.jit import compiled_for, jit_inline
+from galvi.kernels.lanes.gravity import LANES, combine, drift, fused
+from galvi.kernels.lanes.nbody_iteration import iterate, move_one
+from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, STREAK, TABLEAU, keep
+from galvi.kernels.nystrom.solve import DIVERGED, NOT_FINITE, SOLVED
+from galvi.kernels.nystrom.step import copy_into, terms_to_extrapolate, two_sum
+
+RECONSIDER = 16  # steps between choices of how many terms to extrapolate
+
+
+@jit_inline
+def choose_terms(axes, series, growth, a, out, terms, sizes):
+    """How many Legendre terms of each body's last accelerations to extrapolate.
+
+    ``out`` (d, P) and ``sizes`` (s,) are scratch.
+    """
+    s, padded, dimension = series.shape[0], series.shape[1], len(axes)
+    for body in range(terms.size):
+        for chunk in range(padded // LANES):
+            combine(axes, series, 0, a, out, body, s, padded, chunk)
+        for l in range(s):
+            sizes[l] = 0.0
+            for x in range(dimension):
+                sizes[l] = max(sizes[l], abs(out[body * dimension + x, l]))
+        terms[body] = terms_to_extrapolate(sizes, growth)
+
+
+@jit_inline
+def place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q):
+    """The start of a step: base, low, sizes = 1 / distances from the origin, and first stages Q.
+
+    a holds the last step's accelerations, or with no ``terms`` the guess itself. Returns the body
+    that goes farthest in a step for its distance, other than the star.
+    """
+    dimension, padded, bodies = len(axes), c.shape[1], masses.size
+    largest, most, swift = 0.0, 0.0, 1 if star == 0 else 0
+    for body in range(bodies):
+        for chunk in range(padded // LANES):
+            start = (2 * terms[body] + 1) * s
+            combine(axes, ahead, start, a, low, body, s, padded, chunk)
+        size, way = 0.0, 0.0
+        for x in range(dimension):
+            i = body * dimension + x
+            far = h * state[2, i]
+            far_low = fused(h, state[2, i], -far) + h * state[3, i]
+            for chunk in range(padded // LANES):
+                drift(c, base, low, i, far, far_low, state[1, i], padded, chunk)
+            way = max(way, abs(far))
+            size = max(size, abs(state[0, i]), abs(state[0, i] + far))
+        sizes[body] = size
+        largest = max(largest, size)
+        if body != star and way > most * size:
+            swift, most = body, way / size
+    for body in range(bodies):
+        size = sizes[body] if sizes[body] > 0.0 else largest
+        sizes[body] = 1.0 / size if size > 0.0 else 1.0
+        move_one(
+            axes, ahead, 2 * terms[body] * s, s, a, base, low, state, Q, 0.0, sizes[body], body
+        )
+    return swift
+
+
+@jit_inline
+def finish(axes, sums, h, a, state, out):
+    """The end of the step, as galvi.kernels.nystrom.step.complete_step; ``out`` is scratch, (d, P).
+
+    Returns whether the state is finite.
+    """
+    d, stages = a.shape[0], sums.shape[0]
+    dimension, total = len(axes), 0.0
+    for body in range(d // dimension):
+        combine(axes, sums, 0, a, out, body, stages, a.shape[1], 0)
+    for i in range(d):
+        q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
+        far = h * v
+        moved, moved_low = two_sum(q, far)
+        moved, bend_low = two_sum(moved, out[i, 1])
+        rest = fused(h, v, -far) + (h * v_low + out[i, 3])
+        rest = moved_low + (bend_low + (q_low + rest))
+        state[0, i], state[1, i] = two_sum(moved, rest)
+        kicked, kick_low = two_sum(v, out[i, 0])
+        state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))
+        total += abs(state[0, i]) + abs(state[2, i])
+    return total < np.inf
+
+
+@jit_inline
+def advance(axes, masses, tableau, ahead, series, growth, sums, c, h, tolerance, first, todo, total,
+            every, state, stages, work, spare, memo, counts, saved_q, saved_v, bases,
+            curves):  # fmt: skip
+    """Do ``todo`` more steps of a run; returns a code as the general kernel does."""
+    bodies, s, d = masses.size, series.shape[0], state.shape[1]
+    Q, a, base, low, scratch, new = work[0], work[1], work[2], work[3], work[4], work[5]
+    before, sizes, history, terms = spare[:4, :d], spare[4, :bodies], spare[5, :4], memo[3:]
+    star = 0
+    for body in range(bodies):
+        if masses[body] > masses[star]:
+            star = body
+    copy_rows(a, stages)
+    for step in range(memo[DONE], memo[DONE] + todo):
+        if memo[STREAK] > 0:
+            copy_rows(stages, a)
+            return DIVERGED
+        copy_into(before, state)
+        if memo[HOLDS] != LAST_STEP:
+            terms[:] = 0
+        elif (first + step) % RECONSIDER == 0 or terms[0] == 0:
+            choose_terms(axes, series, growth, a, scratch, terms, spare[6, :s])
+        swift = place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q)
+        code = iterate(
+            axes, masses, star, swift, ahead, s, state, base, low, sizes, tolerance, counts, Q, new,
+            scratch, history,
+        )  # fmt: skip
+        if code == SOLVED and not finish(axes, sums, h, new, state, scratch):
+            code = NOT_FINITE
+        if code != SOLVED:
+            copy_into(state, before)
+            copy_rows(stages, a)
+            return code
+        a, new = new, a
+        if bases.shape[0] > 0:
+            copy_rows(stages, a)
+        memo[HOLDS], memo[DONE] = LAST_STEP, step + 1
+        keep(tableau, h, every, step, total, before, state, stages, saved_q, saved_v, bases, curves)
+    copy_rows(stages, a)
+    return SOLVED
+
+
+@jit_inline
+def copy_rows(target, source):
+    """The first columns of target <- source, as many as both have."""
+    for i in range(target.shape[0]):
+        for k in range(min(target.shape[1], source.shape[1])):
+            target[i, k] = source[i, k]
+
+
+@cache
+def compiled_advance(dimension):
+    """``advance`` for bodies in the plane or in space, from the cache on disk if it is there."""
+    fixed = types.Array(types.float64, 1, "C", readonly=True)
+    fixed_matrix = types.Array(types.float64, 2, "C", readonly=True)
+    whole, real, matrix = types.int64, types.float64, MATRIX
+    signature = whole(
+        types.UniTuple(whole, dimension), fixed, TABLEAU, fixed_matrix, fixed_matrix, fixed,
+        fixed_matrix, fixed_matrix, real, real, whole, whole, whole, whole, matrix, matrix,
+        TENSOR3, matrix, types.int64[::1], types.int64[::1], matrix, matrix, matrix,
+        TENSOR3,
+    )  # fmt: skip
+    return compiled_for(advance, signature, jit_inline)

@@ -1,0 +1,100 @@
+"""Fixed-point iteration of one step of point masses, in vector instructions.
+
+Arrays as in `galvi.kernels.lanes.nbody`: moves holds h^2 A^T first, Q, a, base, low, held are (d,
+P). After the first pass over all bodies come some over two alone, the star and the body that moves
+fastest for its distance. Extrapolation predicts that body worst, and by far: of Sun and planets
+the innermost to 1e-4, the next to 1e-10 (`benchmarks.experiments.solver_ideas`). What the passes
+find is a better guess, nothing more.
+Iterations and force evaluations count the passes over all bodies; the PAIR_PASSES + 1 pulls of
+those over two are counted as PAIRS.
+"""
+
+from __future__ import annotations
+
+from galvi.kernels.compile.jit import jit_inline
+from galvi.kernels.lanes.gravity import LANES, attract, attract_pair, move
+from galvi.kernels.nystrom.solve import (
+    DIVERGED,
+    FIXED_POINT_PASSES,
+    FORCES,
+    GOING,
+    ITERATIONS,
+    PAIRS,
+    reset_history,
+    verdict,
+)
+
+PAIR_PASSES = 3  # 2 and 4 are slower for some problems: CONTRIBUTING.md, 'Ideas for the solver'
+
+
+@jit_inline
+def pull_all(axes, masses, Q, a):
+    """a <- accelerations at stages Q. Light pairs first: the sums grow."""
+    for body in range(masses.size - 1, -1, -1):
+        for chunk in range(Q.shape[1] // LANES):
+            attract(axes, Q, a, masses, body, Q.shape[1], chunk)
+
+
+@jit_inline
+def pull_pair(axes, masses, star, swift, sign, Q, given, a):
+    """a <- given + sign times the pull between two bodies, in their rows."""
+    star_mass, swift_mass = sign * masses[star], sign * masses[swift]
+    for chunk in range(Q.shape[1] // LANES):
+        attract_pair(axes, Q, given, a, star, swift, star_mass, swift_mass, Q.shape[1], chunk)
+
+
+@jit_inline
+def move_one(axes, moves, start, s, a, base, low, state, Q, change, size, body):
+    """Q <- q + (base + (low + h^2 A a)) of one body; the larger of ``change`` and its own."""
+    for chunk in range(Q.shape[1] // LANES):
+        change = move(
+            axes, moves, start, a, base, low, state, Q, change, size, body, s, Q.shape[1], chunk
+        )
+    return change
+
+
+@jit_inline
+def iterate_pair(axes, masses, star, swift, moves, s, state, base, low, sizes, Q, a, held, history):
+    """Some passes over the star and the swiftest body alone, the pull of all others ``held``.
+
+    The swiftest is the one that extrapolation predicts worst, by far, and these passes cost little.
+    Their contraction is that of the passes over all bodies, which go on from here.
+    """
+    last, change = history[0], history[0]
+    for _passes in range(PAIR_PASSES):
+        last = change
+        pull_pair(axes, masses, star, swift, 1.0, Q, held, a)
+        change = move_one(axes, moves, 0, s, a, base, low, state, Q, 0.0, sizes[star], star)
+        change = move_one(axes, moves, 0, s, a, base, low, state, Q, change, sizes[swift], swift)
+    reset_history(history)
+    if change > 0.0:
+        history[0], history[1] = change, change / last
+
+
+@jit_inline
+def iterate(axes, masses, star, swift, moves, s, state, base, low, sizes, tolerance, counts, Q, a,
+            held, history):  # fmt: skip
+    """Fixed-point iteration from stages Q, until settled; a holds the last accelerations.
+
+    ``held`` is scratch, (d, P).
+    """
+    reset_history(history)
+    for passes in range(FIXED_POINT_PASSES):
+        pull_all(axes, masses, Q, a)
+        with_pair = passes == 0 and masses.size > 2
+        if with_pair:
+            pull_pair(axes, masses, star, swift, -1.0, Q, a, held)
+            counts[PAIRS] += (PAIR_PASSES + 1) * s
+        change = 0.0
+        for body in range(masses.size):
+            change = move_one(axes, moves, 0, s, a, base, low, state, Q, change, sizes[body], body)
+        counts[ITERATIONS] += 1
+        counts[FORCES] += s
+        code = verdict(change, tolerance, history)
+        if code != GOING:
+            return code
+        if with_pair:
+            iterate_pair(
+                axes, masses, star, swift, moves, s, state, base, low, sizes, Q, a, held, history
+            )
+    return DIVERGED

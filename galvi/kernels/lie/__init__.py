@@ -1,0 +1,1 @@
+"""Rotations, rigid motions, charts and the coadjoint action, as compiled functions."""

@@ -1,0 +1,115 @@
+"""A chart of SO(3): xi (3,) to the rotation, its tangent map, and back.
+
+R    (9,) or larger arrays by rows: R[3 i + j]
+T    (3, 3)  tangent map, R^T R' = hat(T xi')
+G    (3, 3)  d(T(xi) eta)/dxi
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.kernels.compile.jit import jit, jit_inline, jit_noalloc
+from galvi.kernels.lie.chart_coefficients import CAYLEY, rotation_radial, tangent_radial
+
+
+@jit_inline
+def rotation(chart, xi, R):
+    """R <- I + sine hat(xi) + cosine hat(xi)^2, (3, 3)."""
+    x, y, z = xi[0], xi[1], xi[2]
+    u = x * x + y * y + z * z
+    sine, cosine = rotation_radial(chart, u)
+    R[0, 0] = 1.0 - cosine * (y * y + z * z)
+    R[1, 1] = 1.0 - cosine * (x * x + z * z)
+    R[2, 2] = 1.0 - cosine * (x * x + y * y)
+    R[0, 1], R[1, 0] = cosine * x * y - sine * z, cosine * x * y + sine * z
+    R[0, 2], R[2, 0] = cosine * x * z + sine * y, cosine * x * z - sine * y
+    R[1, 2], R[2, 1] = cosine * y * z - sine * x, cosine * y * z + sine * x
+
+
+@jit_inline
+def tangent(chart, xi, eta, T, G):
+    """T <- a I - b hat(xi) + c xi xi^T and G <- its product with eta, differentiated by xi."""
+    x, y, z = xi[0], xi[1], xi[2]
+    u = x * x + y * y + z * z
+    (a, b, c), (a1, b1, c1), _ = tangent_radial(chart, u)
+    along = x * eta[0] + y * eta[1] + z * eta[2]
+    hat(b, xi, T)  # with the sign turned below
+    hat(b, eta, G)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        turned = xi[j] * eta[k] - xi[k] * eta[j]
+        slope = 2.0 * (a1 * eta[i] - b1 * turned + c1 * along * xi[i])
+        for l in range(3):
+            T[i, l] = c * xi[i] * xi[l] - T[i, l]
+            G[i, l] += slope * xi[l] + c * xi[i] * eta[l]
+        T[i, i] += a
+        G[i, i] += c * along
+
+
+@jit_inline
+def hat(factor, w, out):
+    """out <- factor hat(w), hat(w) v = w x v."""
+    for i in range(3):
+        out[i, i] = 0.0
+    out[0, 1], out[1, 0] = -factor * w[2], factor * w[2]
+    out[0, 2], out[2, 0] = factor * w[1], -factor * w[1]
+    out[1, 2], out[2, 1] = -factor * w[0], factor * w[0]
+
+
+@jit
+def quaternion(R, q):
+    """q <- unit quaternion (scalar first, not negative) of R (3, 3), by its largest component.
+
+    Shepperd, J. Guidance and Control 1 (1978) 223.
+    """
+    squares = (
+        1.0 + R[0, 0] + R[1, 1] + R[2, 2], 1.0 + R[0, 0] - R[1, 1] - R[2, 2],
+        1.0 - R[0, 0] + R[1, 1] - R[2, 2], 1.0 - R[0, 0] - R[1, 1] + R[2, 2],
+    )  # fmt: skip
+    largest = 0
+    for i in range(1, 4):
+        if squares[i] > squares[largest]:
+            largest = i
+    if largest == 0:
+        q[0] = squares[0]
+        q[1], q[2], q[3] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    elif largest == 1:
+        q[0], q[1] = R[2, 1] - R[1, 2], squares[1]
+        q[2], q[3] = R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]
+    elif largest == 2:
+        q[0], q[2] = R[0, 2] - R[2, 0], squares[2]
+        q[1], q[3] = R[0, 1] + R[1, 0], R[1, 2] + R[2, 1]
+    else:
+        q[0], q[3] = R[1, 0] - R[0, 1], squares[3]
+        q[1], q[2] = R[0, 2] + R[2, 0], R[1, 2] + R[2, 1]
+    length = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    sign = -1.0 if q[0] < 0.0 else 1.0
+    for i in range(4):
+        q[i] *= sign / length
+
+
+@jit
+def coordinates(chart, R, xi):
+    """xi <- the coordinates of R (3, 3): infinite where a Cayley chart ends, at half a turn."""
+    q = np.empty(4)
+    quaternion(R, q)
+    sine = np.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    if chart == CAYLEY:
+        factor = 2.0 / q[0]
+    else:
+        factor = 2.0 * np.arctan2(sine, q[0]) / sine if sine > 1e-150 else 2.0 / q[0]
+    for i in range(3):
+        xi[i] = factor * q[i + 1]
+
+
+@jit_noalloc
+def orthonormal(R, out):
+    """out <- R (3 I - R^T R) / 2: one step of Newton's iteration for the nearest rotation."""
+    for i in range(3):
+        for j in range(3):
+            total = 1.5 * R[i, j]
+            for k in range(3):
+                square = R[0, k] * R[0, j] + R[1, k] * R[1, j] + R[2, k] * R[2, j]
+                total -= 0.5 * R[i, k] * square
+            out[i, j] = total

@@ -1,0 +1,158 @@
+"""The stage equations of one step: fixed-point iteration, Newton's method, and the choice.
+
+Both start from stages Q (d, s) and leave accelerations a (d, s) from which the step is completed.
+``tolerance`` bounds the estimated change, relative to ``scale``, that another pass would make.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.kernels.compile.jit import jit, jit_inline
+from galvi.kernels.forces.accelerations import accelerations
+from galvi.kernels.nystrom.jacobians import jacobians
+from galvi.kernels.nystrom.step import (
+    all_finite,
+    copy_into,
+    curve_coefficients,
+    largest_change,
+    measure_scale,
+    newton_update,
+    place_stages,
+)
+
+AUTO, FIXED_POINT, NEWTON = 0, 1, 2
+SOLVED, NOT_FINITE, DIVERGED, GOING = 0, 1, 2, 3
+
+ITERATIONS, FORCES, HESSIANS, SOLVES, PAIRS = 0, 1, 2, 3, 4
+FLOOR = 1e-11  # changes that no longer shrink are round-off below this
+TRUSTED = 0.3  # relative size of a first Newton correction that stays near its start
+LINEAR = 1e-8  # relative size of a second correction that shows a linear force
+IDLE = 3.0  # passes without a smaller change that show round-off, or twice that divergence
+FIXED_POINT_PASSES = 200
+NEWTON_PASSES = 30
+NEWTON_STREAK = 16  # steps that start with Newton after it was needed once
+
+
+@jit_inline
+def verdict(change, tolerance, history):
+    """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass of fixed-point iteration.
+
+    change   largest relative change of the pass
+    history  (4,) last change and rate, least change, passes since; (inf, 1, inf, 0) at the start
+
+    Errors rotate as they shrink: one small rate, or one change that did not shrink, says nothing.
+    """
+    if not change < np.inf:
+        return NOT_FINITE
+    rate = change / history[0] if history[0] < np.inf else 1.0
+    slower = max(rate, history[1])
+    history[0], history[1] = change, rate
+    if change < history[2]:
+        history[2], history[3] = change, 0.0
+    else:
+        history[3] += 1.0
+    if change <= tolerance or change * slower <= tolerance * (1.0 - slower):
+        return SOLVED
+    if history[3] >= IDLE and history[2] <= FLOOR:
+        return SOLVED
+    if history[3] >= 2.0 * IDLE:
+        return DIVERGED
+    return GOING
+
+
+@jit_inline
+def reset_history(history):
+    """history as at the start of an iteration."""
+    history[0], history[1], history[2], history[3] = np.inf, 1.0, np.inf, 0.0
+
+
+@jit
+def solve_fixed_point(kind, functions, constants, inverse_mass, tableau, h, t, state, tolerance,
+                      scale, counts, a, Q):  # fmt: skip
+    """Q <- stages of a(Q), until another pass would change nothing that matters."""
+    moved, history = np.empty(Q.shape), np.empty(4)
+    reset_history(history)
+    for _passes in range(FIXED_POINT_PASSES):
+        accelerations(kind, functions, constants, inverse_mass, Q, t, a)
+        place_stages(tableau, h, state, a, moved)
+        counts[ITERATIONS] += 1
+        counts[FORCES] += Q.shape[1]
+        code = verdict(largest_change(Q, moved, scale), tolerance, history)
+        if code != GOING:
+            return code
+    return DIVERGED
+
+
+@jit
+def solve_newton(kind, functions, has_hessian, constants, inverse_mass, width, tableau, h, t,
+                 state, tolerance, scale, counts, a, Q):  # fmt: skip
+    """Newton on the curve's coefficients; all passes but one must halve the last change.
+
+    A first correction as large as the motion itself is trusted only when the second is negligible
+    (a linear force): far from the start Newton may find another root.
+    """
+    d, s = Q.shape
+    x = np.empty((d, tableau[5].size))
+    curve_coefficients(tableau, h, state, a, x)
+    jacobian = np.empty((d, width, s))
+    moved = np.empty((d, s))
+    previous = np.inf
+    slow = 0
+    for passes in range(NEWTON_PASSES):
+        accelerations(kind, functions, constants, inverse_mass, Q, t, a)
+        extra = jacobians(kind, functions, has_hessian, constants, inverse_mass, Q, t, jacobian)
+        counts[ITERATIONS] += 1
+        counts[FORCES] += s + extra
+        counts[HESSIANS] += s if has_hessian else 0
+        counts[SOLVES] += d // width
+        if not (all_finite(a) and all_finite(jacobian.reshape(d, width * s))):
+            return NOT_FINITE
+        if not newton_update(tableau, h, width, state, a, jacobian, x, moved):
+            return DIVERGED
+        change = largest_change(Q, moved, scale)
+        if not change < np.inf:
+            return NOT_FINITE
+        halved = change <= 0.5 * previous
+        if passes == 1 and previous > TRUSTED and change > LINEAR:
+            return DIVERGED
+        if change <= tolerance or (passes > 0 and (
+            (halved and change * change <= tolerance * previous) or (not halved and change <= FLOOR)
+        )):  # fmt: skip
+            accelerations(kind, functions, constants, inverse_mass, Q, t, a)
+            counts[FORCES] += s
+            return SOLVED
+        slow += 0 if halved else 1
+        if slow >= 2:
+            return DIVERGED
+        previous = change
+    return DIVERGED
+
+
+@jit
+def solve(kind, functions, has_hessian, constants, inverse_mass, width, tableau, h, t, state,
+          solver, tolerance, streak, counts, a, Q):  # fmt: skip
+    """Solve one step from the accelerations in a; returns (code, streak of Newton steps left)."""
+    place_stages(tableau, h, state, a, Q)
+    scale = np.empty(Q.shape[0])
+    measure_scale(h, width, state, scale)
+    start = np.empty(a.shape)
+    copy_into(start, a)
+    newton_first = solver == NEWTON or (solver == AUTO and streak > 0)
+    code = DIVERGED
+    for attempt in range(2):
+        if newton_first == (attempt == 0):
+            if solver != FIXED_POINT:
+                code = solve_newton(kind, functions, has_hessian, constants, inverse_mass, width,
+                                    tableau, h, t, state, tolerance, scale, counts, a,
+                                    Q)  # fmt: skip
+                if code == SOLVED:
+                    return code, streak - 1 if newton_first else NEWTON_STREAK
+        elif solver != NEWTON:
+            code = solve_fixed_point(kind, functions, constants, inverse_mass, tableau, h, t,
+                                     state, tolerance, scale, counts, a, Q)  # fmt: skip
+            if code == SOLVED:
+                return code, 0
+        copy_into(a, start)
+        place_stages(tableau, h, state, a, Q)
+    return code, 0

@@ -1,0 +1,224 @@
+"""The pieces of one step that never call a user's function.
+
+d components, s stages, m curve coefficients; notation of galvi.tableau. Rows are components.
+
+state    (4, d)  q, what rounding lost of q, v, what rounding lost of v
+tableau  c (s,), b (s,), beta (s,), A^T (s, s), psi^T (m, s), lead (m,), C (m, s), C^T (s, m),
+         analysis^T (s, s), ahead^T (l, s), growth (l,)
+a        (d, s)  accelerations at the stages
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.kernels.compile.jit import jit, jit_inline
+
+EPSILON = 2.0**-52
+SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
+
+
+@jit_inline
+def terms_to_extrapolate(sizes, growth):
+    """How many terms of a Legendre series to keep one step ahead, where they are ``growth`` larger.
+
+    sizes   (s,)  magnitudes of the coefficients
+    growth  (l,)  l at most s
+
+    Cutting after some terms costs the next two, and keeping them their round-off; a term that
+    outgrows the whole series says that the series does not reach so far.
+    """
+    s = growth.size
+    largest = 0.0
+    for l in range(sizes.size):
+        largest = max(largest, sizes[l])
+    best, terms = np.inf, 1
+    for kept in range(1, s + 1):
+        if kept > 1 and sizes[kept - 1] * growth[kept - 1] > 4.0 * largest:
+            break
+        cost = EPSILON * largest * growth[kept - 1]
+        for l in range(min(kept, s - 2), min(kept + 2, s)):
+            cost = max(cost, sizes[l] * growth[l])
+        if cost <= best:
+            best, terms = cost, kept
+    return terms
+
+
+@jit
+def predict(tableau, a, guess):
+    """Extrapolate the last step's accelerations to this step's stages.
+
+    Each row's Legendre series is cut where that costs least.
+    """
+    analysis, ahead, growth = tableau[8], tableau[9], tableau[10]
+    d, s = a.shape
+    sizes = np.empty(s)
+    for i in range(d):
+        series = np.zeros(s)
+        for j in range(s):
+            for l in range(s):
+                series[l] += analysis[j, l] * a[i, j]
+        for l in range(s):
+            sizes[l] = abs(series[l])
+        terms = terms_to_extrapolate(sizes, growth)
+        for k in range(s):
+            guess[i, k] = 0.0
+        for l in range(terms):
+            for k in range(s):
+                guess[i, k] += ahead[l, k] * series[l]
+
+
+@jit_inline
+def place_stages(tableau, h, state, a, Q):
+    """Q_k = q + c_k h v + h^2 sum_j A_kj a_j."""
+    c, A = tableau[0], tableau[3]
+    d, s = Q.shape
+    for i in range(d):
+        for k in range(s):
+            Q[i, k] = 0.0
+        for j in range(s):
+            for k in range(s):
+                Q[i, k] += A[j, k] * a[i, j]
+        drift = h * state[2, i] + h * state[3, i]
+        for k in range(s):
+            Q[i, k] = state[0, i] + (state[1, i] + (c[k] * drift + h * h * Q[i, k]))
+
+
+@jit_inline
+def largest_change(Q, moved, scale):
+    """max |moved - Q| / scale, or NaN when something is not finite; then Q <- moved.
+
+    Where the scale is 0, at rest in the origin, changes are relative to the place itself.
+    """
+    change, total = 0.0, 0.0
+    for i in range(Q.shape[0]):
+        for k in range(Q.shape[1]):
+            size = scale[i] if scale[i] > 0.0 else abs(moved[i, k])
+            if size > 0.0:
+                change = max(change, abs(moved[i, k] - Q[i, k]) / size)
+            total += abs(moved[i, k])
+            Q[i, k] = moved[i, k]
+    return change if total < np.inf else np.nan
+
+
+@jit_inline
+def measure_scale(h, width, state, scale):
+    """scale_i = the largest |q| and |q + h v| in the Newton block of component i."""
+    for first in range(0, scale.size, width):
+        size = 0.0
+        for i in range(first, first + width):
+            size = max(size, abs(state[0, i]), abs(state[0, i] + h * state[2, i]))
+        for i in range(first, first + width):
+            scale[i] = size
+
+
+@jit_inline
+def curve_coefficients(tableau, h, state, a, x):
+    """x = h v lead + h^2 C a, (d, m)."""
+    lead, C = tableau[5], tableau[7]
+    for i in range(a.shape[0]):
+        for l in range(x.shape[1]):
+            x[i, l] = 0.0
+        for j in range(a.shape[1]):
+            for l in range(x.shape[1]):
+                x[i, l] += C[j, l] * a[i, j]
+        for l in range(x.shape[1]):
+            x[i, l] = h * state[2, i] * lead[l] + h * h * x[i, l]
+
+
+@jit
+def newton_update(tableau, h, width, state, a, jacobian, x, Q):
+    """One Newton correction of the coefficients x (d, m) block by block, and the new stages Q.
+
+    Returns whether the equations could be solved.
+    Residual r = x - h v lead - h^2 C a(q + psi x); derivative I - h^2 C diag_j(da_j) psi.
+    """
+    psi, C = tableau[4], tableau[6]
+    d, m = x.shape
+    stages = Q.shape[1]
+    size = width * m
+    residual = np.empty((d, m))
+    curve_coefficients(tableau, h, state, a, residual)
+    matrix, step = np.empty((size, size)), np.empty(size)
+    for first in range(0, d, width):
+        for i in range(width):
+            for l in range(m):
+                row = i * m + l
+                step[row] = residual[first + i, l] - x[first + i, l]
+                for j in range(width):
+                    for n in range(m):
+                        total = 0.0
+                        for k in range(stages):
+                            total += C[l, k] * jacobian[first + i, j, k] * psi[n, k]
+                        matrix[row, j * m + n] = -h * h * total
+                matrix[row, row] += 1.0
+        if not all_finite(matrix):
+            return False
+        try:
+            step = np.linalg.solve(matrix, step)
+        except Exception:  # numba knows no other way to catch a singular matrix
+            return False
+        for i in range(width):
+            for l in range(m):
+                x[first + i, l] += step[i * m + l]
+    for i in range(d):
+        for k in range(stages):
+            total = 0.0
+            for l in range(m):
+                total += psi[l, k] * x[i, l]
+            Q[i, k] = state[0, i] + (state[1, i] + total)
+    return True
+
+
+@jit_inline
+def copy_into(target, source):
+    """target <- source, (d, s)."""
+    for i in range(source.shape[0]):
+        for k in range(source.shape[1]):
+            target[i, k] = source[i, k]
+
+
+@jit_inline
+def all_finite(values):
+    """Whether every entry of (d, s) is finite."""
+    total = 0.0
+    for i in range(values.shape[0]):
+        for k in range(values.shape[1]):
+            total += abs(values[i, k])
+    return total < np.inf
+
+
+@jit_inline
+def two_sum(x, y):
+    """x + y = sum + error exactly (Knuth)."""
+    total = x + y
+    part = total - x
+    return total, (x - (total - part)) + (y - part)
+
+
+@jit_inline
+def two_product(x, y):
+    """x y = product + error exactly (Dekker)."""
+    product = x * y
+    x_high = SPLIT * x - (SPLIT * x - x)
+    y_high = SPLIT * y - (SPLIT * y - y)
+    x_low, y_low = x - x_high, y - y_high
+    error = ((x_high * y_high - product) + x_high * y_low + x_low * y_high) + x_low * y_low
+    return product, error
+
+
+@jit_inline
+def complete_step(tableau, h, a, state):
+    """q += h v + h^2 sum_j beta_j a_j,  v += h sum_j b_j a_j, with what rounding loses kept."""
+    b, beta = tableau[1], tableau[2]
+    for i in range(a.shape[0]):
+        kick, bend = 0.0, 0.0
+        for j in range(a.shape[1]):
+            kick += b[j] * a[i, j]
+            bend += beta[j] * a[i, j]
+        q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
+        drift, drift_low = two_product(h, v)
+        moved, moved_low = two_sum(q, drift)
+        rest = moved_low + (q_low + (drift_low + (h * v_low + h * h * bend)))
+        state[0, i], state[1, i] = two_sum(moved, rest)
+        state[2, i], state[3, i] = two_sum(v, v_low + h * kick)

@@ -1,0 +1,101 @@
+"""The derivative of a step's equations on a group; notation of galvi.kernels.on_group.stages.
+
+It only steers Newton's iteration: what that converges to does not depend on it.
+"""
+
+from __future__ import annotations
+
+from galvi.kernels.compile.jit import jit_noalloc
+from galvi.kernels.on_group.stages import carried, end_momentum, end_place, is_flat, local_slopes
+
+NUDGE = 2.0**-22  # of a difference: slopes may be differenced themselves, to 1e-11
+
+
+@jit_noalloc
+def curvature(law, layout, chart, room, scale, pace, g, t, xi, eta, here, blocks):
+    """blocks (2, 3, d, d) <- slopes by xi and xi' of pi, f and n, whose values are here (3, d)."""
+    d = xi.size
+    velocity, ahead = room[2], room[5]
+    for a in range(d):
+        for kind in range(2):
+            moved = xi if kind == 0 else eta
+            kept = moved[a]
+            moved[a] = kept + NUDGE * (scale[a] if kind == 0 else pace)
+            nudge = moved[a] - kept
+            local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, ahead)
+            moved[a] = kept
+            for row in range(3):
+                for i in range(d):
+                    blocks[kind, row, i, a] = (ahead[row, i] - here[row, i]) / nudge
+
+
+@jit_noalloc
+def end_curvature(layout, chart, room, scale, xi, momentum, by_place, by_momentum):
+    """Derivatives (d, d) of p1 by xi(1) and by the momentum, by central differences."""
+    d = xi.size
+    if is_flat(layout):
+        by_place[:, :] = 0.0
+        by_momentum[:, :] = 0.0
+        for a in range(d):
+            by_momentum[a, a] = 1.0
+        return
+    mu1, ahead, behind, T, G = room[2], room[4][0], room[4][1], room[6], room[7]
+    size = 0.0
+    for a in range(d):
+        size = max(size, abs(momentum[a]))
+    for a in range(d):
+        for kind in range(2):
+            moved = xi if kind == 0 else momentum
+            out = by_place if kind == 0 else by_momentum
+            kept = moved[a]
+            nudge = NUDGE * (scale[a] if kind == 0 else max(size, 1e-100))
+            moved[a] = kept + nudge
+            end_momentum(layout, chart, T, G, xi, momentum, mu1, ahead)
+            moved[a] = kept - nudge
+            end_momentum(layout, chart, T, G, xi, momentum, mu1, behind)
+            moved[a] = kept
+            for i in range(d):
+                out[i, a] = 0.5 * (ahead[i] - behind[i]) / nudge
+
+
+@jit_noalloc
+def derivative(
+    law, layout, chart, basis, room, scale, pace, h, g, mu0, t, x, place, rate, forces, matrix
+):
+    """matrix <- dR/dx, (unknowns, unknowns), that of x[a, i] and equation R[a, i] first[a] + i."""
+    psi, slope, end, b, c, first = basis
+    blocks, kicks, by_end, by_momentum, here = room[8], room[9], room[10], room[11], room[12]
+    d, s = place.shape
+    xi, eta, momentum = room[0], room[1], room[1]
+    matrix[:, :] = 0.0
+    kicks[:, :, :] = 0.0
+    for j in range(s):
+        for a in range(d):
+            xi[a], eta[a] = place[a, j], rate[a, j]
+            for row in range(3):
+                here[row, a] = forces[row, a, j]
+        curvature(law, layout, chart, room, scale, pace, g, t[j], xi, eta, here, blocks)
+        for a in range(d):
+            for k in range(d):
+                late, bend = h * b[j] * blocks[0, 2, a, k], b[j] * blocks[1, 2, a, k]
+                for l in range(end.size):
+                    kicks[a, k, l] += late * psi[j, l] + bend * slope[j, l]
+                for i in range(first[a + 1] - first[a]):
+                    late, bend = h * b[j] * psi[j, i], b[j] * slope[j, i]
+                    by_place = late * blocks[0, 1, a, k] + bend * blocks[0, 0, a, k]
+                    by_rate = (late * blocks[1, 1, a, k] + bend * blocks[1, 0, a, k]) / h
+                    for l in range(first[k + 1] - first[k]):
+                        matrix[first[a] + i, first[k] + l] += (
+                            by_place * psi[j, l] + by_rate * slope[j, l]
+                        )
+    end_place(basis, x, xi)
+    carried(basis, h, mu0, forces, momentum)
+    end_curvature(layout, chart, room, scale, xi, momentum, by_end, by_momentum)
+    for a in range(d):
+        for k in range(d):
+            for l in range(first[k + 1] - first[k]):
+                moved = by_end[a, k] * end[l]
+                for n in range(d):
+                    moved += by_momentum[a, n] * kicks[n, k, l]
+                for i in range(first[a + 1] - first[a]):
+                    matrix[first[a] + i, first[k] + l] -= end[i] * moved

@@ -1,0 +1,161 @@
+"""One step on a group: the residual of its stage equations.
+
+The curve of a step is g Phi(xi(tau)), xi = sum_i x_i psi_i(tau), and L along it is a Lagrangian
+l(xi, xi', t) in the algebra, with pi = dl/dxi' and f = dl/dxi at the stages. The discrete
+Lagrangian L_d(g, g1) = h sum_j b_j l_j is stationary over all such curves from g to g1 (H 3.2.2).
+Its derivative by g1 is mu1 = T(xi(1))^-T p1, and its derivative by g moves the base point of the
+chart along with g: the curve is carried along, only its end stays. What carries it is the force:
+
+    R_i = sum_j b_j (h f_j psi_ji + pi_j psi_ji') - p1 e_i = 0,     p1 = T(xi(1))^T mu1,
+    mu1 = Ad*_{Phi(xi(1))} (mu0 + h sum_j b_j n_j),                 n_j = Ad*_{Phi(xi_j)^-1} tau_j,
+
+where tau_j is the left-trivialised dL/dg at the stage. (With -dl/dxi at a base that stays, as
+H 3.2.2 may be read, momentum and energy drift.) On R^d, Ad* = T = 1, and these are the equations
+of chapter 2.
+
+d components, s stages, m coefficients a component; rows are components.
+x        (d, m)
+place    (d, s) and rate (d, s)   xi and xi' at the stages
+forces   (3, d, s)   pi, f and n
+basis    (psi (s, m), slope (s, m), end (m,), b (s,), c (s,), first (d + 1,)); the unknowns of
+         component a are x[a, i] with i < first[a + 1] - first[a], the others are 0
+law      see galvi.kernels.forces.lagrangian_derivatives
+scale    (d,)  1 for rotations, the size of places and of moves for translations; not 0
+pace     of xi', not 0
+room     arrays to work in, of ``scratch``
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.kernels.compile.jit import jit, jit_inline, jit_noalloc
+from galvi.kernels.forces.lagrangian_derivatives import slopes
+from galvi.kernels.lie import charts, coadjoint
+
+
+@jit_noalloc
+def place_curve(basis, h, x, place, rate):
+    """xi_j = sum_i psi_ji x_i,  xi'_j = sum_i psi_ji' x_i / h."""
+    psi, slope = basis[0], basis[1]
+    for a in range(x.shape[0]):
+        for j in range(psi.shape[0]):
+            where, pace = 0.0, 0.0
+            for i in range(psi.shape[1]):
+                where += psi[j, i] * x[a, i]
+                pace += slope[j, i] * x[a, i]
+            place[a, j], rate[a, j] = where, pace / h
+
+
+@jit_inline
+def is_flat(layout):
+    """Whether the group is R^n alone, where T = Ad* = 1."""
+    return layout.shape[0] == 1 and layout[0, 0] == charts.RN
+
+
+@jit
+def scratch(d, r, m):
+    """Room for one step: xi, eta, velocity (d,), place (r,), (2, d), (3, d), T and G (d, d).
+
+    And for the derivative: (2, 3, d, d), (d, d, m), two (d, d) and (3, d).
+    """
+    return (
+        np.empty(d), np.empty(d), np.empty(d), np.empty(r), np.empty((2, d)), np.empty((3, d)),
+        np.empty((d, d)), np.empty((d, d)), np.empty((2, 3, d, d)), np.empty((d, d, m)),
+        np.empty((d, d)), np.empty((d, d)), np.empty((3, d)),
+    )  # fmt: skip
+
+
+@jit_inline
+def local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, out):
+    """out (3, d) <- pi, f and n of the Lagrangian in the chart at g; velocity (d,) <- T xi'."""
+    there, own, T, G = room[3], room[4], room[6], room[7]
+    d, flat = xi.size, is_flat(layout)
+    if flat:
+        for i in range(d):
+            there[i], velocity[i] = g[i] + xi[i], eta[i]
+    else:
+        charts.place(layout, chart, g, xi, there)
+        charts.tangent(layout, chart, xi, eta, T, G)
+        for i in range(d):
+            velocity[i] = 0.0
+            for j in range(d):
+                velocity[i] += T[i, j] * eta[j]
+    slopes(law, layout, there, velocity, t, own)
+    if flat:
+        for i in range(d):
+            out[0, i], out[1, i], out[2, i] = own[0, i], own[1, i], own[1, i]
+        return
+    for i in range(d):
+        out[0, i] = out[1, i] = 0.0
+        for j in range(d):
+            out[0, i] += T[j, i] * own[0, j]
+            out[1, i] += G[j, i] * own[0, j] + T[j, i] * own[1, j]
+    coadjoint.coadjoint_inverse(layout, chart, xi, own[1], out[2])
+
+
+@jit_noalloc
+def stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities):
+    """forces (3, d, s) and the velocities (d, s) at all stages."""
+    d, s = place.shape
+    xi, eta, velocity, out = room[0], room[1], room[2], room[5]
+    for j in range(s):
+        for a in range(d):
+            xi[a], eta[a] = place[a, j], rate[a, j]
+        local_slopes(law, layout, chart, room, g, xi, eta, t[j], velocity, out)
+        for a in range(d):
+            forces[0, a, j], forces[1, a, j], forces[2, a, j] = out[0, a], out[1, a], out[2, a]
+            velocities[a, j] = velocity[a]
+
+
+@jit_noalloc
+def end_place(basis, x, xi):
+    """xi <- xi(1), (d,)."""
+    end = basis[2]
+    for a in range(x.shape[0]):
+        xi[a] = 0.0
+        for i in range(end.size):
+            xi[a] += end[i] * x[a, i]
+
+
+@jit_noalloc
+def carried(basis, h, mu0, forces, out):
+    """out <- mu0 + h sum_j b_j n_j, the momentum at the end, seen from the frame of g."""
+    b = basis[3]
+    for a in range(mu0.size):
+        kick = 0.0
+        for j in range(b.size):
+            kick += b[j] * forces[2, a, j]
+        out[a] = mu0[a] + h * kick
+
+
+@jit_noalloc
+def end_momentum(layout, chart, T, G, xi, momentum, mu1, p1):
+    """mu1 and p1 = T^T mu1 from xi(1) and the momentum seen from the frame of g; T, G room."""
+    d = xi.size
+    if is_flat(layout):
+        for i in range(d):
+            mu1[i] = p1[i] = momentum[i]
+        return
+    coadjoint.coadjoint(layout, chart, xi, momentum, mu1)
+    charts.tangent(layout, chart, xi, xi, T, G)
+    for i in range(d):
+        p1[i] = 0.0
+        for j in range(d):
+            p1[i] += T[j, i] * mu1[j]
+
+
+@jit_noalloc
+def residual(layout, chart, basis, room, h, mu0, forces, x, R):
+    """R (d, m), as above."""
+    psi, slope, end, b, c, first = basis
+    xi, momentum, mu1, p1 = room[0], room[1], room[2], room[4][0]
+    end_place(basis, x, xi)
+    carried(basis, h, mu0, forces, momentum)
+    end_momentum(layout, chart, room[6], room[7], xi, momentum, mu1, p1)
+    for a in range(x.shape[0]):
+        for i in range(first[a + 1] - first[a]):
+            total = -p1[a] * end[i]
+            for j in range(b.size):
+                total += b[j] * (h * forces[1, a, j] * psi[j, i] + forces[0, a, j] * slope[j, i])
+            R[a, i] = total

@@ -1,1 +1,0 @@
-"""Potentials that references recognise by type and fields."""

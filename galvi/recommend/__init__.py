@@ -1,0 +1,1 @@
+"""Which method and which step for a given error."""

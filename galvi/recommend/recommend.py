@@ -1,0 +1,208 @@
+"""Which degree, which step, for the error one needs: by a short scan of the problem itself."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+from galvi import input_checks
+from galvi.problem import Problem
+from galvi.recommend.extrapolation_check import extrapolation_objection
+from galvi.recommend.recommendation import Candidate, Recommendation
+from galvi.recommend.scan import EVALUATIONS, TIME, WITH_CHECK, Scan, collocation
+from galvi.recommend.step_search import BUDGET_ENDED, fewest_steps
+
+DEGREES = (8, 12, 6, 16, 4)
+ALLOWED = {TIME: 10.0, EVALUATIONS: 2e7}
+MARGIN = 0.7  # of the error asked for that a candidate may use
+RUNS = 8  # of one degree that are expected
+FOR_SEARCH = 0.6  # of the budget
+ROUGH = 1 / 16  # of what is measured, in a first search
+ROUNDS = 5  # of interleaved runs
+CONFIRMATIONS = 4
+MOST = 60
+
+
+def recommend(
+    problem: Problem,
+    error: float,
+    duration: float,
+    *,
+    degrees: Sequence[int] = DEGREES,
+    by: str = TIME,
+    budget: float | None = None,
+    measured: float | None = None,
+) -> Recommendation:
+    """The degree s of Galerkin(Polynomials(s), gauss(s)) and the step of least cost for an error.
+
+    error     largest distance of a body from where it should be at any time of the run, in the
+              problem's unit of length
+    duration  of the run
+    degrees   from 1 to 60, in the order in which they are tried
+    by        "time", from interleaved runs on this machine, or "evaluations" of the force, which
+              gives the same answer every time
+    budget    seconds, or evaluations, that the scan may take; default 10 s or 2e7
+    measured  length of the part of the run over which errors are measured; by default all of it, or
+              as much as the budget allows, and the choice is then checked over all of it if that
+              can be afforded
+
+    For each degree the largest step within the error is searched; each run is judged by a better
+    one (see `galvi.recommend.scan`) and the cheapest by two. An error that is extrapolated is
+    taken to grow as t^1.5, or as fast as it was seen to, and is relied on only after one run over
+    the whole duration (see `galvi.recommend.extrapolation_check`). What fails is kept in
+    ``scanned`` with its reason. When nothing reaches the error the result says so (``reached``,
+    ``status``) and is the most accurate found. On groups methods have the exponential chart.
+    Raises ValueError or TypeError for bad input, and what a user's function raises.
+    """
+    if not isinstance(problem, Problem):
+        raise TypeError(f"problem must be a galvi.Problem; received {problem!r}.")
+    asked = input_checks.positive("error", error, "Give it in the problem's unit of length.")
+    length = input_checks.positive("duration", duration, "Give the length of the run.")
+    if not isinstance(by, str) or by not in ALLOWED:
+        raise ValueError(f"by must be one of {', '.join(ALLOWED)}; received {by!r}.")
+    if not isinstance(degrees, (tuple, list, range)) or not degrees:
+        raise ValueError(
+            f"degrees must be a tuple or list of whole numbers, as (6, 8); received {degrees!r}."
+        )
+    some = [input_checks.whole("each of degrees", s, 1, MOST) for s in degrees]
+    room = ALLOWED[by] if budget is None else input_checks.positive("budget", budget)
+    part = length if measured is None else min(length, input_checks.positive("measured", measured))
+
+    scan = Scan(problem, length, part, by, room)
+    steps = scan.first_guess(some[0], asked)
+    if measured is None:
+        steps = _fit_to_budget(scan, some[0], steps, asked, RUNS * len(some))
+    scan.budget = FOR_SEARCH * room
+    whys: dict[str, list[int]] = {}
+    for k, s in enumerate(some):
+        start = steps if k == 0 else max(1, math.ceil(steps * some[k - 1] / s))
+        steps, why = fewest_steps(scan, s, start, MARGIN * asked)
+        if why:
+            whys.setdefault(why, []).append(s)
+    scan.budget = room
+    if not scan.tried:
+        nothing = Candidate(
+            some[0], steps, length / steps, math.inf, 0.0, math.nan, math.nan, math.nan,
+            f"One over a time of {scan.measured:.3g} takes more than the budget, {room:g}.",
+        )  # fmt: skip
+        return _answer(scan, nothing, asked, BUDGET_ENDED)
+    good = [one for one in scan.tried if one.error <= MARGIN * asked]
+    if not good:
+        return _not_reached(scan, asked, whys)
+    few = [min((one for one in good if one.degree == s), key=lambda one: one.evaluations)
+           for s in {one.degree: None for one in good}]  # fmt: skip
+    best = min(_timed(scan, few) if by == TIME else few, key=lambda one: one.cost(by))
+    answer = _confirmed(scan, best, asked, measured is None)
+    if BUDGET_ENDED in whys and answer.reached:
+        text = (
+            f"{answer.status} The budget ended before the search for {_named(whys[BUDGET_ENDED])}."
+        )
+        answer = replace(answer, status=text)
+    return answer
+
+
+def _fit_to_budget(scan: Scan, degree: int, steps: int, asked: float, runs: int) -> int:
+    """Set how much is measured, by the number of steps that a rough search finds; returns it."""
+    budget, scan.budget = scan.budget, FOR_SEARCH * scan.budget
+    scan.measured = ROUGH * scan.reach(degree, steps, runs)
+    steps, _ = fewest_steps(scan, degree, steps, asked)
+    scan.measured = scan.reach(degree, steps, runs)
+    scan.budget = budget
+    scan.tried.clear()
+    return steps
+
+
+def _timed(scan: Scan, some: list[Candidate]) -> list[Candidate]:
+    """With seconds from interleaved runs, of a length that a tenth of the budget allows."""
+    share = min(1.0, 0.1 * scan.budget / ROUNDS / sum(one.seconds for one in some))
+    samples: list[list[float]] = [[] for _ in some]
+    for _ in range(ROUNDS):
+        for one, seconds in zip(some, samples, strict=True):
+            part = max(1, math.ceil(share * one.steps))
+            seconds.append(scan.run(one.degree, one.steps, part)[1] * one.steps / part)
+    return [
+        replace(one, seconds=statistics.median(seconds))
+        for one, seconds in zip(some, samples, strict=True)
+    ]
+
+
+def _confirmed(scan: Scan, choice: Candidate, asked: float, extend: bool) -> Recommendation:
+    """Judged twice, over the whole duration if that can be afforded, with more steps if needed."""
+    part, rate = scan.measured, choice.seconds / choice.steps
+    if extend and part < scan.duration:
+        scan.measured = scan.duration
+        if not scan.affords(choice.degree, choice.steps, WITH_CHECK):
+            scan.measured = part
+    found = []
+    for attempt in range(CONFIRMATIONS):
+        if attempt or scan.measured > part:
+            choice = scan.measure(choice.degree, choice.steps)
+        error = max(choice.error, scan.half_step_error(choice))
+        found.append(replace(choice, error=error, seconds=rate * choice.steps))
+        finer = (error / (MARGIN * asked)) ** (0.5 / choice.degree)
+        choice = replace(choice, steps=math.ceil(choice.steps * min(max(finer, 1.05), 2.0)))
+        if error <= asked or not scan.affords(choice.degree, choice.steps, WITH_CHECK):
+            break
+    best = min(found, key=lambda one: one.error)
+    if best.error > asked:
+        best = min(best, _most_accurate(scan, {(one.degree, one.steps) for one in found}),
+                   key=lambda one: one.error)  # fmt: skip
+    why = "" if best.error <= asked else "what seemed to reach it did not when judged again"
+    return _answer(scan, best, asked, why)
+
+
+def _most_accurate(scan: Scan, known: Collection[tuple[int, int]] = ()) -> Candidate:
+    """Of what was tried but for the known, judged twice over the same length as all else is."""
+    ranked = sorted(scan.tried, key=lambda one: (one.error, -one.steps))
+    best = ranked[0]
+    judged: list[Candidate] = []
+    for one in ranked:
+        dear = judged and not scan.affords(one.degree, one.steps, WITH_CHECK)
+        if dear or not math.isfinite(one.error) or len(judged) == CONFIRMATIONS:
+            break
+        if (one.degree, one.steps) not in known:
+            again = one
+            if one.measured < scan.length(one.degree, one.steps):
+                again = scan.measure(one.degree, one.steps)
+            judged.append(replace(again, error=max(again.error, scan.half_step_error(again))))
+    return min(judged, key=lambda one: one.error, default=replace(best, error=math.inf))
+
+
+def _not_reached(scan: Scan, asked: float, whys: dict[str, list[int]]) -> Recommendation:
+    why = [f"{why} for {_named(some)}" for why, some in whys.items()]
+    return _answer(scan, _most_accurate(scan), asked, "; ".join(why))
+
+
+def _named(degrees: list[int]) -> str:
+    return f"degree{'s' * (len(degrees) > 1)} {', '.join(map(str, degrees))}"
+
+
+def _answer(scan: Scan, best: Candidate, asked: float, why: str) -> Recommendation:
+    reached, error, whole = best.error <= asked, best.error, best.measured >= scan.duration
+    doubts = "" if whole or not math.isfinite(error) else extrapolation_objection(scan, best)
+    status = "" if reached else f"An error of {asked:g} was not reached: {why}. "
+    if not math.isfinite(error):
+        said = best.status or "With half the step it goes elsewhere."
+        status = f"No run that was tried is of use: {why}. The last said: {said}"
+    elif doubts:
+        reached, error = False, math.inf
+        status += (
+            f"What was found, {best.error:.1e}, cannot be relied on. It comes from too short a "
+            f"part, the first {best.measured:.4g} of {scan.duration:.4g}: {doubts}. Raise budget "
+            f"or measured, or ask for a shorter duration."
+        )
+    elif not reached:
+        status += (
+            f"The least found is {error:.1e}. Ask for more than that, for a shorter duration, or "
+            f"raise budget."
+        )
+    elif whole:
+        status = "Its error was measured over the whole duration."
+    else:
+        status = f"Its error was measured over the first {best.measured:.4g} and extrapolated."
+    return Recommendation(
+        collocation(scan.problem, best.degree), best.step, best.steps, scan.duration, asked, error,
+        best.seconds, best.evaluations, reached, status, best.measured, tuple(scan.tried),
+    )  # fmt: skip

@@ -1,0 +1,204 @@
+"""The error and the cost of a degree and a step on one problem, measured without a truth.
+
+Each run is compared with one of four degrees more at the same step and times, which is far more
+accurate as long as either is of use, and rounds alike. What that is worth, and an extrapolation of
+it, is measured against truths in benchmarks/studies/recommendation.py.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.charts.exponential import Exponential
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.recommend.recommendation import Candidate
+from galvi.rules.gauss import gauss
+from galvi.run.engines_on_group import by_fixed_point
+from galvi.run.group_system import group_system
+from galvi.run.integrate import integrate
+from galvi.spaces.polynomials import Polynomials
+from galvi.trajectory import COMPLETED, Trajectory
+
+MORE = 4  # degrees of the run that is compared with
+SAMPLES = 64  # times at which the two are compared
+POWERS = (1.5, 3.0)  # of time, between which an error that is not measured is taken to grow
+WITH_CHECK = 2.5  # cost of a run and its check over that of the run
+DOUBLINGS = 60
+LEAST = 512  # force evaluations of a pass over what is measured: some 4 to 10 periods
+FINEST = 2**50  # steps in a duration
+FAR = 1e100  # times what is measured: powers of more may overflow
+USELESS = 0.1  # error over the size of the motion
+ROUNDED = 1e-8  # of a position: below it an error is taken as one of rounding
+TIME, EVALUATIONS = "time", "evaluations"
+
+
+def collocation(problem: Problem, degree: int) -> Galerkin:
+    """The cheapest rule for the order 2 s; on a group with the chart that reaches farthest."""
+    space, rule = Polynomials(degree), gauss(degree)
+    on_group = group_system(problem) is not None
+    return Galerkin(space, rule, Exponential()) if on_group else Galerkin(space, rule)
+
+
+def distances(one: Array, other: Array) -> Array:
+    """Largest distance of a body, a vector or a row of a matrix, (saved,), of (saved, ..., d)."""
+    apart = np.linalg.norm(one - other, axis=-1).reshape(len(one), -1)
+    largest: Array = np.max(apart, axis=1)
+    return largest
+
+
+@dataclass
+class Scan:
+    """Runs of one problem over the first part of a duration, within a budget.
+
+    problem   what is integrated
+    duration  that errors and costs are stated for
+    measured  length of the part that is integrated, at most the duration, if it is not shorter
+              than LEAST evaluations
+    by        "time" or "evaluations": what cost, budget and spent are in
+    budget    that runs may cost together
+    spent     so far
+    tried     what was tried
+    size      largest coordinate seen
+    """
+
+    problem: Problem
+    duration: float
+    measured: float
+    by: str
+    budget: float
+    spent: float = 0.0
+    tried: list[Candidate] = field(default_factory=list)
+    size: float = 0.0
+    _per_step: dict[int, float] = field(default_factory=dict)  # of each degree, with its check
+
+    @property
+    def most(self) -> int:
+        """Steps in the duration, of which each still changes the time."""
+        apart = float(np.spacing(abs(self.problem.t0) + self.duration))
+        return int(min(FINEST, max(1.0, 0.25 * self.duration / apart)))
+
+    def affords(self, degree: int, steps: int, runs: float = 1.0) -> bool:
+        """Whether a run with its check, so many times, is expected to fit into the budget."""
+        known = self._per_step
+        if not known:
+            return self.spent < self.budget
+        nearest = min(known, key=lambda other: abs(other - degree))
+        cost = known[nearest] * (degree / nearest) * self.part(degree, steps)
+        return self.spent + runs * cost <= self.budget
+
+    def part(self, degree: int, steps: int) -> int:
+        """How many of the steps are in the part that is measured."""
+        share = min(1.0, self.measured / self.duration)
+        return min(steps, max(math.ceil(LEAST / degree), math.ceil(share * steps)))
+
+    def length(self, degree: int, steps: int) -> float:
+        """Of the part that is measured with so many steps in the duration."""
+        return self.duration * (self.part(degree, steps) / steps)
+
+    def run(
+        self, degree: int, steps: int, part: int, finer: int = 1, solver: str = "auto",
+        samples: int = SAMPLES,
+    ) -> tuple[Trajectory, float, float]:  # fmt: skip
+        """The first ``part`` steps, each in ``finer`` ones, with its seconds and evaluations."""
+        began = time.perf_counter()
+        run = integrate(
+            self.problem, collocation(self.problem, degree), self.duration / (steps * finer),
+            part * finer, save_every=max(1, part // samples) * finer, curves=False, solver=solver,
+        )  # fmt: skip
+        seconds = time.perf_counter() - began
+        counts, size = run.counts, self.problem.v0.size
+        evaluations = float(counts["force_evaluations"] + size * counts["hessian_evaluations"])
+        self.spent += seconds if self.by == TIME else evaluations
+        return run, seconds, evaluations
+
+    def first_guess(self, degree: int, error: float) -> int:
+        """Number of steps of which the first is off by at most its share of the error.
+
+        Outside the budget, so that what is compiled and loaded on the way does not count.
+        """
+        size, spent, steps = float(np.max(np.abs(self.problem.q0))), self.spent, 1
+        method = collocation(self.problem, degree)
+        plain = group_system(self.problem) is None or by_fixed_point(self.problem, method)
+        solver = "fixed_point" if plain else "auto"
+        for _ in range(DOUBLINGS):
+            one, other = (self.run(s, steps, 1, solver=solver)[0]
+                          for s in (degree, degree + MORE))  # fmt: skip
+            if one.success and other.success:
+                off = float(np.max(distances(one.q, other.q)))
+                if off * steps <= error or off <= 1e-14 * size:
+                    break
+            if 2 * steps > self.most:
+                break
+            steps *= 2
+        self.run(degree, steps, 1, solver="newton")
+        self.spent = spent
+        return steps
+
+    def reach(self, degree: int, steps: int, runs: int) -> float:
+        """The length that so many runs like this one, with their checks, can be afforded for."""
+        part = math.ceil(LEAST / degree)
+        for _ in range(DOUBLINGS):
+            before = self.spent
+            run, _, _ = self.run(degree, steps, min(part, steps))
+            cost = (self.spent - before) / min(part, steps)
+            if part >= steps or not run.success or cost * part >= 5e-3 * self.budget:
+                break
+            part *= 4
+        self._per_step[degree], self.spent = WITH_CHECK * cost, 0.0
+        share = self.budget / (runs * WITH_CHECK * cost * steps) if cost else 1.0
+        return self.duration * min(1.0, share)
+
+    def measure(self, degree: int, steps: int) -> Candidate:
+        """Try a degree and a number of steps in the duration."""
+        part, before = self.part(degree, steps), self.spent
+        run, seconds, evaluations = self.run(degree, steps, part)
+        error, growth, status = math.inf, math.nan, _wrong(run)
+        if not status:
+            check, _, _ = self.run(degree + MORE, steps, part)
+            error, growth, status = self._error(run, check)
+        self._per_step[degree] = (self.spent - before) / part
+        whole = steps / part
+        found = Candidate(
+            degree, steps, self.duration / steps, error, self.length(degree, steps), growth,
+            whole * seconds, whole * evaluations, status,
+        )  # fmt: skip
+        self.tried.append(found)
+        return found
+
+    def half_step_error(self, found: Candidate) -> float:
+        """Its error against its own degree at half the step, which rounds otherwise."""
+        part = self.part(found.degree, found.steps)
+        run, _, _ = self.run(found.degree, found.steps, part)
+        half, _, _ = self.run(found.degree, found.steps, part, finer=2)
+        return self._error(run, half)[0]
+
+    def _error(self, run: Trajectory, better: Trajectory) -> tuple[float, float, str]:
+        """Over the duration, the power of time it grew with, and why it means nothing."""
+        if wrong := _wrong(better):
+            return math.inf, math.nan, f"The run to compare with failed. {wrong}"
+        apart = np.maximum.accumulate(distances(run.q, better.q))
+        extent = float(np.max(distances(better.q, np.broadcast_to(better.q[:1], better.q.shape))))
+        self.size = max(self.size, float(np.max(np.abs(better.q))))
+        last, quarter = len(apart) - 1, max(1, (len(apart) - 1) // 4)
+        error, early = float(apart[last]), float(apart[quarter])
+        t = np.abs(run.t - run.t[0])
+        growth = math.nan
+        if 0.0 < early <= error and last > quarter:
+            growth = math.log(error / early) / math.log(t[last] / t[quarter])
+        if error > max(USELESS * extent, ROUNDED * self.size):
+            sentence = f"It is off by {error:.1e}, where bodies move by {extent:.1e}."
+            return math.inf, growth, sentence
+        if run.counts["steps"] * abs(run.step or 0.0) < (1.0 - 1e-9) * self.duration:
+            power = min(max(growth, POWERS[0]), POWERS[1]) if growth == growth else POWERS[0]
+            error *= min(FAR, self.duration / float(t[last])) ** power
+        return error, growth, ""
+
+
+def _wrong(run: Trajectory) -> str:
+    return "" if run.success and run.status == COMPLETED else run.status

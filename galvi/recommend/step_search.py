@@ -1,0 +1,72 @@
+"""The fewest steps of one degree that stay within an error, as long as fewer are cheaper."""
+
+from __future__ import annotations
+
+import math
+
+from galvi.recommend.recommendation import Candidate
+from galvi.recommend.scan import FINEST, Scan
+
+TRIES = 14  # numbers of steps
+BUDGET_ENDED = "the budget ended"
+CLOSE = 1.06  # ratio of numbers of steps at which the search ends
+COARSER = 0.9  # a next try, when all so far were within the error
+DEARER = 4.0  # where fewer steps cost that much more, since they are hard to solve, it ends too
+PERHAPS_ROUNDING = 1e-5  # of the largest coordinate: no larger error is taken as one of rounding
+FLAT = 2  # refinements in a row that do not help, after which rounding decides
+
+
+def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str]:
+    """Measure numbers of steps from ``steps`` on; the fewest within the error, or the last tried.
+
+    Also why the search ended without reaching the error, or nothing. The next number is the one at
+    which an error of order 2 s would be as asked, kept between what failed and what did not.
+    """
+    low, high, flat, least = 0, 0, 0, math.inf
+    before: Candidate | None = None
+    for _ in range(TRIES):
+        if not scan.affords(degree, steps):
+            return high or steps, "" if high else BUDGET_ENDED
+        found = scan.measure(degree, steps)
+        if found.error <= error:
+            high, cost = steps, found.cost(scan.by)
+            if cost > DEARER * least:
+                break
+            least = min(least, cost)
+        else:
+            flat = flat + 1 if before is not None and _no_better(before, found) else 0
+            low, before = steps, found
+            if flat == FLAT and found.error < PERHAPS_ROUNDING * scan.size:
+                return high or steps, "" if high else "rounding decides"
+        if high and (high <= CLOSE * low or high - low <= 1):
+            break
+        if not high and low >= scan.most:
+            break
+        steps = min(_next(found, low, high, error), scan.most)
+    return high or steps, "" if high else "no number of steps that was tried is enough"
+
+
+def _next(found: Candidate, low: int, high: int, error: float) -> int:
+    """The number of steps to try, of which ``low`` are known to be too few and ``high`` enough."""
+    if low and high:
+        least, most = low + 1, high - 1
+    elif high:
+        least, most = max(1, high // 2), max(1, math.floor(COARSER * high))
+    else:
+        least, most = low + max(1, low // 25), 4 * low
+    if found.error == math.inf:
+        wanted = 2.0
+    else:
+        wanted = (found.error / error) ** (0.5 / found.degree)
+    steps = math.ceil(min(found.steps * wanted, float(FINEST)))
+    if low and high and not low < steps < high:
+        steps = round(math.sqrt(low * high))
+    return min(max(steps, least), most)
+
+
+def _no_better(before: Candidate, after: Candidate) -> bool:
+    """Whether the error fell, in decades, by less than half of what the order promises."""
+    if not (math.isfinite(before.error) and after.error > 0.0) or after.steps <= before.steps:
+        return False
+    promised = 2.0 * after.degree * math.log(after.steps / before.steps)
+    return math.log(before.error / after.error) < 0.5 * promised

@@ -1,0 +1,1 @@
+"""Integration: from a problem and a method to a trajectory."""

@@ -1,0 +1,156 @@
+"""The two ways to advance a run: the general kernel, and the packed one for point masses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+from galvi.checkpoint import Checkpoint
+from galvi.extended_precision import decimals, extended_precision, rounded
+from galvi.kernels.compile.interpreted import interpreted
+from galvi.kernels.lanes import nbody as packed
+from galvi.kernels.lanes.gravity import LANES
+from galvi.kernels.nystrom import advance
+from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.run_arrays import Workspace
+from galvi.systems.nbody import NBody
+from galvi.systems.system import VectorSystem
+from galvi.tableau import Tableau
+
+SOLVERS = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
+Call = Callable[[int], int]
+
+
+def general(
+    problem: Problem, method: Galerkin, step: float, steps: int, every: int, start: Checkpoint,
+    work: Workspace,
+) -> Call:  # fmt: skip
+    """A function that does so many more steps in the general kernel and returns its code."""
+    field = cast(VectorSystem, problem.system).field(problem.q0.shape[-1])
+    kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
+    functions, tableau = field.functions, kernel_tableau(method.table)
+
+    def call(todo: int) -> int:
+        return int(kernel(
+            field.kind, functions, field.slope is not None, field.constants,
+            field.inverse_mass, field.width, tableau, problem.t0, step, SOLVERS[start.solver],
+            start.tolerance, start.first, todo, steps, every, work.state, work.stages, work.memo,
+            work.counts, work.saved[0], work.saved[1], work.bases, work.coefficients,
+        ))  # fmt: skip
+
+    return call
+
+
+def fastest(
+    problem: Problem, method: Galerkin, step: float, steps: int, every: int, start: Checkpoint,
+    work: Workspace,
+) -> Call:  # fmt: skip
+    """As ``general``, by way of the packed kernel where that one serves."""
+    arguments = (problem, method, step, steps, every, start, work)
+    system = problem.system
+    if not isinstance(system, NBody) or start.solver == "newton" or system.masses.size < 2:
+        return general(*arguments)
+    axes = (0,) * problem.q0.shape[1]
+    masses = read_only(system.G * system.masses)
+    kernel = packed.compiled_advance(len(axes))
+    ahead, series, growth, sums, c = packed_tables(method.table, step)
+    tableau = kernel_tableau(method.table)
+    room = aligned(6, problem.q0.size, series.shape[1])
+    spare = aligned(7, max(problem.q0.size, method.stages, LANES))
+    slow: list[Call] = []
+
+    def call(todo: int) -> int:
+        code = int(kernel(
+            axes, masses, tableau, ahead, series, growth, sums, c, step, start.tolerance,
+            start.first, todo, steps, every, work.state, work.stages, room, spare, work.memo,
+            work.counts, work.saved[0], work.saved[1], work.bases, work.coefficients,
+        ))  # fmt: skip
+        if code:
+            slow[:] = slow or [general(*arguments)]
+            code = slow[0](1)
+        return code
+
+    return call
+
+
+@lru_cache(maxsize=32)
+def kernel_tableau(table: Tableau) -> tuple[Array, ...]:
+    """A table in the order and layout of galvi.kernels.nystrom.step."""
+
+    def turned(matrix: Array) -> Array:
+        return read_only(matrix.T)
+
+    return (
+        table.c, table.b, table.beta, turned(table.A), turned(table.psi), table.lead, table.C,
+        turned(table.C), turned(table.analysis), turned(table.ahead), table.growth,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.nbody."""
+    s = table.c.size
+    lanes = np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)  # the last stage is repeated
+    with extended_precision():
+        h = decimals(step)
+        c, b, beta, A = (
+            decimals(kept) + decimals(lost)
+            for kept, lost in zip(
+                (table.c, table.b, table.beta, table.A), table.lost[:4], strict=True
+            )
+        )
+        moves = _with_lost((h * h * A)[lanes].T)
+        sums = np.stack([*_with_lost(h * b), *_with_lost(h * h * beta)], axis=1)
+        nodes = _with_lost(c[lanes])
+    ahead = [*moves]
+    with np.errstate(all="ignore"):  # steps whose square overflows are told of by their status
+        for r in range(1, table.growth.size + 1):
+            extrapolated = table.analysis[:r].T @ table.ahead[:, :r].T
+            ahead += [extrapolated @ kept for kept in moves]
+    columns = np.zeros((s, lanes.size))
+    columns[:, [0, 2, 1, 3]] = sums
+    numbers = (
+        np.concatenate(ahead), table.analysis.T[:, lanes], table.growth, columns, nodes,
+    )  # fmt: skip
+    return tuple(read_only(np.array(number)) for number in numbers)
+
+
+@lru_cache(maxsize=32)
+def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.body."""
+    s = table.c.size
+    lanes = np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)
+    with extended_precision():
+        h, b = decimals(step), decimals(table.b) + decimals(table.lost[1])
+        A = decimals(table.integral) + decimals(table.lost[4])
+        B = b - (A.T * b) / b[:, None]
+        moves, turns = (np.concatenate(_with_lost((h * M)[lanes].T)) for M in (A, B))
+        kicks = _with_lost(h * b)
+    ahead = [
+        table.analysis[:r].T @ table.ahead[lanes, :r].T for r in range(1, table.growth.size + 1)
+    ]
+    numbers = (
+        moves, turns, kicks, np.concatenate(ahead), table.analysis.T[:, lanes], table.growth,
+        step * table.fit,
+    )  # fmt: skip
+    return tuple(read_only(np.array(number)) for number in numbers)
+
+
+def _with_lost(exact: Any) -> Array:
+    """The nearest float64 numbers, and what that rounding lost."""
+    kept = rounded(exact)
+    return np.stack([kept, rounded(exact - decimals(kept))])
+
+
+def aligned(*shape: int) -> Array:
+    """Zeros whose first entry starts a cache line."""
+    size = int(np.prod(shape))
+    room = np.zeros(size + LANES)
+    skipped = (-room.ctypes.data // 8) % LANES
+    return room[skipped : skipped + size].reshape(shape)

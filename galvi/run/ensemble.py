@@ -1,0 +1,186 @@
+"""Many initial conditions at once, in the threads of one process.
+
+Compiled kernels leave other threads alone while they run, and threads share what is compiled and
+what is kept. Processes would import and load everything anew, a second or more for each, and take
+no function that cannot be pickled (benchmarks/timings/test_ensemble.py).
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import partial
+from typing import Any
+
+from tqdm import tqdm
+
+from galvi import input_checks
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.group_system import group_system
+from galvi.run.integrate import number_of_steps, prepared
+from galvi.run.interruption import defer_interrupts
+from galvi.run.run_arrays import check_memory
+from galvi.trajectory import Trajectory
+
+SHORT = 0.003  # seconds; of shorter runs most is Python, in which threads only wait for each other
+PATIENCE = 8  # short runs in a row after which a thread leaves them to one of the threads
+NAP = 0.03  # seconds between two looks of a thread at rest
+
+
+def integrate_many(
+    problems: Iterable[Problem],
+    method: Galerkin,
+    step: float,
+    steps: int | None = None,
+    *,
+    duration: float | None = None,
+    save_every: int = 1,
+    curves: bool | None = None,
+    solver: str = "auto",
+    tolerance: float | None = None,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> tuple[Trajectory, ...]:
+    """Integrate each of ``problems``, as `galvi.integrate` would, several at a time.
+
+    problems  e.g. ``[problem.starting_at(q, v) for q, v in zip(q0, v0)]``
+    threads   how many run at a time; None means one for each processor this process may use
+    progress  True shows a progress bar of runs
+    others    as for `galvi.integrate`
+
+    Returns the runs in the order of the problems, bit for bit those of one by one, for any number
+    of threads. A run that fails is a value as ever, and the others go on; Ctrl-C stops all, and
+    each can be resumed. A problem with plain Python functions is integrated with no other one
+    beside it: compile its functions with ``numba.njit``.
+
+    Raises ValueError or TypeError for bad input, before any work; what a user's function raises
+    passes through. Either carries a note of which problem it was.
+    """
+    if isinstance(problems, Problem) or not isinstance(problems, Iterable):
+        raise TypeError(
+            f"problems must be several of galvi.Problem, as in [problem.starting_at(q, v), ...]; "
+            f"received {problems!r}. For one, call galvi.integrate."
+        )
+    given = tuple(problems)
+    threads = _processors() if threads is None else input_checks.whole("threads", threads)
+    runs: list[Callable[..., Trajectory]] = []
+    compiled = True
+    for k, problem in enumerate(given):
+        with _told_apart(k):
+            run = prepared(
+                problem, method, step, steps, duration=duration, save_every=save_every,
+                curves=curves, solver=solver, tolerance=tolerance,
+            )  # fmt: skip
+            runs.append(run)
+            compiled = compiled and _compiled(problem)
+    if given:
+        total = number_of_steps(float(step), steps, duration)
+        check_memory(given, method, total, save_every, curves)
+    return _all_of(runs, min(threads, len(runs)) if compiled else 1, progress)
+
+
+def _all_of(
+    runs: Sequence[Callable[..., Trajectory]], threads: int, progress: bool | None
+) -> tuple[Trajectory, ...]:
+    """What the runs return, or the exception of the first that raised, whoever was quicker."""
+    found: dict[int, Trajectory] = {}
+    raised: dict[int, Exception] = {}
+    first_raised = len(runs)
+    numbers, one_at_a_time = iter(range(len(runs))), threading.Lock()
+    short_runs = _ShortRuns()
+
+    with (
+        defer_interrupts() as pressed,
+        tqdm(total=len(runs), disable=not progress, unit="run") as bar,
+    ):
+
+        def stopped(k: int) -> bool:
+            return pressed() or first_raised < k
+
+        def take_turns() -> None:
+            nonlocal first_raised
+            quick = 0
+            while not raised and (quick < PATIENCE or short_runs.wait_for_them()):
+                with one_at_a_time:
+                    k = next(numbers, None)
+                if k is None:
+                    return
+                clock = time.perf_counter()
+                try:
+                    found[k] = runs[k](interrupted=partial(stopped, k))
+                except Exception as error:
+                    with one_at_a_time:
+                        raised[k], first_raised = error, min(first_raised, k)
+                quick = quick + 1 if time.perf_counter() - clock < SHORT else 0
+                with one_at_a_time:
+                    bar.update()
+
+        def take_all() -> None:
+            try:
+                take_turns()
+            finally:
+                short_runs.over.set()
+
+        if threads < 2:
+            take_all()
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                turns = [pool.submit(take_all) for _ in range(threads)]
+            for turn in turns:
+                turn.result()
+        if raised:
+            with _told_apart(first_raised):
+                raise raised[first_raised]
+        results = tuple(found[k] for k in range(len(runs)))
+        if pressed() and not any(run.interrupted for run in results):
+            raise KeyboardInterrupt
+    return results
+
+
+class _ShortRuns:
+    """Who does them: one thread at a time, and another one when that has met a longer run."""
+
+    def __init__(self) -> None:
+        self.over = threading.Event()
+        self._one_at_a_time = threading.Lock()
+        self._thread: int | None = None
+        self._since = 0.0  # when it last began one
+
+    def wait_for_them(self) -> bool:
+        """Rest until this thread is to do the next run; False when no more are left."""
+        while not self.over.is_set():
+            with self._one_at_a_time:
+                this, now = threading.get_ident(), time.perf_counter()
+                if self._thread in (None, this) or now - self._since > NAP:
+                    self._thread, self._since = this, now
+                    return True
+            self.over.wait(NAP)
+        return False
+
+
+@contextmanager
+def _told_apart(k: int) -> Iterator[None]:
+    try:
+        yield
+    except Exception as error:
+        error.add_note(f"This was problems[{k}].")
+        raise
+
+
+def _compiled(problem: Problem) -> bool:
+    """Whether other threads can run beside it."""
+    system: Any = problem.system
+    on_group = group_system(problem)
+    if on_group is not None:
+        return on_group.lagrangian_kernel().compiled
+    return bool(system.field(problem.q0.shape[-1]).compiled)
+
+
+def _processors() -> int:
+    available: Any = getattr(os, "sched_getaffinity", None)
+    return len(available(0)) if available else os.cpu_count() or 1

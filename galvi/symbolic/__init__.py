@@ -1,0 +1,1 @@
+"""Lagrangians and forces from SymPy expressions, compiled."""

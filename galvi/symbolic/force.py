@@ -1,0 +1,57 @@
+"""The external force of a SymPy Lagrangian, compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.symbolic import code as symbolic_code
+from galvi.symbolic.parsing import Expressions
+
+
+@dataclass(frozen=True)
+class SymbolicForce:
+    """f(q, v, t), (d,), from `galvi.Lagrangian.from_sympy`; its repr is the expressions.
+
+    text       the expressions, in the user's words
+    source     the code made of them, with a function push
+    constants  the values of its parameters
+    """
+
+    text: str
+    source: str
+    constants: tuple[float, ...]
+
+    def __repr__(self) -> str:
+        return self.text
+
+    def __call__(self, q: Array, v: Array, t: float) -> Array:
+        out = np.zeros((2, len(v)))
+        numbers = np.array(self.constants)
+        try:
+            with np.errstate(all="ignore"):
+                symbolic_code.functions(self.source)["push"].py_func(
+                    q, v, np.float64(t), numbers, out
+                )
+        except (ArithmeticError, ValueError):  # math's functions raise where numpy's are NaN
+            out[...] = np.nan
+        result: Array = out[1]
+        return result
+
+    def compiled(self) -> tuple[Callable[..., Any], Array]:
+        """push(q, v, t, constants, out) as the kernels call it, and its constants."""
+        return symbolic_code.functions(self.source)["push"], np.array(self.constants)
+
+
+def symbolic_force(given: Expressions) -> SymbolicForce:
+    """The generalised forces that were given."""
+    assert given.forces is not None
+    lines = symbolic_code.written(
+        given.forces, given.places, lambda k, code: f"out[1, {k}] += {code}"
+    )
+    text = symbolic_code.source({"push": ("q, v, t, c, out", lines)})
+    return SymbolicForce(f"[{', '.join(map(given.text, given.forces))}]", text, given.values)

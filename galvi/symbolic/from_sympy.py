@@ -1,0 +1,58 @@
+"""From SymPy expressions to a Lagrangian and a force that are compiled."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+from galvi.symbolic import code as symbolic_code
+from galvi.symbolic import kinks
+from galvi.symbolic.force import SymbolicForce, symbolic_force
+from galvi.symbolic.parsing import Expressions, expressions
+from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
+
+
+def symbolic(
+    L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any
+) -> tuple[SymbolicLagrangian, bool, SymbolicForce | None]:
+    """L as a value, whether it takes the time, and the force or None.
+
+    Raises ImportError without SymPy, TypeError or ValueError for what cannot be used; warns of a
+    Lagrangian that is not twice differentiable somewhere.
+    """
+    try:
+        import sympy  # noqa: F401
+    except ImportError as error:
+        raise ImportError(
+            f"galvi.Lagrangian.from_sympy needs SymPy: {error}. Install sympy."
+        ) from error
+    given = expressions(L, q, v, t, parameters, force)
+    surfaces = kinks.surfaces(given.L, {*given.q, *given.v, given.t})
+    found = SymbolicLagrangian(
+        given.text(given.L), _source(given, surfaces), given.values, len(given.q),
+        tuple(map(given.text, surfaces)),
+    )  # fmt: skip
+    for k, words in enumerate(found.switching):
+        where = kinks.find_kink(found, k)
+        if where:
+            warnings.warn(
+                f"the Lagrangian is not twice differentiable where {words} changes its sign: its "
+                f"{where} there. Steps across lose their order; smooth it, or end the run there.",
+                stacklevel=3,
+            )
+    pushing = None if given.forces is None else symbolic_force(given)
+    return found, given.t in given.L.free_symbols, pushing
+
+
+def _source(given: Expressions, surfaces: tuple[Any, ...]) -> str:
+    d, places = len(given.q), given.places
+    by = [kinks.differentiated(given.L, x) for x in (*given.v, *given.q)]
+    bodies = {
+        "law": (by, lambda k, code: f"out[{k // d}, {k % d}] = {code}"),
+        "value": ([given.L], lambda k, code: f"out[{k}] = {code}"),
+        "switches": (surfaces, lambda k, code: f"out[{k}] = {code}"),
+    }
+    return symbolic_code.source({
+        name: ("q, v, t, c, out", symbolic_code.written(results, places, store))
+        for name, (results, store) in bodies.items() if results
+    })  # fmt: skip

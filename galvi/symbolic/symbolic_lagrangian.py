@@ -1,0 +1,59 @@
+"""A Lagrangian written in SymPy, its derivatives compiled, as a value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.symbolic import code as symbolic_code
+
+
+@dataclass(frozen=True)
+class SymbolicLagrangian:
+    """L(q, v) or L(q, v, t) from `galvi.Lagrangian.from_sympy`; its repr is the expression.
+
+    text       the expression, in the user's words
+    source     the code made of it, with functions law, value and switches
+    constants  the values of its parameters
+    dimension  d
+    switching  in words, what changes sign where L may not be twice differentiable
+    """
+
+    text: str
+    source: str
+    constants: tuple[float, ...]
+    dimension: int
+    switching: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return self.text
+
+    def __call__(self, q: Array, v: Array, *t: Any) -> float:
+        return float(self._in_python("value", q, v, *t)[0])
+
+    def slopes(self, q: Array, v: Array, *t: Any) -> Array:
+        """dL/dv and dL/dq, (2 d,)."""
+        return self._in_python("law", q, v, *t)
+
+    def switches(self, q: Array, v: Array, *t: Any) -> Array:
+        """The values of what ``switching`` names."""
+        return self._in_python("switches", q, v, *t)
+
+    def compiled(self) -> tuple[Callable[..., Any], Array]:
+        """law(q, v, t, constants, out) as the kernels call it, and its constants."""
+        return symbolic_code.functions(self.source)["law"], np.array(self.constants)
+
+    def _in_python(self, name: str, q: Array, v: Array, t: float = 0.0) -> Array:
+        function = symbolic_code.functions(self.source)[name].py_func
+        sizes = {"law": 2 * self.dimension, "value": 1, "switches": len(self.switching)}
+        out = np.full((2, self.dimension) if name == "law" else sizes[name], np.nan)
+        with np.errstate(all="ignore"):
+            try:
+                function(np.asarray(q), np.asarray(v), np.float64(t), np.array(self.constants), out)
+            except (ArithmeticError, ValueError):  # math's functions raise where numpy's are NaN
+                out[...] = np.nan
+        return out.ravel()

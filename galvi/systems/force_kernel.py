@@ -1,0 +1,42 @@
+"""How a system enters the kernels: functions on flat arrays and the numbers they need."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from galvi.arrays import Array
+from galvi.kernels.compile.function_pointers import addresses
+from galvi.kernels.forces import force_kinds
+
+
+@dataclass(frozen=True, eq=False)
+class ForceKernel:
+    """The acceleration of a system, a(q, t), in the form a kernel evaluates.
+
+    force         of the kind, see galvi.kernels.forces.force_kinds
+    slope         its derivative, for Newton's method; None: differenced there
+    kind          laws.BUILT_IN, laws.GRADIENT or laws.TIMED_GRADIENT
+    constants     (c,) numbers for a built-in force
+    inverse_mass  (d, 1) diagonal or (d, d) full; applied to -force. (0, 0): a built-in force that
+                  already returns accelerations
+    width         components that a Newton block couples; d must be a multiple of it
+    compiled      whether both functions can run inside a compiled kernel
+    """
+
+    force: Callable[..., Any]
+    slope: Callable[..., Any] | None
+    kind: int
+    inverse_mass: Array
+    width: int
+    constants: Array = field(default_factory=force_kinds.no_constants)
+    compiled: bool = True
+
+    @property
+    def functions(self) -> Any:
+        """As a kernel takes them: addresses, or the functions for the interpreter."""
+        given = (self.force, self.slope)
+        if not self.compiled:
+            return given
+        return addresses(*zip(given, force_kinds.SIGNATURES[self.kind], strict=True))

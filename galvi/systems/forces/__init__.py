@@ -1,0 +1,1 @@
+"""Forces that no potential has."""

@@ -1,0 +1,97 @@
+"""The external force of a system that has one: fields `force` and `timed_force`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.kernels.forces import lagrangian_derivatives
+from galvi.systems.compiles import compiles
+from galvi.systems.forces.builtin_force import BuiltinForce
+from galvi.systems.lagrangian_kernel import LagrangianKernel
+from galvi.systems.returned import returned_array
+
+
+class Forced(Protocol):
+    """A system that a force may act on.
+
+    force        f(q, v), or f(q, v, t), of one configuration and velocity (d,) -> (d,); on a group
+                 left-trivialised, as velocities are: a torque in the body's frame. None: no force
+    timed_force  whether it takes (q, v, t)
+    """
+
+    @property
+    def force(self) -> Callable[..., Any] | None:
+        """The function."""
+
+    @property
+    def timed_force(self) -> bool:
+        """Whether it takes the time."""
+
+
+def check_force(system: Forced) -> None:
+    """TypeError for a force that cannot be called, ValueError for a time without a force."""
+    arguments = "(q, v, t)" if system.timed_force else "(q, v)"
+    if system.force is None and system.timed_force:
+        raise ValueError("timed_force means a force(q, v, t); received no force. Give one.")
+    if system.force is not None and not callable(system.force):
+        raise TypeError(f"force must be a function of {arguments}; received {system.force!r}.")
+    if isinstance(system.force, BuiltinForce) and not system.timed_force:
+        raise ValueError(
+            f"{system.force!r} takes (q, v, t); received timed_force=False. Set timed_force."
+        )
+
+
+def force_at(system: Forced, q: Array, v: Array, t: float) -> Array:
+    """The force on one state, (d,), finite or not; zero without one. ValueError for a wrong shape.
+
+    By the discrete principle of Lagrange and d'Alembert it does work on each variation of a curve
+    (Marsden and West, Acta Numerica 10 (2001), 3.2).
+    """
+    if system.force is None:
+        return np.zeros(v.shape)
+    q, v = np.array(q, dtype=np.float64), np.array(v, dtype=np.float64)
+    values = system.force(q, v, float(t)) if system.timed_force else system.force(q, v)
+    return returned_array("force", values, v.shape, f"an array of shape {v.shape}")
+
+
+def check_force_at(system: Forced, q: Array, v: Array, t: float) -> None:
+    """ValueError unless the force is finite at a state, and of the velocity's shape."""
+    force = force_at(system, q, v, t)
+    if not np.all(np.isfinite(force)):
+        raise ValueError(
+            f"the force must be finite at the start; received {force.tolist()}. Check the function "
+            f"force, or start elsewhere."
+        )
+
+
+def with_force(field: LagrangianKernel, system: Forced, side: int) -> LagrangianKernel:
+    """The field with the system's force; side = 0 when the user takes a vector, else its rows."""
+    if system.force is None:
+        return field
+    if isinstance(system.force, BuiltinForce):
+        add, constants = system.force.compiled()
+        return replace(
+            field,
+            pushed=lagrangian_derivatives.PUSHED_BY_LAW,
+            force=add,
+            push_constants=constants,
+        )
+    timed = system.timed_force
+    kind = lagrangian_derivatives.TIMED_PUSHED if timed else lagrangian_derivatives.PUSHED
+    compiled = compiles(system.force, lagrangian_derivatives.force_signature(kind, side))
+
+    def checked(q: Array, v: Array, t: float = 0.0) -> Array:
+        return force_at(system, q, v, t)
+
+    return replace(
+        field,
+        pushed=kind,
+        side=side,
+        force=system.force if compiled else checked,
+        compiled=field.compiled and compiled,
+    )

@@ -1,0 +1,48 @@
+"""How a Lagrangian on a group enters the kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from galvi.arrays import Array
+from galvi.kernels.compile.function_pointers import addresses
+from galvi.kernels.forces import force_kinds, lagrangian_derivatives
+
+
+@dataclass(frozen=True, eq=False)
+class LagrangianKernel:
+    """Derivatives of a Lagrangian, and a force, as galvi.kernels.forces.lagrangian_derivatives
+    evaluates them.
+
+    kind       slopes.LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL or CANONICAL_GRADIENT
+    function   of that kind
+    timed      whether a user's function takes the time
+    side       rows of the matrix that a user's slopes and force take; 0 for a vector
+    constants  (c,) numbers for the Lagrangian
+    pushed     slopes.FREE, PUSHED, TIMED_PUSHED or PUSHED_BY_LAW
+    force      of that kind, None without one
+    push_constants  (c,) numbers for the force
+    compiled   whether both functions can run inside a compiled kernel
+    """
+
+    kind: int
+    function: Callable[..., Any]
+    timed: bool = False
+    side: int = 0
+    constants: Array = field(default_factory=force_kinds.no_constants)
+    pushed: int = lagrangian_derivatives.FREE
+    force: Callable[..., Any] | None = None
+    push_constants: Array = field(default_factory=force_kinds.no_constants)
+    compiled: bool = True
+
+    @property
+    def functions(self) -> Any:
+        """As a kernel takes them: addresses, or the functions for the interpreter."""
+        if not self.compiled:
+            return self.function, self.force
+        return addresses(
+            (self.function, lagrangian_derivatives.signature(self.kind, self.timed, self.side)),
+            (self.force, lagrangian_derivatives.force_signature(self.pushed, self.side)),
+        )

@@ -1,0 +1,1 @@
+"""Potentials as values with readable fields."""

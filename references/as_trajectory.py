@@ -1,0 +1,73 @@
+"""From an engine's states to a trajectory in which nothing non-finite or uncomputed is silent."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from galvi import Problem, Trajectory
+from galvi.arrays import Array, read_only
+from galvi.systems.velocities import momentum_at
+from galvi.trajectory import COMPLETED
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a run ended early.
+
+    row   first saved state that was not computed; all from there on become NaN
+    step  number of the first step not done, counted from 1
+    why   a sentence with the remedy
+    """
+
+    row: int
+    step: int
+    why: str
+
+
+def outcome(
+    problem: Problem,
+    method: str,
+    t: Array,
+    q: Array,
+    v: Array | None = None,
+    *,
+    p: Array | None = None,
+    counts: Mapping[str, int],
+    step: float | None = None,
+    failure: Failure | None = None,
+    status: str = COMPLETED,
+) -> Trajectory:
+    """The trajectory of states q, v or q, p at times t (saved,), both (saved, ...), in any shape.
+
+    A non-finite state that the engine did not report is made a failure here.
+    """
+    q = np.array(q, dtype=np.float64).reshape(len(t), *problem.q0.shape)
+    moving = np.array(v if p is None else p, dtype=np.float64).reshape(len(t), *problem.v0.shape)
+    p = momentum_at(problem.system, q, moving, t) if p is None else moving
+    finite = np.all(np.isfinite(np.hstack([q.reshape(len(t), -1), p.reshape(len(t), -1)])), axis=1)
+    if failure is None and not np.all(finite):
+        row = int(np.argmin(finite))
+        failure = Failure(
+            row=row,
+            step=row,
+            why=f"The state at t = {t[row]:.6g} is not finite: bodies met or the step is too "
+            "large. Use smaller steps, or end the run earlier.",
+        )
+    if failure is not None:
+        q[failure.row :] = np.nan
+        p[failure.row :] = np.nan
+    return Trajectory(
+        problem=problem,
+        t=read_only(t),
+        q=read_only(q),
+        p=read_only(p),
+        success=failure is None,
+        status=status if failure is None else failure.why,
+        failed_step=None if failure is None else failure.step,
+        counts=dict(counts),
+        step=step,
+        method=method,
+    )

@@ -1,0 +1,1 @@
+"""Problems with a solution in closed form."""

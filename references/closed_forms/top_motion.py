@@ -1,0 +1,174 @@
+"""The motion of a free rigid body by Jacobi's elliptic functions, in 80-digit arithmetic.
+
+Axes a, b, c of the body are principal, b the middle one and c the one that the momentum m circles:
+the shortest for |m|^2 < 2 H I_b, else the longest; signs make m_a >= 0 and m_c > 0 at the start.
+  m_a = A_a cn u,  m_b = +-A_b sn u,  m_c = A_c dn u,  u = u0 + rate t
+  R(t) = R0 N(u0) Rz(psi) N(u)^T,  N = (f1, f2, m / |m|),  f2 along e_c x m
+  psi' = |m| / I_a + |m| (1/I_b - 1/I_a) (1 + nu^2) sn^2 u / (1 + nu^2 sn^2 u)
+(Whittaker, Analytical Dynamics (1937), section 69; van Zon and Schofield, J. Comput. Phys. 225
+(2007) 145). The integral of the last term, of the third kind, is Jacobi's at an imaginary point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.extended_precision import decimals
+from references.closed_forms.decimal_trigonometry import PI, SMALLEST, angle, sine_cosine
+from references.closed_forms.elliptic import Modulus, first_integral
+from references.closed_forms.principal_axes import principal_axes
+
+State = tuple[Any, Any]
+TERMS = 400
+
+
+def motion(inertia: Array, q0: Array, v0: Array) -> Callable[[float], State]:
+    """R (3, 3) and body momentum (3,), of decimals, as a function of the time since the start.
+
+    Call it, and what it returns, inside ``localcontext(DIGITS)``.
+    """
+    J, R0, v = decimals(inertia), decimals(q0), decimals(v0)
+    m = J @ v
+    if not np.any(np.cross(m, v)):
+        return lambda t: (R0 @ _turned_about(v, Decimal(t)), m)
+    moments, axes = principal_axes(J)
+    along = axes.T @ m
+    short, middle, long = moments
+    excess = (short - middle) * long * along[0] ** 2 + (long - middle) * short * along[2] ** 2
+    order = [0, 1, 2] if excess >= 0 else [2, 1, 0]
+    moments, axes = moments[order], axes[:, order]
+    axes = axes * np.where(axes.T @ m >= 0, Decimal(1), Decimal(-1))
+    axes[:, 1] = np.cross(axes[:, 2], axes[:, 0])
+    known = top(*moments, *(axes.T @ m))
+    start = R0 @ axes @ known.frame(known.start)
+
+    def state(t: float) -> State:
+        if not t:
+            return R0, m
+        u = known.start + known.rate * Decimal(t)
+        turned = start @ _about_third(known.precession(Decimal(t), u))
+        return turned @ known.frame(u).T @ axes.T, axes @ known.momentum(u)
+
+    return state
+
+
+@dataclass(frozen=True)
+class Top:
+    """A motion that is no steady turning.
+
+    moments     I_a and I_b
+    size        |m|
+    amplitudes  A_a, +-A_b, A_c
+    rate        u = start + rate t
+    nu          as above, 0 for I_a = I_b
+    """
+
+    moments: tuple[Decimal, Decimal]
+    size: Decimal
+    amplitudes: tuple[Decimal, Decimal, Decimal]
+    modulus: Modulus
+    nu: Decimal
+    rate: Decimal
+    start: Decimal
+
+    def momentum(self, u: Decimal) -> Any:
+        """(3,), along a, b, c."""
+        (a, b, c), (sn, cn, dn) = self.amplitudes, self.modulus.functions(u)
+        return np.array([a * cn, b * sn, c * dn])
+
+    def frame(self, u: Decimal) -> Any:
+        """N, (3, 3)."""
+        a, b, c = self.momentum(u) / self.size
+        across = (a * a + b * b).sqrt()
+        first = [a * c / across, b * c / across, -across]
+        return np.array([first, [-b / across, a / across, Decimal(0)], [a, b, c]]).T
+
+    def precession(self, t: Decimal, u: Decimal) -> Decimal:
+        """psi at the time t since the start."""
+        Ia, Ib = self.moments
+        grown = self._integral(u) - self._integral(self.start) if self.nu else Decimal(0)
+        wobble = (1 / Ib - 1 / Ia) * (1 + self.nu**2) * grown / self.rate
+        return self.size * (t / Ia + wobble)
+
+    def _integral(self, u: Decimal) -> Decimal:
+        """int_0^u sn^2 / (1 + nu^2 sn^2) = (u Z - arg Theta(u + i eta)) / (...), DLMF 22.16."""
+        nu, k2 = self.nu, self.modulus.square
+        if not self.modulus.complement:
+            sn, _, _ = self.modulus.functions(u)
+            return (u - angle(nu * sn, Decimal(1)) / nu) / (1 + nu**2)
+        z = PI * u / (2 * self.modulus.quarter)
+        sine, cosine = sine_cosine(2 * z)
+        s, c, real, imaginary = Decimal(0), Decimal(1), Decimal(1), Decimal(0)
+        for even, odd in self._theta:
+            s, c = s * cosine + c * sine, c * cosine - s * sine
+            real += even * c
+            imaginary -= odd * s
+        scale = nu * ((k2 + nu**2) * (1 + nu**2)).sqrt()
+        return (u * self._drift - angle(imaginary, real)) / scale
+
+    @cached_property
+    def _theta(self) -> list[tuple[Decimal, Decimal]]:
+        """2 (-1)^n q^(n^2) times cosh and sinh of 2 n y, n = 1, 2, ..., y = pi eta / (2 K)."""
+        nu2, k2, q = self.nu**2, self.modulus.square, self.modulus.nome
+        part = k2 / (k2 + nu2)
+        eta = (1 - part).sqrt() * first_integral(part, part * (1 + nu2), Decimal(1))
+        growth = (PI * eta / self.modulus.quarter).exp()
+        found: list[tuple[Decimal, Decimal]] = []
+        for n in range(1, TERMS):
+            large, small = q ** (n * n) * growth**n, q ** (n * n) / growth**n
+            if large < SMALLEST:
+                break
+            sign = 1 if n % 2 == 0 else -1
+            found.append((sign * (large + small), sign * (large - small)))
+        return found
+
+    @cached_property
+    def _drift(self) -> Decimal:
+        """Z(i eta) / i, Jacobi's zeta function."""
+        above = sum(n * odd for n, (_, odd) in enumerate(self._theta, start=1))
+        below = 1 + sum(even for even, _ in self._theta)
+        return -PI / self.modulus.quarter * above / below
+
+
+def top(Ia: Decimal, Ib: Decimal, Ic: Decimal, ma: Decimal, mb: Decimal, mc: Decimal) -> Top:
+    """From the moments and the momentum at the start; no difference of nearly equal energies."""
+    below = mb * mb * (Ib - Ia) / Ib + mc * mc * (Ic - Ia) / Ic  # |m|^2 - 2 H I_a
+    above = ma * ma * (Ic - Ia) / Ia + mb * mb * (Ic - Ib) / Ib  # 2 H I_c - |m|^2
+    middle = (ma * ma * (Ia - Ib) * Ic + mc * mc * (Ic - Ib) * Ia) / (Ia * Ic)  # |m|^2 - 2 H I_b
+    whole = (Ic - Ib) * below
+    a, c = (Ia * above / (Ic - Ia)).sqrt(), (Ic * below / (Ic - Ia)).sqrt()
+    b = (Ib * above / (Ic - Ib)).sqrt() * (1 if Ic > Ib else -1)
+    return Top(
+        moments=(Ia, Ib),
+        size=(ma * ma + mb * mb + mc * mc).sqrt(),
+        amplitudes=(a, b, c),
+        modulus=Modulus((Ib - Ia) * above / whole, (Ic - Ia) * middle / whole),
+        nu=(Ic * (Ib - Ia) / (Ia * (Ic - Ib))).sqrt(),
+        rate=(whole / (Ia * Ib * Ic)).sqrt(),
+        start=mb / b * first_integral((ma / a) ** 2, (mc / c) ** 2, Decimal(1)),
+    )
+
+
+def _about_third(angle: Decimal) -> Any:
+    sine, cosine = sine_cosine(angle)
+    zero, one = Decimal(0), Decimal(1)
+    return np.array([[cosine, -sine, zero], [sine, cosine, zero], [zero, zero, one]])
+
+
+def _turned_about(v: Any, t: Decimal) -> Any:
+    """exp(t hat(v)), a steady turning."""
+    size = sum(v * v).sqrt()
+    if not size:
+        return decimals(np.eye(3))
+    x, y, z = v / size
+    sine, cosine = sine_cosine(size * t)
+    zero = Decimal(0)
+    turn = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
+    return decimals(np.eye(3)) + sine * turn + (1 - cosine) * (turn @ turn)

@@ -1,0 +1,1 @@
+"""heyoka's Taylor integrator."""

@@ -1,0 +1,149 @@
+"""heyoka on rigid bodies: Taylor's method on quaternions and body momentum, compiled once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Decimal, localcontext
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from galvi import Problem, Trajectory
+from galvi.extended_precision import decimals
+from references.as_trajectory import outcome
+from references.closed_forms.decimal_trigonometry import DIGITS
+from references.closed_forms.principal_body import is_known_body
+from references.contender import require
+from references.heyoka import engine as heyoka_engine
+from references.heyoka.engine import DEFAULT
+from references.rigid_equations import rotation
+from references.setting import check_keys, described, sample_times
+
+
+@dataclass(frozen=True)
+class HeyokaRigid:
+    """A RigidBody, free or with its weight, in double or quadruple precision.
+
+    precision  "double", or "real128": numbers, times and states are quadruple throughout
+
+    Setting as `references.heyoka.taylor.HeyokaTaylor`. Quaternions turn from the start and are
+    normalised where they become matrices.
+    """
+
+    name: str = "heyoka, rigid bodies"
+    precision: str = "double"
+    exact: bool = False
+
+    @property
+    def missing(self) -> str:
+        """Why heyoka cannot be used here; empty when it can."""
+        return heyoka_engine.missing(self.precision)
+
+    def supports(self, problem: Problem) -> bool:
+        """A RigidBody that is free or has its weight."""
+        return is_known_body(problem)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Adaptive steps; see `Contender`."""
+        require(self, problem)
+        check_keys(setting, ("samples", *DEFAULT))
+        times = sample_times(problem.t0, duration, setting)
+        options = heyoka_engine.options(setting, self.precision)
+        number = heyoka_engine.kind(self.precision)
+        heavy = problem.system.potential is not None
+        engine = _compiled(heavy, self.precision, *heyoka_engine.switches(options))
+        momentum, numbers = _numbers(problem)
+        engine.pars[:] = [_rounded(x, number) for x in numbers]
+        start = np.array([number(x) for x in (1.0, 0.0, 0.0, 0.0)])
+        start = np.append(start, [_rounded(x, number) for x in momentum])
+        states, steps, failure = heyoka_engine.propagated(
+            engine, start, times - problem.t0, problem.t0, "the state is not finite."
+        )
+        turned = rotation(states[:, :4])[:, None]  # (saved, 1, 3, 3)
+        q = np.sum(problem.q0.astype(number)[:, :, None] * turned, axis=-2).astype(np.float64)
+        p = states[:, 4:].astype(np.float64)
+        p[0] = problem.p0
+        return outcome(
+            problem,
+            described(self.name, {**setting, **options}, heyoka_engine.engine_name(self.precision)),
+            times,
+            q,
+            p=p,
+            counts={"steps": steps},
+            failure=failure,
+        )
+
+
+def _numbers(problem: Problem) -> tuple[list[Decimal], list[Decimal]]:
+    """J v0, and J^-1 by rows with, unless it is free, mass g in the frame of the start and the
+    centre of mass.
+    """
+    with localcontext(DIGITS):
+        J, weight = decimals(problem.system.inertia), problem.system.potential
+        adjugate = np.array([np.cross(J[(i + 1) % 3], J[(i + 2) % 3]) for i in range(3)])
+        found = list((adjugate / (J[0] @ adjugate[0])).ravel())
+        if weight is not None:
+            force = decimals(problem.q0).T @ (Decimal(weight.mass) * decimals(weight.g))
+            found += [*force, *decimals(weight.centre)]
+        return list(J @ decimals(problem.v0)), found
+
+
+def _rounded(x: Decimal, number: Any) -> Any:
+    """To the engine's precision, as a sum of three doubles."""
+    total = number(0.0)
+    with localcontext(DIGITS):
+        for _ in range(3):
+            total, x = total + number(float(x)), x - Decimal(float(x))
+    return total
+
+
+@lru_cache(maxsize=4)
+def _compiled(heavy: bool, precision: str, tolerance: float, accurate: bool, compact: bool) -> Any:
+    """heyoka's integrator, for any body and any start."""
+    import heyoka
+
+    number = heyoka_engine.kind(precision)
+    w, x, y, z, *p = state = heyoka.make_vars("w", "x", "y", "z", "a", "b", "c")
+    par = heyoka.par
+    u, v, r = (sum(par[3 * i + j] * p[j] for j in range(3)) for i in range(3))
+    turning = _cross(p, (u, v, r))
+    if heavy:
+        force, centre = ([par[9 + 3 * k + i] for i in range(3)] for k in range(2))
+        still = w * w - x * x - y * y - z * z
+        up = sum(a * b for a, b in zip((x, y, z), force, strict=True))
+        across = _cross(force, (x, y, z))
+        seen = [
+            still * f + 2.0 * up * e + 2.0 * w * c
+            for f, e, c in zip(force, (x, y, z), across, strict=True)
+        ]
+        turning = [a + b for a, b in zip(turning, _cross(centre, seen), strict=True)]
+    half = 0.5
+    slopes = [
+        -half * (x * u + y * v + z * r),
+        half * (w * u + y * r - z * v),
+        half * (w * v + z * u - x * r),
+        half * (w * r + x * v - y * u),
+        *turning,
+    ]
+    return heyoka.taylor_adaptive(
+        list(zip(state, slopes, strict=True)),
+        np.array([1.0, *[0.0] * 6]).astype(number),
+        pars=np.zeros(15 if heavy else 9).astype(number),
+        time=number(0.0),
+        tol=number(tolerance),
+        high_accuracy=accurate,
+        compact_mode=compact,
+        fp_type=number,
+    )
+
+
+def _cross(a: Any, b: Any) -> list[Any]:
+    return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
+
+
+HEYOKA_RIGID = HeyokaRigid()
+HEYOKA_RIGID_QUADRUPLE = HeyokaRigid(
+    "heyoka, rigid bodies, quadruple precision", precision="real128", exact=True
+)

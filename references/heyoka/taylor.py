@@ -1,0 +1,124 @@
+"""heyoka: Taylor's method, compiled for one problem (Biscani and Izzo, MNRAS 504 (2021) 2614)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from galvi import Canonical, CentralForce, NBody, Problem, Trajectory
+from galvi.arrays import Array
+from references.as_trajectory import Failure, outcome
+from references.contender import require
+from references.heyoka import engine as heyoka_engine
+from references.heyoka.engine import DEFAULT
+from references.newton import is_forced
+from references.setting import check_keys, described, sample_times
+
+BEST: Mapping[str, Any] = {"tolerance": 1e-18, "high_accuracy": True, "compact_mode": False}
+
+
+@dataclass(frozen=True)
+class HeyokaTaylor:
+    """heyoka's adaptive Taylor integrator, in double or quadruple precision.
+
+    precision  "double", or "real128": masses, G, times and states are quadruple throughout
+
+    Setting: samples; tolerance, high_accuracy (compensated sums), compact_mode (quick to compile,
+    slower to run) as in heyoka, where the default is heyoka's own (DEFAULT) in double and QUADRUPLE
+    in real128. Add BEST for what its authors advise at machine precision: a tolerance below it.
+    An integrator is compiled for its system and setting, in seconds, and kept: run once before
+    timing. Samples are ends of steps.
+    """
+
+    name: str = "heyoka"
+    precision: str = "double"
+    exact: bool = False
+
+    @property
+    def missing(self) -> str:
+        """Why heyoka cannot be used here; empty when it can."""
+        return heyoka_engine.missing(self.precision)
+
+    def supports(self, problem: Problem) -> bool:
+        """N bodies, or a scalar mass about a fixed centre in 2 or 3 dimensions."""
+        return bool(_law(problem))
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Adaptive steps; see `Contender`."""
+        require(self, problem)
+        check_keys(setting, ("samples", *DEFAULT))
+        times = sample_times(problem.t0, duration, setting)
+        options = heyoka_engine.options(setting, self.precision)
+        states, steps, failure = self.states(problem, times - problem.t0, options)
+        states = states.astype(np.float64).reshape(len(times), -1, 2, 3)
+        q, v = (states[:, :, k, : problem.q0.shape[-1]] for k in (0, 1))
+        return outcome(
+            problem,
+            described(self.name, {**setting, **options}, heyoka_engine.engine_name(self.precision)),
+            times,
+            q,
+            v,
+            counts={"steps": steps},
+            failure=failure,
+        )
+
+    def states(
+        self, problem: Problem, times: Array, options: Mapping[str, Any]
+    ) -> tuple[Any, int, Failure | None]:
+        """Rows of x, y, z, vx, vy, vz of each body in this precision, (saved, 6 bodies), at times
+        since the start, the first 0; NaN past a failure. The steps taken, and the failure.
+        """
+        number = heyoka_engine.kind(self.precision)
+        engine = _compiled(_law(problem), self.precision, *heyoka_engine.switches(options))
+        pad = ((0, 0), (0, 3 - problem.q0.shape[-1]))
+        start = [np.pad(np.atleast_2d(x), pad) for x in (problem.q0, problem.v0)]
+        state = np.concatenate(start, axis=1).ravel().astype(number)
+        return heyoka_engine.propagated(engine, state, times, problem.t0, "bodies met.")
+
+
+def _law(problem: Problem) -> tuple[Any, ...]:
+    """What the equations of motion depend on, hashable; empty when heyoka is not given them."""
+    system = problem.system
+    if isinstance(system, NBody):
+        return ("bodies", system.G, 1.0, *system.masses.tolist())
+    if not isinstance(system, Canonical) or not isinstance(system.potential, CentralForce):
+        return ()
+    if is_forced(problem):
+        return ()
+    known = system.gradient is None and not system.explicit_time and system.mass.ndim == 0
+    if not known or problem.q0.size not in (2, 3):
+        return ()
+    return ("centre", system.potential.mu, float(system.mass), 1.0)
+
+
+@lru_cache(maxsize=8)
+def _compiled(
+    law: tuple[Any, ...], precision: str, tolerance: float, accurate: bool, compact: bool
+) -> Any:
+    """heyoka's integrator; G times mass is formed in its precision, not in double."""
+    import heyoka
+
+    kind = heyoka_engine.kind(precision)
+    system, strength, divisor, *masses = law
+    options = {"Gconst": kind(strength) / kind(divisor), "masses": [kind(m) for m in masses]}
+    if system == "bodies":
+        equations = heyoka.model.nbody(len(masses), **options)
+    else:
+        equations = heyoka.model.fixed_centres(positions=np.zeros((1, 3)).astype(kind), **options)
+    return heyoka.taylor_adaptive(
+        equations,
+        np.zeros(6 * len(masses)).astype(kind),
+        time=kind(0.0),
+        tol=kind(tolerance),
+        high_accuracy=accurate,
+        compact_mode=compact,
+        fp_type=kind,
+    )
+
+
+HEYOKA = HeyokaTaylor()
+HEYOKA_QUADRUPLE = HeyokaTaylor("heyoka, quadruple precision", precision="real128", exact=True)

@@ -1,0 +1,1 @@
+"""JPL's DE421 ephemeris."""

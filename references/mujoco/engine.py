@@ -1,0 +1,108 @@
+"""MuJoCo as the references drive it: present or not, its models, its warnings, its energies."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from galvi import Trajectory
+from galvi.arrays import Array
+from galvi.systems.velocities import velocity_at
+from references.mujoco.body import mujoco_body
+from references.mujoco.states import to_mujoco
+
+LEAST = (4, 0, 1)
+
+
+def missing() -> str:
+    """One sentence saying why MuJoCo cannot be used here; empty when it can."""
+    try:
+        import mujoco
+    except ImportError as error:
+        return f"{error}. Install mujoco-core 4.0.1 or newer."
+    numbers = tuple(int(digits) for digits in re.findall(r"\d+", mujoco.__version__)[:3])
+    if numbers < LEAST:
+        return (
+            f"mujoco {mujoco.__version__} has known faults: before 4.0 its RK4 turns bodies with "
+            "order 2, and the constraint solver of 4.0.0 is wrong. Install mujoco-core 4.0.1 or "
+            "newer."
+        )
+    return ""
+
+
+def version() -> str:
+    """Name and version of the engine."""
+    import mujoco
+
+    return f"mujoco {mujoco.__version__}"
+
+
+@lru_cache(maxsize=8)
+def compiled(system: Any) -> tuple[str, Any, Any]:
+    """The joint, and MuJoCo's model and data, made once for each system: run once before timing.
+
+    Raises ValueError with what MuJoCo says of a body that it does not take.
+    """
+    import mujoco
+
+    body = mujoco_body(system)
+    try:
+        model = mujoco.MjModel.from_xml_string(body.mjcf())
+    except ValueError as error:
+        raise ValueError(
+            f"MuJoCo refuses this body: {' '.join(str(error).split())}. Give it in units in which "
+            "its mass and moments are not as small."
+        ) from None
+    return body.joint, model, mujoco.MjData(model)
+
+
+@contextmanager
+def silence() -> Iterator[None]:
+    """Keep MuJoCo from writing warnings to the screen and to a file in the working folder."""
+    import mujoco
+
+    told = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda message: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(told)
+
+
+def broken(model: Any, data: Any) -> bool:
+    """Whether MuJoCo warned in a step, or warns of the state now: NaN, infinite or above 1e10."""
+    import mujoco
+
+    mujoco.mj_checkPos(model, data)
+    mujoco.mj_checkVel(model, data)
+    return bool(np.any(data.warning.number))
+
+
+def energies(run: Trajectory) -> Array:
+    """Potential and kinetic energy of each state as MuJoCo's own sensors have them, (saved, 2).
+
+    For any run of a problem that MuJoCo takes, whoever solved it; NaN past a failure. A chain's
+    or a body's potential energy is zero where its centre of mass is as high as the joint
+    or the origin of space. Raises ValueError as `compiled`.
+    """
+    import mujoco
+
+    joint, model, data = compiled(run.problem.system)
+    found = np.full((len(run.t), 2), np.nan)
+    known = np.all(np.isfinite(run.q.reshape(len(run.t), -1)), axis=1)
+    v = velocity_at(run.problem.system, run.q[known], run.p[known], run.t[known], run.problem.v0)
+    states = zip(*to_mujoco(joint, run.q[known], v), strict=True)
+    for row, (qpos, qvel) in zip(np.flatnonzero(known), states, strict=True):
+        mujoco.mj_resetData(model, data)
+        data.qpos[:], data.qvel[:] = qpos, qvel
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        mujoco.mj_energyPos(model, data)
+        mujoco.mj_energyVel(model, data)
+        found[row] = data.energy
+    return found

@@ -1,0 +1,145 @@
+"""MuJoCo's integrators, as values of one class.
+
+A multibody engine with contacts, here on one body or chain: much of its time is generality. Its
+documentation advises RK4 where energy should be kept for long; the others are of first order,
+`implicit` among them, whose damping of a tumbling body is by design.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi import Problem, Trajectory
+from references.as_trajectory import Failure, outcome
+from references.contender import require
+from references.mujoco import engine as mujoco_engine
+from references.mujoco.body import supports
+from references.mujoco.states import from_mujoco, to_mujoco
+from references.setting import check_keys, described, fixed_steps
+
+CHUNK = 100_000  # steps between two looks at Ctrl-C
+
+
+@dataclass(frozen=True, eq=False)
+class MujocoSteps:
+    """Equal steps in C, as many in one call as lie between two saved states.
+
+    integrator  MuJoCo's name of it
+    order       of convergence of attitude and velocity
+
+    Setting: step, save_every. Models are kept: run once before timing. MuJoCo does not count
+    evaluations.
+    """
+
+    name: str
+    integrator: str
+    order: int
+    exact: bool = False
+
+    @property
+    def missing(self) -> str:
+        """Why the engine cannot be used here; empty when it can."""
+        if mujoco_engine.missing():
+            return mujoco_engine.missing()
+        import mujoco
+
+        if not hasattr(mujoco.mjtIntegrator, f"mjINT_{self.integrator}"):
+            return f"{mujoco_engine.version()} has no integrator {self.integrator.lower()}."
+        return ""
+
+    def supports(self, problem: Problem) -> bool:
+        """A rigid body, free or in uniform gravity, on SO(3) or SE(3); chains of pendulums."""
+        return supports(problem)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Equal steps; see `Contender`. Raises ValueError for a body that MuJoCo does not take."""
+        require(self, problem)
+        check_keys(setting, ("step", "save_every"))
+        steps = fixed_steps(duration, setting)
+        times = steps.times(problem.t0)
+        joint, *engine = mujoco_engine.compiled(problem.system)
+        motion = _Motion(*engine)
+        motion.begin(*to_mujoco(joint, problem.q0, problem.v0), steps.step, self.integrator)
+        qpos, qvel = (np.full((len(times), n), np.nan) for n in (motion.model.nq, motion.model.nv))
+        failed = 0
+        with mujoco_engine.silence():
+            for row, target in enumerate(steps.saved[1:].tolist(), start=1):
+                failed = motion.advance_to(target)
+                if failed:
+                    break
+                qpos[row], qvel[row] = motion.data.qpos, motion.data.qvel
+        q, v = from_mujoco(joint, qpos, qvel)
+        q[0], v[0] = problem.q0, problem.v0
+        return outcome(
+            problem,
+            described(self.name, setting, mujoco_engine.version()),
+            times,
+            q,
+            v,
+            counts={"steps": motion.done},
+            step=steps.step,
+            failure=_failure(failed, row, times[row]) if failed else None,
+        )
+
+
+@dataclass
+class _Motion:
+    """MuJoCo's model and data on their way; done: steps that are."""
+
+    model: Any
+    data: Any
+    done: int = 0
+
+    def begin(self, qpos: Any, qvel: Any, step: float, integrator: str) -> None:
+        """At the start, with nothing left of an earlier run."""
+        import mujoco
+
+        self.model.opt.timestep = step
+        self.model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
+        self._put(qpos, qvel)
+
+    def advance_to(self, target: int) -> int:
+        """Steps until so many are done: 0, or the number of the one that MuJoCo warns of."""
+        while self.done < target:
+            more = min(target - self.done, CHUNK)
+            state = self.data.qpos.copy(), self.data.qvel.copy()
+            if not self._goes_on(more):
+                self._put(*state)
+                for _ in range(more):
+                    if not self._goes_on(1):
+                        return self.done + 1
+        return 0
+
+    def _put(self, qpos: Any, qvel: Any) -> None:
+        import mujoco
+
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[:], self.data.qvel[:] = qpos, qvel
+
+    def _goes_on(self, steps: int) -> bool:
+        import mujoco
+
+        mujoco.mj_step(self.model, self.data, nstep=steps)
+        good = not mujoco_engine.broken(self.model, self.data)
+        self.done += steps * good
+        return good
+
+
+def _failure(step: int, row: int, t: float) -> Failure:
+    return Failure(
+        row=row,
+        step=step,
+        why=f"Step {step}, towards t = {t:.6g}, gave a state that MuJoCo calls unstable: not "
+        "finite or above 1e10. Choose a smaller step or another integrator.",
+    )
+
+
+MUJOCO_EULER = MujocoSteps("MuJoCo Euler", integrator="EULER", order=1)
+MUJOCO_RK4 = MujocoSteps("MuJoCo RK4", integrator="RK4", order=4)
+MUJOCO_IMPLICIT = MujocoSteps("MuJoCo implicit", integrator="IMPLICIT", order=1)
+MUJOCO_IMPLICITFAST = MujocoSteps("MuJoCo implicitfast", integrator="IMPLICITFAST", order=1)
+MUJOCO_DISCRETE = MujocoSteps("MuJoCo discrete", integrator="DISCRETE", order=1)

@@ -1,0 +1,1 @@
+"""REBOUND's integrators."""

@@ -1,0 +1,109 @@
+"""REBOUND's integrators that choose their steps, as values of one class."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import galvi
+from galvi import Problem, Trajectory, input_checks
+from references.as_trajectory import Failure, outcome
+from references.contender import require
+from references.rebound import simulation as rebound_simulation
+from references.setting import check_keys, described, sample_times
+
+LOST = 1e-3  # change of energy, relative to kinetic plus potential, that no close pass explains
+
+
+@dataclass(frozen=True, eq=False)
+class ReboundAdaptive:
+    """Steps of the engine's own choice; the one before each sample is shortened to end on it.
+
+    integrator  REBOUND's name of it
+    defaults    options that every run sets and records
+    options     further keys of a setting that are set on REBOUND's configuration of it
+    tolerances  those of the defaults that the key "tolerance" stands for
+
+    Setting: samples, the options, tolerance, first_step (default 1e-3). The shortened step does not
+    hurt an adaptive method of high order but is not free: ask for few samples where time is
+    measured. REBOUND passes through collisions without a word, so a run whose energy moves by more
+    than 1e-3 of its size is a failure. REBOUND does not count force evaluations.
+    """
+
+    name: str
+    integrator: str
+    defaults: Mapping[str, Any]
+    options: tuple[str, ...]
+    tolerances: tuple[str, ...]
+    exact: bool = False
+
+    @property
+    def missing(self) -> str:
+        """Why REBOUND cannot be used here; empty when it can."""
+        return rebound_simulation.missing()
+
+    def supports(self, problem: Problem) -> bool:
+        """N bodies, or a scalar mass about a fixed centre."""
+        return rebound_simulation.supports(problem)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Adaptive steps; see `Contender`."""
+        require(self, problem)
+        known = (*self.defaults, *self.options)
+        check_keys(setting, ("samples", "tolerance", "first_step", *known))
+        times = sample_times(problem.t0, duration, setting)
+        options = {**self.defaults, **{k: setting[k] for k in known if k in setting}}
+        for key in self.tolerances:
+            options[key] = input_checks.positive(key, setting.get("tolerance", options[key]))
+        sim = rebound_simulation.simulation(problem, self.integrator, options)
+        sim.engine.dt = input_checks.positive("first_step", setting.get("first_step", 1e-3))
+        q, v = (np.full((len(times), *problem.q0.shape), np.nan) for _ in "qv")
+        q[0], v[0] = problem.q0, problem.v0
+        failure = None
+        with rebound_simulation.interrupts_kept(), rebound_simulation.messages() as status:
+            for row, t in enumerate(times[1:] - problem.t0, start=1):
+                try:
+                    sim.engine.integrate(t, exact_finish_time=1)
+                except RuntimeError as error:
+                    failure = Failure(row=row, step=row, why=f"REBOUND stopped: {error}")
+                    break
+                where, speed = sim.states()
+                q[row], v[row] = where.reshape(q[row].shape), speed.reshape(q[row].shape)
+
+        def ended(failure: Failure | None) -> Trajectory:
+            return outcome(
+                problem,
+                described(self.name, {**setting, **options}, rebound_simulation.version()),
+                times,
+                q,
+                v,
+                counts={"steps": int(sim.engine.steps_done)},
+                failure=failure,
+                status=status(),
+            )
+
+        run = ended(failure)
+        lost = _lost(run, self.tolerances[0])
+        return ended(lost) if lost is not None else run
+
+
+def _lost(run: Trajectory, tolerance: str) -> Failure | None:
+    """The failure that a jump of the energy betrays, if any."""
+    with np.errstate(all="ignore"):
+        energy = galvi.energy(run)
+        potential = run.problem.system.potential_energy(run.problem.q0, np.array(run.problem.t0))
+        size = abs(energy[0] - potential) + abs(potential)
+        jumped = np.abs(energy - energy[0]) > LOST * size
+    if not np.any(jumped):
+        return None
+    row = int(np.argmax(jumped))
+    return Failure(
+        row=row,
+        step=row,
+        why=f"The energy changed by {abs(energy[row] - energy[0]) / size:.1e} of its size by t = "
+        f"{run.t[row]:.6g}: bodies met, or {tolerance} is too large. End the run earlier or lower "
+        "it.",
+    )

@@ -1,0 +1,105 @@
+"""REBOUND's integrators of fixed step, as values of one class."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi import Problem, Trajectory
+from references.as_trajectory import Failure, outcome
+from references.contender import require
+from references.rebound import simulation as rebound_simulation
+from references.setting import check_keys, described, fixed_steps
+
+CHUNK = 100_000  # steps between two looks at Ctrl-C
+
+
+def _one_by_one(engine: Any, steps: int) -> None:
+    engine.steps(steps)
+
+
+def _no_objection(problem: Problem, options: Mapping[str, Any]) -> str:
+    return ""
+
+
+@dataclass(frozen=True, eq=False)
+class ReboundSteps:
+    """Whole steps only: the engine never shortens the last one (``exact_finish_time = 0``).
+
+    integrator  REBOUND's name of it
+    options     keys of a setting that are set on REBOUND's configuration of it
+    order       of convergence with its defaults, at vanishing step
+    advance     (engine, steps): take so many steps
+    objection   (problem, options): why they do not go together, or nothing
+    engine_missing, fits   what `missing` and `supports` say
+
+    Setting: step, save_every and the options, each with REBOUND's default, values and meaning.
+    States are synchronised when they are saved and not otherwise, if safe_mode is 0. REBOUND does
+    not count force evaluations. Its warnings, as of a step above one orbit, go to the status.
+    """
+
+    name: str
+    integrator: str
+    options: tuple[str, ...]
+    order: int
+    exact: bool = False
+    advance: Callable[[Any, int], None] = _one_by_one
+    objection: Callable[[Problem, Mapping[str, Any]], str] = _no_objection
+    engine_missing: Callable[[], str] = rebound_simulation.missing
+    fits: Callable[[Problem], bool] = rebound_simulation.supports
+
+    @property
+    def missing(self) -> str:
+        """Why the engine cannot be used here; empty when it can."""
+        return self.engine_missing()
+
+    def supports(self, problem: Problem) -> bool:
+        """N bodies, or a scalar mass about a fixed centre, unless `fits` asks for more."""
+        return self.fits(problem)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Equal steps; see `Contender`. Raises ValueError for options that do not go together."""
+        require(self, problem)
+        check_keys(setting, ("step", "save_every", *self.options))
+        steps = fixed_steps(duration, setting)
+        options = {key: setting[key] for key in self.options if key in setting}
+        if self.objection(problem, options):
+            raise ValueError(f"{self.name}: {self.objection(problem, options)}")
+        times = steps.times(problem.t0)
+        sim = rebound_simulation.simulation(problem, self.integrator, options)
+        sim.engine.dt = steps.step
+        sim.engine.exact_finish_time = 0
+        q, v = (np.full((len(times), *problem.q0.shape), np.nan) for _ in "qv")
+        q[0], v[0] = problem.q0, problem.v0
+        done, failure = 0, None
+        with rebound_simulation.arithmetic_kept(), rebound_simulation.messages() as status:
+            for row, target in enumerate(steps.saved[1:].tolist(), start=1):
+                while done < target and failure is None:
+                    more = min(target - done, CHUNK) if done else 1
+                    try:
+                        self.advance(sim.engine, more)
+                    except RuntimeError as error:
+                        if not done:
+                            raise ValueError(f"REBOUND refuses {options}: {error}") from None
+                        failure = Failure(row=row, step=done + 1, why=f"REBOUND stopped: {error}")
+                    else:
+                        done += more
+                if failure is not None:
+                    break
+                sim.engine.synchronize()
+                where, speed = sim.states()
+                q[row], v[row] = where.reshape(q[row].shape), speed.reshape(q[row].shape)
+        return outcome(
+            problem,
+            described(self.name, setting, rebound_simulation.version()),
+            times,
+            q,
+            v,
+            counts={"steps": done},
+            step=steps.step,
+            failure=failure,
+            status=status(),
+        )

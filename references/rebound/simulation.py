@@ -1,0 +1,157 @@
+"""REBOUND 5 as the references drive it: a simulation from a problem, and its states back.
+
+The only place that knows REBOUND's order of bodies (the heaviest first, which Jacobi and
+heliocentric coordinates need), its constant G, its three dimensions and its messages.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import threading
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from galvi import Canonical, CentralForce, NBody, Problem
+from galvi.arrays import Array
+from galvi.trajectory import COMPLETED
+from references.newton import is_forced
+
+
+def missing() -> str:
+    """One sentence saying why REBOUND cannot be used here; empty when it can."""
+    try:
+        import rebound
+    except ImportError as error:
+        return f"{error}. Install rebound 5 or newer."
+    if int(rebound.__version__.split(".")[0]) < 5:
+        return f"rebound {rebound.__version__} is too old. Install rebound 5 or newer."
+    return ""
+
+
+def version() -> str:
+    """Name and version of the engine."""
+    import rebound
+
+    return f"rebound {rebound.__version__}"
+
+
+def supports(problem: Problem) -> bool:
+    """N bodies, or one scalar mass about a fixed centre in 2 or 3 dimensions."""
+    system = problem.system
+    if isinstance(system, Canonical):
+        return (
+            isinstance(system.potential, CentralForce)
+            and not is_forced(problem)
+            and system.gradient is None
+            and not system.explicit_time
+            and system.mass.ndim == 0
+            and problem.q0.size in (2, 3)
+        )
+    return isinstance(system, NBody)
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """A REBOUND simulation and which of its particles are the problem's.
+
+    engine     the rebound.Simulation
+    place      (bodies,) index of each of the problem's bodies among the particles
+    dimension  of the problem, 2 or 3
+    """
+
+    engine: Any
+    place: Any
+    dimension: int
+
+    def states(self) -> tuple[Array, Array]:
+        """q and v of the problem's bodies now, (bodies, dimension) each."""
+        read = {"xyz": np.zeros((self.engine.N, 3)), "vxvyvz": np.zeros((self.engine.N, 3))}
+        self.engine.serialize_particle_data(**read)
+        kept = [x[self.place, : self.dimension] for x in read.values()]
+        return kept[0], kept[1]
+
+
+def simulation(problem: Problem, integrator: str, options: Mapping[str, Any]) -> Simulation:
+    """The problem at REBOUND's time 0, with options set on its integrator.
+
+    The engine's masses are G m and its G is 1, because WHFast512 takes no other. A fixed centre is
+    a particle of mass mu / m at rest that the massless body does not pull.
+    Raises ValueError for a value that REBOUND does not take.
+    """
+    import rebound
+
+    sim = rebound.Simulation()
+    sim.integrator = integrator
+    for key, value in options.items():
+        try:
+            setattr(sim.integrator, key, value)
+        except (AttributeError, TypeError) as error:
+            raise ValueError(f"{key} cannot be {value!r} in {version()}: {error}") from None
+    system: Any = problem.system
+    q, v = np.atleast_2d(problem.q0), np.atleast_2d(problem.v0)
+    if isinstance(system, NBody):
+        masses = system.G * system.masses
+        heaviest = int(np.argmax(masses))
+        order = [heaviest, *(i for i in range(masses.size) if i != heaviest)]
+        place = np.argsort(order)
+    else:
+        masses, order, place = np.zeros(1), [0], np.array([1])
+        sim.add(m=system.potential.mu / float(system.mass))
+        sim.N_active = 1
+    for i in order:
+        x, y, z = np.pad(q[i], (0, 3 - q.shape[1]))
+        vx, vy, vz = np.pad(v[i], (0, 3 - q.shape[1]))
+        sim.add(m=masses[i], x=x, y=y, z=z, vx=vx, vy=vy, vz=vz)
+    return Simulation(engine=sim, place=place, dimension=q.shape[1])
+
+
+@contextmanager
+def arithmetic_kept() -> Iterator[None]:
+    """Undo what the engine does to this thread's floating-point modes.
+
+    WHFast512 (5.2.2) sets flush-to-zero and leaves it set: from then on the whole process would
+    round subnormal numbers to zero.
+    """
+    library, modes = _c_library(), ctypes.create_string_buffer(256)  # fenv_t, with room
+    library.fegetenv(modes)
+    try:
+        yield
+    finally:
+        library.fesetenv(modes)
+
+
+@contextmanager
+def interrupts_kept() -> Iterator[None]:
+    """Undo what the engine does to Ctrl-C.
+
+    Its integrate (5.2.2) puts a handler of its own in the place of Python's and leaves it there:
+    from then on no Ctrl-C would reach the rest of the program.
+    """
+    try:
+        yield
+    finally:
+        handler = signal.getsignal(signal.SIGINT)
+        if handler is not None and threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGINT, handler)
+
+
+@lru_cache(maxsize=1)
+def _c_library() -> Any:
+    return ctypes.CDLL(None)
+
+
+@contextmanager
+def messages() -> Iterator[Callable[[], str]]:
+    """Keep REBOUND's warnings from the screen; what is yielded gives a completed run's status."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        yield lambda: " ".join(
+            [COMPLETED, *(f"REBOUND warned: {m}" for m in {str(w.message): 0 for w in caught})]
+        )

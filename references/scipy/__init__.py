@@ -1,0 +1,1 @@
+"""SciPy's integrators of initial value problems."""

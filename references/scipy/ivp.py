@@ -1,0 +1,97 @@
+"""SciPy's solve_ivp: RK45 (Dormand-Prince 5(4), MATLAB's ode45), DOP853 and Radau."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy
+from scipy.integrate import solve_ivp
+
+from galvi import Canonical, NBody, Problem, Trajectory, input_checks
+from galvi.arrays import Array
+from references.as_trajectory import Failure, outcome
+from references.contender import require
+from references.newton import acceleration
+from references.setting import check_keys, described, sample_times
+
+DEFAULT: Mapping[str, Any] = {}
+TIGHT: Mapping[str, Any] = {"rtol": 3e-14, "atol": 1e-15}
+SETTINGS = ("samples", "tolerance", "rtol", "atol", "first_step", "max_step")
+
+
+@dataclass(frozen=True)
+class ScipyIvp:
+    """One method of solve_ivp on (q, v)' = (v, a(q, v, t)), external forces included.
+
+    Setting: samples; rtol, atol (default SciPy's and ode45's, 1e-3 and 1e-6), or tolerance for
+    both; first_step, max_step as in SciPy. States between steps come from SciPy's interpolant,
+    whose order is below the method's: ask for one sample where only the end matters.
+    """
+
+    name: str
+    solver: str
+    order: int
+    exact: bool = False
+    missing: str = ""
+
+    def supports(self, problem: Problem) -> bool:
+        """Any system on a vector space with L = v.M v / 2 - V, whatever acts on it."""
+        return isinstance(problem.system, (Canonical, NBody))
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Adaptive steps; see `Contender`."""
+        require(self, problem)
+        check_keys(setting, SETTINGS)
+        times = sample_times(problem.t0, duration, setting)
+        d, shape, accelerated = problem.q0.size, problem.q0.shape, acceleration(problem)
+
+        def slope(t: float, y: Array) -> Array:
+            a = accelerated(y[:d].reshape(shape), y[d:].reshape(shape), t)
+            return np.concatenate([y[d:], a.ravel()])
+
+        start = np.concatenate([problem.q0.ravel(), problem.v0.ravel()])
+        states, calls, failure = solve(self.solver, slope, times, start, setting)
+        return outcome(
+            problem,
+            described(self.name, setting, f"scipy {scipy.__version__}"),
+            times,
+            states[:, :d],
+            states[:, d:],
+            counts={"force_evaluations": calls},
+            failure=failure,
+        )
+
+
+def solve(
+    solver: str, slope: Any, times: Array, start: Array, setting: Mapping[str, Any]
+) -> tuple[Array, int, Failure | None]:
+    """States (saved, n) of y' = slope(t, y), NaN past a failure; calls of slope; the failure."""
+    options = {"rtol": 1e-3, "atol": 1e-6}
+    if "tolerance" in setting:
+        options = dict.fromkeys(options, input_checks.positive("tolerance", setting["tolerance"]))
+    for key in ("rtol", "atol", "first_step", "max_step"):
+        if key in setting:
+            options[key] = input_checks.positive(key, setting[key])
+    with np.errstate(all="ignore"):  # outcome looks for non-finite states itself
+        solved = solve_ivp(slope, (times[0], times[-1]), start, solver, t_eval=times, **options)
+    states = np.full((len(times), start.size), np.nan)
+    states[: solved.y.shape[1]] = solved.y.T
+    return states, int(solved.nfev), None if solved.success else _failure(solved)
+
+
+def _failure(solved: Any) -> Failure:
+    row = solved.y.shape[1]
+    return Failure(
+        row=row,
+        step=row,
+        why=f"SciPy gave up before sample {row}: {solved.message} Forces grew beyond bound there, "
+        "as where bodies meet, or the tolerance cannot be had; end the run earlier or loosen it.",
+    )
+
+
+ODE45 = ScipyIvp("SciPy RK45 (ode45)", solver="RK45", order=5)
+DOP853 = ScipyIvp("SciPy DOP853", solver="DOP853", order=8)
+RADAU = ScipyIvp("SciPy Radau", solver="Radau", order=5)

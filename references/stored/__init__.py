@@ -1,0 +1,1 @@
+"""Trajectories in extended precision, kept as files."""

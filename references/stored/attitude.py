@@ -1,0 +1,48 @@
+"""The truth for a rigid body in weight: `python -m references.stored.attitude` makes it anew.
+
+A file tells its problem by inertia, mass, centre of mass, weight and start, to the last bit.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+
+from galvi import Problem, RigidBody, problems
+from references.closed_forms.principal_body import is_known_body
+from references.heyoka.rigid import HEYOKA_RIGID_QUADRUPLE
+from references.stored.states import Identity, StoredStates
+
+
+def _is_heavy(problem: Problem) -> bool:
+    heavy = isinstance(problem.system, RigidBody) and problem.system.potential is not None
+    return heavy and is_known_body(problem)
+
+
+def _identity(problem: Problem) -> Identity:
+    system: Any = problem.system
+    weight = system.potential
+    return {
+        "inertia": system.inertia.ravel().tolist(),
+        "mass": [float(weight.mass)],
+        "centre": np.asarray(weight.centre, dtype=np.float64).tolist(),
+        "g": np.asarray(weight.g, dtype=np.float64).tolist(),
+        "q0": problem.q0.ravel().tolist(),
+        "v0": problem.v0.tolist(),
+    }
+
+
+STORED_ATTITUDE = StoredStates(
+    name="stored truth, rigid bodies",
+    module="references.stored.attitude",
+    cases={"pendulum_3d": (problems.pendulum_3d(), 20.0)},
+    engine=HEYOKA_RIGID_QUADRUPLE,
+    knows=_is_heavy,
+    identity=_identity,
+    columns=lambda problem: [*(f"R{i}{j}" for i in "xyz" for j in "xyz"), "px", "py", "pz"],
+)
+
+if __name__ == "__main__":
+    STORED_ATTITUDE.write(sys.argv[1:])

@@ -1,0 +1,154 @@
+"""Stored truths of the planets, by heyoka in quadruple precision: `python -m
+references.stored.planets`.
+
+Each case is kept at T j / 10 and at T j / 100, j = 1 .. 10: in ten samples to its horizon T or to
+T / 10, or at the end of T / 100. Numbers have 25 significant digits, of which a comparison with a
+looser tolerance, in the file's header, shows how many hold.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from galvi import NBody, Problem, Trajectory, problems
+from galvi.arrays import Array, read_only
+from references.as_trajectory import outcome
+from references.contender import require
+from references.heyoka.engine import QUADRUPLE, engine_name
+from references.heyoka.taylor import HEYOKA_QUADRUPLE
+from references.setting import check_keys, described, sample_times
+
+FOLDER = Path(__file__).parent / "data"
+CASES: Mapping[str, tuple[Problem, float]] = {  # file: problem, T in its unit of time
+    "outer_solar_system": (problems.outer_solar_system(), 3_652_500.0),
+    "applegate": (problems.applegate(), 10_000.0),
+    "solar_system": (problems.solar_system(), 10_000.0),
+    "solar_system_without_pluto": (problems.solar_system(pluto=False), 73_050.0),
+}
+TOLERANCE, LOOSER = 1e-28, 1e-25
+ROUNDING = 4.0 * 2.0**-52  # relative difference of two roundings of one time
+
+
+def sampled(horizon: float) -> Array:
+    """0 and the times since the start that are kept, (20,)."""
+    tenths = horizon * np.arange(1, 11) / 10
+    times: Array = np.array([0.0, *(horizon * np.arange(1, 10) / 100), *tenths])
+    return times
+
+
+def table(case: str) -> str:
+    """The text of one file; raises ModuleNotFoundError without heyoka's real128."""
+    problem, horizon = CASES[case]
+    require(HEYOKA_QUADRUPLE, problem)
+    times, began = sampled(horizon), time.perf_counter()
+    states, looser = (
+        HEYOKA_QUADRUPLE.states(problem, times, {**QUADRUPLE, "tolerance": tolerance})[0]
+        for tolerance in (TOLERANCE, LOOSER)
+    )
+    apart = (states - looser).astype(np.float64).reshape(len(times), -1, 2, 3)[:, :, 0]
+    system: Any = problem.system
+    lines = [
+        f"# {problem.name}, the truth",
+        f"# source: {engine_name('real128')}, tolerance {TOLERANCE}, high_accuracy",
+        f"# accuracy: with {LOOSER} instead, positions differ by at most {np.abs(apart).max():.1e}",
+        f"# made by: python -m references.stored.planets {case} "
+        f"({time.perf_counter() - began:.0f} s)",
+        f"# units: {problem.units}; t since the start",
+        "# masses: " + " ".join(map(repr, system.masses.tolist())),
+        f"# G: {system.G!r}",
+        "t,body,x,y,z,vx,vy,vz",
+    ]
+    for t, row in zip(times.tolist(), states.reshape(len(times), -1, 6), strict=True):
+        for body, numbers in enumerate(row):
+            digits = [f"{Decimal(str(x)):.24e}" for x in numbers]
+            lines.append(",".join([repr(t), str(body), *digits]))
+    return "\n".join(lines) + "\n"
+
+
+@dataclass(frozen=True, eq=False)
+class Stored:
+    """One file: G, masses (bodies,), times since the start (saved,), q and v there (saved, ...)."""
+
+    G: float
+    masses: Array
+    t: Array
+    q: Array
+    v: Array
+
+    def of(self, problem: Problem) -> bool:
+        """Whether the problem is this one, to the last bit; its t0 is free."""
+        system = problem.system
+        return (
+            isinstance(system, NBody)
+            and system.G == self.G
+            and np.array_equal(system.masses, self.masses)
+            and np.array_equal(problem.q0, self.q[0])
+            and np.array_equal(problem.v0, self.v[0])
+        )
+
+
+@lru_cache(maxsize=len(CASES))
+def stored(case: str) -> Stored:
+    """The file of one case, each number rounded once to double."""
+    lines = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
+    header = dict(line[2:].split(": ", 1) for line in lines if line[0] == "#" and ": " in line)
+    rows = [[float(x) for x in line.split(",")] for line in lines if line[0].isdigit()]
+    masses = np.array([float(m) for m in header["masses"].split()])
+    numbers = np.array(rows).reshape(-1, masses.size, 8)
+    arrays = (masses, numbers[:, 0, 0], numbers[:, :, 2:5], numbers[:, :, 5:])
+    return Stored(float(header["G"]), *map(read_only, arrays))
+
+
+@dataclass(frozen=True)
+class StoredTruth:
+    """The states kept in references/data, for exactly the problems that were integrated.
+
+    Setting: samples. Duration and samples must fall on times that are kept (see the module).
+    Accurate to the rounding of positions and times: a time that differs from the kept one by its
+    rounding moves the bodies along their velocity. Newton's point masses, as the problems say.
+    """
+
+    name: str = "stored truth"
+    exact: bool = True
+    missing: str = ""
+
+    def supports(self, problem: Problem) -> bool:
+        """By masses, G and start, compared bit for bit."""
+        return any(stored(case).of(problem) for case in CASES)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Look up; see `Contender`. ValueError for times that are not kept."""
+        require(self, problem)
+        check_keys(setting, ("samples",))
+        times = sample_times(problem.t0, duration, setting)
+        known = next(stored(case) for case in CASES if stored(case).of(problem))
+        since = times - problem.t0
+        rows = np.argmin(np.abs(since[:, None] - known.t), axis=1)
+        late = since - known.t[rows]
+        lost = np.abs(late) > ROUNDING * np.abs(times)
+        if np.any(lost):
+            kept = ", ".join(f"{t:g}" for t in known.t[1:])
+            raise ValueError(
+                f"the stored truth is kept {kept} after the start; received a sample at "
+                f"{since[lost][0]:g}. Choose a duration and samples among these."
+            )
+        q = known.q[rows] + known.v[rows] * late[:, None, None]
+        method = described(self.name, setting, f"heyoka, real128, tolerance {TOLERANCE}")
+        return outcome(problem, method, times, q, known.v[rows], counts={"steps": 0})
+
+
+STORED_TRUTH = StoredTruth()
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or CASES:
+        (FOLDER / f"{name}.csv").write_text(table(name), encoding="ascii")
+        print(f"wrote references/data/{name}.csv")

@@ -1,0 +1,134 @@
+"""Truths kept in references/data to the rounding of doubles, so that a report needs no heyoka."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from galvi import Problem, Trajectory
+from galvi.arrays import Array, read_only
+from references.as_trajectory import outcome
+from references.contender import Contender, require
+from references.heyoka.engine import engine_name
+from references.setting import check_keys, described, sample_times
+from references.stored.planets import FOLDER, LOOSER, TOLERANCE
+
+EVERY = 0.5  # of a problem's unit of time, between states that are kept
+Identity = dict[str, list[float]]
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """One file: whose it is, times since the start (saved,), q (saved, ...) and p (saved, d)."""
+
+    identity: Identity
+    t: Array
+    q: Array
+    p: Array
+
+
+@dataclass(frozen=True, eq=False)
+class StoredStates:
+    """The states of some problems, for exactly those that were integrated; their t0 is free.
+
+    module    that makes the files anew, with ``python -m``
+    cases     file: problem and horizon, in its unit of time
+    engine    heyoka in quadruple precision
+    knows     problem -> whether it is of the kind that has an identity
+    identity  problem -> the numbers that tell it from another, to the last bit
+    columns   titles of the entries of q and p
+
+    Setting: samples. Duration and samples must fall on times that are kept, every half unit.
+    Accurate to the rounding of the states.
+    """
+
+    name: str
+    module: str
+    cases: Mapping[str, tuple[Problem, float]]
+    engine: Contender
+    knows: Callable[[Problem], bool]
+    identity: Callable[[Problem], Identity]
+    columns: Callable[[Problem], Sequence[str]]
+    exact: bool = True
+    missing: str = ""
+
+    @cached_property
+    def files(self) -> Mapping[str, Kept]:
+        """What was read, by case."""
+        return {case: self._read(case) for case in self.cases}
+
+    def supports(self, problem: Problem) -> bool:
+        """By its identity, compared bit for bit."""
+        return self._of(problem) is not None
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Look up; see `Contender`. ValueError for times that are not kept."""
+        require(self, problem)
+        check_keys(setting, ("samples",))
+        times = sample_times(problem.t0, duration, setting)
+        known = self._of(problem)
+        assert known is not None
+        since = times - problem.t0
+        rows = np.argmin(np.abs(since[:, None] - known.t), axis=1)
+        lost = since != known.t[rows]
+        if np.any(lost):
+            raise ValueError(
+                f"the stored truth is kept every {EVERY:g} up to {known.t[-1]:g} after the start; "
+                f"received a sample at {since[lost][0]:g}. Choose a duration and samples among "
+                "these."
+            )
+        method = described(self.name, setting, f"heyoka, real128, tolerance {TOLERANCE}")
+        return outcome(problem, method, times, known.q[rows], p=known.p[rows], counts={"steps": 0})
+
+    def table(self, case: str) -> str:
+        """The text of one file; raises ModuleNotFoundError without heyoka's real128."""
+        problem, horizon = self.cases[case]
+        samples = round(horizon / EVERY)
+        runs = [
+            self.engine.run(problem, horizon, {"samples": samples, "tolerance": tolerance})
+            for tolerance in (TOLERANCE, LOOSER)
+        ]
+        entries, others = (
+            np.concatenate([run.q.reshape(samples + 1, -1), run.p], axis=1) for run in runs
+        )
+        lines = [
+            f"# {problem.name}, the truth",
+            f"# source: {engine_name('real128')}, tolerance {TOLERANCE}, high_accuracy",
+            f"# accuracy: rounded to double; with {LOOSER} instead, "
+            f"{np.count_nonzero(entries != others)} of {entries.size} numbers differ",
+            f"# made by: python -m {self.module} {case}",
+            f"# units: {problem.units}; t since the start",
+            *(f"# {key}: " + " ".join(map(repr, x)) for key, x in self.identity(problem).items()),
+            ",".join(["t", *self.columns(problem)]),
+        ]
+        for t, row in zip((runs[0].t - problem.t0).tolist(), entries.tolist(), strict=True):
+            lines.append(",".join(map(repr, [t, *row])))
+        return "\n".join(lines) + "\n"
+
+    def write(self, cases: Sequence[str]) -> None:
+        """Make these files anew, or all."""
+        for case in cases or self.cases:
+            (FOLDER / f"{case}.csv").write_text(self.table(case), encoding="ascii")
+            print(f"wrote references/data/{case}.csv")
+
+    def _of(self, problem: Problem) -> Kept | None:
+        if not self.knows(problem):
+            return None
+        identity = self.identity(problem)
+        return next((kept for kept in self.files.values() if kept.identity == identity), None)
+
+    def _read(self, case: str) -> Kept:
+        problem, _ = self.cases[case]
+        lines = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
+        header = dict(line[2:].split(": ", 1) for line in lines if line[0] == "#" and ": " in line)
+        identity = {
+            name: [float(x) for x in header[name].split()] for name in self.identity(problem)
+        }
+        rows = np.array([[float(x) for x in ln.split(",")] for ln in lines if ln[0].isdigit()])
+        t, q, p = np.split(rows, [1, 1 + problem.q0.size], axis=1)
+        q = q.reshape(-1, *problem.q0.shape)
+        return Kept(identity, *map(read_only, (t[:, 0], q, p)))

@@ -1,0 +1,1 @@
+"""Textbook methods, written independently of galvi."""

@@ -1,0 +1,127 @@
+"""Implicit Euler, order 1 (H figure 1.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi import Canonical, NBody, Problem, Trajectory, input_checks
+from galvi.arrays import Array
+from galvi.trajectory import COMPLETED
+from references.as_trajectory import Failure, outcome
+from references.contender import require
+from references.newton import is_forced
+from references.setting import check_keys, described, fixed_steps
+
+ROUND_OFF = 8.0 * float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True)
+class ImplicitEuler:
+    """q' = q + h v', v' = v + h a(q', t + h), by Newton's method from the explicit guess.
+
+    Setting: step, save_every, tolerance (last Newton update relative to |q| + h |v|, default
+    8 eps), max_iterations (default 50). A solve that does not get there ends the run, unless
+    accept_unconverged is set: then its last iterate is taken, as by a solver that does not look,
+    and status and counts["unconverged_steps"] say so.
+    """
+
+    name: str = "implicit Euler"
+    order: int = 1
+    exact: bool = False
+    missing: str = ""
+
+    def supports(self, problem: Problem) -> bool:
+        """Any system whose force depends on q and t alone."""
+        return isinstance(problem.system, (Canonical, NBody)) and not is_forced(problem)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Equal steps; see `Contender`."""
+        require(self, problem)
+        check_keys(
+            setting, ("step", "save_every", "tolerance", "max_iterations", "accept_unconverged")
+        )
+        steps = fixed_steps(duration, setting)
+        tolerance = input_checks.positive("tolerance", setting.get("tolerance", ROUND_OFF))
+        limit = input_checks.whole("max_iterations", setting.get("max_iterations", 50))
+        times = steps.times(problem.t0)
+        q, v, a = problem.q0, problem.v0, problem.system.acceleration(problem.q0, problem.t0)
+        saved_q, saved_v = (np.full((len(times), *q.shape), np.nan) for _ in "qv")
+        saved_q[0], saved_v[0] = q, v
+        row, iterations, stalled, failure = 1, 0, [], None
+        for k in range(1, steps.count + 1):
+            with np.errstate(all="ignore"):
+                q, used, converged = _solve(problem, q, v, a, k, steps.step, tolerance, limit)
+                a = problem.system.acceleration(q, problem.t0 + k * steps.step)
+            v = v + steps.step * a
+            iterations += used
+            if not converged:
+                stalled.append(k)
+            if not np.all(np.isfinite(v)) or (stalled and not setting.get("accept_unconverged")):
+                failure = Failure(row=row, step=k, why=_stalled(k, used, problem.t0, steps.step))
+                break
+            if k == steps.saved[row]:
+                saved_q[row], saved_v[row] = q, v
+                row += 1
+        return outcome(
+            problem,
+            described(self.name, setting),
+            times,
+            saved_q,
+            saved_v,
+            counts={
+                "steps": k if failure is None else k - 1,
+                "unconverged_steps": len(stalled),
+                "iterations": iterations,
+                "force_evaluations": iterations + k + 1,
+                "hessian_evaluations": iterations,
+                "linear_solves": iterations,
+            },
+            step=steps.step,
+            failure=failure,
+            status=_accepted(stalled) if stalled else COMPLETED,
+        )
+
+
+def _stalled(k: int, used: int, t0: float, h: float) -> str:
+    return (
+        f"Newton's method stopped converging in step {k}, from t = {t0 + (k - 1) * h:.6g}, after "
+        f"{used} iterations. Choose a smaller step, or end the run earlier."
+    )
+
+
+def _accepted(stalled: list[int]) -> str:
+    return (
+        f"Completed, but Newton's method did not converge in {len(stalled)} steps, first in step "
+        f"{stalled[0]}; from there on these are not states of implicit Euler."
+    )
+
+
+def _solve(
+    problem: Problem, q: Array, v: Array, a: Array, k: int, h: float, tolerance: float, limit: int
+) -> tuple[Array, int, bool]:
+    """Newton's last iterate for the configuration after step k, its number, and its success."""
+    system = problem.system
+    t = problem.t0 + k * h
+    drifted = q + h * v
+    size = np.max(np.abs(q)) + abs(h) * np.max(np.abs(v))
+    new = drifted + h**2 * a
+    for iteration in range(1, limit + 1):
+        residual = new - drifted - h**2 * system.acceleration(new, t)
+        slope = np.eye(q.size) - h**2 * system.acceleration_jacobian(new, t)
+        if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(slope))):
+            break
+        try:
+            update = np.linalg.solve(slope, residual.ravel()).reshape(q.shape)
+        except np.linalg.LinAlgError:
+            break
+        new = new - update
+        if np.max(np.abs(update)) <= tolerance * size:
+            return new, iteration, True
+    return new, iteration, False
+
+
+IMPLICIT_EULER = ImplicitEuler()

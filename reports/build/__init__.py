@@ -1,0 +1,1 @@
+"""Verification, comparison and the page, put together."""

@@ -1,0 +1,58 @@
+"""What the verdicts add up to: counts, differences from what was expected, one sentence."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from benchmarks.checks.bounds import NOT_RUN
+from benchmarks.checks.claim import Row
+from benchmarks.claims.agreement import SOURCE
+
+VERDICTS = ("holds", "exceeds", "contradicted", "not run", "informative")
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Rows of claims, counted.
+
+    differing  rows whose verdict is not the expected one
+    """
+
+    rows: tuple[Row, ...]
+
+    @property
+    def differing(self) -> tuple[Row, ...]:
+        return tuple(row for row in self.rows if row.verdict != row.expected)
+
+    @property
+    def as_expected(self) -> bool:
+        """Whether something was measured and nothing came out differently."""
+        return any(row.verdict != NOT_RUN for row in self.rows) and not self.differing
+
+    def __str__(self) -> str:
+        agreements = {row.id for row in self.rows if row.source == SOURCE}
+        claims = {row.id for row in self.rows} - agreements
+        kinds = ((len(claims), "claim"), (len(agreements), "agreement"))
+        of = " and ".join(_many(count, noun) for count, noun in kinds if count)
+        counts = Counter(row.verdict for row in self.rows)
+        counted = ", ".join(f"{counts[v]} {v}" for v in VERDICTS if counts[v])
+        if not self.rows:
+            return "No claim was checked."
+        checks = f"{of} in {_many(len(self.rows), 'check')}: {counted}"
+        if counts[NOT_RUN] == len(self.rows):
+            return f"{checks}; nothing was measured."
+        if not self.differing:
+            return f"{checks}; every verdict is the expected one."
+        differ = "differs" if len(self.differing) == 1 else "differ"
+        named = ", ".join(dict.fromkeys(row.id for row in self.differing))
+        return f"{checks}; {len(self.differing)} {differ} from what was expected ({named})."
+
+
+def summary(rows: Iterable[Row]) -> Summary:
+    return Summary(tuple(rows))
+
+
+def _many(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

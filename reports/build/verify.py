@@ -1,0 +1,116 @@
+"""`verify`: check the claims and agreements, write what came out, and print it.
+
+claims.csv    every row, with those of claims that were not chosen as they were, and when
+verify.xml    JUnit, for a forge's CI
+verify.md     the same to read; also appended to the summary of a forge's job
+frames/       the studies' frames
+tables/       claims and convergence
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from reports.build.junit import junit
+from reports.build.markdown_summary import markdown, write_job_summary
+from reports.build.summary import Summary, summary
+from reports.cli.options import Order
+from reports.results.atomic import write
+from reports.results.cache import Parts
+from reports.results.changes import Change, changes
+from reports.results.claim_results import ClaimResult, check
+from reports.results.engines import Engines
+from reports.results.kept_rows import marked, merged, written
+from reports.results.origins import note_origin, read_origins
+from reports.results.suite import Suite
+from reports.results.terminal import show, show_changes, show_engines
+from reports.tables.claims_table import claims_frame, readable_claims
+from reports.tables.convergence_table import convergence_frame
+from reports.tables.writing import as_csv, write_table
+
+CLAIMS = "claims.csv"
+
+
+@dataclass(frozen=True, eq=False)
+class Verified:
+    """What `verify` found.
+
+    changed  against the rows that were there before
+    """
+
+    checked: tuple[ClaimResult, ...]
+    engines: Engines
+    changed: tuple[Change, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every verdict is the expected one, and every required engine is there."""
+        return verdicts(self.checked).as_expected and not self.engines.wanting
+
+
+def verify(suite: Suite, order: Order, parts: Parts | None = None) -> Verified:
+    """Check the chosen claims, all when none is chosen; write, print, and return what came out.
+
+    parts  of a build: its studies; None keeps none
+    """
+    chosen = [claim for claim in suite.claims if not order.claims or claim.id in order.claims]
+    engines = Engines(suite.engines(), order.require)
+    checked = check(chosen, suite.make_method, order.quick, suite.unavailable(), parts)
+    found = Verified(tuple(checked), engines, tuple(_write(checked, suite, order)))
+    seen = verdicts(checked)
+    text = markdown(seen, found.changed, engines)
+    write(order.out / "verify.xml", junit(checked, engines))
+    write(order.out / "verify.md", text)
+    write_job_summary(text)
+    show(seen)
+    show_changes(found.changed)
+    show_engines(engines)
+    return found
+
+
+def verdicts(checked: Sequence[ClaimResult]) -> Summary:
+    return summary(row for one in checked for row in one.rows)
+
+
+def _write(checked: Sequence[ClaimResult], suite: Suite, order: Order) -> list[Change]:
+    """Tables and frames; what changed."""
+    rows = [row for one in checked for row in one.rows]
+    origin = {
+        **suite.provenance(order.command),
+        "setting": "quick" if order.quick else "default",
+    }
+    dates = {one.claim.id: one.run or origin.get("date", "") for one in checked}
+    now = marked(_dated(claims_frame(rows), "id", dates), origin)
+    before_origin = read_origins(order.out).get(CLAIMS, {})
+    before = written(order.out / CLAIMS, "id", before_origin)
+    table = _with_kept(before, now, "id", checked, suite)
+    write(order.out / CLAIMS, as_csv(table))
+    note_origin(order.out, CLAIMS, suite.provenance(order.command), order.quick)
+    tables = order.out / "tables"
+    write_table(tables, "claims", table, readable_claims(table))
+    rates = marked(_dated(convergence_frame(checked), "claim", dates), origin)
+    kept = written(tables / "convergence.csv", "claim", before_origin)
+    write_table(tables, "convergence", _with_kept(kept, rates, "claim", checked, suite))
+    for one in checked:
+        path = order.out / "frames" / f"{one.claim.id}.csv"
+        if one.frame is None:
+            path.unlink(missing_ok=True)
+        else:
+            write(path, as_csv(one.frame))
+    return changes(before, now)
+
+
+def _dated(table: pd.DataFrame, key: str, dates: Mapping[str, str]) -> pd.DataFrame:
+    """With the date of the run that measured each row's claim."""
+    return table.assign(date=[dates[name] for name in table[key]])
+
+
+def _with_kept(
+    before: pd.DataFrame | None, now: pd.DataFrame, key: str, checked: Sequence[ClaimResult],
+    suite: Suite,
+) -> pd.DataFrame:  # fmt: skip
+    known = [claim.id for claim in suite.claims]
+    return merged(before, now, key, {one.claim.id for one in checked}, known)

@@ -1,0 +1,208 @@
+"""The command line: which words it knows, and the exit status.
+
+0    done, and every verdict is the expected one; nothing got worse
+1    a verdict differs from the expected one, something was not run, or something got worse
+2    a word was mistyped and nothing was run, there is nothing to compare with, or another build is
+     at work in the folder
+130  interrupted
+"""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from reports.cli.errors import UsageError, choose_claims, choose_engines, sentence
+from reports.cli.options import OUT, Order
+from reports.results.suite import Suite
+
+Load = Callable[[], Suite]
+INTERRUPTED = 130
+QUICK = typer.Option(False, "--quick", help="Fewer and shorter runs: under a minute.")
+REQUIRE = typer.Option(
+    None, "--require", metavar="rebound,mujoco", help="Engines whose absence is a failure."
+)
+CLAIMS = typer.Option("", "--claims", metavar="V3,V5", help="Only these claims.")
+CONTENDER = typer.Option(
+    [],
+    "--contender",
+    metavar="package.module:Class",
+    help="Somebody else's integrator, to stand beside ours; may be given again.",
+)
+ANEW = typer.Option(False, "--anew", help="Take up nothing of a build that was stopped.")
+FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Where to write.")
+
+
+def application(load: Load, command: str) -> typer.Typer:
+    """The commands over the suite that `load` gives; each returns the exit status."""
+    app = typer.Typer(
+        add_completion=False,
+        rich_markup_mode=None,
+        help="Check the papers' claims, compare methods, and write tables, figures and a page.",
+    )
+
+    def order(
+        suite: Suite,
+        quick: bool,
+        out: Path,
+        claims: str = "",
+        require: str | None = None,
+        contenders: Sequence[str] = (),
+        anew: bool = False,
+    ) -> Order:
+        chosen = choose_claims(claims, [claim.id for claim in suite.claims])
+        engines = () if require is None else choose_engines(require, suite.engines())
+        if out.exists() and not out.is_dir():
+            raise typer.BadParameter(f"--out expects a folder; received the file {out}.")
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=out).close()
+        except OSError as error:
+            raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
+        return Order(quick, chosen, out, command, engines, tuple(contenders), anew)
+
+    @app.callback(invoke_without_command=True)
+    def everything(
+        context: typer.Context,
+        quick: bool = QUICK,
+        claims: str = CLAIMS,
+        contender: list[str] = CONTENDER,
+        anew: bool = ANEW,
+        out: Path = FOLDER,
+    ) -> int:
+        if context.invoked_subcommand is None:
+            return build_all(quick, claims, contender, anew, out)
+        named = (("quick", quick), ("claims", claims), ("contender", contender), ("anew", anew))
+        given = [f"--{name}" for name, value in named if value]
+        given += ["--out"] if out != OUT else []
+        if given:
+            raise typer.BadParameter(
+                f"{' and '.join(given)} must follow the command, "
+                f"as in: {context.invoked_subcommand} {given[0]}."
+            )
+        return 0
+
+    @app.command("verify", help="Run the claims' checks; exit 1 when a verdict is unexpected.")
+    def verify_claims(
+        quick: bool = QUICK,
+        claims: str = CLAIMS,
+        require: str = REQUIRE,
+        contender: list[str] = CONTENDER,
+        out: Path = FOLDER,
+    ) -> int:
+        from reports.build.verify import verify
+        from reports.results.external import joined
+
+        known = load()
+        with joined(known, contender) as suite:
+            passed = verify(suite, order(suite, quick, out, claims, require)).passed
+            faults = list(suite.faults())
+        for fault in faults:
+            print(fault, file=sys.stderr)
+        return int(not passed or bool(faults))
+
+    @app.command("compare", help="Time methods and peers at matched error.")
+    def compare_methods(
+        quick: bool = QUICK, contender: list[str] = CONTENDER, out: Path = FOLDER
+    ) -> int:
+        from reports.results.comparison import compare
+        from reports.results.external import joined
+
+        known = load()
+        with joined(known, contender) as suite:
+            failures = compare(suite, order(suite, quick, out)).failures
+        for failure in failures:
+            print(failure, file=sys.stderr)
+        return int(bool(failures))
+
+    @app.command("build", help="Both, with figures and the page; goes on where it was stopped.")
+    def build_all(
+        quick: bool = QUICK,
+        claims: str = CLAIMS,
+        contender: list[str] = CONTENDER,
+        anew: bool = ANEW,
+        out: Path = FOLDER,
+    ) -> int:
+        from reports.build.build import build
+        from reports.results.external import joined
+
+        known = load()
+        with joined(known, contender) as suite:
+            asked = order(suite, quick, out, claims, contenders=contender, anew=anew)
+            verified, compared, studied = build(suite, asked)
+            faults = suite.faults()
+        failures = [*compared.failures, *(one.failure for one in studied if one.failure), *faults]
+        for failure in dict.fromkeys(failures):
+            print(failure, file=sys.stderr)
+        return int(not verified.passed or bool(failures))
+
+    @app.command("studies", help="The long studies: hours, in parts; goes on where it was.")
+    def long_studies(out: Path = FOLDER) -> int:
+        from reports.build.studies import run_studies
+
+        suite = load()
+        failures = run_studies(suite, order(suite, False, out))
+        for failure in failures:
+            print(failure, file=sys.stderr)
+        return int(bool(failures))
+
+    @app.command("export", help="Write a table of the report as CSV, Parquet, LaTeX or Markdown.")
+    def export_table(
+        name: str = typer.Argument(..., metavar="TABLE", help="E.g. work_precision, ratios."),
+        form: str = typer.Option("csv", "--format", metavar="parquet|latex|csv|markdown"),
+        sort: str = typer.Option("", "--sort", metavar="error,-seconds", help="Columns."),
+        to: Path = typer.Option(None, "--to", metavar="FILE", help="Not in tables/."),
+        out: Path = FOLDER,
+    ) -> int:
+        from reports.cli.export import export
+
+        columns = [word.strip() for word in sort.split(",") if word.strip()]
+        print(export(out, name, form, columns, to))
+        return 0
+
+    @app.command("track", help="The history of benches; with --against, what got worse.")
+    def track_performance(
+        against: str = typer.Option(None, "--against", metavar="REV", help="A commit or a branch."),
+        only: list[str] = typer.Option([], "--only", metavar="TEXT", help="Part of a name."),
+        isolate: bool = typer.Option(False, "--isolate", help="Install both sides: minutes."),
+        quick: bool = QUICK,
+        out: Path = FOLDER,
+    ) -> int:
+        from reports.tracking.command import track_command
+
+        suite = load()
+        asked = order(suite, quick, out)
+        return track_command(asked, suite.provenance(command), against, only, isolate)
+
+    @app.command("readme", help="Renew the results table and the picture of README.md.")
+    def renew_readme(out: Path = FOLDER) -> int:
+        from reports.tables.readme import renew
+
+        if not (out / "index.html").is_file():
+            raise typer.BadParameter(f"{out} holds no report yet; run build first.")
+        renew(Path("README.md"), out)
+        return 0
+
+    return app
+
+
+def run(load: Load, arguments: Sequence[str]) -> int:
+    """Do what the arguments ask; the exit status. Usage errors become one sentence on stderr."""
+    command = shlex.join(["python", "-m", "reports", *arguments])
+    app: Any = application(load, command)
+    try:
+        status = app(list(arguments), prog_name="python -m reports", standalone_mode=False)
+    except UsageError as error:
+        print(sentence(error, [one.name for one in app.registered_commands]), file=sys.stderr)
+        return 2
+    except (KeyboardInterrupt, typer.Abort):
+        status = INTERRUPTED
+    if status == INTERRUPTED:  # typer, too, makes this status of an interrupt
+        print("Interrupted; the files of finished parts are whole.", file=sys.stderr)
+    return int(status or 0)

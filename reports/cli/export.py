@@ -1,0 +1,96 @@
+"""`export`: a table of a report in the form that another program reads, sorted as one likes."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+import typer
+
+from benchmarks.store.atomic import write
+from references.setting import nearest
+from reports.tables.writing import as_csv, as_latex, as_markdown
+
+FORMATS = {"csv": ".csv", "parquet": ".parquet", "latex": ".tex", "markdown": ".md"}
+WITHOUT_PARQUET = (
+    "Parquet needs pyarrow: pip install pyarrow, or make install EXTRAS=suite,dev,parquet"
+)
+
+
+def export(out: Path, name: str, form: str, sort: Sequence[str], to: Path | None) -> Path:
+    """Write the table `name` of the report in `out`; where it lies.
+
+    form  one of FORMATS
+    sort  columns, the first first; "-seconds" from the largest down
+    to    the file; tables/NAME.SUFFIX in `out` when None, which a build writes anew
+
+    Numbers keep all their digits but in LaTeX and Markdown, which are to be read. What is not known
+    comes last. Raises typer.BadParameter, in a sentence, for a name or a column that is not known.
+    """
+    if form not in FORMATS:
+        raise typer.BadParameter(
+            f"--format expects {', '.join(FORMATS)}; received {form!r}; "
+            f"did you mean {nearest(form, FORMATS)!r}?"
+        )
+    table = ordered(_read(out, name), sort)
+    path = to or out / "tables" / f"{name}{FORMATS[form]}"
+    if path.is_dir():
+        raise typer.BadParameter(f"--to expects a file; received the folder {path}.")
+    return write(path, _written(table, form))
+
+
+def tables(out: Path) -> dict[str, Path]:
+    """The tables of a report by name: those beside its page, then those in tables/."""
+    beside = {path.stem: path for path in sorted(out.glob("*.csv"))}
+    return {path.stem: path for path in sorted((out / "tables").glob("*.csv"))} | beside
+
+
+def ordered(table: pd.DataFrame, sort: Sequence[str]) -> pd.DataFrame:
+    """The rows by these columns, numbers by size; rows that are equal in them keep their order."""
+    falling = [word.startswith("-") for word in sort]
+    columns = [word.removeprefix("-") for word in sort]
+    for column in columns:
+        if column not in table:
+            raise typer.BadParameter(
+                f"the table has no column {column!r}; did you mean "
+                f"{nearest(column, table.columns)!r} (it has {', '.join(table.columns)})?"
+            )
+    if not columns:
+        return table
+    return table.sort_values(
+        columns, ascending=[not down for down in falling], kind="stable", na_position="last",
+        ignore_index=True,
+    )  # fmt: skip
+
+
+def _read(out: Path, name: str) -> pd.DataFrame:
+    known = tables(out)
+    if not known:
+        raise typer.BadParameter(f"{out} holds no table yet; run compare or build first.")
+    if name not in known:
+        raise typer.BadParameter(
+            f"there is no table {name!r}; did you mean {nearest(name, known)!r} "
+            f"(known: {', '.join(known)})?"
+        )
+    try:
+        return pd.read_csv(known[name])
+    except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors
+        why = " ".join(str(error).split())
+        raise typer.BadParameter(f"{known[name]} cannot be read: {why}.") from None
+
+
+def _written(table: pd.DataFrame, form: str) -> str | bytes:
+    if form == "csv":
+        return as_csv(table)
+    if form == "latex":
+        return as_latex(table)
+    if form == "markdown":
+        return as_markdown(table)
+    into = io.BytesIO()
+    try:
+        table.to_parquet(into, engine="pyarrow", index=False)
+    except ImportError:
+        raise typer.BadParameter(f"{WITHOUT_PARQUET}.") from None
+    return into.getvalue()

@@ -1,0 +1,92 @@
+"""The figures of V23 and V24: M's figure 3, one sand particle in the wind of a helicopter."""
+
+from __future__ import annotations
+
+from benchmarks.claims.vector_spaces import v23_brownout_order as v23
+from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
+from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY
+from reports.figures.figure import Figure
+from reports.figures.plots.convergence import convergence_in_h
+from reports.figures.plots.rate import Rate
+from reports.figures.plots.traces import STEP, traces
+
+SOURCE = "M fig. 3"
+PLACE = "largest error of the place [m]"
+SHOWN = "Solid line: fit over the filled points; dashed, a little above: the rate claimed"
+
+
+def _rates(start: str) -> tuple[Rate, ...]:
+    euler = Rate(start, v23.ERROR, "Euler", v23.FLOOR[start], claimed=1.0, n=1)
+    ours = (
+        Rate(start, v23.ERROR, f"$N={N}$", v23.FLOOR[start], claimed=2.0 * N, n=N + 1)
+        for N in v23.DEGREES
+    )
+    return (euler, *ours)
+
+
+BROWNOUT_FIGURES: tuple[Figure, ...] = (
+    *(
+        Figure(
+            name=name,
+            source=SOURCE,
+            title=f"A sand particle in a rotor's wind, {title}",
+            claims=("V23",),
+            draw=convergence_in_h,
+            options={"rates": _rates(start), "ylabel": PLACE},
+            caption=f"{SHOWN}. Euler: semi-implicit. {caption}",
+            size=(6.4, 4.4),
+        )
+        for name, start, title, caption in (
+            (
+                "m-fig-3-left",
+                AWAY,
+                "never at rest in the air",
+                "The drag is quadratic in the velocity relative to the air.",
+            ),
+            (
+                "m-fig-3-left-crossing",
+                ACROSS,
+                "overtaken by the air",
+                "Where the velocity relative to the air is 0 the drag's second derivative jumps, "
+                "and in the end no degree has an order above 3.",
+            ),
+        )
+    ),
+    Figure(
+        name="m-fig-3-left-saturation",
+        source=SOURCE,
+        title=f"A sand particle, N = {v23.SATURATING}: the solve stopped early",
+        claims=("V23",),
+        draw=traces,
+        options={
+            "quantity": v23.ERROR,
+            "against": STEP,
+            "labels": {
+                **{v23.stopped_at(t): f"stopped at {t:.0e}" for t in v23.TOLERANCES},
+                v23.SOLVED: "solved to round-off",
+            },
+            "xlabel": "step size $h$ [s], smaller to the right",
+            "ylabel": PLACE,
+        },
+        caption="Newton's iteration ends once a change is below this part of the place.",
+    ),
+    Figure(
+        name="m-fig-3-right",
+        source=SOURCE,
+        title="A sand particle: error against time",
+        claims=("V24",),
+        draw=traces,
+        options={
+            "quantity": v24.ERROR,
+            "against": v24.SECONDS,
+            "labels": {
+                v24.EULER: "semi-implicit Euler",
+                **{v24.label_of(N): f"$N={N}$" for N in v24.DEGREES},
+            },
+            "xlabel": "time to solution [s]",
+            "ylabel": PLACE,
+        },
+        caption="Medians of one interleaved run, both in compiled code, Python's part included: "
+        "setting up a run of galvi takes some milliseconds.",
+    ),
+)

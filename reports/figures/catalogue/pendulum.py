@@ -1,0 +1,180 @@
+"""The figures of L6 to L9, L14 and L15: H 3.5 to 3.9, other charts and groups, curves."""
+
+from __future__ import annotations
+
+import math
+
+from benchmarks.claims.lie_groups import l07_pendulum_order as l07
+from benchmarks.claims.lie_groups import l08_pendulum_energy as l08
+from benchmarks.claims.lie_groups import l09_pendulum_near_chart_limit as l09
+from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
+from benchmarks.claims.lie_groups import l15_curves_between_ends as l15
+from benchmarks.claims.lie_groups import pendulum_motion
+from reports.figures.figure import Figure
+from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
+from reports.figures.plots.history import history
+from reports.figures.plots.jumps import jumps
+from reports.figures.plots.limits import limits
+from reports.figures.plots.rate import Rate
+from reports.figures.plots.sphere import sphere
+
+SOLID = "Solid line: fit over the filled points; hollow points are not small yet, or round-off"
+DASHED = f"{SOLID}; dashed, a little above: the rate claimed."
+ATTITUDE = "largest error of the attitude"
+
+
+def _orders(study: str, quantity: str, ns: tuple[int, ...], floor: float) -> tuple[Rate, ...]:
+    return tuple(Rate(study, quantity, f"$n={n}$", floor, n=n) for n in ns)
+
+
+PENDULUM_FIGURES: tuple[Figure, ...] = (
+    Figure(
+        name="fig-3-05",
+        source="H fig. 3.5",
+        title=f"3D pendulum, h = {pendulum_motion.STEP:g}, T = {pendulum_motion.DURATION:g}",
+        claims=("L6",),
+        draw=convergence_in_n,
+        options={
+            "rates": (
+                Rate("n-refinement", "one-step error", "one-step", pendulum_motion.FLOOR),
+                Rate("n-refinement", "curve error", "curve", pendulum_motion.FLOOR),
+            ),
+            "ylabel": ATTITUDE,
+        },
+        caption=f"{SOLID}. H sees one error for both; step ends have about the square of the "
+        "curve's.",
+    ),
+    Figure(
+        name="fig-3-06",
+        source="H fig. 3.6",
+        title="3D pendulum: one-step error, fixed final time T = 5",
+        claims=("L7",),
+        draw=convergence_in_h,
+        options={
+            "rates": tuple(
+                Rate(l07.FIXED_TIME, "one-step error", f"$n={n}$", l07.FLOOR, claimed=float(n), n=n)
+                for n in l07.NS
+            ),
+            "ylabel": ATTITUDE,
+        },
+        caption=DASHED,
+        size=(6.4, 4.4),
+    ),
+    Figure(
+        name="fig-3-07",
+        source="H fig. 3.7",
+        title=f"3D pendulum: energy error in time, n = {l08.N}, h = {l08.STEP:g}, "
+        f"{l08.STEPS} steps",
+        claims=("L8",),
+        draw=history,
+        options={
+            "quantity": l08.QUANTITY,
+            "ylabel": "relative energy error",
+            "xlabel": "time $t$",
+        },
+        caption="At step ends. What grows with time leaves the band.",
+    ),
+    Figure(
+        name="fig-3-08",
+        source="H fig. 3.8",
+        title=f"3D pendulum from upside down, n = {l09.N}, h = {l09.STEP:g}",
+        claims=("L9",),
+        draw=sphere,
+        options={
+            "panels": {
+                l09.named(l09.LIGHT, "Cayley"): "$m g = 9.81$, Cayley chart",
+                l09.named(l09.HEAVY, "exponential"): "$m g = 29.43$, exponential chart",
+            },
+            "curve": l09.CURVE,
+            "ends": l09.ENDS,
+        },
+        caption=f"The centre of mass in the first {l09.SHOWN} steps, from the top (orange); dots: "
+        "the ends of the steps, lines: the Galerkin curves between them. With Cayley's chart the "
+        "run of the heavier body ends in its third step.",
+        size=(9.0, 4.6),
+    ),
+    Figure(
+        name="fig-3-09",
+        source="H fig. 3.9",
+        title=f"3D pendulum from upside down: energy, n = {l09.N}, h = {l09.STEP:g}",
+        claims=("L9",),
+        draw=jumps,
+        options={
+            "quantity": l09.ENERGY,
+            "runs": {
+                l09.named(l09.LIGHT, "Cayley"): "9.81, Cayley",
+                l09.named(l09.HEAVY, "exponential"): "29.43, exponential",
+                l09.named(l09.HEAVY, "Cayley"): "29.43, Cayley",
+            },
+            "steps": {
+                f"one step, {name} chart": f"{name} chart" for name in ("exponential", "Cayley")
+            },
+            "turn": l09.TURN,
+            "change": l09.CHANGE,
+            "limit": math.pi,
+        },
+        caption="Left: runs for two weights m g; crosses where one ends early. Right: single steps "
+        "from states of DOP853's run with m g = 29.43; Cayley's chart jumps as a step nears half a "
+        "turn (dashed), the exponential one does not. Steps that were not solved are left out.",
+        size=(9.6, 3.8),
+    ),
+    *(
+        Figure(
+            name=name,
+            source="H 3.6.1",
+            title=f"one-step error, {study}",
+            claims=("L14",),
+            draw=convergence_in_h,
+            options={
+                "rates": _orders(study, l14.QUANTITY, l14.CASES[study].ns, l14.FLOOR),
+                "ylabel": "largest error of $q$",
+            },
+            caption=f"T = {l14.DURATION:g}. {SOLID}.",
+        )
+        for name, study in (
+            ("exponential-chart", "3D pendulum, exponential chart"),
+            ("se3", "SE(3), exponential chart"),
+            ("product-group", "SO(3) x R^3, exponential chart"),
+        )
+    ),
+    Figure(
+        name="chart-limits",
+        source="H 3.6.1",
+        title="where two charts end",
+        claims=("L14",),
+        draw=limits,
+        options={
+            "quantity": l14.TURNED,
+            "charts": {"Cayley": (math.pi, "$\\pi$"), "exponential": (2 * math.pi, "$2 \\pi$")},
+        },
+        caption=f"One step of a body that turns steadily, n = {l14.SPIN}; crosses on top: the run "
+        "ended with a status. Dashed: the limits.",
+    ),
+    Figure(
+        name="curve-between-same-ends",
+        source="H thm. 3.3.3",
+        title=f"one step of the 3D pendulum, h = {l15.STEP:g}",
+        claims=("L15",),
+        draw=convergence_in_n,
+        options={
+            "rates": (
+                Rate(l15.IN_N, l15.ENDS, "end", l15.FLOOR[l15.ENDS]),
+                Rate(l15.IN_N, l15.CURVE, "curve", l15.FLOOR[l15.CURVE]),
+            ),
+            "ylabel": "error of the end, distance of the curve",
+        },
+        caption=f"{SOLID}. The curve against the exact motion between the same attitudes.",
+    ),
+    Figure(
+        name="curve-between-same-ends-h",
+        source="H thm. 3.3.4",
+        title="one step of the 3D pendulum: distance of the curve",
+        claims=("L15",),
+        draw=convergence_in_h,
+        options={
+            "rates": _orders(l15.IN_H, l15.CURVE, l15.NS, l15.FLOOR[l15.CURVE]),
+            "ylabel": "distance in $W^{1,1}$",
+        },
+        caption=f"{SOLID}. Against the exact motion between the same attitudes.",
+    ),
+)

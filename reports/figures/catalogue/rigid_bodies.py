@@ -1,0 +1,143 @@
+"""The figures of H in L1 to L5 (1.2 and 3.1 to 3.4), each as data."""
+
+from __future__ import annotations
+
+from benchmarks.claims.lie_groups import l01_methods_without_a_group as l01
+from benchmarks.claims.lie_groups import l02_free_body_convergence_in_n as l02
+from benchmarks.claims.lie_groups import l03_free_body_order as l03
+from benchmarks.claims.lie_groups import l04_free_body_energy as l04
+from benchmarks.claims.lie_groups.free_body import CAYLEY, EXPONENTIAL, FLOOR
+from galvi.problems.free_rigid_body import INERTIA
+from reports.figures.figure import Figure
+from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
+from reports.figures.plots.departures import departures
+from reports.figures.plots.history import history
+from reports.figures.plots.momentum_spheres import Sphere, momentum_spheres
+from reports.figures.plots.rate import Rate
+
+POINTS = "Solid line: fit over the filled points; hollow points are not small yet, or round-off"
+ATTITUDE = "largest error of an entry of $R$"
+LABELS = {
+    l01.EULER: "explicit Euler,\n$h=0.01$",
+    l01.ODE45: "RK45 (ode45),\ndefault",
+    l01.GALERKIN: f"galvi, $n={l01.N}$,\n$h=0.5$",
+}
+
+RIGID_BODIES: tuple[Figure, ...] = (
+    Figure(
+        name="fig-1-02",
+        source="H fig. 1.2",
+        title="Free rigid body: body momentum by methods that know no group, and by one that does",
+        claims=("L1",),
+        draw=momentum_spheres,
+        options={
+            "panels": (
+                Sphere("explicit Euler, h = 0.01", l01.EULER, lines=True),
+                Sphere("RK45 (ode45), default tolerances", l01.ODE45, lines=True),
+                Sphere(f"galvi, n = {l01.N}, h = 0.5", l01.GALERKIN),
+            ),
+            "inertia": INERTIA,
+        },
+        caption="Momenta over their length at the start, to t = 100. Grey: the exact curve, which "
+        "Euler's spiral leaves outwards. RK45 leaves the sphere by a millionth, which no picture "
+        "shows; the next figure does.",
+        size=(9.6, 3.5),
+    ),
+    Figure(
+        name="fig-1-02-departures",
+        source="H fig. 1.2",
+        title="Free rigid body: departure from the momentum sphere and from SO(3)",
+        claims=("L1",),
+        draw=departures,
+        options={"quantities": (l01.SPHERE, l01.GROUP), "labels": LABELS},
+        caption="Left: | |y| / |y(0)| - 1 |; right: the largest entry of |R^T R - I|.",
+        size=(9.6, 3.6),
+    ),
+    *(
+        Figure(
+            name="fig-3-01" if chart == CAYLEY else "fig-3-01-exponential",
+            source="H fig. 3.1",
+            title=f"Free rigid body, h = 0.5, T = 5, {chart} chart",
+            claims=("L2",),
+            draw=convergence_in_n,
+            options={
+                "rates": (
+                    Rate(l02.STUDIES[chart], l02.ENDS, "one-step", FLOOR),
+                    Rate(l02.STUDIES[chart], l02.CURVE, "curve", FLOOR, start=l02.FROM[chart]),
+                ),
+                "ylabel": ATTITUDE,
+            },
+            caption=f"{POINTS}. The curve's own rate is half that of the step ends"
+            + (f": the pole at a turn by pi gives {l02.POLE:.3f}^n." if chart == CAYLEY else "."),
+            size=(6.4, 4.4),
+        )
+        for chart in (CAYLEY, EXPONENTIAL)
+    ),
+    Figure(
+        name="fig-3-02",
+        source="H fig. 3.2",
+        title="Free rigid body: one-step error, T = 5, Cayley chart",
+        claims=("L3",),
+        draw=convergence_in_h,
+        options={
+            "rates": tuple(
+                Rate(l03.BODY_STUDY, l03.QUANTITY, f"$n={n}$", FLOOR, claimed=l03.claimed_order(n),
+                     n=n)
+                for n in l03.NS
+            ),
+            "ylabel": ATTITUDE,
+        },
+        caption=f"{POINTS}; dashed, a little above: the rate claimed. H reports order n for even "
+        "n and n - 1 for odd.",
+        size=(6.4, 4.4),
+    ),
+    Figure(
+        name="fig-3-02-pendulum",
+        source="H fig. 3.2",
+        title=f"3D pendulum, m g = {l03.WEIGHT:g}: error at T = 5, Cayley chart",
+        claims=("L3",),
+        draw=convergence_in_h,
+        options={
+            "rates": tuple(
+                Rate(l03.PENDULUM, l03.AT_END, f"$n={n}$", l03.END_FLOOR, n=n)
+                for n in l03.NS
+            ),
+            "ylabel": ATTITUDE,
+        },
+        caption=f"{POINTS}. Small turns, whose errors show the order 2 (n - 1) above round-off.",
+        size=(6.4, 4.4),
+    ),
+    *(
+        Figure(
+            name="fig-3-03" if n == l04.N else f"fig-3-03-n-{n}",
+            source="H fig. 3.3",
+            title=f"Free rigid body: energy error in time, n = {n}, h = 0.5, {l04.STEPS} steps",
+            claims=("L4",),
+            draw=history,
+            options={"quantity": quantity, "ylabel": "relative energy error",
+                     "xlabel": "time $t$"},
+            caption="At every fourth step end, from (R, p). What grows with time leaves the band; "
+            + ("the truncation error is below round-off here, and rounding wanders."
+               if n == l04.N else "this is the truncation error."),
+        )
+        for n, quantity in l04.QUANTITIES.items()
+    ),
+    Figure(
+        name="fig-3-04",
+        source="H fig. 3.4",
+        title="Free rigid body: body momenta from 12 starts, n = 8, h = 0.5, 800 steps",
+        claims=("L5",),
+        draw=momentum_spheres,
+        options={
+            "panels": (
+                Sphere("12 starts on the sphere", "sphere"),
+                Sphere("sphere and ellipsoid of one energy", "sphere", ellipsoid="2"),
+            ),
+            "inertia": INERTIA,
+        },
+        caption="Dots: momenta at every eighth step end; lines: the exact intersections of the "
+        "sphere of momentum with the ellipsoids of energy, which come in pairs. Right: the outside "
+        "of the sphere (blue) and of one ellipsoid (yellow), and the momenta of its energy.",
+        size=(9.6, 4.8),
+    ),
+)  # fmt: skip

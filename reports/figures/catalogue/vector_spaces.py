@@ -1,0 +1,107 @@
+"""The figures of V14, V17, V18 and V22: curves between the same points, M 6.1 and M section 5."""
+
+from __future__ import annotations
+
+from benchmarks.claims.vector_spaces import oscillator
+from benchmarks.claims.vector_spaces import v14_curves_between_ends as v14
+from benchmarks.claims.vector_spaces import v17_oscillator_order as v17
+from benchmarks.claims.vector_spaces import v18_oscillator_convergence_in_degree as v18
+from benchmarks.claims.vector_spaces import v22_best_approximation as v22
+from reports.figures.figure import Figure
+from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
+from reports.figures.plots.rate import Rate
+
+SOLID = "Solid line: fit over the filled points"
+POSITION = "largest error of the position"
+
+
+def _approximations(quantity: str, ylabel: str, minus: float) -> Figure:
+    """Of the motion with a jump in its third derivative, for each N."""
+    case = v22.CASES["rough"]
+    return Figure(
+        name=f"best-approximation-{quantity.replace('_', '-')}",
+        source="M sec. 5",
+        title=f"{quantity} of best approximations to a motion whose third derivative jumps",
+        claims=("V22",),
+        draw=convergence_in_h,
+        options={
+            "rates": tuple(
+                Rate("rough", quantity, f"$N={N}$", v22.FLOOR,
+                     claimed=min(case.smoothness, N + 1) - minus, n=N + 1)
+                for N in v22.DEGREES
+            ),
+            "ylabel": ylabel,
+        },
+        caption=f"A point between two springs; {SOLID.lower()}; dashed, a little above: the rate "
+        "claimed.",
+        size=(6.4, 4.4),
+    )  # fmt: skip
+
+
+VECTOR_FIGURES: tuple[Figure, ...] = (
+    Figure(
+        name="curve-between-same-points",
+        source="H thm. 2.3.6",
+        title=f"one step of h = {v14.STEP:g} of the Kepler problem, e = 0.6",
+        claims=("V14",),
+        draw=convergence_in_n,
+        options={
+            "rates": (
+                Rate(v14.IN_N, v14.ENDS, "end", v14.FLOOR[v14.ENDS]),
+                Rate(v14.IN_N, v14.CURVE, "curve, $W^{1,1}$", v14.FLOOR[v14.CURVE]),
+                Rate(v14.IN_N, v14.LARGEST, r"curve, $L^\infty$", v14.FLOOR[v14.LARGEST]),
+            ),
+            "ylabel": "error of the end, distance of the curve",
+        },
+        caption=f"{SOLID}. The curve, in the norms of W^{{1,1}} and L^infinity, against the exact "
+        "motion between the same points: half as many digits as the end.",
+    ),
+    Figure(
+        name="curve-between-same-points-h",
+        source="H thm. 2.3.7",
+        title="one step of the Kepler problem, e = 0.6: distance of the curve",
+        claims=("V14",),
+        draw=convergence_in_h,
+        options={
+            "rates": tuple(
+                Rate(v14.IN_H, v14.CURVE, f"$n={n}$", v14.FLOOR[v14.CURVE], n=n) for n in v14.NS
+            ),
+            "ylabel": "distance in $W^{1,1}$",
+        },
+        caption=f"{SOLID}. Against the exact motion between the same points.",
+    ),
+    Figure(
+        name="m-fig-1-left",
+        source="M fig. 1 left",
+        title=f"Harmonic oscillator, T = {oscillator.DURATION:g}: h-refinement",
+        claims=("V17",),
+        draw=convergence_in_h,
+        options={
+            "rates": tuple(
+                Rate(v17.STUDY, oscillator.QUANTITY, f"$N={N}$", oscillator.FLOOR,
+                     claimed=2.0 * N, n=N + 1)
+                for N in v17.DEGREES
+            ),
+            "ylabel": POSITION,
+        },
+        caption=f"{SOLID}; dashed, a little above: the rate that M measured.",
+        size=(6.4, 4.4),
+    ),
+    Figure(
+        name="m-fig-1-right",
+        source="M fig. 1 right",
+        title=f"Harmonic oscillator, T = {oscillator.DURATION:g}: N-refinement, N = n - 1",
+        claims=("V18",),
+        draw=convergence_in_n,
+        options={
+            "rates": tuple(
+                Rate(name, oscillator.QUANTITY, f"$h={h:g}$", oscillator.FLOOR)
+                for name, h in v18.STUDIES.items()
+            ),
+            "ylabel": POSITION,
+        },
+        caption=f"{SOLID}. The lines bend down: the base itself falls with n.",
+    ),
+    _approximations(v22.LARGEST, "largest $|u - v|_X$ of the subintervals", 1.0),
+    _approximations(v22.MEAN, "mean $|u - v|_X$ of the subintervals", 0.5),
+)  # fmt: skip

@@ -1,0 +1,119 @@
+"""Pictures of everything that was measured, and a sentence for each that could not be drawn."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from benchmarks.work_precision.problem import ANGLE, ATTITUDE, POSITION
+from reports.figures.catalogue.all import FIGURES
+from reports.figures.figure import Figure, Picture, picture
+from reports.figures.plots.step_cost import step_cost
+from reports.figures.plots.work_precision import work_precision
+from reports.results.atomic import write
+from reports.results.claim_results import ClaimResult
+from reports.results.comparison import Compared
+from reports.results.study_result import StudyResult
+from reports.tables.number_format import capital
+
+
+@dataclass(frozen=True, eq=False)
+class Gallery:
+    """Pictures by the name of their figure, and why others are missing, likewise."""
+
+    pictures: dict[str, Picture]
+    missing: dict[str, str]
+
+
+def slug(problem: str) -> str:
+    """The name of a problem's figure."""
+    return "work-precision-" + re.sub(r"[^a-z0-9]+", "-", problem.lower()).strip("-")
+
+
+UNITS = {
+    POSITION: "In the problem's unit of length",
+    ATTITUDE: "Largest entry of R - R_true",
+    ANGLE: "Largest of the links' angles, in radians",
+}
+MORE = {
+    POSITION: "Where a peer's run serves as the truth, a dotted upright line marks its time.",
+    ATTITUDE: "Solid: polynomials in the Cayley chart; dash-dotted: in the exponential one.",
+    ANGLE: "heyoka in its compact mode, which compiles in a second instead of half a minute.",
+}
+
+
+def comparison_figure(problem: str, contenders: Sequence[str], quantity: str = POSITION) -> Figure:
+    """Errors of a quantity against times on one problem; each of the contenders has its look.
+
+    contenders  of all problems with errors of that quantity
+    """
+    return Figure(
+        name=slug(problem),
+        title=f"{capital(problem)}: error against time",
+        draw=work_precision,
+        options={
+            "ylabel": f"error of the {quantity} at the end",
+            "contenders": tuple(contenders),
+        },
+        caption=f"{UNITS[quantity]}. Medians, with the fastest and the slowest round. "
+        "Blue: galvi; dashed: peers; hollow: runs that another of the same contender beats. "
+        f"{MORE[quantity]}",
+        size=(6.4, 4.8),
+    )
+
+
+COST_FIGURE = Figure(
+    name="step-cost",
+    title="Time for one step",
+    draw=step_cost,
+    caption="Of galvi's methods, at steps of the length they are meant for.",
+    size=(6.4, 4.6),
+)
+
+
+def draw(
+    checked: Sequence[ClaimResult], compared: Compared, studied: Sequence[StudyResult] = ()
+) -> Gallery:
+    """Every figure of the catalogue and of the studies, one for each compared problem, the cost."""
+    gallery = Gallery({}, {})
+    for figure in FIGURES:
+        source = figure.read(checked)
+        _add(gallery, figure, None if source is None else source.frame)
+    if compared.work_precision is not None:
+        table = compared.work_precision
+        for problem, runs in table.groupby("problem", sort=False):
+            alike = table[table["quantity"] == runs["quantity"].iloc[0]]
+            contenders = alike["contender"].drop_duplicates()
+            figure = comparison_figure(str(problem), contenders, runs["quantity"].iloc[0])
+            _add(gallery, figure, runs)
+    _add(gallery, COST_FIGURE, compared.cost)
+    for one in studied:
+        for figure in one.study.figures:
+            _add(gallery, figure, one.frame)
+    return gallery
+
+
+def save(gallery: Gallery, folder: Path) -> None:
+    """NAME.svg and NAME.png; what an earlier build left of a figure that is missing now goes."""
+    for name, one in gallery.pictures.items():
+        write(folder / f"{name}.svg", one.svg)
+        write(folder / f"{name}.png", one.png)
+    for name in gallery.missing:
+        for kind in ("svg", "png"):
+            (folder / f"{name}.{kind}").unlink(missing_ok=True)
+
+
+def _add(gallery: Gallery, figure: Figure, frame: pd.DataFrame | None) -> None:
+    heading = figure.source or figure.title
+    if frame is None:
+        gallery.missing[figure.name] = f"{heading} is not drawn: what it shows was not run."
+        return
+    try:
+        gallery.pictures[figure.name] = picture(figure, frame)
+    except Exception as error:
+        why = str(error) or type(error).__name__
+        gallery.missing[figure.name] = f"{heading} is not drawn: {why}"

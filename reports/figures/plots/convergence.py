@@ -1,0 +1,127 @@
+"""Error against n or against h: measured, fitted over a window, and as claimed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from benchmarks.statistics.convergence_fits import Fit
+from reports.figures.plots.rate import Rate, inside
+from reports.figures.style.decades import decades, round_numbers
+from reports.figures.style.end_labels import Label, label_ends
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import COLOURS, GUIDE, MARKERS
+from reports.tables.number_format import known
+
+DASHES = (0, (4, 2))
+ABOVE = 0.045  # of the height of the axes: how far a claimed rate is drawn from what was measured
+
+
+def convergence_in_n(
+    axes: Axes, frame: pd.DataFrame, *, rates: Sequence[Rate], ylabel: str, top: float = np.inf
+) -> None:
+    """Errors on a logarithmic axis against the number of basis functions n.
+
+    top  errors above it are of unstable runs: an arrow and a number at the edge stand for them
+    """
+    axes.set_yscale("log")
+    axes.set(xlabel="number of basis functions $n$", ylabel=ylabel)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    _lines(axes, frame, rates, "{:.3f}^{{\\,n}}", "{:.2f}^{{\\,n}}", top)
+
+
+def convergence_in_h(
+    axes: Axes, frame: pd.DataFrame, *, rates: Sequence[Rate], ylabel: str, top: float = np.inf
+) -> None:
+    """Errors against the step size h, both logarithmic; the slope of a line is its order."""
+    axes.set(xscale="log", yscale="log", xlabel="step size $h$", ylabel=ylabel)
+    round_numbers(axes.xaxis)
+    _lines(axes, frame, rates, "h^{{{:.2f}}}", "h^{{{:g}}}", top)
+
+
+def _lines(
+    axes: Axes,
+    frame: pd.DataFrame,
+    rates: Sequence[Rate],
+    power: str,
+    claimed_power: str,
+    top: float,
+) -> None:
+    """Every series, then, once the limits of the axes are known, claimed rates and labels."""
+    labels, fitted = [], []
+    for k, rate in enumerate(rates):
+        x, error = rate.measured(frame)
+        positive = np.flatnonzero(error > 0)
+        if not positive.size:
+            continue
+        fit = rate.fit(frame)
+        color = COLOURS[k % len(COLOURS)]
+        _series(axes, x, np.where(error > 0, error, np.nan), fit, color, MARKERS[k], top)
+        text = rate.label
+        if known(fit.rate):
+            text += f"  ${power.format(fit.rate)}$"
+        if rate.claimed is not None:
+            text += f"  (claimed ${claimed_power.format(rate.claimed)}$)"
+            fitted.append((fit, rate.claimed))
+        right = positive[np.argmax(x[positive])]
+        labels.append(Label(float(x[right]), float(min(error[right], top)), text, color))
+    if not labels:
+        raise NoData("no run has a finite error.")
+    decades(axes.yaxis)
+    axes.autoscale_view()
+    axes.autoscale(False)
+    for fit, claimed in fitted:
+        _claimed(axes, fit, claimed)
+    label_ends(axes, labels)
+
+
+def _series(
+    axes: Axes,
+    x: np.ndarray,
+    error: np.ndarray,
+    fit: Fit,
+    color: str,
+    marker: str,
+    top: float,
+) -> None:
+    """Points (hollow outside the fit's window), the line that joins them, the fitted line."""
+    used = inside(fit, x)
+    shown = np.where(error <= top, error, np.nan)
+    axes.plot(x, shown, color=color, linewidth=0.6, alpha=0.5)
+    axes.plot(x[~used], shown[~used], marker, color=color, markerfacecolor="white")
+    axes.plot(x[used], shown[used], marker, color=color)
+    for there in np.flatnonzero(error > top):
+        axes.plot(x[there], top, "^", color=color, markerfacecolor="white", clip_on=False)
+        axes.annotate(
+            f"$10^{{{np.log10(error[there]):.0f}}}$",
+            (x[there], top),
+            xytext=(5, -2),
+            textcoords="offset points",
+            color=color,
+            fontsize=8,
+        )
+    if known(fit.rate):
+        ends = np.array(fit.window)
+        axes.plot(ends, fit.evaluate(ends), color=color)
+
+
+def _claimed(axes: Axes, fit: Fit, claimed: float) -> None:
+    """The claimed rate, dashed, a little above the middle of the fitted line."""
+    if not known(fit.rate):
+        return
+    first, last = fit.window
+    if fit.kind == "geometric":
+        middle = 0.5 * (first + last)
+        x = np.linspace(first, last, 2)
+        factor = claimed ** (x - middle)
+    else:
+        middle = float(np.sqrt(first * last))
+        x = np.geomspace(first, last, 2)
+        factor = (x / middle) ** claimed
+    low, high = axes.get_ylim()
+    line = fit.evaluate(middle) * factor * (high / low) ** ABOVE
+    axes.plot(x, line, color=GUIDE, linestyle=DASHES, linewidth=1.1)

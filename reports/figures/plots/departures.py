@@ -1,0 +1,47 @@
+"""How far methods leave what the exact motion stays on: departures in time, one panel for each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from benchmarks.store.frames import pick
+from reports.figures.style.decades import decades
+from reports.figures.style.end_labels import Label, label_ends
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import COLOURS
+
+SMALLEST = 1e-17  # stands for nothing at all
+
+
+def departures(
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    quantities: Sequence[str],
+    labels: Mapping[str, str],
+    xlabel: str = "time $t$",
+) -> None:
+    """A line for each study in `labels`, with its words at the end, in a panel for each quantity;
+    both axes logarithmic, times from the second sample on."""
+    grid = axes.get_subplotspec().subgridspec(1, len(quantities), wspace=0.75)
+    axes.set_axis_off()
+    for column, quantity in enumerate(quantities):
+        one = axes.figure.add_subplot(grid[column])
+        one.set(xscale="log", yscale="log", xlabel=xlabel, title=quantity)
+        ends = []
+        for k, (study, text) in enumerate(labels.items()):
+            rows = pick(frame, study=study, quantity=quantity).sort_values("t")
+            t, away = rows["t"].to_numpy(float), rows["value"].to_numpy(float)
+            seen = (t > 0.0) & np.isfinite(away)
+            if not np.any(seen):
+                raise NoData(f"{study}: no step has a finite {quantity}.")
+            t, away, color = t[seen], np.maximum(away[seen], SMALLEST), COLOURS[k % len(COLOURS)]
+            one.plot(t, away, color=color, linewidth=1.0)
+            ends.append(Label(t[-1], away[-1], text, color))
+        decades(one.xaxis)
+        decades(one.yaxis)
+        label_ends(one, ends)

@@ -1,0 +1,56 @@
+"""Which way the energy moves by several methods, over decades of size and of time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.ticker import FixedLocator
+
+from benchmarks.store.frames import pick
+from reports.figures.style.decades import readable
+from reports.figures.style.end_labels import Label, label_ends
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import BAND, COLOURS
+
+LINEAR = 1e-3  # changes up to this are drawn to scale, larger ones by their logarithm
+TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
+
+
+def energies(
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    quantity: str,
+    labels: Mapping[str, str],
+    unit: float,
+    xlabel: str = "time [years]",
+    ylabel: str = "relative change of energy",
+) -> None:
+    """A line for each study in `labels`, with its words at the end; a cross where one ends early.
+
+    unit  of time on the axis, in the frame's
+    """
+    ends, last = [], 0.0
+    axes.axhspan(-LINEAR, LINEAR, color=BAND, zorder=0)
+    for k, (study, text) in enumerate(labels.items()):
+        rows = pick(frame, study=study, quantity=quantity).sort_values("t")
+        t, change = rows["t"].to_numpy(float) / unit, rows["value"].to_numpy(float)
+        seen = (t > 0.0) & np.isfinite(change)
+        if not np.any(seen):
+            raise NoData(f"{study}: no step has a finite {quantity}.")
+        t, change, color = t[seen], change[seen], COLOURS[k % len(COLOURS)]
+        axes.plot(t, change, color=color, linewidth=1.0)
+        ends.append(Label(t[-1], change[-1], text, color))
+        last = max(last, t[-1])
+    for end in ends:
+        if end.x < last:
+            axes.plot(end.x, end.y, "X", color=end.color, markersize=7)
+    axes.set(xscale="log", xlabel=xlabel, ylabel=ylabel)
+    axes.set_yscale("symlog", linthresh=LINEAR, linscale=0.8)
+    axes.yaxis.set_major_locator(FixedLocator(TICKS))
+    axes.set_ylim(TICKS[0], TICKS[-1])
+    readable(axes.xaxis)
+    label_ends(axes, ends)

@@ -1,0 +1,69 @@
+"""How energy errors grow over ensembles of runs: RMS against time, both logarithmic."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from benchmarks.statistics.growth import rms
+from benchmarks.studies.round_off import ensembles, reading_floor
+from reports.figures.style.contender_looks import contender_looks
+from reports.figures.style.decades import decades
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import GUIDE
+from reports.tables.matched_error import is_ours
+
+
+def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
+    """The RMS of each ensemble over its single runs, a guide that grows as t^1/2, and the error
+    that reading a state as float64 numbers makes.
+
+    Of several versions of the code the newest is drawn.
+    """
+    newest = {}
+    for told, t, errors in ensembles(frame) if len(frame) else ():
+        key = (told["contender"], told["years"])
+        if key not in newest or told["date"] >= newest[key][0]["date"]:
+            newest[key] = (told, t, errors)
+    seen = [one for one in newest.values() if np.any(rms(one[2]) > 0.0)]
+    if not seen:
+        raise NoData("no ensemble of runs is complete.")
+    styles = contender_looks([told["contender"] for told, _, _ in seen], is_ours)
+    settings: dict[str, dict[str, None]] = {}
+    for told, t, errors in seen:
+        color = styles[told["contender"]]["color"]
+        axes.plot(t, np.abs(errors).T, color=color, linewidth=0.4, alpha=0.13)
+        settings.setdefault(told["contender"], {})[told["settings"]] = None
+    handles = [
+        Line2D([], [], label="\n".join([name, *settings[name]]), **style)
+        for name, style in styles.items()
+    ]
+    for told, t, errors in seen:
+        axes.plot(t, rms(errors), markersize=3.5, **styles[told["contender"]])
+    _guides(axes, seen, reading_floor(frame))
+    axes.set(xscale="log", yscale="log", xlabel="time [years]", ylabel="relative energy error, RMS")
+    top = max(float(np.nanmax(np.abs(errors))) for _, _, errors in seen)
+    bottom = min(float(np.nanmin(rms(errors))) for _, _, errors in seen)
+    axes.set_ylim(0.2 * bottom, 2.0 * top)
+    decades(axes.xaxis)
+    decades(axes.yaxis)
+    axes.legend(
+        handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0),
+        borderaxespad=0.0, labelspacing=0.9,
+    )  # fmt: skip
+
+
+def _guides(axes: Axes, seen: list, floor: float) -> None:
+    """Below all: t^1/2 from the lowest first point, and what reading a state costs."""
+    first = min(t[0] for _, t, _ in seen)
+    last = max(t[-1] for _, t, _ in seen)
+    low = 0.5 * min(float(np.nanmin(rms(errors) / np.sqrt(t))) for _, t, errors in seen)
+    ends = np.array([first, last])
+    axes.plot(ends, low * np.sqrt(ends), color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0)
+    text = {"fontsize": 8, "color": GUIDE, "textcoords": "offset points", "ha": "right"}
+    axes.annotate("$t^{1/2}$", (last, low * np.sqrt(last)), xytext=(-4, -12), **text)
+    if floor > 0.0:
+        axes.axhline(floor, color=GUIDE, linestyle=(0, (1, 2)), linewidth=0.9, zorder=1)
+        axes.annotate("rounding of one state", (last, floor), xytext=(-2, 3), **text)

@@ -1,0 +1,78 @@
+"""The energy error of runs in time, and what each step adds to it against how far it turns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from benchmarks.store.frames import pick
+from reports.figures.style.decades import decades
+from reports.figures.style.end_labels import Label, label_ends
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import COLOURS, GUIDE, MARKERS
+
+LEAST = 1e-17  # where an error of exactly 0 is drawn
+AHEAD = 1.02  # of the range of turns, to show the limit
+
+
+def jumps(
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    quantity: str,
+    runs: Mapping[str, str],
+    steps: Mapping[str, str],
+    turn: str,
+    change: str,
+    limit: float,
+) -> None:
+    """Left: |quantity| of each study in ``runs``, with its words; a cross where one ends early.
+    Right: for each study in ``steps``, ``change`` against ``turn``, which share their times.
+
+    limit  a turn to mark, of the first chart
+    """
+    axes.set_axis_off()
+    left, right = (axes.figure.add_subplot(place) for place in
+                   axes.get_subplotspec().subgridspec(1, 2, wspace=0.62))  # fmt: skip
+    _histories(left, frame, quantity, runs)
+    for k, (study, text) in enumerate(steps.items()):
+        found = _pairs(frame, study, turn, change)
+        if found.empty:
+            raise NoData(f"{study}: no step was done.")
+        style = {"color": COLOURS[k], "marker": MARKERS[k], "markersize": 3.5}
+        right.plot(found[turn], np.maximum(found[change], LEAST), linestyle="none", label=text,
+                   **style)  # fmt: skip
+    right.axvline(limit, color=GUIDE, linestyle=(0, (4, 2)), linewidth=1.1)
+    right.set(yscale="log", xlabel="turn of the step [rad]", ylabel=change)
+    right.set_xlim(0.0, AHEAD * limit)
+    decades(right.yaxis)
+    right.legend(loc="upper left")
+
+
+def _histories(axes: Axes, frame: pd.DataFrame, quantity: str, runs: Mapping[str, str]) -> None:
+    ends = []
+    for k, (study, text) in enumerate(runs.items()):
+        rows = pick(frame, study=study, quantity=quantity).sort_values("t")
+        rows = rows[rows["value"].notna()]
+        if rows.empty:
+            raise NoData(f"{study}: no step has a finite {quantity}.")
+        t, error = rows["t"].to_numpy(float), rows["value"].abs().to_numpy(float)
+        color = COLOURS[k % len(COLOURS)]
+        error = np.maximum(error, LEAST)
+        axes.plot(t, error, ".-", color=color, linewidth=0.6, markersize=3.0)
+        if rows["status"].iloc[-1]:
+            axes.plot(t[-1], error[-1], "X", color=color, markersize=7)
+        ends.append(Label(float(t[-1]), float(error[-1]), text, color))
+    axes.set(yscale="log", xlabel="time $t$", ylabel=f"relative {quantity}")
+    decades(axes.yaxis)
+    label_ends(axes, ends)
+
+
+def _pairs(frame: pd.DataFrame, study: str, turn: str, change: str) -> pd.DataFrame:
+    rows = pick(frame, study=study)
+    if rows.empty:
+        return pd.DataFrame({turn: [], change: []})
+    return rows.pivot(index="t", columns="quantity", values="value").dropna()

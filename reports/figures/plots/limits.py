@@ -1,0 +1,45 @@
+"""How far one step can turn in each chart: its error up to the limit, and where it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from benchmarks.store.frames import pick
+from reports.figures.style.decades import decades
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import COLOURS, MARKERS, darker
+
+LEAST = 1e-17
+
+
+def limits(
+    axes: Axes, frame: pd.DataFrame, *, quantity: str, charts: Mapping[str, tuple[float, str]]
+) -> None:
+    """For each chart, a study, its error against the turn of a step, crosses where the run ended.
+
+    charts  study: its limit in radians, and the limit in words
+    """
+    top = 1e-2
+    axes.set_yscale("log")
+    for k, (study, (limit, words)) in enumerate(charts.items()):
+        rows = pick(frame, study=study, quantity=quantity).sort_values("step")
+        turn, error = rows["step"].to_numpy(float), rows["value"].to_numpy(float)
+        if not np.any(np.isfinite(error)):
+            raise NoData(f"{study}: no step was done.")
+        color, ended = COLOURS[k], ~np.isfinite(error)
+        axes.plot(turn, np.maximum(error, LEAST), MARKERS[k] + "-", color=color, linewidth=0.8,
+                  label=f"{study} chart")  # fmt: skip
+        axes.plot(turn[ended], np.full(ended.sum(), top * 10.0 ** (-0.6 * k)), "x", color=color)
+        axes.axvline(limit, color=color, linestyle=(0, (4, 2)), linewidth=1.1)
+        axes.annotate(
+            words, (limit, 1.0), xycoords=("data", "axes fraction"), xytext=(3, -10),
+            textcoords="offset points", color=darker(color), fontsize=8,
+        )  # fmt: skip
+    axes.set(xlabel="turn of one step [rad]", ylabel="error of the attitude")
+    axes.set_ylim(1e-17, 10.0 * top)
+    decades(axes.yaxis)
+    axes.legend(loc="center left", bbox_to_anchor=(0.02, 0.62))

@@ -1,0 +1,153 @@
+"""Body momenta in space: their sphere, ellipsoids of energy, and where a method went."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+
+from benchmarks.store.frames import pick
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import COLOURS, GUIDE
+
+UP, ROUND = 22.0, -52.0  # degrees of elevation and azimuth from which it is seen
+SURFACE = 41  # points across a surface
+FINE = 221  # likewise, where two surfaces are told apart
+SMOOTH = 241  # points of an exact curve
+PALE_YELLOW, PALE_BLUE, DARK = "#f7e0ad", "#cfe6f5", "#003C66"
+HIDDEN = 0.25  # how much of a line is seen through the sphere
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """One panel.
+
+    title      above it
+    study      of the momenta, in x, y, z; each `label` is a path
+    lines      join the momenta, which are otherwise dots on the exact curves
+    ellipsoid  the label whose ellipsoid of energy is drawn too, with the paths of that energy only;
+               "" for none
+    half       half the width of the panel
+    """
+
+    title: str
+    study: str
+    lines: bool = False
+    ellipsoid: str = ""
+    half: float = 0.76
+
+
+def momentum_spheres(
+    axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Sphere], inertia: Sequence[float]
+) -> None:
+    """The unit sphere in each panel; exact curves of each start in grey, what is behind faint."""
+    grid = axes.get_subplotspec().subgridspec(1, len(panels), wspace=0.02)
+    axes.set_axis_off()
+    for column, panel in enumerate(panels):
+        rows = pick(frame, study=panel.study, quantity="momentum")
+        rows = rows[np.isfinite(rows["x"]) & np.isfinite(rows["y"]) & np.isfinite(rows["z"])]
+        if rows.empty:
+            raise NoData(f"{panel.title}: no momentum is known.")
+        one = axes.figure.add_subplot(grid[column], projection="3d", computed_zorder=False)
+        paths = [
+            path[["x", "y", "z"]].to_numpy(float)
+            for _, path in rows.sort_values("t").groupby("label", sort=True)
+        ]
+        levels = [_twice_energy(y[0], inertia) for y in paths]
+        if panel.ellipsoid:
+            start = rows[rows["label"] == panel.ellipsoid].sort_values("t").iloc[0]
+            level = _twice_energy(start[["x", "y", "z"]].to_numpy(float), inertia)
+            paths = [y for y, own in zip(paths, levels, strict=True) if np.isclose(own, level)]
+            _both_surfaces(one, np.sqrt(level * np.array(inertia)))
+        else:
+            _surface(one)
+        for y in paths:
+            _line(one, exact_curve(y[0], inertia), GUIDE, 0.9)
+            if panel.lines:
+                _line(one, y, COLOURS[1], 0.8)
+            else:
+                _dots(one, y, DARK)
+        one.view_init(UP, ROUND)
+        one.set(xlim=(-panel.half, panel.half), ylim=(-panel.half, panel.half),
+                zlim=(-panel.half, panel.half), title=panel.title)  # fmt: skip
+        one.set_box_aspect((1, 1, 1))
+        one.set_axis_off()
+        for k, name in enumerate(("$y_1$", "$y_2$", "$y_3$")):
+            tip = np.array([1.0, -1.0, 1.0])[k] * np.eye(3)[k]  # on the near side
+            one.plot(*zip(tip, 1.15 * tip, strict=True), color="#222222", linewidth=0.7, zorder=9)
+            one.text(*(1.28 * tip), f"$-${name}" if k == 1 else name, fontsize=8, ha="center",
+                     va="center")  # fmt: skip
+
+
+def exact_curve(y: np.ndarray, inertia: Sequence[float]) -> np.ndarray:
+    """The intersection, through y, of y . y = 1 and sum y_i^2 / I_i constant, (SMOOTH, 3).
+
+    About the stable axis c: y_a, y_b lie on an ellipse, since y_c^2 = 1 - y_a^2 - y_b^2.
+    """
+    reciprocal = 1.0 / np.array(inertia)
+    y = y / np.linalg.norm(y)
+    order = np.argsort(inertia)
+    middle = reciprocal[order[1]]
+    c = order[0] if np.sum(reciprocal * y**2) > middle else order[2]
+    a, b = (k for k in range(3) if k != c)
+    gaps = reciprocal - reciprocal[c]
+    left = float(np.sum(gaps * y**2))
+    phi = np.linspace(0.0, 2.0 * np.pi, SMOOTH)
+    curve = np.zeros((SMOOTH, 3))
+    curve[:, a] = np.sqrt(left / gaps[a]) * np.cos(phi)
+    curve[:, b] = np.sqrt(left / gaps[b]) * np.sin(phi)
+    rest = 1.0 - curve[:, a] ** 2 - curve[:, b] ** 2
+    curve[:, c] = np.copysign(np.sqrt(np.maximum(rest, 0.0)), y[c])
+    return curve
+
+
+def _twice_energy(y: np.ndarray, inertia: Sequence[float]) -> float:
+    return float(np.sum(y**2 / np.array(inertia)))
+
+
+def _surface(axes: Axes) -> None:
+    axes.plot_surface(*np.moveaxis(_directions(SURFACE), -1, 0), color=COLOURS[5], alpha=0.16,
+                      linewidth=0.0, rstride=1, cstride=1, zorder=1, rasterized=True)  # fmt: skip
+
+
+def _both_surfaces(axes: Axes, half_axes: np.ndarray) -> None:
+    """What is outside of the unit sphere and the ellipsoid, each in its colour."""
+    u = _directions(FINE)
+    reach = 1.0 / np.linalg.norm(u / half_axes, axis=-1)
+    colours = np.where((reach > 1.0)[..., None], to_rgba(PALE_YELLOW), to_rgba(PALE_BLUE))
+    axes.plot_surface(*np.moveaxis(np.maximum(reach, 1.0)[..., None] * u, -1, 0),
+                      facecolors=colours, linewidth=0.0, rstride=1, cstride=1, zorder=1,
+                      antialiased=False, rasterized=True)  # fmt: skip
+
+
+def _directions(points: int) -> np.ndarray:
+    """(points, points, 3) of unit length."""
+    u, v = np.linspace(0.0, 2.0 * np.pi, points), np.linspace(0.0, np.pi, points)
+    parts = (np.outer(np.cos(u), np.sin(v)), np.outer(np.sin(u), np.sin(v)),
+             np.outer(np.ones(points), np.cos(v)))  # fmt: skip
+    return np.stack(parts, axis=-1)
+
+
+def _in_front(y: np.ndarray) -> np.ndarray:
+    """Which points are on the near side."""
+    up, around = np.radians(UP), np.radians(ROUND)
+    eye = np.array([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)])
+    near: np.ndarray = y @ eye >= 0.0
+    return near
+
+
+def _line(axes: Axes, y: np.ndarray, color: str, width: float) -> None:
+    near = _in_front(y)[:, None]
+    axes.plot(*np.where(near, np.nan, y).T, color=color, linewidth=width, alpha=HIDDEN, zorder=2)
+    axes.plot(*np.where(near, y, np.nan).T, color=color, linewidth=width, zorder=3)
+
+
+def _dots(axes: Axes, y: np.ndarray, color: str) -> None:
+    near = _in_front(y)
+    for seen, alpha, order in ((~near, HIDDEN, 2), (near, 1.0, 4)):
+        axes.plot(*y[seen].T, ".", color=color, markersize=2.2, alpha=alpha, zorder=order,
+                  markeredgewidth=0.0)  # fmt: skip

@@ -1,0 +1,66 @@
+"""Paths of the same bodies by several methods, one panel each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from benchmarks.store.frames import pick
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import COLOURS, SUN
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Its title; the study of its paths, then those that go on where it ends; half its width."""
+
+    title: str
+    studies: tuple[str, ...]
+    half: float
+
+
+def paths(
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    panels: Sequence[Panel],
+    bodies: Sequence[str],
+    unit: str = "au",
+) -> None:
+    """Each body's places of quantity 'position' as a line in its colour; the centre as a disc.
+
+    A path that others continue ends in a cross, and they are thin.
+    """
+    grid = axes.get_subplotspec().subgridspec(1, len(panels), wspace=0.3)
+    axes.set_axis_off()
+    for column, panel in enumerate(panels):
+        one = axes.figure.add_subplot(grid[column])
+        for k, body in enumerate(bodies):
+            color, parts = COLOURS[k % len(COLOURS)], [_path(frame, s, body) for s in panel.studies]
+            if not parts[0][0].size:
+                raise NoData(f"{panel.title}: the places of {body} are not known.")
+            for rank, (x, y) in enumerate(parts):
+                one.plot(x, y, color=color, linewidth=0.5 if rank else 0.7,
+                         alpha=0.5 if rank else 0.9, zorder=2 - rank)  # fmt: skip
+            if len(parts) > 1:
+                one.plot(*(z[-1] for z in parts[0]), "X", color=color, markersize=6, zorder=3,
+                         markeredgecolor="white", markeredgewidth=0.5)  # fmt: skip
+        one.plot(0.0, 0.0, "o", color=SUN, markeredgecolor="#222222", markeredgewidth=0.5,
+                 markersize=5)  # fmt: skip
+        one.set(xlabel=f"$x$ [{unit}]", aspect="equal", title=panel.title)
+        one.set(xlim=(-panel.half, panel.half), ylim=(-panel.half, panel.half))
+        if column == 0:
+            one.set_ylabel(f"$y$ [{unit}]")
+    lines = [Line2D([], [], color=COLOURS[k % len(COLOURS)]) for k, _ in enumerate(bodies)]
+    axes.legend(lines, bodies, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=len(bodies))
+
+
+def _path(frame: pd.DataFrame, study: str, body: str) -> tuple[np.ndarray, np.ndarray]:
+    rows = pick(frame, study=study, quantity="position", label=body).sort_values("t")
+    rows = rows[np.isfinite(rows["x"]) & np.isfinite(rows["y"])]
+    return rows["x"].to_numpy(float), rows["y"].to_numpy(float)

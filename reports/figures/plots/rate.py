@@ -1,0 +1,57 @@
+"""One line of a convergence figure: which errors, how its rate is fitted, what is claimed of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.statistics import convergence_fits
+from benchmarks.statistics.convergence_fits import Fit
+from benchmarks.store.frames import pick
+
+
+@dataclass(frozen=True)
+class Rate:
+    """A series of errors under refinement.
+
+    study, quantity  which rows of the claim's frame
+    label            what to write beside the line
+    floor            level of round-off, as the claim states it
+    claimed          base of n or power of h; None where the paper gives no number
+    n                the n whose h-refinement this is; None for an n-refinement
+    start            first n of the fit, where the claim is about large n only
+    """
+
+    study: str
+    quantity: str
+    label: str
+    floor: float
+    claimed: float | None = None
+    n: int | None = None
+    start: int = 0
+
+    def measured(self, frame: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+        """(n or h, error), coarse to fine; runs that failed have the error NaN."""
+        rows = pick(frame, study=self.study, quantity=self.quantity)
+        if self.n is None:
+            rows = rows.sort_values("n")
+            return rows["n"].to_numpy(float), rows["value"].to_numpy(float)
+        rows = pick(rows, n=self.n).sort_values("step", ascending=False)
+        return rows["step"].to_numpy(float), rows["value"].to_numpy(float)
+
+    def fit(self, frame: pd.DataFrame) -> Fit:
+        """The fit that the claim's verdict rests on."""
+        x, error = self.measured(frame)
+        if self.n is None:
+            return convergence_fits.geometric(
+                x[x >= self.start], error[x >= self.start], floor=self.floor
+            )
+        return convergence_fits.algebraic(x, error, floor=self.floor)
+
+
+def inside(fit: Fit, x: np.ndarray) -> np.ndarray:
+    """Which n or h belong to the window of a fit; none when there is no window."""
+    low, high = min(fit.window), max(fit.window)
+    return (x >= low * (1 - 1e-9)) & (x <= high * (1 + 1e-9))

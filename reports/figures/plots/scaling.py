@@ -1,0 +1,61 @@
+"""What the number of bodies costs, and how much of the machine's limit is used."""
+
+from __future__ import annotations
+
+import pandas as pd
+from matplotlib.axes import Axes
+
+from reports.figures.style.contender_looks import contender_looks
+from reports.figures.style.decades import decades, round_numbers
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import GUIDE
+from reports.tables.matched_error import is_ours
+
+
+def seconds_per_orbit(axes: Axes, frame: pd.DataFrame) -> None:
+    """Of the run that stands for each contender, against the number of bodies."""
+    rows = _chosen(frame, "seconds_per_orbit")
+    for name, look in contender_looks(list(frame["contender"]), is_ours).items():
+        runs = rows[rows["contender"] == name]
+        if runs.empty:
+            continue
+        dashes = "-" if is_ours(name) else (0, (4, 2))
+        axes.vlines(
+            runs["bodies"], 1e3 * runs["seconds_low"], 1e3 * runs["seconds_high"],
+            color=look["color"], linewidth=0.9,
+        )  # fmt: skip
+        axes.plot(
+            runs["bodies"], 1e3 * runs["seconds_per_orbit"], label=name, linestyle=dashes, **look
+        )
+    axes.set(
+        xscale="log", yscale="log", xlabel="number of bodies",
+        ylabel="time for an orbit of the innermost planet [ms]",
+    )  # fmt: skip
+    round_numbers(axes.xaxis)
+    decades(axes.yaxis)
+    axes.legend(loc="upper left")
+
+
+def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
+    """Pairs a second over what the divide and square-root units allow."""
+    rows = _chosen(frame, "share")
+    for name, look in contender_looks(list(rows["contender"]), is_ours).items():
+        runs = rows[rows["contender"] == name]
+        axes.plot(runs["bodies"], runs["share"], label=name, **look)
+    limit = rows["limit_pairs_per_second"].max()
+    axes.axhline(1.0, color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0)
+    axes.annotate(
+        f"divisions and square roots alone: {limit / 1e9:.2f} billion pairs a second",
+        (0.01, 1.0), xycoords=("axes fraction", "data"), xytext=(0, -4),
+        textcoords="offset points", va="top", fontsize=8, color=GUIDE,
+    )  # fmt: skip
+    axes.set(xscale="log", xlabel="number of bodies", ylabel="share of the limit", ylim=(0.0, 1.08))
+    round_numbers(axes.xaxis)
+    axes.legend(loc="lower right")
+
+
+def _chosen(frame: pd.DataFrame, column: str) -> pd.DataFrame:
+    rows = frame[(frame["matched"] == True) & (frame[column] > 0)] if len(frame) else frame  # noqa: E712
+    if rows.empty:
+        raise NoData("no run reaches the error that is compared at.")
+    return rows.sort_values("bodies")

@@ -1,0 +1,105 @@
+"""Spaces by rules: what order each method has, which known one it is, and which pairs make none."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pandas as pd
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import Colormap
+from matplotlib.patches import Patch, Rectangle
+
+from benchmarks.studies.taxonomy import ILL_POSED, INCONSISTENT, METHOD
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import GUIDE
+from reports.tables.taxonomy_table import short_name, space_label
+
+CODES = {
+    "implicit midpoint": "IM",
+    "Stormer-Verlet": "SV",
+    "Gauss collocation": "G",
+    "Lobatto IIIA-IIIB": "L",
+    "Radau IIA-II": "R",
+    "symplectic Euler": "SE",
+}
+GAP = 0.6  # between families, in cells
+HATCHES = {ILL_POSED: ("xxxx", "#f3f3f3"), INCONSISTENT: ("////", "#ffffff")}
+HIGHEST = 10.0  # order that has the darkest colour
+
+
+def taxonomy_matrix(axes: Axes, frame: pd.DataFrame) -> None:
+    """A row for each space, a column for each rule, in groups by family.
+
+    Colour and number are the measured order; letters below it the classical name.
+    """
+    if frame.empty or not np.any(np.isfinite(frame["measured"].to_numpy(float))):
+        raise NoData("no method has a measured order.")
+    spaces = list(dict.fromkeys(frame["space"]))
+    places, middles = _columns(frame)
+    colors = colormaps["Blues"]
+    for _, row in frame.iterrows():
+        x, y = places[row["family"], row["points"]], float(spaces.index(row["space"]))
+        _cell(axes, x, y, row, colors)
+    axes.set_xlim(-0.1, max(places.values()) + 1.1)
+    axes.set_ylim(len(spaces) + 0.1, -1.1)
+    axes.set_yticks([k + 0.5 for k in range(len(spaces))], [space_label(name) for name in spaces])
+    points = {x + 0.5: str(number) for (_, number), x in places.items()}
+    axes.set_xticks(list(points), list(points.values()))
+    axes.set_xlabel("points of the rule, on each piece of the space")
+    axes.tick_params(length=0.0)
+    axes.grid(False)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(False)
+    for family, middle in middles.items():
+        axes.text(middle, -0.35, family, ha="center", va="bottom", fontweight="bold")
+    handles = [
+        Patch(facecolor=color, hatch=hatch, edgecolor=GUIDE, linewidth=0.4, label=verdict)
+        for verdict, (hatch, color) in HATCHES.items()
+    ]
+    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.07), ncols=2)
+
+
+def code(name: str) -> str:
+    """A name in two or three letters: `IM`, `3IM` for three steps of it, initials when unknown."""
+    short = short_name(name)
+    several = re.fullmatch(r"(\d+) steps of (.+)", short)
+    if several:
+        return several[1] + code(several[2])
+    return CODES.get(short, "".join(word[0] for word in short.split()))
+
+
+def _columns(frame: pd.DataFrame) -> tuple[dict[tuple[str, int], float], dict[str, float]]:
+    """The left edge of each (family, points), and the middle of each family."""
+    places: dict[tuple[str, int], float] = {}
+    middles: dict[str, float] = {}
+    x = 0.0
+    for family in dict.fromkeys(frame["family"]):
+        numbers = sorted(set(frame.loc[frame["family"] == family, "points"]))
+        for number in numbers:
+            places[family, number] = x
+            x += 1.0
+        middles[family] = x - 0.5 * len(numbers)
+        x += GAP
+    return places, middles
+
+
+def _cell(axes: Axes, x: float, y: float, row: pd.Series, colors: Colormap) -> None:
+    if row["verdict"] != METHOD:
+        hatch, color = HATCHES[row["verdict"]]
+        axes.add_patch(
+            Rectangle((x, y), 1.0, 1.0, facecolor=color, hatch=hatch, edgecolor="#c4c4c4",
+                      linewidth=0.0)
+        )  # fmt: skip
+        return
+    order = float(row["measured"])
+    finite = np.isfinite(order)
+    color = colors(0.12 + 0.8 * min(order / HIGHEST, 1.0)) if finite else "white"
+    axes.add_patch(Rectangle((x, y), 1.0, 1.0, facecolor=color, edgecolor="white", linewidth=1.0))
+    ink = "white" if finite and order > 0.55 * HIGHEST else "#222222"
+    name = code(row["name"]) if row["name"] else ""
+    text = f"{order:.0f}" if finite else "?"
+    axes.text(x + 0.5, y + (0.32 if name else 0.5), text, color=ink, fontsize=8.5, ha="center",
+              va="center")  # fmt: skip
+    axes.text(x + 0.5, y + 0.74, name, color=ink, fontsize=7.0, ha="center", va="center")

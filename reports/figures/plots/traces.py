@@ -1,0 +1,65 @@
+"""Errors of several contenders as lines, against the step or against what they took."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from benchmarks.store.frames import pick
+from reports.figures.style.decades import decades, readable
+from reports.figures.style.end_labels import Label, label_ends
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import COLOURS, MARKERS
+
+STEP = "step"  # the column, where a line is not against another quantity of the same runs
+
+
+def traces(
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    quantity: str,
+    against: str,
+    labels: Mapping[str, str],
+    xlabel: str,
+    ylabel: str,
+) -> None:
+    """A line for each study in ``labels``, with its words at the end of the refinement, right.
+
+    quantity  errors; runs that failed have none
+    against   "step", or a quantity, of the same number of steps
+    """
+    ends, falling = [], against == STEP
+    for k, (study, text) in enumerate(labels.items()):
+        x, error = _line(frame, study, quantity, against)
+        if not x.size:
+            continue
+        color = COLOURS[k % len(COLOURS)]
+        axes.plot(x, error, color=color, marker=MARKERS[k], markersize=4.0, linewidth=1.0)
+        last = int(np.argmin(x) if falling else np.argmax(x))
+        ends.append(Label(float(x[last]), float(error[last]), text, color))
+    if not ends:
+        raise NoData(f"no run has a finite {quantity}.")
+    axes.set(xscale="log", yscale="log", xlabel=xlabel, ylabel=ylabel)
+    decades(axes.yaxis)
+    axes.autoscale_view()
+    if falling:
+        axes.invert_xaxis()
+    readable(axes.xaxis)
+    label_ends(axes, ends)
+
+
+def _line(
+    frame: pd.DataFrame, study: str, quantity: str, against: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positive pairs, by number of steps."""
+    rows = pick(frame, study=study, quantity=quantity).sort_values("steps")
+    error, x = rows["value"].to_numpy(float), rows[STEP].to_numpy(float)
+    if against != STEP:
+        others = pick(frame, study=study, quantity=against).set_index("steps")["value"]
+        x = others.reindex(rows["steps"]).to_numpy(float)
+    known = (error > 0.0) & (x > 0.0)
+    return x[known], error[known]

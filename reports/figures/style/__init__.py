@@ -1,0 +1,1 @@
+"""Colours, markers, axes and labels that all figures share."""

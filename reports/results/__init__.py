@@ -1,0 +1,1 @@
+"""What was computed for a report: claims, comparisons, studies, and their cache."""

@@ -1,0 +1,45 @@
+"""The rows of the claims as claims.csv holds them, and as people read them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pandas as pd
+
+from benchmarks.checks.claim import Row
+from reports.tables.number_format import plain
+
+COLUMNS = (
+    "id",
+    "quantity",
+    "source",
+    "setup",
+    "claimed",
+    "bound",
+    "measured",
+    "uncertainty",
+    "expected",
+    "reference",
+    "verdict",
+    "reason",
+)
+READ = ("id", "quantity", "claimed", "measured", "uncertainty", "expected", "verdict")
+
+
+def claims_frame(rows: Iterable[Row]) -> pd.DataFrame:
+    """One line for each row; what is not known is empty, never a number."""
+    frame = pd.DataFrame([{name: getattr(row, name) for name in COLUMNS} for row in rows])
+    frame = frame.reindex(columns=list(COLUMNS))
+    for name in ("measured", "uncertainty"):
+        frame[name] = pd.to_numeric(frame[name])
+    return frame
+
+
+def readable_claims(rows: Iterable[Row] | pd.DataFrame) -> pd.DataFrame:
+    """The columns that fit on a page, as text, of rows or of their frame."""
+    table = rows if isinstance(rows, pd.DataFrame) else claims_frame(rows)
+    frame = table[list(READ)]
+    return frame.assign(
+        measured=[plain(number) for number in frame["measured"]],
+        uncertainty=[plain(number, 2) for number in frame["uncertainty"]],
+    )

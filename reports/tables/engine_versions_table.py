@@ -1,0 +1,63 @@
+"""What a free body does in versions of an engine, as text for the page."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.statistics.convergence_fits import algebraic
+from reports.tables.number_format import readable
+
+ROUND_OFF = 1e-12  # of the attitude, after ten thousand steps
+SHOWN = 0.0125  # the step at which errors are told
+JOINTS = ("ball", "free")
+KEYS = ["engine", "integrator", "joint", "step"]
+
+
+def engine_versions_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+    """A line for each version and integrator, and how to set the columns.
+
+    Of each joint the order of the attitude, fitted over the steps, and the errors at the step
+    SHOWN. A version that is not there has a line with the reason. Where the same version ran twice,
+    the stored rows are shown.
+    """
+    rows = frame.drop_duplicates(KEYS, keep="last")
+    absent = set(rows.loc[rows["integrator"] == "", "engine"]) - set(
+        rows.loc[rows["integrator"] != "", "engine"]
+    )
+    lines = []
+    for (engine, integrator), runs in rows.groupby(["engine", "integrator"], sort=False):
+        if integrator == "" and engine not in absent:
+            continue
+        line = {"engine": engine, "integrator": integrator}
+        for joint in JOINTS:
+            line |= _cells(joint, runs[runs["joint"] == joint])
+        line["status"] = "; ".join(dict.fromkeys(text for text in runs["status"] if text))
+        lines.append(line)
+    table = pd.DataFrame(lines).sort_values("engine", key=_by_number, kind="stable")
+    numbers = [name for name in table if name not in ("engine", "integrator", "status")]
+    if not (table["status"] != "").any():
+        table = table.drop(columns="status")
+    return table, dict.fromkeys(numbers, "number")
+
+
+def _cells(joint: str, runs: pd.DataFrame) -> dict[str, str]:
+    runs = runs.sort_values("step", ascending=False)
+    fit = algebraic(list(runs["step"]), list(runs["attitude_error"]), floor=ROUND_OFF)
+    at = runs[np.isclose(runs["step"], SHOWN)]
+    attitude, energy = (
+        float(at[name].iloc[0]) if len(at) else float("nan")
+        for name in ("attitude_error", "energy_error")
+    )
+    return {
+        f"order, {joint}": readable(fit.rate),
+        f"attitude error, {joint}": readable(attitude),
+        f"energy error, {joint}": readable(energy),
+    }
+
+
+def _by_number(engines: pd.Series) -> pd.Series:
+    """mujoco 3.6.0 before mujoco 3.10.0."""
+    return engines.map(
+        lambda name: tuple(int(part) for part in name.split()[-1].split(".") if part.isdigit())
+    )

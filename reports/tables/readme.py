@@ -1,0 +1,149 @@
+"""The README's tables and picture, from what `build` wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from reports.results.atomic import write
+from reports.tables.number_format import plain
+
+RESULTS, SPEED, BODIES = "results", "speed", "bodies"
+PICTURE = "reports/inner_planets.png"
+HEADLINES = (
+    ("V1", "smallest curve error"),
+    ("V2", "energy error, n = 14"),
+    ("V3", "base of the one-step error"),
+    ("V4", "base of the curve error"),
+    ("V5", "base of the angular momentum error along the curve"),
+    ("V6", "order of the one-step error, n = 6, fixed T"),
+    ("V7", "order of the angular momentum error along the curve, n = 4, fixed T"),
+    ("V8", "angular momentum error, n = 8"),
+    ("V9", "Mercury, distance to IAS15 at the end [au], n = 25"),
+    ("V9", "energy error, n = 25"),
+    ("V10", "farthest planet from IAS15 at the end [au], n = 25"),
+    ("V11", "largest relative energy error, symplectic Euler"),
+    ("V17", "order of the error, N = 4, against the theory"),
+    ("V21", "largest ratio, Lobatto N nodes, N = 2"),
+    ("V22", "order of the one-step error, Gauss N, N = 3"),
+    ("V23", "order, N = 3, w away from 0"),
+    ("V23", "order, N = 3, w through 0"),
+    ("L1", "largest departure from SO(3), RK45"),
+    ("L2", "one-step error, n = 12, Cayley chart"),
+    ("L2", "one-step error over that with Cayley, n = 6, exponential chart"),
+    ("L3", "order from both sides, n = 6"),
+    ("L4", "energy error, n = 12"),
+    ("L6", "base of the one-step error"),
+    ("L9", "steps done, m g = 29.43, Cayley chart"),
+    ("L13", "largest error of D2 L_d of a step plus D1 L_d of the next"),
+)
+PEERS = (
+    "REBOUND IAS15",
+    "REBOUND WHFast, best",
+    "REBOUND WHFast512",
+    "REBOUND SABA",
+    "heyoka",
+    "SciPy DOP853",
+)
+SYSTEMS = {"outer solar system": "outer", "solar system without Pluto": "Sun + 8"}
+ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
+BODY_PEERS = (
+    "MuJoCo RK4",
+    "MuJoCo implicit",
+    "RK4 on quaternions, compiled",
+    "DOP853 on quaternions, compiled",
+    "heyoka",
+    "SciPy DOP853",
+)
+BODY_SYSTEMS = {"free rigid body": "free body", "3D pendulum, m g = 9.81": "3D pendulum"}
+BODY_ERRORS = (7e-6, 1e-8, 1e-10, 1e-12)
+
+
+def results(claims: pd.DataFrame) -> str:
+    """The headline rows of claims.csv as a Markdown table.
+
+    Raises KeyError, naming it, when a headline is not among the rows.
+    """
+    lines = ["| claim | quantity | the paper | measured | verdict |", "|---|---|---|---|---|"]
+    for name, quantity in HEADLINES:
+        found = claims[(claims["id"] == name) & (claims["quantity"] == quantity)]
+        if found.empty:
+            raise KeyError(f"claims.csv has no row {name}, {quantity}.")
+        row = found.iloc[0]
+        measured = plain(row["measured"])
+        lines.append(
+            f"| {name}, {row['source']} | {quantity} | {row['claimed']} | {measured} "
+            f"| {row['verdict']} |"
+        )
+    return "\n".join(lines)
+
+
+def speed(ratios: pd.DataFrame) -> str:
+    """Times of the peers over galvi's best at equal error, from ratios.csv, as a Markdown table."""
+    return _times(ratios, "position error", PEERS, SYSTEMS, ERRORS)
+
+
+def bodies(ratios: pd.DataFrame) -> str:
+    """The same for rigid bodies."""
+    return _times(ratios, "attitude error", BODY_PEERS, BODY_SYSTEMS, BODY_ERRORS)
+
+
+def _times(
+    ratios: pd.DataFrame, quantity: str, peers: Sequence[str], systems: Mapping[str, str],
+    errors: Sequence[float],
+) -> str:  # fmt: skip
+    columns = [(system, error) for system in systems for error in errors]
+    titles = [f"{systems[system]}, {error:.0e}" for system, error in columns]
+    lines = [f"| {quantity} | {' | '.join(titles)} |", "|---" * (len(columns) + 1) + "|"]
+    for peer in peers:
+        cells = [_ratio(ratios, peer, system, error) for system, error in columns]
+        lines.append(f"| {peer} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _ratio(ratios: pd.DataFrame, peer: str, system: str, error: float) -> str:
+    """The best of the peer's lines; '-' when it took no part."""
+    found = ratios[
+        (ratios["problem"] == system)
+        & ratios["contender"].str.startswith(peer)
+        & np.isclose(ratios["error"].astype(float), error, rtol=1e-6, atol=0.0)
+    ]["ratio"]
+    if found.empty:
+        return "-"
+    numbers = pd.to_numeric(found, errors="coerce").dropna()
+    return "not reached" if numbers.empty else f"{float(f'{numbers.min():.2g}'):g}"
+
+
+def marks(name: str) -> tuple[str, str]:
+    """What stands before and after a written table of a page."""
+    return f"<!-- {name}: python -m reports readme -->", f"<!-- end of {name} -->"
+
+
+def table_of(page: str, name: str) -> str:
+    """What stands between the marks of a page. Raises ValueError when a mark is missing."""
+    begin, end = marks(name)
+    _, found, rest = page.partition(begin)
+    table, closed, _ = rest.partition(end)
+    if not found or not closed:
+        raise ValueError(f"README.md must hold the marks {begin} and {end}.")
+    return table.strip()
+
+
+def _with(page: str, name: str, table: str) -> str:
+    table_of(page, name)
+    begin, end = marks(name)
+    before, _, rest = page.partition(begin)
+    _, _, after = rest.partition(end)
+    return f"{before}{begin}\n{table}\n{end}{after}"
+
+
+def renew(readme: Path, out: Path) -> None:
+    """Write the tables of a report into ``readme``, and renew its picture."""
+    page = _with(readme.read_text(), RESULTS, results(pd.read_csv(out / "claims.csv")))
+    ratios = pd.read_csv(out / "tables" / "ratios.csv")
+    page = _with(_with(page, SPEED, speed(ratios)), BODIES, bodies(ratios))
+    write(readme, page)
+    write(readme.parent / PICTURE, (out / "figures" / "fig-2-14.png").read_bytes())

@@ -1,0 +1,47 @@
+"""Where a peer wins and where galvi does, in sentences made from the times alone."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from benchmarks.work_precision.fronts import OURS
+from reports.tables.matched_error import heading, is_ours
+from reports.tables.number_format import capital, known, readable
+
+LEVEL = 1.1  # ratios below it are within the scatter of such times: no win for either
+
+
+def summary_sentences(table: pd.DataFrame) -> list[str]:
+    """A sentence for each problem of a table of `reports.tables.matched_error`."""
+    return [
+        f"{capital(problem)}: {'; '.join(said)}."
+        for problem in table["problem"].drop_duplicates()
+        if (said := _said(table[table["problem"] == problem]))
+    ]
+
+
+def _said(rows: pd.DataFrame) -> list[str]:
+    ours = rows[rows["contender"] == OURS].set_index("error")["seconds"]
+    times = rows[(rows["contender"] != OURS) & rows["seconds"].notna()]
+    peers: dict[str, list[str]] = {}
+    level, won, nobody = [], [], []
+    for error in sorted(rows["error"].unique(), reverse=True):
+        here, text = times[times["error"] == error], heading(error)
+        others = here[~here["contender"].map(is_ours)]
+        best = others.loc[others["seconds"].idxmin()] if len(others) else None
+        mine = ours.get(error)
+        if best is None and not known(mine):
+            nobody.append(text)
+        elif best is None or (known(mine) and best["seconds"] >= LEVEL * mine):
+            won.append(text)
+        elif not known(mine):
+            peers.setdefault(best["contender"], []).append(f"{text} (galvi does not reach it)")
+        elif mine >= LEVEL * best["seconds"]:
+            factor = readable(mine / best["seconds"], 2)
+            peers.setdefault(best["contender"], []).append(f"{text} ({factor} times faster)")
+        else:
+            level.append(f"{best['contender']} at {text}")
+    said = [f"{peer} wins at {', '.join(where)}" for peer, where in peers.items()]
+    said += [f"galvi is level with {', '.join(level)}"] if level else []
+    said += [f"galvi is fastest at {', '.join(won)}"] if won else []
+    return said + ([f"nobody reaches {', '.join(nobody)}"] if nobody else [])
