@@ -1,5 +1,5 @@
-"""What README.md and CONTRIBUTING.md show is so: the code runs, prints what stands below it, and
-the commands exist.
+"""What README.md and docs/ show is so: the code runs and prints what stands below it, commands and
+links lead somewhere.
 
 A ```python block is run; a ```text block that comes next after it is what it must have printed.
 The blocks share their names, in the order of the page.
@@ -15,6 +15,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
+PAGES = ("README.md", *sorted(f"docs/{page.name}" for page in (ROOT / "docs").glob("*.md")))
+WORDS = 2200  # of README.md: what is added replaces something, or belongs to docs/
 FENCE = re.compile(r"^```(\w*)[^\n]*\n(.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
 
 
@@ -24,7 +26,7 @@ def examples(page: str) -> list[tuple[int, str, str | None]]:
         (match.group(1), match.group(2), page.count("\n", 0, match.start(2)))
         for match in FENCE.finditer(page)
     ]
-    following = [*blocks[1:], ("", "", 0)]
+    following = [*blocks[1:], ("", "", 0)][: len(blocks)]
     return [
         (line, code, shown if language_after == "text" else None)
         for (language, code, line), (language_after, shown, _) in zip(
@@ -42,17 +44,32 @@ def printed(code: str, first_line: int, names: dict[str, object]) -> str:
     return output.getvalue()
 
 
-def test_the_code_in_the_readme_prints_what_the_readme_shows(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("page", PAGES)
+def test_the_code_of_a_page_prints_what_the_page_shows(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = examples((ROOT / "README.md").read_text())
-    assert any(shown for _, _, shown in found), "README.md shows no code with its output"
     monkeypatch.chdir(tmp_path)
-    names: dict[str, object] = {"__name__": "readme"}
-    for first_line, code, shown in found:
+    names: dict[str, object] = {"__name__": "page"}
+    for first_line, code, shown in examples((ROOT / page).read_text()):
         output = printed(code, first_line, names)
         if shown is not None:
             assert output == shown
+
+
+def test_readme_and_the_page_on_models_show_output() -> None:
+    for page in ("README.md", "docs/models.md"):
+        assert any(shown for _, _, shown in examples((ROOT / page).read_text())), page
+
+
+def test_the_readme_is_short() -> None:
+    assert 500 < len((ROOT / "README.md").read_text().split()) <= WORDS
+
+
+@pytest.mark.parametrize("page", [*PAGES, "CONTRIBUTING.md"])
+def test_every_link_to_a_file_leads_to_one(page: str) -> None:
+    folder = (ROOT / page).parent
+    links = re.findall(r"\]\((?!https?://|#)([^)#]+)[^)]*\)", (ROOT / page).read_text())
+    assert [link for link in links if not (folder / link).exists()] == []
 
 
 def test_an_output_that_differs_from_the_page_would_be_noticed() -> None:

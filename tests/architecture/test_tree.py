@@ -24,6 +24,7 @@ TOP_LEVEL = {
     "README.md",
     "benchmarks",
     "constraints.txt",
+    "docs",
     "galvi",
     "pyproject.toml",
     "references",

@@ -42,7 +42,7 @@ def test_every_headline_is_a_row_of_the_claims_and_has_its_verdict():
 
 
 def test_a_headline_that_is_gone_is_named():
-    with pytest.raises(KeyError, match=r"claims\.csv has no row V1, smallest curve error"):
+    with pytest.raises(KeyError, match=r"claims\.csv has no row V3, base of the one-step error"):
         results(pd.DataFrame({"id": ["V1"], "quantity": ["something else"]}))
 
 
