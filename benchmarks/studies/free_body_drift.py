@@ -46,7 +46,7 @@ TURNS, QUICK_TURNS = 1000, 100
 GRID = 2.0**-20  # steps are multiples of it, so that their ends are numbers of the machine
 BOX_STEP, BOX_STEPS = 0.01, 500  # of MuJoCo's test
 OWN_STEP = 0.01
-STEPS_A_TURN = 5  # the fewest, of an outsider that does not say
+STEPS_A_TURN = 5  # the fewest, of an external integrator without settings
 Report = Callable[[str], None]
 
 
@@ -57,7 +57,7 @@ class Runner:
     label     for tables
     step      asked for; the nearest multiple of GRID is taken, unless the problem sets it
     joint     "free" for a body that can go away, too; it does not
-    origin    of an outsider: the place that it was named by
+    origin    of an external integrator: the path that it was named by
     """
 
     label: str
@@ -96,11 +96,12 @@ def free_spin(
     report: Report = lambda sentence: None,
     runners: Sequence[Runner] = RUNNERS,
     on_box: Sequence[Runner] = ON_BOX,
-    outsiders: Sequence[ExternalIntegrator] = (),
+    externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
-    """Rows of each contender at some of its turns; outsiders take part where they can. See COLUMNS.
+    """Rows of each contender at some of its turns; external integrators take part where they
+    can. See COLUMNS.
 
-    engine          galvi, name and version of another, or the place of an outsider
+    engine          galvi, name and version of another, or the path of an external integrator
     step            NaN for a contender that chooses its own
     turns           length of the run; of it, `turn` is the one of the row
     energy_error    E / E0 - 1 where it was largest in magnitude since the row before, signed
@@ -116,9 +117,9 @@ def free_spin(
         report(f"{runner.label}, {turns} turns")
         rows += body_rows(runner, turns)
     taken = [runner.label for runner in (*runners, *on_box)]
-    for outsider in outsiders:
-        report(f"{outsider.name}, {turns} turns")
-        rows += outside_rows(outsider, label_beside(outsider, taken), turns)
+    for external in externals:
+        report(f"{external.name}, {turns} turns")
+        rows += external_rows(external, label_beside(external, taken), turns)
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -138,8 +139,8 @@ def box_rows(runner: Runner) -> list[dict[str, Any]]:
     return _rows(runner, problem, setting, BOX_STEPS * BOX_STEP, [1])
 
 
-def outside_rows(outsider: ExternalIntegrator, label: str, turns: int) -> list[dict[str, Any]]:
-    """The box and the body by an outsider, each at its finest setting."""
+def external_rows(external: ExternalIntegrator, label: str, turns: int) -> list[dict[str, Any]]:
+    """The box and the body by an external integrator, each at its finest setting."""
     body, box = galvi.problems.free_rigid_body(), galvi.problems.free_box()
     turn = round(period(body) / GRID) * GRID
     rows = []
@@ -147,9 +148,9 @@ def outside_rows(outsider: ExternalIntegrator, label: str, turns: int) -> list[d
         (box, BOX_STEPS * BOX_STEP, 1, BOX_STEPS, [1]),
         (body, turns * turn, turns, turns * STEPS_A_TURN, marks(turns)),
     ):
-        setting = finest(outsider, problem, duration, parts, fewest)
+        setting = finest(external, problem, duration, parts, fewest)
         if setting is not None:
-            runner = Runner(label, outsider, float("nan"), origin=outsider.path)
+            runner = Runner(label, external, float("nan"), origin=external.path)
             rows += _rows(runner, problem, setting, duration, kept)
     return rows
 

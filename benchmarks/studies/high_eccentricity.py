@@ -53,9 +53,10 @@ def through_pericentre(eccentricity: float) -> Problem:
 def high_eccentricity_table(
     quick: bool = False,
     report: Callable[[str], None] = lambda sentence: None,
-    outsiders: Sequence[ExternalIntegrator] = (),
+    externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
-    """One row for each eccentricity, contender and setting; outsiders take part where they can.
+    """One row for each eccentricity, contender and setting; external integrators take part where
+    they can.
 
     error         distance from the closed form at the end, in semi-major axes
     energy_error  at the end, relative
@@ -68,9 +69,9 @@ def high_eccentricity_table(
         report(problem.name)
         end = KEPLER.run(problem, math.tau, {"samples": 1}).q[-1]
         others = [
-            (label_beside(outsider, [label for label, _, _ in entries]), outsider, setting)
-            for outsider in outsiders
-            for setting in offers(outsider, problem, math.tau, STEPS[0])
+            (label_beside(external, [label for label, _, _ in entries]), external, setting)
+            for external in externals
+            for setting in offers(external, problem, math.tau, STEPS[0])
         ]
         for label, contender, setting in (*entries, *others):
             row = {"eccentricity": eccentricity, "contender": label, "settings": _said(setting)}

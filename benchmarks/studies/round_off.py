@@ -46,7 +46,7 @@ COLUMNS: Mapping[str, type] = {
 YEARS, QUICK_YEARS = 1e4, 1e3
 RUNS, QUICK_RUNS = 32, 8
 SIZE, SEED = 1e-12, 1937
-STEPS_A_YEAR = 0.5  # the fewest, of an outsider that does not say: 6 in Jupiter's period
+STEPS_A_YEAR = 0.5  # the fewest, of an external integrator without settings: 6 in Jupiter's period
 COARSE = 2.0  # an RMS is resolved when it is so many times what the rounding of a state makes of it
 
 
@@ -95,12 +95,12 @@ def brouwer(
     quick: bool = False,
     report: Callable[[str], None] = lambda sentence: None,
     walkers: Sequence[RoundOffParticipant] = WALKERS,
-    outsiders: Sequence[ExternalIntegrator] = (),
+    externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
     """One row for each contender, run and sampled time (in years), with the columns COLUMNS.
 
     The start is at t = 0, with an error of zero by definition. A contender whose engine is missing
-    has no rows. Outsiders take part where they can, see
+    has no rows. External integrators take part where they can, see
     `benchmarks.work_precision.participants.ensemble`.
     """
     years, runs = (QUICK_YEARS, QUICK_RUNS) if quick else (YEARS, RUNS)
@@ -114,11 +114,11 @@ def brouwer(
             seen = walker.samples(member(number), years, None, report)
             rows += [row(walker, years, number, sample) for sample in seen]
     taken = [walker.label for walker in walkers]
-    for outsider in outsiders:
-        label, starts = label_beside(outsider, taken), map(member, range(runs))
+    for external in externals:
+        label, starts = label_beside(external, taken), map(member, range(runs))
         report(f"{label}, {years:g} years")
         fewest = round(years * STEPS_A_YEAR)
-        found = ensemble(outsider, starts, years * YEAR, SAMPLES, fewest)
+        found = ensemble(external, starts, years * YEAR, SAMPLES, fewest)
         for number, (setting, run) in enumerate(found):
             told = readable_setting(setting)
             rows += [line(label, told, years, number, sample) for sample in rounded(run)]

@@ -44,7 +44,7 @@ COLUMNS = (
 BODIES, QUICK_BODIES = (3, 6, 10, 20, 50, 100), (3, 10, 30)
 ORBITS, QUICK_ORBITS = 30, 12  # of the innermost planet
 WORK = 1800  # bodies times orbits of a timed run, which makes little of what starting one costs
-STEPS_AN_ORBIT = 4  # the fewest, of an outsider that does not say
+STEPS_AN_ORBIT = 4  # the fewest, of an external integrator without settings
 TARGET = 1e-8  # au, of the body that is worst at the end
 ROUNDS = 3
 TRUE = "truth"
@@ -94,7 +94,7 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Offer:
-    """One setting of an outsider, which it offered for one problem and number of revolutions."""
+    """One setting that an external integrator offered for a problem and number of revolutions."""
 
     label: str
     contender: ExternalIntegrator
@@ -132,10 +132,10 @@ def scaling(
     report: Callable[[str], None] = lambda sentence: None,
     bodies: Sequence[int] | None = None,
     orbits: int | None = None,
-    outsiders: Sequence[ExternalIntegrator] = (),
+    externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
-    """One row for each number of bodies, contender and setting, timed in turn; outsiders take part
-    where they can.
+    """One row for each number of bodies, contender and setting, timed in turn; external integrators
+    take part where they can.
 
     orbits                  revolutions of the innermost planet in a timed run
     seconds_per_orbit       median over rounds; seconds_low and seconds_high are the fastest and
@@ -153,7 +153,7 @@ def scaling(
     rows, limit = [], 0.0
     for number in bodies:
         report(f"{number} bodies")
-        more, seen = _rows(number, orbits, 0.01 if quick else 0.05, outsiders)
+        more, seen = _rows(number, orbits, 0.01 if quick else 0.05, externals)
         rows, limit = rows + more, max(limit, seen)
     table = pd.DataFrame(rows, columns=list(COLUMNS))
     table["limit_pairs_per_second"] = limit
@@ -162,11 +162,11 @@ def scaling(
 
 
 def _rows(
-    bodies: int, orbits: int, least: float, outsiders: Sequence[ExternalIntegrator]
+    bodies: int, orbits: int, least: float, externals: Sequence[ExternalIntegrator]
 ) -> tuple[list[dict[str, Any]], float]:
     """The rows of one number of bodies, and the limit of pairs a second seen meanwhile."""
     problem = many_planets(bodies)
-    entries = (*ENTRIES, *_offers(problem, orbits, outsiders))
+    entries = (*ENTRIES, *_offers(problem, orbits, externals))
     able = [entry for entry in entries if not entry.contender.missing]
     firsts = [once(entry.call(problem, orbits)) for entry in able]
     runs = {entry: run for entry, (run, _) in zip(able, firsts, strict=True)}
@@ -200,14 +200,14 @@ def _rows(
     return rows, pairs / machine.low
 
 
-def _offers(problem: Problem, orbits: int, outsiders: Sequence[ExternalIntegrator]) -> list[Offer]:
-    """Every setting of every outsider."""
+def _offers(problem: Problem, orbits: int, externals: Sequence[ExternalIntegrator]) -> list[Offer]:
+    """Every setting of every external integrator."""
     taken = [entry.label for entry in ENTRIES]
     duration, fewest = orbits * innermost_period(problem), orbits * STEPS_AN_ORBIT
     return [
-        Offer(label_beside(outsider, taken), outsider, setting)
-        for outsider in outsiders
-        for setting in offers(outsider, problem, duration, fewest)
+        Offer(label_beside(external, taken), external, setting)
+        for external in externals
+        for setting in offers(external, problem, duration, fewest)
     ]
 
 

@@ -45,8 +45,9 @@ QUANTITIES = {
 }
 STEP = 0.21
 RUNS, QUICK_RUNS = 8, 4
-OUTSIDE, QUICK_OUTSIDE = 10_000, 1_000  # steps of STEP that an outsider's runs are as long as
-FEWEST = 5 / 8  # of these, that an outsider takes which does not say
+# Steps of STEP that an external integrator's runs are as long as.
+EXTERNAL_STEPS, QUICK_EXTERNAL_STEPS = 10_000, 1_000
+FEWEST = 5 / 8  # of these, for an external integrator without settings
 SIZE, SEED = 1e-12, 1765
 FOLDER = "turning"  # below that of all studies
 LEAST = 1e-17  # an exact zero stands for this much: less than the rounding of an entry
@@ -122,15 +123,15 @@ def run_rows(
     ]  # fmt: skip
 
 
-def outside_rows(outsider: ExternalIntegrator, label: str, quick: bool) -> list[dict[str, Any]]:
-    """Those of an outsider's runs, see `benchmarks.work_precision.participants.ensemble`.
+def external_rows(external: ExternalIntegrator, label: str, quick: bool) -> list[dict[str, Any]]:
+    """Likewise, of an external integrator; see `benchmarks.work_precision.participants.ensemble`.
 
-    An outsider that chooses its steps is told by the number that its first run counts, or, where
-    it counts none, by the hundred parts that its states are of.
+    One that chooses its steps is listed under the number that its first run counts, or, where it
+    counts none, under the hundred parts that its states are of.
     """
-    length = QUICK_OUTSIDE if quick else OUTSIDE
+    length = QUICK_EXTERNAL_STEPS if quick else EXTERNAL_STEPS
     starts = map(member, range(QUICK_RUNS if quick else RUNS))
-    runs = ensemble(outsider, starts, length * STEP, SAMPLES, round(length * FEWEST))
+    runs = ensemble(external, starts, length * STEP, SAMPLES, round(length * FEWEST))
     found, steps = [], 0
     for number, (setting, run) in enumerate(runs):
         counted = setting["save_every"] * SAMPLES if "step" in setting else run.counts.get("steps")
@@ -143,9 +144,10 @@ def turning(
     quick: bool = False,
     report: Report = lambda sentence: None,
     walkers: Sequence[RoundOffParticipant] = WALKERS,
-    outsiders: Sequence[ExternalIntegrator] = (),
+    externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
-    """The rows of every run, with the columns COLUMNS; outsiders take part where they can."""
+    """The rows of every run, with the columns COLUMNS; external integrators take part where they
+    can."""
     found = []
     for walker in walkers:
         steps = walker.quick if quick else walker.default
@@ -153,9 +155,10 @@ def turning(
             report(f"{walker.label}, {steps} steps, run {number + 1}")
             found += rows(walker, number, steps)
     taken = [walker.label for walker in walkers]
-    for outsider in outsiders:
-        report(f"{outsider.name}, {QUICK_OUTSIDE if quick else OUTSIDE} steps of {STEP:g}")
-        found += outside_rows(outsider, label_beside(outsider, taken), quick)
+    for external in externals:
+        length = QUICK_EXTERNAL_STEPS if quick else EXTERNAL_STEPS
+        report(f"{external.name}, {length} steps of {STEP:g}")
+        found += external_rows(external, label_beside(external, taken), quick)
     return pd.DataFrame(found, columns=list(COLUMNS))
 
 

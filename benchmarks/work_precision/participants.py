@@ -1,7 +1,7 @@
-"""Outsiders' places in studies, and the calls by which any contender is run and timed.
+"""How external integrators take part in studies.
 
-In a comparison at matched error an outsider runs at every setting that it offers; in a study of one
-thing, such as energy over a long time, at the finest.
+In a comparison at matched error they run at every setting that they offer; in a study of one thing,
+such as energy over a long time, at the finest.
 """
 
 from __future__ import annotations
@@ -27,38 +27,38 @@ FEWEST = 100  # steps, where no other contender takes equal ones
 PATIENCE = 120.0  # seconds that the runs of an ensemble may take before no further one is begun
 
 
-def with_outsiders(
-    arena: WorkPrecisionProblem, outsiders: Sequence[Participant]
+def with_externals(
+    arena: WorkPrecisionProblem, externals: Sequence[Participant]
 ) -> WorkPrecisionProblem:
     """The arena with those that support its problem and say what to run them with."""
     taken = [label for label, _, _ in arena.entries]
     steps = [one["save_every"] for _, _, ladder in arena.entries for one in ladder if "step" in one]
     fewest = min(steps, default=FEWEST)
     entries: list[Entry] = []
-    for outsider in outsiders:
-        settings = offers(outsider, arena.problem, arena.duration, fewest)
-        entries += [(label_beside(outsider, taken), outsider, settings)] if settings else []
+    for external in externals:
+        settings = offers(external, arena.problem, arena.duration, fewest)
+        entries += [(label_beside(external, taken), external, settings)] if settings else []
     return replace(arena, entries=(*arena.entries, *entries))
 
 
 def offers(
-    outsider: Participant, problem: Problem, duration: float, fewest: int = FEWEST
+    external: Participant, problem: Problem, duration: float, fewest: int = FEWEST
 ) -> Sequence[Setting]:
     """What to run it with, from coarse to fine; nothing where it does not support the problem."""
-    if not outsider.supports(problem):
+    if not external.supports(problem):
         return []
-    return outsider.settings(problem, duration, fewest)
+    return external.settings(problem, duration, fewest)
 
 
 def finest(
-    outsider: Participant,
+    external: Participant,
     problem: Problem,
     duration: float,
     parts: int,
     fewest: int = FEWEST,
 ) -> Setting | None:
     """The last of its settings, `sampled`; None where it does not take part."""
-    offered = offers(outsider, problem, duration, fewest)
+    offered = offers(external, problem, duration, fewest)
     return sampled(duration, offered[-1], parts) if offered else None
 
 
@@ -74,7 +74,7 @@ def sampled(duration: float, setting: Setting, parts: int) -> Setting:
 
 
 def ensemble(
-    outsider: Participant,
+    external: Participant,
     problems: Iterable[Problem],
     duration: float,
     parts: int,
@@ -86,18 +86,18 @@ def ensemble(
     """
     began, setting = time.perf_counter(), None
     for problem in problems:
-        setting = setting or finest(outsider, problem, duration, parts, fewest)
+        setting = setting or finest(external, problem, duration, parts, fewest)
         if setting is None:
             return
-        run = outsider.run(problem, duration, setting)
+        run = external.run(problem, duration, setting)
         yield setting, run
         if not run.success or time.perf_counter() - began > PATIENCE:
             return
 
 
-def label_beside(outsider: Participant, taken: Collection[str]) -> str:
-    """Its name, which says that it is an outsider where a contender of ours has the same."""
-    return f"{outsider.name}, outside" if outsider.name in taken else outsider.name
+def label_beside(external: Participant, taken: Collection[str]) -> str:
+    """Its name, marked where a contender of the suite has the same."""
+    return f"{external.name}, external" if external.name in taken else external.name
 
 
 def readable_setting(setting: Mapping[str, Any]) -> str:

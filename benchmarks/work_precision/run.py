@@ -11,7 +11,7 @@ import pandas as pd
 from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.statistics.timing import Timing, call_of, interleaved, warmed
 from benchmarks.work_precision.fronts import TRUTH, front, ratios
-from benchmarks.work_precision.participants import Participant, readable_setting, with_outsiders
+from benchmarks.work_precision.participants import Participant, readable_setting, with_externals
 from benchmarks.work_precision.problem import Truth, WorkPrecisionProblem
 from benchmarks.work_precision.problems import arenas
 from galvi import Trajectory
@@ -51,10 +51,11 @@ class _Entry:
 def work_precision(
     quick: bool = False,
     report: Callable[[str], None] = lambda sentence: None,
-    outsiders: Sequence[Participant] = (),
+    externals: Sequence[Participant] = (),
     problem: str = "",
 ) -> pd.DataFrame:
-    """One row for each problem, contender and setting; outsiders take part where they can.
+    """One row for each problem, contender and setting; external integrators take part where
+    they can.
 
     Given the name of a problem, of that one alone. Raises ValueError when there is no such problem.
 
@@ -76,7 +77,7 @@ def work_precision(
     if not chosen:
         raise ValueError(f"there is no problem {problem!r} to compare on; known: {problems(quick)}")
     tables = [
-        _study(with_outsiders(arena, outsiders), _least(arena, quick), report) for arena in chosen
+        _study(with_externals(arena, externals), _least(arena, quick), report) for arena in chosen
     ]
     return pd.concat(tables, ignore_index=True)
 

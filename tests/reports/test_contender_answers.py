@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.external.loading import Fault
-from benchmarks.external.timed_run import Faulty, TimedRun
-from benchmarks.external.worker import examined, settings
+from benchmarks.external.loading import ContenderError
+from benchmarks.external.timed_run import TimedRun
+from benchmarks.external.validation import valid_run
+from benchmarks.external.worker import settings
 from benchmarks.statistics.timing import interleaved, warmed
 
 ORBIT = galvi.problems.kepler(0.6)
@@ -19,9 +20,7 @@ ORBIT = galvi.problems.kepler(0.6)
 def finished(**parts):
     """What a run on ORBIT for {"samples": 2} over 1 should be, with some parts replaced."""
     t, q, p = np.array([0.0, 0.5, 1.0]), np.array([ORBIT.q0] * 3), np.array([ORBIT.p0] * 3)
-    return SimpleNamespace(
-        **{"t": t, "q": q, "p": p, "success": True, "status": "", "counts": {}, **parts}
-    )
+    return galvi.Trajectory(**{"problem": ORBIT, "t": t, "q": q, "p": p, **parts})
 
 
 @pytest.mark.parametrize(
@@ -38,56 +37,45 @@ def finished(**parts):
     ],
 )
 def test_a_run_of_another_shape_or_time_is_refused(parts, said):
-    good = examined(finished(), ORBIT, 1.0, {"samples": 2})
+    good = valid_run(finished(), ORBIT, 1.0, {"samples": 2})
     assert good["success"] and good["q"].shape == (3, 2)
-    with pytest.raises(Fault, match=said):
-        examined(finished(**parts), ORBIT, 1.0, {"samples": 2})
+    with pytest.raises(ContenderError, match=said):
+        valid_run(finished(**parts), ORBIT, 1.0, {"samples": 2})
 
 
 def test_settings_are_plain_and_say_at_which_times_a_run_has_states():
     def offering(**setting):
         return SimpleNamespace(settings=lambda problem, duration: [setting])
 
-    assert settings(offering(step=np.float64(0.5), save_every=np.int64(2)), ORBIT, 1.0) == [
+    assert settings(offering(step=np.float64(0.5), save_every=np.int64(2)), ORBIT, 1.0, 100) == [
         {"step": 0.5, "save_every": 2}
     ]
-    with pytest.raises(Fault, match="x is a SimpleNamespace"):
-        settings(offering(samples=2, x=SimpleNamespace()), ORBIT, 1.0)
-    with pytest.raises(Fault, match=r"step must be a positive number; received -0\.5"):
-        settings(offering(step=-0.5), ORBIT, 1.0)
-    with pytest.raises(Fault, match="must say at which times a run has states"):
-        examined(finished(), ORBIT, 1.0, {"step": 0.5, "save_every": "often"})
+    with pytest.raises(ContenderError, match="x is a SimpleNamespace"):
+        settings(offering(samples=2, x=SimpleNamespace()), ORBIT, 1.0, 100)
+    with pytest.raises(ContenderError, match=r"step must be a positive number; received -0\.5"):
+        settings(offering(step=-0.5), ORBIT, 1.0, 100)
+    with pytest.raises(ContenderError, match="must say at which times a run has states"):
+        valid_run(finished(), ORBIT, 1.0, {"step": 0.5, "save_every": "often"})
 
 
 def test_a_run_that_says_it_failed_says_why_and_may_hold_nan():
-    with pytest.raises(Fault, match="its status does not say why"):
-        examined(finished(success=False, status=" "), ORBIT, 1.0, {"samples": 2})
+    with pytest.raises(ContenderError, match="its status does not say why"):
+        valid_run(finished(success=False, status=" "), ORBIT, 1.0, {"samples": 2})
     parts = {"q": np.full((3, 2), np.nan), "success": False, "status": "Too long a step."}
-    assert examined(finished(**parts), ORBIT, 1.0, {"samples": 2})["status"] == "Too long a step."
+    assert valid_run(finished(**parts), ORBIT, 1.0, {"samples": 2})["status"] == "Too long a step."
 
 
 def test_its_clock_is_its_own_and_a_failure_between_rounds_leaves_no_time():
-    class Answers:
-        """In the place of an outsider: 1 ms a run, the second time it is asked it is gone."""
+    answers = iter([2.0, 1e-3, 1e-3])  # seconds; then it is gone
+    failures = []
 
-        def __init__(self):
-            parts = {name: np.zeros(1) for name in "tqp"}
-            self.answers = iter([(parts, 2.0), 1e-3, 1e-3])
-            self.notes = []
+    def ask(repeats):
+        for seconds in answers:
+            return {name: np.zeros(1) for name in "tqp"}, seconds
+        raise ContenderError("Gone.")
 
-        def _ask(self, problem, what, *asked):
-            for answer in self.answers:
-                return answer
-            raise Faulty("Gone.")
-
-        def note(self, problem, doing, why):
-            self.notes.append(why)
-
-        name = "answers"
-
-    call = TimedRun(Answers(), ORBIT, 1.0, {"samples": 1})
+    call = TimedRun("answers", ORBIT, 1.0, {"samples": 1}, ask, failures.append)
     found, seconds = warmed(call)
     assert found.success and seconds == 2.0
     (timing,) = interleaved([call], 3, 1e-3, [1e-3])
-    assert np.isnan(timing.seconds) and call.failure == "Gone."
-    assert call.outsider.notes == ["Gone."]
+    assert np.isnan(timing.seconds) and call.failure == "Gone." and failures == ["Gone."]
