@@ -11,13 +11,16 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
-from benchmarks.work_precision.problem import Entry, Setting, WorkPrecisionProblem
+from benchmarks.work_precision.problem import Participant, Setting, WorkPrecisionProblem
 from galvi import Problem, Trajectory
 from references import Contender
 
 
-class Participant(Contender, Protocol):
-    """A contender from outside, such as `benchmarks.external.integrator.ExternalIntegrator`."""
+class ExternalContender(Contender, Protocol):
+    """A contender that says itself which settings it is run with.
+
+    See `benchmarks.external.integrator.ExternalIntegrator`.
+    """
 
     def settings(self, problem: Problem, duration: float, fewest: int) -> Sequence[Setting]:
         """What to run it with, from coarse to fine."""
@@ -28,21 +31,23 @@ PATIENCE = 120.0  # seconds that the runs of an ensemble may take before no furt
 
 
 def with_externals(
-    arena: WorkPrecisionProblem, externals: Sequence[Participant]
+    case: WorkPrecisionProblem, externals: Sequence[ExternalContender]
 ) -> WorkPrecisionProblem:
-    """The arena with those that support its problem and say what to run them with."""
-    taken = [label for label, _, _ in arena.entries]
-    steps = [one["save_every"] for _, _, ladder in arena.entries for one in ladder if "step" in one]
+    """The case with those that support its problem and say what to run them with."""
+    taken = [one.label for one in case.participants]
+    offered = [setting for one in case.participants for setting in one.settings]
+    steps = [setting["save_every"] for setting in offered if "step" in setting]
     fewest = min(steps, default=FEWEST)
-    entries: list[Entry] = []
+    participants: list[Participant] = []
     for external in externals:
-        settings = offers(external, arena.problem, arena.duration, fewest)
-        entries += [(label_beside(external, taken), external, settings)] if settings else []
-    return replace(arena, entries=(*arena.entries, *entries))
+        settings = offered_settings(external, case.problem, case.duration, fewest)
+        if settings:
+            participants.append(Participant(label_beside(external, taken), external, settings))
+    return replace(case, participants=(*case.participants, *participants))
 
 
-def offers(
-    external: Participant, problem: Problem, duration: float, fewest: int = FEWEST
+def offered_settings(
+    external: ExternalContender, problem: Problem, duration: float, fewest: int = FEWEST
 ) -> Sequence[Setting]:
     """What to run it with, from coarse to fine; nothing where it does not support the problem."""
     if not external.supports(problem):
@@ -51,14 +56,14 @@ def offers(
 
 
 def finest(
-    external: Participant,
+    external: ExternalContender,
     problem: Problem,
     duration: float,
     parts: int,
     fewest: int = FEWEST,
 ) -> Setting | None:
     """The last of its settings, `sampled`; None where it does not take part."""
-    offered = offers(external, problem, duration, fewest)
+    offered = offered_settings(external, problem, duration, fewest)
     return sampled(duration, offered[-1], parts) if offered else None
 
 
@@ -74,7 +79,7 @@ def sampled(duration: float, setting: Setting, parts: int) -> Setting:
 
 
 def ensemble(
-    external: Participant,
+    external: ExternalContender,
     problems: Iterable[Problem],
     duration: float,
     parts: int,
@@ -95,7 +100,7 @@ def ensemble(
             return
 
 
-def label_beside(external: Participant, taken: Collection[str]) -> str:
+def label_beside(external: ExternalContender, taken: Collection[str]) -> str:
     """Its name, marked where a contender of the suite has the same."""
     return f"{external.name}, external" if external.name in taken else external.name
 

@@ -59,9 +59,11 @@ def folder(tmp_path_factory):
 def test_the_example_of_the_page_stands_beside_ours_everywhere(
     folder, make_suite, tmp_path, monkeypatch, capsys
 ):
-    arena = kepler(1, quick=True)
-    few = tuple(entry for entry in arena.entries if entry[0] in FEW)
-    monkeypatch.setattr(work_precision, "arenas", lambda quick: (replace(arena, entries=few),))
+    case = kepler(1, quick=True)
+    few = tuple(one for one in case.participants if one.label in FEW)
+    monkeypatch.setattr(
+        work_precision, "work_precision_problems", lambda quick: (replace(case, participants=few),)
+    )
     monkeypatch.setattr(high_eccentricity, "ECCENTRICITIES", (0.9,))
     monkeypatch.setattr(high_eccentricity, "STEPS", (101, 1001))
     monkeypatch.setattr("reports.results.external.contender_checks", lambda externals: ())
@@ -100,9 +102,11 @@ def test_a_check_of_a_contender_that_was_not_named_says_so(make_suite, tmp_path,
 def test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal(
     folder, make_suite, tmp_path, monkeypatch, capsys
 ):
-    arena = kepler(1, quick=True)
-    few = tuple(entry for entry in arena.entries if entry[0] in FEW)
-    monkeypatch.setattr(work_precision, "arenas", lambda quick: (replace(arena, entries=few),))
+    case = kepler(1, quick=True)
+    few = tuple(one for one in case.participants if one.label in FEW)
+    monkeypatch.setattr(
+        work_precision, "work_precision_problems", lambda quick: (replace(case, participants=few),)
+    )
     monkeypatch.setattr(
         ExternalIntegrator,
         "settings",

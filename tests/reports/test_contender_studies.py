@@ -16,7 +16,7 @@ from benchmarks.studies import (
     scaling,
     so3_drift,
 )
-from benchmarks.studies.free_body_drift import Runner
+from benchmarks.studies.free_body_drift import DriftParticipant
 from benchmarks.studies.round_off import gauss
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import ensemble, finest, label_beside, sampled
@@ -28,7 +28,7 @@ from reports.tables.study_table import readable_table
 from tests.benchmarks.contenders_at_hand import BROKEN, Failing, Gauss, Inside, Raising
 
 SHOWN = {study.name: study for study in STUDIES if study.open}
-OURS = scaling.Entry("galvi degree 8, Gauss 8", gauss_collocation(8), 6)
+OURS = scaling.ScalingParticipant("galvi degree 8, Gauss 8", gauss_collocation(8), 6)
 # The mechanism is the same for each way of breaking; a fault's sentence is found by its beginning.
 WHY = {kind.name: sentence for kind, sentence in BROKEN.items()}
 
@@ -61,16 +61,16 @@ def studied():
         patch.setattr(so3_drift, "QUICK_EXTERNAL_STEPS", 100)
         patch.setattr(scaling, "WORK", 60)
         patch.setattr(scaling, "TARGET", 1e-3)  # who does not reach it has no line in a figure
-        patch.setattr(scaling, "ENTRIES", (OURS, scaling.TRUTH))
+        patch.setattr(scaling, "PARTICIPANTS", (OURS, scaling.TRUTH))
         patch.setattr(free_body_drift, "QUICK_TURNS", 5)
-        runners = [Runner("galvi degree 4", gauss_collocation(4), 0.125)]
+        participants = [DriftParticipant("galvi degree 4", gauss_collocation(4), 0.125)]
         return {
-            "brouwer": round_off.brouwer(True, walkers=(gauss(6, 10),), externals=externals()),
+            "brouwer": round_off.brouwer(True, participants=(gauss(6, 10),), externals=externals()),
             "scaling": scaling.scaling(True, bodies=(3,), orbits=2, externals=externals()),
             "free-spin": free_body_drift.free_spin(
-                True, runners=runners, on_box=[], externals=externals()
+                True, participants=participants, on_box=[], externals=externals()
             ),
-            "turning": so3_drift.turning(True, walkers=(), externals=externals()),
+            "turning": so3_drift.turning(True, participants=(), externals=externals()),
         }
 
 
@@ -127,7 +127,7 @@ def test_the_sky_and_the_pericentre_have_external_integrators_too(monkeypatch):
     alone = readable_table(sky[sky["contender"] == ephemeris.OURS].assign(contender=""), headings)
     assert not {"contender", "status"} & set(alone[0])
     monkeypatch.setattr(high_eccentricity, "ECCENTRICITIES", (0.5,))
-    monkeypatch.setattr(high_eccentricity, "_entries", lambda quick: [])
+    monkeypatch.setattr(high_eccentricity, "_participants", lambda quick: [])
     near = high_eccentricity.high_eccentricity_table(True, externals=externals())
     assert near.groupby("contender")["status"].last().to_dict() == {
         "a gauss": "", "failing": WHY["failing"], "raising": WHY["raising"]
