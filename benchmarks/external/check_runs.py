@@ -8,7 +8,7 @@ ERROR     largest component of the configuration's error at the end, at the coar
 OFF       by how much q, and p, are off there at most, at half of the time and at the end, as a
           share of how far the truth of them gets from the start; of N bodies that of the worst
 CLAIMED   the error that it claims there
-ORDER     the same errors at steps in between, where it says its order and offers steps
+ORDER     the same errors at steps in between, where it declares its order and offers steps
 energy, angular momentum
           relative changes from the problem's start at times t of a long run, at its finest setting
 FAILED    how many runs and answers failed; status says which
@@ -97,8 +97,8 @@ def _in_between(
 ) -> Iterator[dict[str, Any]]:
     """From its longest step to its shortest, or over a factor LEAST where that is more.
 
-    Where it offers no steps of its own, and those of others are too short to show its order, from
-    one that is long enough.
+    Where it offers no settings of its own, and the equal steps are too short to show its order,
+    from one that is long enough.
     """
     equal = [setting for setting in settings if "step" in setting]
     if external.order is None or not check.ordered or not equal:
@@ -120,9 +120,9 @@ def _in_between(
 
 
 def _fewer(external: ExternalIntegrator, check: CheckProblem, end: Array, few: int) -> int:
-    """So few steps that an error that falls as it says is above the floor LEAST times further.
+    """So few steps that an error of the declared order is above the floor LEAST times further.
 
-    A run that fails here ends the search, and nothing else: it was not offered.
+    A run that fails here ends the search, and is no fault: it was not offered.
     """
     assert external.order is not None
     least = min(COARSE, check.floor * LEAST ** min(external.order, 100.0))
@@ -166,7 +166,7 @@ def _changes(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict
 def _run(
     external: ExternalIntegrator, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> Trajectory:
-    """A run that must not fail, not even if it says so."""
+    """A run that must come to its end: a fault even where the contender reports the failure."""
     call = external.timed(problem, duration, setting)
     run = call()
     if not (run.success or call.failure):

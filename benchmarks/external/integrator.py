@@ -75,7 +75,7 @@ class ExternalIntegrator:
         return external
 
     def supports(self, problem: Problem) -> bool:
-        """As it says; False, and a fault, when it cannot say."""
+        """Its answer; False, and a fault, where it gives none."""
         return bool(
             self._ask_about(problem, "asked whether it supports the problem", "supports", problem)
         )
@@ -85,7 +85,7 @@ class ExternalIntegrator:
     ) -> Sequence[Mapping[str, Any]]:
         """What to run it with: its own offers, or multiples of the fewest steps that others take.
 
-        None at all, and a fault, when it cannot say.
+        None at all, and a fault, where it gives no answer.
         """
         return (
             self._ask_about(
@@ -97,7 +97,7 @@ class ExternalIntegrator:
     def claimed_error(
         self, problem: Problem, duration: float, setting: Mapping[str, Any]
     ) -> float | None:
-        """The largest error that it claims; None, and a fault, when it cannot say."""
+        """The largest error that it claims; None, and a fault, where it gives no answer."""
         claimed: float | None = self._ask_about(
             problem, "asked for the error that it claims", "claimed error", problem, duration,
             dict(setting),
@@ -105,7 +105,7 @@ class ExternalIntegrator:
         return claimed
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """Once, in its process; a failed run when it did anything else than return one."""
+        """One run in its process; a failed one where it returned none."""
         return self.timed(problem, duration, setting)()
 
     def timed(

@@ -1,5 +1,5 @@
 """Somebody else's contenders without a process of their own, so that tests of what is made of their
-answers are quick; `tests/reports/test_contender_option.py` has the processes.
+answers are quick; `tests/benchmarks/test_contender_process.py` has the processes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a contender answers: examined before anything is made of it, and timed by its own clock."""
+"""What a contender returns is validated before it is used, and timed by its own clock."""
 
 from __future__ import annotations
 
