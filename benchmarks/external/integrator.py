@@ -87,12 +87,10 @@ class ExternalIntegrator:
 
         None at all, and a fault, where it gives no answer.
         """
-        return (
-            self._ask_about(
-                problem, "asked for its settings", "settings", problem, duration, fewest
-            )
-            or []
+        offered = self._ask_about(
+            problem, "asked for its settings", "settings", problem, duration, fewest
         )
+        return offered or []
 
     def claimed_error(
         self, problem: Problem, duration: float, setting: Mapping[str, Any]

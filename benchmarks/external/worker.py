@@ -26,21 +26,20 @@ contender_at = cache(load_class)
 
 
 def prepare() -> None:
-    """Lead a process group that ends with our parent; print to stderr.
-
-    The group holds whatever the contender starts.
-    """
+    """Lead a process group, which whatever the contender starts is in; print to stderr."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None, (
+        "only a process that multiprocessing started has a parent to end with"
+    )
     os.dup2(2, 1)
     if os.name == "posix":
         os.setsid()
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    """Wait for the parent's end, killed or not, then end this process and its group."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
+def _end_after(parent: Any) -> None:
+    """End this process and its group when the parent has ended, killed or not."""
+    parent.join()
     if os.name == "posix":
         os.killpg(0, signal.SIGKILL)
     os._exit(1)
