@@ -127,7 +127,7 @@ def test_one_that_hangs_dies_or_exits_is_a_sentence_and_the_next_run_goes_on(
         assert run("exits").status == "It raised SystemExit: that is all."
         assert run("dies later").success
         time.sleep(1.0)
-        assert run().status == "Its process ended between two answers." and run().success
+        assert run().status.startswith("Its process ended") and run().success
         assert external.supports(replace(ORBIT, name="unsure")) is False
         assert external.faults[-1] == (
             "trouble, unsure, asked whether it supports the problem: "
@@ -157,7 +157,7 @@ def script(folder: Path, what: str) -> subprocess.Popen[str]:
 
 def test_a_normal_end_clears_up_without_a_word(folder: Path) -> None:
     process = script(folder, "")
-    assert process.communicate(timeout=20.0) == ("", "a line that is no part of any table\n")
+    assert process.communicate(timeout=60.0) == ("", "a line that is no part of any table\n")
     assert process.returncode == 0
 
 
@@ -170,6 +170,6 @@ def test_when_we_are_stopped_it_goes_and_what_it_started(folder: Path, how: int)
             break
         time.sleep(0.1)
     process.send_signal(how)
-    said = process.communicate(timeout=20.0)[1]
+    said = process.communicate(timeout=60.0)[1]
     assert process.returncode != 0 and left(folder) == []
     assert ("KeyboardInterrupt" in said) is (how == signal.SIGINT)
