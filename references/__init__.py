@@ -85,11 +85,14 @@ REFERENCES: tuple[Contender, ...] = (
 
 
 def reference(name: str) -> Contender:
-    """The reference of this name; ValueError, with the nearest known one, when there is none."""
+    """The reference of this name.
+
+    Raises ValueError, with the nearest known name, when there is none.
+    """
     known = {contender.name: contender for contender in REFERENCES}
     if name not in known:
         raise ValueError(
-            f"a reference is one of {', '.join(known)}; received {name!r}. "
+            f"a reference is one of {', '.join(map(repr, known))}; received {name!r}. "
             f"Did you mean {nearest(name, known)!r}?"
         )
     return known[name]

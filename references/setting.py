@@ -16,9 +16,13 @@ WHOLE = 1e-9  # how far, relatively, duration / step may be from a whole number
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """The one of the known words most like this one."""
-    words = sorted(known)
-    return difflib.get_close_matches(word, words, n=1, cutoff=0.0)[0]
+    """The one of the known words most like this one in any case, those that contain it first."""
+    folded, words = word.casefold(), sorted(known)
+
+    def likeness(other: str) -> float:
+        return difflib.SequenceMatcher(None, other.casefold(), folded).ratio()
+
+    return max([one for one in words if folded in one.casefold()] or words, key=likeness)
 
 
 def check_keys(setting: Mapping[str, Any], known: Iterable[str]) -> None:

@@ -1,1 +1,1 @@
-"""Integrators from outside the project: loading, running and checking them."""
+"""Somebody else's integrators: loading, running and checking them."""

@@ -24,18 +24,18 @@ from references.stored.planets import STORED_TRUTH
 
 @dataclass(frozen=True, eq=False)
 class CheckProblem:
-    """One of them.
+    """A problem that contenders are checked on.
 
     problem   what is solved
     duration  after which, and after half of which, states are compared, in the problem's unit of
               time
-    truth     what with, at `setting`
+    truth     which contender solves it, at `setting`
     floor     error, of a component, below which rounding or the truth's own error counts
-    ordered   whether an order is seen: the motion is nonlinear and has one time scale
-    kept      what of `benchmarks.external.loading.CONSERVED` the motion keeps
-    long      duration over which that is watched: some twenty turns, never a whole number of them
-    watched   the start for that, where it is another: a regular motion
-    energy    the formula by which it is: (problem, q, p) -> (k,)
+    ordered   whether an order of convergence is seen: a nonlinear motion of one time scale
+    kept      which of `benchmarks.external.loading.CONSERVED` the motion conserves
+    long      duration over which that is measured: some twenty turns, never a whole number
+    watched   the problem with the start for that, where it is another: a regular motion
+    energy    its formula: (problem, q, p) -> (k,)
     """
 
     problem: Problem
@@ -50,7 +50,7 @@ class CheckProblem:
     energy: Callable[[Problem, Array, Array], Array] = hamiltonians.energy
 
     def states(self) -> Trajectory:
-        """Those at the start, at half of the duration and at its end, by the truth."""
+        """The truth at the start, at half of the duration and at its end."""
         return self.truth.run(self.problem, self.duration, {"samples": 2, **self.setting})
 
 

@@ -1,5 +1,5 @@
-"""What an outsider is asked for by `verify`: runs on the problems of
-`benchmarks.external.check_problems`.
+"""Runs of an external integrator on the problems of `benchmarks.external.check_problems`, for
+`verify`.
 
 Rows of the tidy frame, the problem in `study` and the setting in `label`:
 
@@ -8,7 +8,7 @@ ERROR     largest component of the configuration's error at the end, at the coar
 OFF       by how much q, and p, are off there at most, at half of the time and at the end, as a
           share of how far the truth of them gets from the start; of N bodies that of the worst
 CLAIMED   the error that it claims there
-ORDER     the same errors at steps in between, where it says its order and offers steps
+ORDER     the same errors at steps in between, where it declares its order and offers steps
 energy, angular momentum
           relative changes from the problem's start at times t of a long run, at its finest setting
 FAILED    how many runs and answers failed; status says which
@@ -24,7 +24,8 @@ import pandas as pd
 
 from benchmarks.checks.claim import MakeMethod, Report
 from benchmarks.external.check_problems import CheckProblem
-from benchmarks.external.integrator import ExternalIntegrator, equal_steps
+from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.external.worker import equal_steps
 from benchmarks.measures import independent_invariants
 from benchmarks.store.frames import frame, row
 from benchmarks.work_precision.participants import FEWEST, finest, readable_setting, sampled
@@ -38,97 +39,97 @@ POINTS, LEAST, MOST = 9, 4.0, 2.0  # steps: how many, over which factor at least
 COARSE, FEW = 1e-2, 10  # an error, and a number of steps, up to which longer ones are looked for
 
 
-def studied(
-    outsider: ExternalIntegrator,
-    grounds: Sequence[CheckProblem],
+def check_runs(
+    external: ExternalIntegrator,
+    check_problems: Sequence[CheckProblem],
     make_method: MakeMethod,
     quick: bool,
     report: Report,
 ) -> pd.DataFrame:
-    """The rows of every problem that it supports, or cannot answer for. Nothing here is galvi's."""
+    """The rows of every problem that it supports, or cannot answer for; no run is galvi's."""
     rows = []
-    for ground in grounds:
-        report(ground.problem.name)
-        if outsider.supports(ground.problem):
-            settings = outsider.settings(ground.problem, ground.duration, FEWEST)
+    for check in check_problems:
+        report(check.problem.name)
+        if external.supports(check.problem):
+            settings = external.settings(check.problem, check.duration, FEWEST)
             if settings:
-                truth = ground.states()
-                rows += _errors(outsider, ground, settings, truth)
-                rows += _in_between(outsider, ground, settings, truth.q[-1])
-                rows += _changes(outsider, ground)
-        elif not outsider.faults_on(ground.problem):
+                truth = check.states()
+                rows += _errors(external, check, settings, truth)
+                rows += _in_between(external, check, settings, truth.q[-1])
+                rows += _changes(external, check)
+        elif not external.faults_on(check.problem):
             continue
-        faults = outsider.faults_on(ground.problem)
+        faults = external.faults_on(check.problem)
         rows.append(
-            row(study=ground.problem.name, quantity=FAILED,
-                value=outsider.failures_on(ground.problem), status=" ".join(faults))
+            row(study=check.problem.name, quantity=FAILED,
+                value=external.failures_on(check.problem), status=" ".join(faults))
         )  # fmt: skip
     return frame(rows)
 
 
 def _errors(
-    outsider: ExternalIntegrator,
-    ground: CheckProblem,
+    external: ExternalIntegrator,
+    check: CheckProblem,
     settings: Sequence[Mapping[str, Any]],
     truth: Trajectory,
 ) -> Iterator[dict[str, Any]]:
     chosen = sorted({0, len(settings) // 2, len(settings) - 1})
-    halved = [sampled(ground.duration, settings[k], 2) for k in chosen]
+    halved = [sampled(check.duration, settings[k], 2) for k in chosen]
     for label, setting in {readable_setting(one): one for one in halved}.items():
-        run = _run(outsider, ground.problem, ground.duration, setting)
-        known = {"study": ground.problem.name, "label": label, "t": ground.duration}
+        run = _run(external, check.problem, check.duration, setting)
+        known = {"study": check.problem.name, "label": label, "t": check.duration}
         yield row(quantity=ERROR, value=_error(run, truth.q[-1]), status=_status(run), **known)
         for quantity, found, exact in zip(
             OFF.values(), (run.q, run.p), (truth.q, truth.p), strict=True
         ):
-            off = _off(ground.problem, found, exact) if run.success else float("nan")
+            off = _off(check.problem, found, exact) if run.success else float("nan")
             yield row(quantity=quantity, value=off, status=_status(run), **known)
-        claimed = outsider.claimed_error(ground.problem, ground.duration, setting)
+        claimed = external.claimed_error(check.problem, check.duration, setting)
         if claimed is not None:
             yield row(quantity=CLAIMED, value=claimed, **known)
 
 
 def _in_between(
-    outsider: ExternalIntegrator,
-    ground: CheckProblem,
+    external: ExternalIntegrator,
+    check: CheckProblem,
     settings: Sequence[Mapping[str, Any]],
     end: Array,
 ) -> Iterator[dict[str, Any]]:
     """From its longest step to its shortest, or over a factor LEAST where that is more.
 
-    Where it offers no steps of its own, and those of others are too short to show its order, from
-    one that is long enough.
+    Where it offers no settings of its own, and the equal steps are too short to show its order,
+    from one that is long enough.
     """
     equal = [setting for setting in settings if "step" in setting]
-    if outsider.order is None or not ground.ordered or not equal:
+    if external.order is None or not check.ordered or not equal:
         return
-    numbers = [max(1, round(ground.duration / setting["step"])) for setting in equal]
+    numbers = [max(1, round(check.duration / setting["step"])) for setting in equal]
     few = min(numbers)
-    if list(settings) == equal_steps(ground.duration, FEWEST):
-        few = _fewer(outsider, ground, end, few)
+    if list(settings) == equal_steps(check.duration, FEWEST):
+        few = _fewer(external, check, end, few)
     many = max(round(LEAST * few), *(numbers if few in numbers else [0]))
     ratio = min(MOST, (many / few) ** (1.0 / (POINTS - 1)))
     for steps in dict.fromkeys(round(few * ratio**k) for k in range(POINTS)):
-        step = ground.duration / steps
+        step = check.duration / steps
         setting = {**equal[0], "step": step, "save_every": steps}
-        run = _run(outsider, ground.problem, ground.duration, setting)
+        run = _run(external, check.problem, check.duration, setting)
         yield row(
-            study=ground.problem.name, quantity=ORDER, step=step, steps=steps,
+            study=check.problem.name, quantity=ORDER, step=step, steps=steps,
             value=_error(run, end), status=_status(run),
         )  # fmt: skip
 
 
-def _fewer(outsider: ExternalIntegrator, ground: CheckProblem, end: Array, few: int) -> int:
-    """So few steps that an error that falls as it says is above the floor LEAST times further.
+def _fewer(external: ExternalIntegrator, check: CheckProblem, end: Array, few: int) -> int:
+    """So few steps that an error of the declared order is above the floor LEAST times further.
 
-    A run that fails here ends the search, and nothing else: it was not offered.
+    A run that fails here ends the search, and is no fault: it was not offered.
     """
-    assert outsider.order is not None
-    least = min(COARSE, ground.floor * LEAST ** min(outsider.order, 100.0))
+    assert external.order is not None
+    least = min(COARSE, check.floor * LEAST ** min(external.order, 100.0))
     while few >= FEW:
-        run = outsider.timed(
-            ground.problem, ground.duration,
-            {"step": ground.duration / few, "save_every": few}, noted=False,
+        run = external.timed(
+            check.problem, check.duration,
+            {"step": check.duration / few, "save_every": few}, report=lambda why: None,
         )()  # fmt: skip
         if not run.success:
             return 2 * few
@@ -138,38 +139,38 @@ def _fewer(outsider: ExternalIntegrator, ground: CheckProblem, end: Array, few: 
     return 2 * few
 
 
-def _changes(outsider: ExternalIntegrator, ground: CheckProblem) -> Iterator[dict[str, Any]]:
-    if not ground.kept:
+def _changes(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[str, Any]]:
+    if not check.kept:
         return
-    problem = ground.watched or ground.problem
-    setting = finest(outsider, problem, ground.long, PARTS)
+    problem = check.watched or check.problem
+    setting = finest(external, problem, check.long, PARTS)
     if setting is None:
         return
     label = readable_setting(setting)
-    run = _run(outsider, problem, ground.long, setting)
+    run = _run(external, problem, check.long, setting)
     q, p = (
         np.concatenate([start[None], states])
         for start, states in ((problem.q0, run.q), (problem.p0, run.p))
     )
-    formulas = {"energy": ground.energy, "angular momentum": _angular_momentum}
-    for name in ground.kept:
+    formulas = {"energy": check.energy, "angular momentum": _angular_momentum}
+    for name in check.kept:
         start, *values = formulas[name](problem, q, p).reshape(len(q), -1)
         change, size = np.linalg.norm(values - start, axis=-1), np.linalg.norm(start)
         for t, error in zip(run.t, change / size, strict=True):
             yield row(
-                study=ground.problem.name, quantity=name, label=label, t=t, value=error,
+                study=check.problem.name, quantity=name, label=label, t=t, value=error,
                 status=_status(run),
             )  # fmt: skip
 
 
 def _run(
-    outsider: ExternalIntegrator, problem: Problem, duration: float, setting: Mapping[str, Any]
+    external: ExternalIntegrator, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> Trajectory:
-    """A run that must not fail, not even if it says so."""
-    call = outsider.timed(problem, duration, setting)
+    """A run that must come to its end: a fault even where the contender reports the failure."""
+    call = external.timed(problem, duration, setting)
     run = call()
     if not (run.success or call.failure):
-        outsider.note(problem, f"T = {duration:g}, {readable_setting(setting)}", run.status)
+        external.add_fault(problem, f"T = {duration:g}, {readable_setting(setting)}", run.status)
     return run
 
 

@@ -1,10 +1,10 @@
-"""Somebody else's contender under `verify`: is its motion the right one, and what it says so?
+"""Checks the accuracy and the declared properties of somebody else's contender, for `verify`.
 
 What it declares (see `benchmarks.external.integrator`) is held against what is measured: its order
 from both sides, the errors that it claims, and what it conserves, as a bound and without a drift.
-What it does not declare is measured and told, and nothing depends on it. Whatever it declares, no
-run may fail, its finest setting must be within a tenth of the way of the truth, and better than its
-coarsest until it is right to 1e-8: what has one setting only has to be that.
+What it does not declare is measured and reported, and no verdict depends on it. Whatever it
+declares, no run may fail, its finest setting must be within a tenth of the way of the truth, and
+better than its coarsest until it is right to 1e-8: one setting alone has to be that.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from benchmarks.checks import bounds
 from benchmarks.checks.claim import AGREEMENT as SOURCE
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.external.check_problems import CHECK_PROBLEMS, CheckProblem
-from benchmarks.external.check_runs import CLAIMED, ERROR, FAILED, OFF, ORDER, studied
+from benchmarks.external.check_runs import CLAIMED, ERROR, FAILED, OFF, ORDER, check_runs
 from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.external.loading import CONSERVED
 from benchmarks.statistics.convergence_fits import algebraic, window
@@ -30,20 +30,20 @@ from benchmarks.store.frames import number, pick
 GAIN = 0.7  # of the coarsest setting's error, at most at the finest
 RIGHT = 1e-8  # of the way, an error that needs no gain
 FAR = 0.1  # of the way, that states may be off by at the finest setting
-SHARE = 0.05  # of an order, that it may be off by beyond `verdicts.ORDER_RESOLUTION`
+SHARE = 0.05  # of an order, that it may be off by beyond `bounds.ORDER_RESOLUTION`
 RISES = 2  # of the error with a shorter step, from which on it is erratic; one is a change of sign
 ROUND_OFF = 1e-12  # relative changes that may grow
-OWN = "It says so itself."
-TOLD = "It does not say; its number is told."
+DECLARED = "Declared by the contender."
+NOT_DECLARED = "Not declared: the number is for information."
 
 
 def contender_checks(
-    outsiders: Sequence[ExternalIntegrator], grounds: Sequence[CheckProblem] = CHECK_PROBLEMS
+    externals: Sequence[ExternalIntegrator], check_problems: Sequence[CheckProblem] = CHECK_PROBLEMS
 ) -> tuple[Claim, ...]:
     """One for each, which `verify` runs like a claim, with ids such as A-my-leapfrog."""
     names: list[str] = []
-    for outsider in outsiders:
-        slug = re.sub(r"[^a-z0-9]+", "-", outsider.name.lower()).strip("-")
+    for external in externals:
+        slug = re.sub(r"[^a-z0-9]+", "-", external.name.lower()).strip("-")
         name = f"A-{slug or 'contender'}"
         while name in names:
             name += "-too"
@@ -51,12 +51,12 @@ def contender_checks(
     return tuple(
         Claim(
             name,
-            f"{outsider.name} and the truth",
-            partial(studied, outsider, grounds),
-            Judge(name, outsider, tuple(grounds)),
+            f"{external.name} and the truth",
+            partial(check_runs, external, check_problems),
+            Judge(name, external, tuple(check_problems)),
             timed=True,  # its runs have a limit of time
         )
-        for name, outsider in zip(names, outsiders, strict=True)
+        for name, external in zip(names, externals, strict=True)
     )
 
 
@@ -65,47 +65,50 @@ class Judge:
     """From the rows of `benchmarks.external.check_runs` to those of claims.csv."""
 
     id: str
-    outsider: ExternalIntegrator
-    grounds: tuple[CheckProblem, ...]
+    external: ExternalIntegrator
+    check_problems: tuple[CheckProblem, ...]
 
     def __call__(self, table: pd.DataFrame) -> list[Row]:
         """Every row; a contender that supports none of the problems has one that says so."""
-        rows, orders, looked = [], 0, dict.fromkeys(self.outsider.conserves, 0)
-        for ground in self.grounds:
-            seen = pick(table, study=ground.problem.name)
+        rows, orders, looked = [], 0, dict.fromkeys(self.external.conserves, 0)
+        for check in self.check_problems:
+            seen = pick(table, study=check.problem.name)
             if seen.empty:
                 continue
-            rows += [self._failures(ground, seen), *self._errors(ground, seen)]
-            ordered = self._order(ground, seen)
+            rows += [self._failures(check, seen), *self._errors(check, seen)]
+            ordered = self._order(check, seen)
             orders += sum(row.verdict != bounds.NOT_RUN for row in ordered)
-            rows += [*ordered, *self._conserved(ground, seen)]
+            rows += [*ordered, *self._conserved(check, seen)]
             for name in looked:
                 looked[name] += not pick(seen, quantity=name).empty
         if not rows:
-            known = ", ".join(ground.problem.name for ground in self.grounds)
+            known = ", ".join(check.problem.name for check in self.check_problems)
             return [self._least("problems that it supports", 0, f"Asked were {known}.")]
-        if self.outsider.order is not None:
+        if self.external.order is not None:
             why = (
-                "It says its order: steps from its longest to its shortest must show it somewhere, "
-                "above round-off. Let it offer longer ones, too."
+                "It declares its order: steps from its longest to its shortest must show it "
+                "somewhere, above round-off. Let it offer longer ones, too."
             )
+            failures = [text for text in pick(table, quantity=FAILED)["status"] if text]
+            if failures and not pick(table, quantity=ORDER)["value"].notna().any():
+                why = f"It declares its order, and no run came to its end: {failures[0]}"
             rows.append(self._least("problems where its order is seen", orders, why))
         for name, count in looked.items():
-            why = "It says that it conserves it: a problem that it supports must have it."
+            why = "It declares that it conserves this: a problem that it supports must have it."
             rows.append(self._least(f"problems where its {name} is looked at", count, why))
         return rows
 
-    def _row(self, ground: CheckProblem, quantity: str, measured: float, verdict: str,
+    def _row(self, check: CheckProblem, quantity: str, measured: float, verdict: str,
              **more: str) -> Row:  # fmt: skip
-        told = {
+        more = {
             "claimed": "the same motion", "bound": "none", "expected": bounds.HOLDS,
-            "reason": OWN, "reference": ground.truth.name,
-            "setup": f"{ground.problem.name}; T = {ground.duration:g}", **more,
+            "reason": DECLARED, "reference": check.truth.name,
+            "setup": f"{check.problem.name}; T = {check.duration:g}", **more,
         }  # fmt: skip
         return Row(
-            id=self.id, quantity=f"{quantity}, {ground.problem.name}", source=SOURCE,
+            id=self.id, quantity=f"{quantity}, {check.problem.name}", source=SOURCE,
             measured=measured if np.isfinite(measured) else None, uncertainty=None,
-            verdict=verdict, **told,
+            verdict=verdict, **more,
         )  # fmt: skip
 
     def _least(self, quantity: str, count: int, why: str) -> Row:
@@ -116,15 +119,15 @@ class Judge:
             verdict=bounds.HOLDS if count else bounds.CONTRADICTED,
         )  # fmt: skip
 
-    def _failures(self, ground: CheckProblem, seen: pd.DataFrame) -> Row:
+    def _failures(self, check: CheckProblem, seen: pd.DataFrame) -> Row:
         count, (why, *_) = number(seen, quantity=FAILED), pick(seen, quantity=FAILED)["status"]
         return self._row(
-            ground, "runs and answers that failed", count, bounds.bound(count, 0.0),
+            check, "runs and answers that failed", count, bounds.bound(count, 0.0),
             claimed="runs as they were asked for", bound="at most 0", reference="the protocol",
             reason=why or "Each setting that it offers must run to its end.",
         )  # fmt: skip
 
-    def _errors(self, ground: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+    def _errors(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         rows, errors = [], pick(seen, quantity=ERROR)
         for _, one in errors.iterrows():
             limit = number(seen, quantity=CLAIMED, label=one["label"])
@@ -133,15 +136,15 @@ class Judge:
             kept = np.isfinite(measured) and not (claims and measured > limit)
             rows.append(
                 self._row(
-                    ground, f"error at {one['label'] or 'its setting'}", measured,
+                    check, f"error at {one['label'] or 'its setting'}", measured,
                     expected if kept else bounds.CONTRADICTED, expected=expected,
                     bound=f"at most {limit:g}" if claims else "none",
-                    reason=one["status"] or (OWN if claims else TOLD),
+                    reason=one["status"] or (DECLARED if claims else NOT_DECLARED),
                 )
             )  # fmt: skip
-        return [*rows, *self._way(ground, seen)] if rows else []
+        return [*rows, *self._way(check, seen)] if rows else []
 
-    def _way(self, ground: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+    def _way(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         """All its states at the finest setting, against the truth and against the coarsest."""
         off = {what: list(pick(seen, quantity=name)["value"]) for what, name in OFF.items()}
         coarse, fine = (float(np.max([values[k] for values in off.values()])) for k in (0, -1))
@@ -149,8 +152,11 @@ class Judge:
         single = len(off[worst]) == 1
         better = fine <= max(RIGHT, 0.0 if single else GAIN * coarse)
         unknown = single and not better and np.isfinite(fine)
+        furthest = f"Furthest from the truth: its {worst}."
         reason = "What becomes no better solves another problem."
-        if single:
+        if not np.isfinite(fine):
+            furthest = reason = "Its run at the finest setting failed."
+        elif single:
             reason = "It offers one setting, so that nothing can become better: let it offer two."
         elif not np.isfinite(coarse):
             reason = "Its run at the coarsest setting failed."
@@ -159,12 +165,12 @@ class Judge:
         bound = f"at most {GAIN:g}, or an error of at most {RIGHT:g} of the way"
         return [
             self._row(
-                ground, "error at its finest over the way from the start", fine,
+                check, "error at its finest over the way from the start", fine,
                 bounds.HOLDS if fine <= FAR else bounds.CONTRADICTED,
-                bound=f"at most {FAR:g}", reason=f"Furthest from the truth: its {worst}.",
+                bound=f"at most {FAR:g}", reason=furthest,
             ),
             self._row(
-                ground, "error at its finest over that at its coarsest",
+                check, "error at its finest over that at its coarsest",
                 fine if single or not coarse > 0.0 else fine / coarse,
                 bounds.NOT_RUN if unknown
                 else bounds.HOLDS if better else bounds.CONTRADICTED,
@@ -172,40 +178,42 @@ class Judge:
             ),
         ]  # fmt: skip
 
-    def _order(self, ground: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        runs, order = pick(seen, quantity=ORDER), self.outsider.order
+    def _order(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        runs, order = pick(seen, quantity=ORDER), self.external.order
         if runs.empty or order is None:
             return []
-        fit = algebraic(list(runs["step"]), list(runs["value"]), floor=ground.floor)
+        fit = algebraic(list(runs["step"]), list(runs["value"]), floor=check.floor)
         slack = max(bounds.ORDER_RESOLUTION, SHARE * order)
         wrong = fit.stays_large or fit.relapse
-        spread, reason = slack + 2.0 * fit.uncertainty, OWN
+        spread, reason = slack + 2.0 * fit.uncertainty, DECLARED
         if wrong:
             verdict = bounds.CONTRADICTED
         elif not fit.points:
-            verdict, reason = bounds.NOT_RUN, "Fewer than three errors are above round-off."
+            failures = [text for text in runs["status"] if text]
+            verdict = bounds.NOT_RUN
+            reason = failures[0] if failures else "Fewer than three errors are above round-off."
         elif 2.0 * fit.uncertainty <= slack:
             verdict = bounds.within(fit.rate, order - spread, order + spread)
-        elif _rises(runs["value"], ground.floor) >= RISES or fit.rate < order - spread:
+        elif _rises(runs["value"], check.floor) >= RISES or fit.rate < order - spread:
             verdict, reason = bounds.CONTRADICTED, "Its errors follow no power of the step."
         else:
             verdict, reason = bounds.NOT_RUN, "Its errors fall, but by no power of the step yet."
         unseen = verdict == bounds.NOT_RUN
         found = self._row(
-            ground, "order in the step", fit.rate, verdict, claimed=f"order {order:g}",
+            check, "order in the step", fit.rate, verdict, claimed=f"order {order:g}",
             bound=f"within {slack:g} of {order:g}",
             expected=bounds.NOT_RUN if unseen else bounds.HOLDS, reason=reason,
         )  # fmt: skip
         return [replace(found, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else found]
 
-    def _conserved(self, ground: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+    def _conserved(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         rows = []
         for name in CONSERVED:
             series = pick(seen, quantity=name)
             if series.empty:
                 continue
             found = bounds.drift(series["t"].to_numpy(), series["value"].to_numpy())
-            limit = self.outsider.conserves.get(name)
+            limit = self.external.conserves.get(name)
             if limit is None:
                 expected = verdict = bounds.INFORMATIVE
             else:
@@ -216,11 +224,12 @@ class Judge:
             label, why = series["label"].iloc[0], series["status"].iloc[0]
             rows.append(
                 self._row(
-                    ground, f"relative change of {name}", found.largest, verdict,
+                    check, f"relative change of {name}", found.largest, verdict,
                     claimed="none" if limit is None else "it stays", expected=expected,
                     bound="none" if limit is None else f"at most {limit:g}, without a drift",
-                    reason=why or (TOLD if limit is None else OWN), reference="its start",
-                    setup=f"{ground.problem.name}; T = {ground.long:g}; {label}",
+                    reason=why or (NOT_DECLARED if limit is None else DECLARED),
+                    reference="its start",
+                    setup=f"{check.problem.name}; T = {check.long:g}; {label}",
                 )
             )  # fmt: skip
         return rows

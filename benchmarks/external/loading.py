@@ -1,4 +1,4 @@
-"""Somebody else's contender at the place that was named, and what it says of itself."""
+"""Somebody else's contender: its class at a named place, and what it declares about itself."""
 
 from __future__ import annotations
 
@@ -9,63 +9,65 @@ from typing import Any
 
 import numpy as np
 
-PARTS = ("name", "supports", "run")
+METHODS = ("supports", "run")
 CONSERVED = ("energy", "angular momentum")
 OURS = "galvi"
 LONGEST, MARKUP = 60, "<>$|`"  # letters of a name, and those that pages and figures would read
 
 
-class Fault(Exception):
-    """What is wrong, in a sentence."""
+class ContenderError(Exception):
+    """What is wrong with a contender, in one sentence."""
 
 
-def opened(path: str) -> Any:
-    """The contender at "package.module:Class". Fault when there is none, or it is none."""
+def load_class(path: str) -> Any:
+    """The contender at "package.module:Class".
+
+    Raises ContenderError when there is none, or the class lacks what a contender must have.
+    """
     module_name, _, name = path.partition(":")
     if not all(part.isidentifier() for part in (*module_name.split("."), name)):
-        raise Fault(f"a contender is named package.module:Class; received {path!r}{_meant(path)}")
+        raise ContenderError(
+            f"a contender is named package.module:Class; received {path!r}{_suggested_path(path)}"
+        )
     try:
         module = importlib.import_module(module_name)
-    except ModuleNotFoundError as error:
-        if error.name and (module_name + ".").startswith(error.name + "."):
-            raise Fault(
-                f"there is no module {error.name!r} to take {name} from; name one that Python can "
+    except BaseException as error:
+        missing = getattr(error, "name", None) if isinstance(error, ModuleNotFoundError) else None
+        if missing and (module_name + ".").startswith(missing + "."):
+            raise ContenderError(
+                f"there is no module {missing!r} to take {name} from; name one that Python can "
                 f"import from this folder"
             ) from None
-        raise Fault(f"importing {module_name} raised {told(error)}") from None
-    except BaseException as error:
-        raise Fault(f"importing {module_name} raised {told(error)}") from None
+        raise ContenderError(f"importing {module_name} raised {describe_error(error)}") from None
     if not hasattr(module, name):
         known = [word for word in vars(module) if not word.startswith("_")]
         near = difflib.get_close_matches(name, known, n=1)
-        raise Fault(
+        raise ContenderError(
             f"module {module_name} has no {name!r}{f'; did you mean {near[0]!r}?' if near else ''}"
         )
-    made = getattr(module, name)
-    if isinstance(made, type):
+    contender = getattr(module, name)
+    if isinstance(contender, type):
         try:
-            made = made()
+            contender = contender()
         except BaseException as error:
-            raise Fault(f"{name}() raised {told(error)}") from None
-    lacking = [part for part in PARTS if not hasattr(made, part)]
-    lacking += [
-        part for part in PARTS[1:] if hasattr(made, part) and not callable(getattr(made, part))
-    ]
+            raise ContenderError(f"{name}() raised {describe_error(error)}") from None
+    lacking = [name for name in METHODS if not callable(getattr(contender, name, None))]
+    lacking += [] if hasattr(contender, "name") else ["name"]
     if lacking:
-        raise Fault(
+        raise ContenderError(
             f"{path} lacks {' and '.join(map(repr, lacking))}; a contender has name, "
             "supports(problem) and run(problem, duration, setting)"
         )
-    if not (isinstance(made.name, str) and _is_name(made.name)):
-        raise Fault(
+    if not (isinstance(contender.name, str) and _is_name(contender.name)):
+        raise ContenderError(
             f"the name of {path} must be words in one line, of {LONGEST} letters at most, none of "
             f"{MARKUP}, that do not begin with {OURS!r}, which are galvi's own methods; received "
-            f"{made.name!r}"
+            f"{contender.name!r}"
         )
-    return made
+    return contender
 
 
-def _meant(path: str) -> str:
+def _suggested_path(path: str) -> str:
     """What a file's path, or a class behind a dot, may stand for."""
     file, _, name = path.removeprefix("./").rpartition(":")
     module = file.removesuffix(".py").replace("/", ".")
@@ -81,16 +83,18 @@ def _is_name(name: str) -> bool:
     return bool(one_line) and not set(name) & set(MARKUP) and not name.startswith(OURS)
 
 
-def introduced(contender: Any) -> tuple[str, float | None, dict[str, float]]:
-    """Its name, order and what it conserves; None and nothing where it does not say. Fault when
-    they are no such things."""
+def metadata(contender: Any) -> tuple[str, float | None, dict[str, float]]:
+    """Its name, its order (None when not declared) and what it declares to conserve.
+
+    Raises ContenderError when they are of another kind.
+    """
     order, conserves = getattr(contender, "order", None), getattr(contender, "conserves", {})
     if order is not None and not is_positive(order):
-        raise Fault(f"its order must be a positive number; received {order!r}")
+        raise ContenderError(f"its order must be a positive number; received {order!r}")
     if not isinstance(conserves, Mapping) or not all(
         name in CONSERVED and is_positive(most) for name, most in conserves.items()
     ):
-        raise Fault(
+        raise ContenderError(
             "what it conserves must be a mapping of "
             f"{' or '.join(map(repr, CONSERVED))} to the largest relative change, a positive "
             f"number; received {conserves!r}"
@@ -108,7 +112,7 @@ def is_positive(value: Any) -> bool:
     )
 
 
-def told(error: BaseException) -> str:
-    """Its kind and its words, without a full stop."""
+def describe_error(error: BaseException) -> str:
+    """Its type and message, without a full stop."""
     words = " ".join(str(error).split()).rstrip(".")
     return f"{type(error).__name__}: {words}" if words else type(error).__name__

@@ -1,8 +1,8 @@
 """The same free body in several versions of MuJoCo, each in an environment of its own.
 
-A version is told by its rows: how the error of the attitude falls with the step, and what becomes
-of the energy. One file of rows for each version; a version that cannot be installed has a row that
-says why, and is tried again the next time.
+A version is recognised by its rows: how the error of the attitude falls with the step, and what
+becomes of the energy. One file of rows for each version; a version that cannot be installed has a
+row that says why, and is tried again the next time.
 """
 
 from __future__ import annotations
@@ -123,10 +123,10 @@ def stored(studies: Path, report: Report) -> pd.DataFrame:
     return pd.concat(known, ignore_index=True) if known else pd.DataFrame(columns=list(COLUMNS))
 
 
-def judged(engine: str, told: Mapping[str, Any]) -> list[dict[str, Any]]:
+def judged(engine: str, answer: Mapping[str, Any]) -> list[dict[str, Any]]:
     """A row for each run that an engine tells of; its version is the one that it says it has."""
-    name = f"{engine.partition(' ')[0]} {told['version']}"
-    return [_row(name, _truth(), run) for run in told["runs"]]
+    name = f"{engine.partition(' ')[0]} {answer['version']}"
+    return [_row(name, _truth(), run) for run in answer["runs"]]
 
 
 def _row(engine: str, truth: Array, run: Mapping[str, Any]) -> dict[str, Any]:
@@ -157,8 +157,8 @@ def _absent(engine: str, why: str) -> dict[str, Any]:
 
 def _moved(python: Path) -> Mapping[str, Any]:
     """What the MuJoCo of this interpreter makes of the job."""
-    told = finished([str(python), "-I", str(SCRIPT)], json.dumps(_job()))
-    answer: Mapping[str, Any] = json.loads(told)
+    printed = finished([str(python), "-I", str(SCRIPT)], json.dumps(_job()))
+    answer: Mapping[str, Any] = json.loads(printed)
     return answer
 
 

@@ -46,9 +46,10 @@ EXPLANATION = (
 def ephemeris_table(
     quick: bool = False,
     report: Callable[[str], None] = lambda sentence: None,
-    outsiders: Sequence[ExternalIntegrator] = (),
+    externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
-    """One row for each body and time, of galvi's run and of those of outsiders, at their finest.
+    """One row for each body and time, of galvi's run and of those of external integrators, at their
+    finest setting.
 
     contender             empty where galvi is alone
     difference_au         distance to DE421, barycentric
@@ -69,11 +70,11 @@ def ephemeris_table(
     relativity = [_relativity(problem, k) for k in range(len(problem.q0))]
     setting = {"step": STEP, "save_every": round(DAYS[0] / STEP)}
     runs = [(OURS, gauss_collocation(DEGREE).run(problem, duration, setting))]
-    for outsider in outsiders:
-        offered = finest(outsider, problem, duration, samples, FEWEST)
+    for external in externals:
+        offered = finest(external, problem, duration, samples, FEWEST)
         if offered is not None:
-            report(f"10,000 days of the planets, {outsider.name}")
-            runs.append((outsider.name, outsider.run(problem, duration, offered)))
+            report(f"10,000 days of the planets, {external.name}")
+            runs.append((external.name, external.run(problem, duration, offered)))
     rows = []
     for contender, run in runs:
         label = contender if len(runs) > 1 else ""

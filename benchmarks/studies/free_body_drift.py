@@ -43,21 +43,21 @@ COLUMNS: Mapping[str, type] = {
     "date": str,
 }
 TURNS, QUICK_TURNS = 1000, 100
-GRID = 2.0**-20  # steps are multiples of it, so that their ends are numbers of the machine
+GRID = 2.0**-20  # steps are multiples of it, so that their ends are exactly representable
 BOX_STEP, BOX_STEPS = 0.01, 500  # of MuJoCo's test
 OWN_STEP = 0.01
-STEPS_A_TURN = 5  # the fewest, of an outsider that does not say
+STEPS_A_TURN = 5  # the fewest, of an external integrator without settings
 Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Runner:
-    """One contender at one step.
+class DriftParticipant:
+    """A contender at one step.
 
     label     for tables
     step      asked for; the nearest multiple of GRID is taken, unless the problem sets it
     joint     "free" for a body that can go away, too; it does not
-    origin    of an outsider: the place that it was named by
+    origin    of an external integrator: the path that it was named by
     """
 
     label: str
@@ -75,32 +75,33 @@ class Runner:
         return mujoco_engine.version() if mujoco else "galvi"
 
 
-def _ours(degree: int, step: float) -> list[Runner]:
+def _ours(degree: int, step: float) -> list[DriftParticipant]:
     return [
-        Runner(f"galvi degree {degree}, Gauss {degree}, {name}",
+        DriftParticipant(f"galvi degree {degree}, Gauss {degree}, {name}",
                gauss_collocation(degree, chart), step)
         for name, chart in CHARTS.items()
     ]  # fmt: skip
 
 
-def _mujoco(joint: str, step: float) -> list[Runner]:
-    return [Runner(f"{one.name}, {joint} joint", one, step, joint) for one in MUJOCO]
+def _mujoco(joint: str, step: float) -> list[DriftParticipant]:
+    return [DriftParticipant(f"{one.name}, {joint} joint", one, step, joint) for one in MUJOCO]
 
 
-RUNNERS = (*_ours(4, 0.125), *_ours(8, 0.4), *_mujoco("free", OWN_STEP))
+PARTICIPANTS = (*_ours(4, 0.125), *_ours(8, 0.4), *_mujoco("free", OWN_STEP))
 ON_BOX = (*_ours(4, BOX_STEP), *_mujoco("free", BOX_STEP), *_mujoco("ball", BOX_STEP))
 
 
 def free_spin(
     quick: bool = False,
     report: Report = lambda sentence: None,
-    runners: Sequence[Runner] = RUNNERS,
-    on_box: Sequence[Runner] = ON_BOX,
-    outsiders: Sequence[ExternalIntegrator] = (),
+    participants: Sequence[DriftParticipant] = PARTICIPANTS,
+    on_box: Sequence[DriftParticipant] = ON_BOX,
+    externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
-    """Rows of each contender at some of its turns; outsiders take part where they can. See COLUMNS.
+    """Rows of each contender at some of its turns; external integrators take part where they
+    can. See COLUMNS.
 
-    engine          galvi, name and version of another, or the place of an outsider
+    engine          galvi, name and version of another, or the path of an external integrator
     step            NaN for a contender that chooses its own
     turns           length of the run; of it, `turn` is the one of the row
     energy_error    E / E0 - 1 where it was largest in magnitude since the row before, signed
@@ -110,36 +111,36 @@ def free_spin(
     """
     turns = QUICK_TURNS if quick else TURNS
     rows = []
-    for runner in on_box:
-        rows += box_rows(runner)
-    for runner in runners:
-        report(f"{runner.label}, {turns} turns")
-        rows += body_rows(runner, turns)
-    taken = [runner.label for runner in (*runners, *on_box)]
-    for outsider in outsiders:
-        report(f"{outsider.name}, {turns} turns")
-        rows += outside_rows(outsider, label_beside(outsider, taken), turns)
+    for participant in on_box:
+        rows += box_rows(participant)
+    for participant in participants:
+        report(f"{participant.label}, {turns} turns")
+        rows += body_rows(participant, turns)
+    taken = [one.label for one in (*participants, *on_box)]
+    for external in externals:
+        report(f"{external.name}, {turns} turns")
+        rows += external_rows(external, label_beside(external, taken), turns)
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def body_rows(runner: Runner, turns: int) -> list[dict[str, Any]]:
+def body_rows(participant: DriftParticipant, turns: int) -> list[dict[str, Any]]:
     """H's free body, at turns 1, 2, 5, 10, ... and the last."""
     problem = galvi.problems.free_rigid_body()
-    step = max(1, round(runner.step / GRID)) * GRID
+    step = max(1, round(participant.step / GRID)) * GRID
     per_turn = max(1, round(period(problem) / step))
     setting = {"step": step, "save_every": per_turn}
-    return _rows(runner, problem, setting, per_turn * turns * step, marks(turns))
+    return _rows(participant, problem, setting, per_turn * turns * step, marks(turns))
 
 
-def box_rows(runner: Runner) -> list[dict[str, Any]]:
+def box_rows(participant: DriftParticipant) -> list[dict[str, Any]]:
     """MuJoCo's free box, after the steps of its test."""
     problem = galvi.problems.free_box()
     setting = {"step": BOX_STEP, "save_every": BOX_STEPS}
-    return _rows(runner, problem, setting, BOX_STEPS * BOX_STEP, [1])
+    return _rows(participant, problem, setting, BOX_STEPS * BOX_STEP, [1])
 
 
-def outside_rows(outsider: ExternalIntegrator, label: str, turns: int) -> list[dict[str, Any]]:
-    """The box and the body by an outsider, each at its finest setting."""
+def external_rows(external: ExternalIntegrator, label: str, turns: int) -> list[dict[str, Any]]:
+    """The box and the body by an external integrator, each at its finest setting."""
     body, box = galvi.problems.free_rigid_body(), galvi.problems.free_box()
     turn = round(period(body) / GRID) * GRID
     rows = []
@@ -147,10 +148,10 @@ def outside_rows(outsider: ExternalIntegrator, label: str, turns: int) -> list[d
         (box, BOX_STEPS * BOX_STEP, 1, BOX_STEPS, [1]),
         (body, turns * turn, turns, turns * STEPS_A_TURN, marks(turns)),
     ):
-        setting = finest(outsider, problem, duration, parts, fewest)
+        setting = finest(external, problem, duration, parts, fewest)
         if setting is not None:
-            runner = Runner(label, outsider, float("nan"), origin=outsider.path)
-            rows += _rows(runner, problem, setting, duration, kept)
+            participant = DriftParticipant(label, external, float("nan"), origin=external.path)
+            rows += _rows(participant, problem, setting, duration, kept)
     return rows
 
 
@@ -166,7 +167,7 @@ def marks(turns: int) -> list[int]:
 
 
 def _rows(
-    runner: Runner,
+    participant: DriftParticipant,
     problem: Problem,
     setting: Mapping[str, Any],
     duration: float,
@@ -174,23 +175,23 @@ def _rows(
 ) -> list[dict[str, Any]]:
     """From a run at this setting, at the saved states with these numbers."""
     turn, nan = period(problem), float("nan")
-    told = {
-        "problem": problem.name, "contender": runner.label, "engine": runner.engine,
+    shared = {
+        "problem": problem.name, "contender": participant.label, "engine": participant.engine,
         "step": setting.get("step", nan), "turns": duration / turn, "turn": nan,
         "energy_error": nan, "momentum_error": nan, "attitude_error": nan,
-        "status": runner.contender.missing, "commit": "", "date": "",
+        "status": participant.contender.missing, "commit": "", "date": "",
     }  # fmt: skip
-    if runner.contender.missing:
-        return [told]
-    moving = _unbound(problem) if runner.joint == "free" else problem
-    run = runner.contender.run(moving, duration, setting)
+    if participant.contender.missing:
+        return [shared]
+    moving = _unbound(problem) if participant.joint == "free" else problem
+    run = participant.contender.run(moving, duration, setting)
     R, w = run.q[:, :3, :3], run.problem.system.velocity(run.p)[:, :3]
     energy, momentum = _energy_errors(problem, R, w), _momentum_errors(problem, R, w)
     rows = []
     for first, last in zip([0, *kept[:-1]], kept, strict=True):
         rows.append(
             {
-                **told,
+                **shared,
                 "turn": float(run.t[last] - run.t[0]) / turn,
                 "energy_error": _largest(energy[first + 1 : last + 1]),
                 "momentum_error": _largest(momentum[first + 1 : last + 1]),

@@ -11,7 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from benchmarks.store.row_files import RowFiles
-from benchmarks.studies.free_body_drift import COLUMNS, RUNNERS, Runner, body_rows
+from benchmarks.studies.free_body_drift import COLUMNS, PARTICIPANTS, DriftParticipant, body_rows
 from benchmarks.studies.round_off_long import version
 
 MANY_TURNS = 100_000
@@ -27,7 +27,7 @@ class Part:
     code   version of the code
     """
 
-    runner: Runner
+    participant: DriftParticipant
     turns: int
     files: RowFiles
     code: str
@@ -35,12 +35,12 @@ class Part:
     @property
     def title(self) -> str:
         """For progress."""
-        return f"{self.runner.label}, {self.turns} turns"
+        return f"{self.participant.label}, {self.turns} turns"
 
     @property
     def name(self) -> str:
         """Of its file: contender, turns, engine and version."""
-        words = f"{self.title} {self.runner.engine}"
+        words = f"{self.title} {self.participant.engine}"
         return f"{re.sub(r'[^a-z0-9.]+', '-', words.lower()).strip('-')}_{self.code}"
 
     def done(self) -> bool:
@@ -51,7 +51,7 @@ class Part:
         """Turn the body and keep the rows."""
         report(self.title)
         date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
-        rows = pd.DataFrame(body_rows(self.runner, self.turns), columns=list(COLUMNS))
+        rows = pd.DataFrame(body_rows(self.participant, self.turns), columns=list(COLUMNS))
         self.files.write(self.name, rows.assign(commit=self.code, date=date))
 
 
@@ -59,15 +59,15 @@ def parts(
     studies: Path,
     report: Report,
     turns: int = MANY_TURNS,
-    runners: Sequence[Runner] = RUNNERS,
+    participants: Sequence[DriftParticipant] = PARTICIPANTS,
     code: str | None = None,
 ) -> list[Part]:
     """One for each contender that is here."""
     files, code = RowFiles(studies / FOLDER, COLUMNS, report), code or version()
-    for runner in runners:
-        if runner.contender.missing:
-            report(f"{runner.label}: {runner.contender.missing}")
-    return [Part(one, turns, files, code) for one in runners if not one.contender.missing]
+    for participant in participants:
+        if participant.contender.missing:
+            report(f"{participant.label}: {participant.contender.missing}")
+    return [Part(one, turns, files, code) for one in participants if not one.contender.missing]
 
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:

@@ -12,7 +12,7 @@ import pandas as pd
 import galvi
 from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.work_precision.galvi_methods import gauss_collocation
-from benchmarks.work_precision.participants import label_beside, offers
+from benchmarks.work_precision.participants import label_beside, offered_settings
 from galvi import Problem
 from galvi.trajectory import COMPLETED
 from references.closed_forms.kepler import KEPLER
@@ -53,32 +53,33 @@ def through_pericentre(eccentricity: float) -> Problem:
 def high_eccentricity_table(
     quick: bool = False,
     report: Callable[[str], None] = lambda sentence: None,
-    outsiders: Sequence[ExternalIntegrator] = (),
+    externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
-    """One row for each eccentricity, contender and setting; outsiders take part where they can.
+    """One row for each eccentricity, contender and setting; external integrators take part where
+    they can.
 
     error         distance from the closed form at the end, in semi-major axes
     energy_error  at the end, relative
     evaluations   of the force; NaN where the engine does not count
     status        empty, why there is no number, or what is wrong with it
     """
-    rows, entries = [], _entries(quick)
+    rows, participants = [], _participants(quick)
     for eccentricity in ECCENTRICITIES:
         problem = through_pericentre(eccentricity)
         report(problem.name)
         end = KEPLER.run(problem, math.tau, {"samples": 1}).q[-1]
         others = [
-            (label_beside(outsider, [label for label, _, _ in entries]), outsider, setting)
-            for outsider in outsiders
-            for setting in offers(outsider, problem, math.tau, STEPS[0])
+            (label_beside(external, [label for label, _, _ in participants]), external, setting)
+            for external in externals
+            for setting in offered_settings(external, problem, math.tau, STEPS[0])
         ]
-        for label, contender, setting in (*entries, *others):
+        for label, contender, setting in (*participants, *others):
             row = {"eccentricity": eccentricity, "contender": label, "settings": _said(setting)}
             rows.append({**row, **_measured(problem, contender, setting, end)})
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def _entries(quick: bool) -> list[tuple[str, Contender, Mapping[str, Any]]]:
+def _participants(quick: bool) -> list[tuple[str, Contender, Mapping[str, Any]]]:
     steps = STEPS[:-1] if quick else STEPS
     ours = [
         (f"galvi degree {s}, Gauss {s}", gauss_collocation(s),

@@ -43,9 +43,9 @@ def finished(command: Sequence[str], text: str = "") -> str:
     except (OSError, subprocess.TimeoutExpired) as error:
         raise NotHere(f"{type(error).__name__}: {_readable(str(error))}") from None
     if done.returncode:
-        told = [line for line in done.stderr.splitlines() if line.strip()]
-        errors = [line for line in told if "error" in line.lower()]
-        raise NotHere(_readable((errors or told or [f"exit status {done.returncode}"])[-1]))
+        lines = [line for line in done.stderr.splitlines() if line.strip()]
+        errors = [line for line in lines if "error" in line.lower()]
+        raise NotHere(_readable((errors or lines or [f"exit status {done.returncode}"])[-1]))
     return done.stdout
 
 

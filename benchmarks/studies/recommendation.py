@@ -72,12 +72,12 @@ def recommendation_table(
     """
     rows = []
     planets = outer_solar_system(quick), solar_system(quick)
-    for arena in (kepler(PERIODS, quick), from_apocentre(), *planets):
-        truth = arena.truth()
+    for case in (kepler(PERIODS, quick), from_apocentre(), *planets):
+        truth = case.truth()
         for asked in ERRORS[::2] if quick else ERRORS:
             for part in (1, PART):
-                report(f"{arena.problem.name}: {asked:g}, {_said(part)}")
-                rows.append(_row(arena, truth, asked, part, recommend))
+                report(f"{case.problem.name}: {asked:g}, {_said(part)}")
+                rows.append(_row(case, truth, asked, part, recommend))
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -97,22 +97,22 @@ def from_apocentre() -> WorkPrecisionProblem:
 
 
 def _row(
-    arena: WorkPrecisionProblem,
+    case: WorkPrecisionProblem,
     truth: Truth,
     asked: float,
     part: int,
     recommend: Callable[..., Any],
 ) -> dict[str, Any]:
-    measured = {} if part == 1 else {"measured": arena.duration / part}
+    measured = {} if part == 1 else {"measured": case.duration / part}
     began = time.perf_counter()
-    choice = recommend(arena.problem, asked, arena.duration, **measured)
+    choice = recommend(case.problem, asked, case.duration, **measured)
     took = time.perf_counter() - began
     run = galvi.integrate(
-        arena.problem, choice.method, choice.step, choice.steps, save_every=choice.steps
+        case.problem, choice.method, choice.step, choice.steps, save_every=choice.steps
     )
     found = float(np.max(np.linalg.norm(run.q[-1] - truth.end, axis=-1)))
     return {
-        "problem": arena.problem.name,
+        "problem": case.problem.name,
         "asked": asked,
         "measured_over": _said(part),
         "degree": choice.method.space.degree,

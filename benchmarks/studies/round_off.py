@@ -20,8 +20,8 @@ from benchmarks.studies.round_off_participants import (
     KEPT,
     SAMPLES,
     YEAR,
-    Galerkin,
-    Peer,
+    GalerkinParticipant,
+    ReferenceParticipant,
     RoundOffParticipant,
     Sample,
     rounded,
@@ -46,18 +46,24 @@ COLUMNS: Mapping[str, type] = {
 YEARS, QUICK_YEARS = 1e4, 1e3
 RUNS, QUICK_RUNS = 32, 8
 SIZE, SEED = 1e-12, 1937
-STEPS_A_YEAR = 0.5  # the fewest, of an outsider that does not say: 6 in Jupiter's period
+STEPS_A_YEAR = 0.5  # the fewest, of an external integrator without settings: 6 in Jupiter's period
 COARSE = 2.0  # an RMS is resolved when it is so many times what the rounding of a state makes of it
 
 
-def gauss(degree: int, per_orbit: float) -> Galerkin:
-    """Gauss collocation."""
-    return Galerkin(galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree)), per_orbit)
+def gauss(degree: int, per_orbit: float) -> GalerkinParticipant:
+    """Gauss collocation of this degree, with so many steps in a revolution of Jupiter."""
+    return GalerkinParticipant(
+        galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree)), per_orbit
+    )
 
 
 # Not a whole number of steps in a revolution: at P/10 the truncation error, 2e-15 here, beats with
 # Jupiter's motion over millennia, alike in all runs, which looks like a drift while it lasts.
-WALKERS: tuple[RoundOffParticipant, ...] = (gauss(8, 10.38), gauss(16, 6.38), Peer(IAS15))
+PARTICIPANTS: tuple[RoundOffParticipant, ...] = (
+    gauss(8, 10.38),
+    gauss(16, 6.38),
+    ReferenceParticipant(IAS15),
+)
 
 
 def member(number: int) -> Problem:
@@ -69,9 +75,11 @@ def member(number: int) -> Problem:
     )
 
 
-def row(walker: RoundOffParticipant, years: float, member: int, sample: Sample) -> dict[str, Any]:
-    """One line of the study; what a study tells of its commit and date is added there."""
-    return line(walker.label, walker.settings, years, member, sample)
+def row(
+    participant: RoundOffParticipant, years: float, member: int, sample: Sample
+) -> dict[str, Any]:
+    """One line of the study; the long form adds commit and date."""
+    return line(participant.label, participant.settings, years, member, sample)
 
 
 def line(label: str, settings: str, years: float, member: int, sample: Sample) -> dict[str, Any]:
@@ -94,34 +102,36 @@ def line(label: str, settings: str, years: float, member: int, sample: Sample) -
 def brouwer(
     quick: bool = False,
     report: Callable[[str], None] = lambda sentence: None,
-    walkers: Sequence[RoundOffParticipant] = WALKERS,
-    outsiders: Sequence[ExternalIntegrator] = (),
+    participants: Sequence[RoundOffParticipant] = PARTICIPANTS,
+    externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
     """One row for each contender, run and sampled time (in years), with the columns COLUMNS.
 
     The start is at t = 0, with an error of zero by definition. A contender whose engine is missing
-    has no rows. Outsiders take part where they can, see
+    has no rows. External integrators take part where they can, see
     `benchmarks.work_precision.participants.ensemble`.
     """
     years, runs = (QUICK_YEARS, QUICK_RUNS) if quick else (YEARS, RUNS)
     rows = []
-    for walker in walkers:
-        if isinstance(walker, Peer) and walker.contender.missing:
-            report(f"{walker.label}: {walker.contender.missing}")
+    for participant in participants:
+        if isinstance(participant, ReferenceParticipant) and participant.contender.missing:
+            report(f"{participant.label}: {participant.contender.missing}")
             continue
         for number in range(runs):
-            report(f"{walker.label}, {walker.settings}, {years:g} years, run {number + 1}")
-            seen = walker.samples(member(number), years, None, report)
-            rows += [row(walker, years, number, sample) for sample in seen]
-    taken = [walker.label for walker in walkers]
-    for outsider in outsiders:
-        label, starts = label_beside(outsider, taken), map(member, range(runs))
+            report(
+                f"{participant.label}, {participant.settings}, {years:g} years, run {number + 1}"
+            )
+            seen = participant.samples(member(number), years, None, report)
+            rows += [row(participant, years, number, sample) for sample in seen]
+    taken = [one.label for one in participants]
+    for external in externals:
+        label, starts = label_beside(external, taken), map(member, range(runs))
         report(f"{label}, {years:g} years")
         fewest = round(years * STEPS_A_YEAR)
-        found = ensemble(outsider, starts, years * YEAR, SAMPLES, fewest)
+        found = ensemble(external, starts, years * YEAR, SAMPLES, fewest)
         for number, (setting, run) in enumerate(found):
-            told = readable_setting(setting)
-            rows += [line(label, told, years, number, sample) for sample in rounded(run)]
+            words = readable_setting(setting)
+            rows += [line(label, words, years, number, sample) for sample in rounded(run)]
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -139,8 +149,8 @@ def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], Any, Any]]:
         if whole:
             names = dict(zip(("contender", "settings", "years", "commit"), keys, strict=True))
             why = "; ".join(dict.fromkeys(text for text in rows["status"] if text))
-            told = {**names, "date": rows["date"].max(), "status": why}
-            yield told, table.columns.to_numpy(float), table.loc[whole].to_numpy(float)
+            known = {**names, "date": rows["date"].max(), "status": why}
+            yield known, table.columns.to_numpy(float), table.loc[whole].to_numpy(float)
 
 
 def reading_floor(frame: pd.DataFrame) -> float:
@@ -154,8 +164,10 @@ def growths(frame: pd.DataFrame) -> list[tuple[dict[str, Any], Growth]]:
     """How each ensemble's errors grow; those of rounded states are fitted where they resolve it."""
     floor = reading_floor(frame)
     found = []
-    for told, t, errors in ensembles(frame):
-        rows = frame[(frame["contender"] == told["contender"]) & (frame["years"] == told["years"])]
+    for known, t, errors in ensembles(frame):
+        rows = frame[
+            (frame["contender"] == known["contender"]) & (frame["years"] == known["years"])
+        ]
         rounded = bool((rows["error"] == rows["error_of_rounded"]).all())
-        found.append((told, growth(t, errors, floor=COARSE * floor if rounded else 0.0)))
+        found.append((known, growth(t, errors, floor=COARSE * floor if rounded else 0.0)))
     return found

@@ -18,8 +18,13 @@ import pandas as pd
 
 from benchmarks.store.provenance import ROOT, commit
 from benchmarks.store.row_files import RowFiles
-from benchmarks.studies.round_off import COLUMNS, RUNS, WALKERS, member, row
-from benchmarks.studies.round_off_participants import KEPT, Peer, RoundOffParticipant, Sample
+from benchmarks.studies.round_off import COLUMNS, PARTICIPANTS, RUNS, member, row
+from benchmarks.studies.round_off_participants import (
+    KEPT,
+    ReferenceParticipant,
+    RoundOffParticipant,
+    Sample,
+)
 
 YEARS = 1e6
 FOLDER = "brouwer"  # below that of all studies
@@ -35,7 +40,7 @@ class Part:
     version  of the code, see `version`
     """
 
-    walker: RoundOffParticipant
+    participant: RoundOffParticipant
     member: int
     years: float
     files: RowFiles
@@ -44,14 +49,14 @@ class Part:
     @property
     def name(self) -> str:
         """Of its files: contender, settings, years, run and version."""
-        words = f"{self.walker.label} {self.walker.settings}"
+        words = f"{self.participant.label} {self.participant.settings}"
         slug = re.sub(r"[^a-z0-9]+", "-", words.lower()).strip("-")
         return f"{slug}_{self.years:.0f}-years_run-{self.member:02d}_{self.version}"
 
     @property
     def title(self) -> str:
         """For progress."""
-        return f"{self.walker.label}, {self.years:g} years, run {self.member + 1}"
+        return f"{self.participant.label}, {self.years:g} years, run {self.member + 1}"
 
     def done(self) -> bool:
         """Whether every row is there."""
@@ -62,11 +67,11 @@ class Part:
         rows, saved = self._rows(), self.files.path(self.name, ".npz")
         self.files.folder.mkdir(parents=True, exist_ok=True)
 
-        def told(sentence: str) -> None:
+        def start_anew(sentence: str) -> None:
             report(sentence)
             self.files.set_aside(saved, "the run that was kept there cannot be used")
 
-        for sample in self.walker.samples(member(self.member), self.years, saved, told):
+        for sample in self.participant.samples(member(self.member), self.years, saved, start_anew):
             earlier = [each for each in rows if each["sample"] < sample.number]
             if [each["sample"] for each in earlier] != list(KEPT[: KEPT.index(sample.number)]):
                 saved.unlink(missing_ok=True)  # rows before it are lost: the run starts anew
@@ -83,7 +88,7 @@ class Part:
 
     def _row(self, sample: Sample) -> dict[str, Any]:
         date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
-        known = row(self.walker, self.years, self.member, sample)
+        known = row(self.participant, self.years, self.member, sample)
         return {**known, "commit": self.version, "date": date}
 
 
@@ -96,7 +101,7 @@ def parts(
     report: Report,
     years: float = YEARS,
     runs: int = RUNS,
-    walkers: Sequence[RoundOffParticipant] = WALKERS,
+    participants: Sequence[RoundOffParticipant] = PARTICIPANTS,
     code: str | None = None,
 ) -> list[Part]:
     """All runs, the contenders in turn, so that what an interruption leaves can be compared.
@@ -106,12 +111,12 @@ def parts(
     """
     files, code = row_files(studies, report), code or version()
     able = []
-    for walker in walkers:
-        if isinstance(walker, Peer) and walker.contender.missing:
-            report(f"{walker.label}: {walker.contender.missing}")
+    for participant in participants:
+        if isinstance(participant, ReferenceParticipant) and participant.contender.missing:
+            report(f"{participant.label}: {participant.contender.missing}")
         else:
-            able.append(walker)
-    return [Part(walker, k, years, files, code) for k in range(runs) for walker in able]
+            able.append(participant)
+    return [Part(participant, k, years, files, code) for k in range(runs) for participant in able]
 
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:

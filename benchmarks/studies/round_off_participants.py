@@ -49,18 +49,18 @@ class RoundOffParticipant(Protocol):
         """In words."""
 
     def samples(
-        self, problem: Problem, years: float, resume: Path | None, told: Callable[[str], None]
+        self, problem: Problem, years: float, resume: Path | None, report: Callable[[str], None]
     ) -> Iterator[Sample]:
         """Those of KEPT, in order.
 
         resume  where to keep the run as it goes and to continue it from; its first sample is then
                 the one that was reached
-        told    is told of a file there that cannot be used
+        report  called with a sentence on a file there that cannot be used
         """
 
 
 @dataclass(frozen=True)
-class Galerkin:
+class GalerkinParticipant:
     """A galvi method with ``per_orbit`` steps, about, in a revolution of Jupiter."""
 
     method: galvi.Galerkin
@@ -77,12 +77,12 @@ class Galerkin:
         return f"step = Jupiter's period / {self.per_orbit}"
 
     def samples(
-        self, problem: Problem, years: float, resume: Path | None, told: Callable[[str], None]
+        self, problem: Problem, years: float, resume: Path | None, report: Callable[[str], None]
     ) -> Iterator[Sample]:
         """See `RoundOffParticipant`; the state's low parts are those of `galvi.checkpoint`."""
         length = years * YEAR / SAMPLES
         each = max(1, round(length * self.per_orbit / period(problem, JUPITER)))
-        run, done = self._kept(problem, length / each, each, resume, told), 0
+        run, done = self._kept(problem, length / each, each, resume, report), 0
         if run is not None:
             done = run.continuation.first // each
             yield _sample(done, run)
@@ -103,7 +103,7 @@ class Galerkin:
 
     def _kept(
         self, problem: Problem, step: float, each: int, path: Path | None,
-        told: Callable[[str], None],
+        report: Callable[[str], None],
     ) -> Any:  # fmt: skip
         """The run that was saved, if it is this one and stands at a sample."""
         if path is None or not path.exists():
@@ -111,18 +111,18 @@ class Galerkin:
         try:
             run: Any = galvi.load(path, problem)
         except ValueError as error:
-            told(f"{error} The run starts anew.")
+            report(f"{error} The run starts anew.")
             return None
         number, rest = divmod(run.continuation.first, each)
         same = run.step == step and run.method == self.method
         if same and run.success and not rest and number in KEPT:
             return run
-        told(f"{path.name} holds another run; this one starts anew.")
+        report(f"{path.name} holds another run; this one starts anew.")
         return None
 
 
 @dataclass(frozen=True)
-class Peer:
+class ReferenceParticipant:
     """A contender that chooses its steps, in one run: it hands no low parts out, so that a run that
     is stopped and continued would be another one, and worse."""
 
@@ -139,7 +139,7 @@ class Peer:
         return "default"
 
     def samples(
-        self, problem: Problem, years: float, resume: Path | None, told: Callable[[str], None]
+        self, problem: Problem, years: float, resume: Path | None, report: Callable[[str], None]
     ) -> Iterator[Sample]:
         """See `RoundOffParticipant`; a run that was interrupted starts anew."""
         yield from rounded(self.contender.run(problem, years * YEAR, {"samples": SAMPLES}))

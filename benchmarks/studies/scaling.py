@@ -19,7 +19,7 @@ from benchmarks.statistics.timing import Timing, call_of, interleaved, once, war
 from benchmarks.studies import roofline
 from benchmarks.studies.many_planets import innermost_period, many_planets
 from benchmarks.work_precision.galvi_methods import gauss_collocation
-from benchmarks.work_precision.participants import label_beside, offers, readable_setting
+from benchmarks.work_precision.participants import label_beside, offered_settings, readable_setting
 from galvi import Problem, Trajectory
 from references import Contender
 from references.rebound.ias15 import IAS15
@@ -44,14 +44,14 @@ COLUMNS = (
 BODIES, QUICK_BODIES = (3, 6, 10, 20, 50, 100), (3, 10, 30)
 ORBITS, QUICK_ORBITS = 30, 12  # of the innermost planet
 WORK = 1800  # bodies times orbits of a timed run, which makes little of what starting one costs
-STEPS_AN_ORBIT = 4  # the fewest, of an outsider that does not say
+STEPS_AN_ORBIT = 4  # the fewest, of an external integrator without settings
 TARGET = 1e-8  # au, of the body that is worst at the end
 ROUNDS = 3
 TRUE = "truth"
 
 
 @dataclass(frozen=True)
-class Entry:
+class ScalingParticipant:
     """One setting of one contender.
 
     per_orbit  steps, about, in a revolution of the innermost planet; None for steps of its own
@@ -93,8 +93,8 @@ class Entry:
 
 
 @dataclass(frozen=True, eq=False)
-class Offer:
-    """One setting of an outsider, which it offered for one problem and number of revolutions."""
+class ExternalParticipant:
+    """One setting that an external integrator offered for a problem and number of revolutions."""
 
     label: str
     contender: ExternalIntegrator
@@ -106,24 +106,27 @@ class Offer:
         return readable_setting(self.setting)
 
     def call(self, problem: Problem, orbits: int) -> Callable[[], Trajectory]:
-        """See `Entry`."""
+        """See `ScalingParticipant`."""
         return call_of(self.contender, problem, orbits * innermost_period(problem), self.setting)
 
     def timed(
         self, problem: Problem, orbits: int, seconds: float, least: float
     ) -> tuple[Callable[[], Trajectory], int]:
-        """See `Entry`; a run that takes long already is not made longer."""
+        """See `ScalingParticipant`; a run that takes long already is not made longer."""
         duration = orbits * innermost_period(problem)
         longer = repeated_run(self.contender, problem, duration, self.setting, seconds, least)
         return longer.call, orbits * longer.times
 
 
-TRUTH = Entry("REBOUND IAS15", IAS15, None, (("epsilon", 1e-9),))  # its default
-ENTRIES = (
-    *(Entry("galvi degree 8, Gauss 8", gauss_collocation(8), k) for k in (4, 5, 6)),
+TRUTH = ScalingParticipant("REBOUND IAS15", IAS15, None, (("epsilon", 1e-9),))  # its default
+PARTICIPANTS = (
+    *(ScalingParticipant("galvi degree 8, Gauss 8", gauss_collocation(8), k) for k in (4, 5, 6)),
     TRUTH,
-    *(Entry("REBOUND IAS15", IAS15, None, (("epsilon", e),)) for e in (1e-6, 1e-4)),
-    *(Entry("REBOUND WHFast, best", WHFAST, k, tuple(BEST.items())) for k in (15, 20, 30, 60)),
+    *(ScalingParticipant("REBOUND IAS15", IAS15, None, (("epsilon", e),)) for e in (1e-6, 1e-4)),
+    *(
+        ScalingParticipant("REBOUND WHFast, best", WHFAST, k, tuple(BEST.items()))
+        for k in (15, 20, 30, 60)
+    ),
 )
 
 
@@ -132,10 +135,10 @@ def scaling(
     report: Callable[[str], None] = lambda sentence: None,
     bodies: Sequence[int] | None = None,
     orbits: int | None = None,
-    outsiders: Sequence[ExternalIntegrator] = (),
+    externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
-    """One row for each number of bodies, contender and setting, timed in turn; outsiders take part
-    where they can.
+    """One row for each number of bodies, contender and setting, timed in turn; external integrators
+    take part where they can.
 
     orbits                  revolutions of the innermost planet in a timed run
     seconds_per_orbit       median over rounds; seconds_low and seconds_high are the fastest and
@@ -153,7 +156,7 @@ def scaling(
     rows, limit = [], 0.0
     for number in bodies:
         report(f"{number} bodies")
-        more, seen = _rows(number, orbits, 0.01 if quick else 0.05, outsiders)
+        more, seen = _rows(number, orbits, 0.01 if quick else 0.05, externals)
         rows, limit = rows + more, max(limit, seen)
     table = pd.DataFrame(rows, columns=list(COLUMNS))
     table["limit_pairs_per_second"] = limit
@@ -162,28 +165,28 @@ def scaling(
 
 
 def _rows(
-    bodies: int, orbits: int, least: float, outsiders: Sequence[ExternalIntegrator]
+    bodies: int, orbits: int, least: float, externals: Sequence[ExternalIntegrator]
 ) -> tuple[list[dict[str, Any]], float]:
     """The rows of one number of bodies, and the limit of pairs a second seen meanwhile."""
     problem = many_planets(bodies)
-    entries = (*ENTRIES, *_offers(problem, orbits, outsiders))
-    able = [entry for entry in entries if not entry.contender.missing]
-    firsts = [once(entry.call(problem, orbits)) for entry in able]
-    runs = {entry: run for entry, (run, _) in zip(able, firsts, strict=True)}
-    sound = [(entry, took) for entry, (run, took) in zip(able, firsts, strict=True) if run.success]
+    participants = (*PARTICIPANTS, *_external_participants(problem, orbits, externals))
+    able = [one for one in participants if not one.contender.missing]
+    firsts = [once(one.call(problem, orbits)) for one in able]
+    runs = {one: run for one, (run, _) in zip(able, firsts, strict=True)}
+    sound = [(one, took) for one, (run, took) in zip(able, firsts, strict=True) if run.success]
     calls, spans = [], []
-    for entry, took in sound:
-        call, span = entry.timed(problem, orbits, took, least)
+    for one, took in sound:
+        call, span = one.timed(problem, orbits, took, least)
         calls.append(call)
         spans.append(span)
     limit, pairs = roofline.call_and_pairs()
     last, warm = zip(*(warmed(call) for call in (*calls, limit)), strict=True)
     *timings, machine = interleaved([*calls, limit], ROUNDS, least, warm)
     found = {
-        entry: _row(entry, bodies, span, runs[entry], end, timing, runs.get(TRUTH))
-        for (entry, _), span, end, timing in zip(sound, spans, last[:-1], timings, strict=True)
+        one: _row(one, bodies, span, runs[one], end, timing, runs.get(TRUTH))
+        for (one, _), span, end, timing in zip(sound, spans, last[:-1], timings, strict=True)
     }
-    for label in {entry.label for entry in able}:
+    for label in {one.label for one in able}:
         reached = [
             row for row in found.values() if row["contender"] == label
             and (row["error"] <= TARGET or row["status"] == TRUE) and row["seconds_per_orbit"] > 0.0
@@ -192,27 +195,29 @@ def _rows(
             min(reached, key=lambda row: row["seconds_per_orbit"])["matched"] = True
     blank = {**dict.fromkeys(COLUMNS, float("nan")), "matched": False}
     rows = [
-        found.get(entry, {**blank, "contender": entry.label, "settings": entry.settings,
-                          "bodies": bodies, "orbits": orbits,
-                          "status": entry.contender.missing or runs[entry].status})
-        for entry in entries
+        found.get(one, {**blank, "contender": one.label, "settings": one.settings,
+                        "bodies": bodies, "orbits": orbits,
+                        "status": one.contender.missing or runs[one].status})
+        for one in participants
     ]  # fmt: skip
     return rows, pairs / machine.low
 
 
-def _offers(problem: Problem, orbits: int, outsiders: Sequence[ExternalIntegrator]) -> list[Offer]:
-    """Every setting of every outsider."""
-    taken = [entry.label for entry in ENTRIES]
+def _external_participants(
+    problem: Problem, orbits: int, externals: Sequence[ExternalIntegrator]
+) -> list[ExternalParticipant]:
+    """Every setting of every external integrator."""
+    taken = [one.label for one in PARTICIPANTS]
     duration, fewest = orbits * innermost_period(problem), orbits * STEPS_AN_ORBIT
     return [
-        Offer(label_beside(outsider, taken), outsider, setting)
-        for outsider in outsiders
-        for setting in offers(outsider, problem, duration, fewest)
+        ExternalParticipant(label_beside(external, taken), external, setting)
+        for external in externals
+        for setting in offered_settings(external, problem, duration, fewest)
     ]
 
 
 def _row(
-    entry: Entry | Offer,
+    participant: ScalingParticipant | ExternalParticipant,
     bodies: int,
     orbits: int,
     run: Trajectory,
@@ -227,8 +232,8 @@ def _row(
     known = good and truth is not None and truth.success and run is not truth
     status = next((one.status for one in (run, last) if not one.success), "")
     return {
-        "contender": entry.label,
-        "settings": entry.settings,
+        "contender": participant.label,
+        "settings": participant.settings,
         "bodies": bodies,
         "orbits": orbits,
         "seconds_per_orbit": timing.seconds / orbits if good else nan,

@@ -45,8 +45,9 @@ QUANTITIES = {
 }
 STEP = 0.21
 RUNS, QUICK_RUNS = 8, 4
-OUTSIDE, QUICK_OUTSIDE = 10_000, 1_000  # steps of STEP that an outsider's runs are as long as
-FEWEST = 5 / 8  # of these, that an outsider takes which does not say
+# Steps of STEP that an external integrator's runs are as long as.
+EXTERNAL_STEPS, QUICK_EXTERNAL_STEPS = 10_000, 1_000
+FEWEST = 5 / 8  # of these, for an external integrator without settings
 SIZE, SEED = 1e-12, 1765
 FOLDER = "turning"  # below that of all studies
 LEAST = 1e-17  # an exact zero stands for this much: less than the rounding of an entry
@@ -54,7 +55,7 @@ Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class RoundOffParticipant:
+class SpinParticipant:
     """A method, with how many steps it takes in each form of the study.
 
     label   for tables and figures
@@ -70,13 +71,13 @@ class RoundOffParticipant:
 
 
 SPACE = galvi.Polynomials(8)
-WALKERS = (
-    RoundOffParticipant("galvi degree 8, Gauss 8, Cayley", galvi.Galerkin(SPACE, galvi.gauss(8)),
+PARTICIPANTS = (
+    SpinParticipant("galvi degree 8, Gauss 8, Cayley", galvi.Galerkin(SPACE, galvi.gauss(8)),
            100_000, 1_000_000, 100_000_000),
-    RoundOffParticipant("galvi degree 8, Gauss 8, exponential",
+    SpinParticipant("galvi degree 8, Gauss 8, exponential",
            galvi.Galerkin(SPACE, galvi.gauss(8), galvi.Exponential()),
            100_000, 1_000_000, 100_000_000),
-    RoundOffParticipant("galvi degree 7, Gauss 8, Cayley", galvi.Galerkin(galvi.Polynomials(7),
+    SpinParticipant("galvi degree 7, Gauss 8, Cayley", galvi.Galerkin(galvi.Polynomials(7),
     galvi.gauss(8)),
            1_000, 10_000, 1_000_000),
 )  # fmt: skip
@@ -89,13 +90,13 @@ def member(number: int) -> Problem:
     return Problem(body.system, body.q0, body.v0 * (1.0 + SIZE * off))
 
 
-def rows(walker: RoundOffParticipant, number: int, steps: int) -> list[dict[str, Any]]:
+def rows(participant: SpinParticipant, number: int, steps: int) -> list[dict[str, Any]]:
     """One for each of the kept hundredths of a run."""
     body = member(number)
-    run = galvi.integrate(body, walker.method, STEP, steps, save_every=steps // SAMPLES)
+    run = galvi.integrate(body, participant.method, STEP, steps, save_every=steps // SAMPLES)
     if run.interrupted:
         raise KeyboardInterrupt
-    return run_rows(walker.label, f"h = {STEP:g}", number, steps, run)
+    return run_rows(participant.label, f"h = {STEP:g}", number, steps, run)
 
 
 def run_rows(
@@ -122,15 +123,15 @@ def run_rows(
     ]  # fmt: skip
 
 
-def outside_rows(outsider: ExternalIntegrator, label: str, quick: bool) -> list[dict[str, Any]]:
-    """Those of an outsider's runs, see `benchmarks.work_precision.participants.ensemble`.
+def external_rows(external: ExternalIntegrator, label: str, quick: bool) -> list[dict[str, Any]]:
+    """Likewise, of an external integrator; see `benchmarks.work_precision.participants.ensemble`.
 
-    An outsider that chooses its steps is told by the number that its first run counts, or, where
-    it counts none, by the hundred parts that its states are of.
+    One that chooses its steps is listed under the number that its first run counts, or, where it
+    counts none, under the hundred parts that its states are of.
     """
-    length = QUICK_OUTSIDE if quick else OUTSIDE
+    length = QUICK_EXTERNAL_STEPS if quick else EXTERNAL_STEPS
     starts = map(member, range(QUICK_RUNS if quick else RUNS))
-    runs = ensemble(outsider, starts, length * STEP, SAMPLES, round(length * FEWEST))
+    runs = ensemble(external, starts, length * STEP, SAMPLES, round(length * FEWEST))
     found, steps = [], 0
     for number, (setting, run) in enumerate(runs):
         counted = setting["save_every"] * SAMPLES if "step" in setting else run.counts.get("steps")
@@ -142,28 +143,30 @@ def outside_rows(outsider: ExternalIntegrator, label: str, quick: bool) -> list[
 def turning(
     quick: bool = False,
     report: Report = lambda sentence: None,
-    walkers: Sequence[RoundOffParticipant] = WALKERS,
-    outsiders: Sequence[ExternalIntegrator] = (),
+    participants: Sequence[SpinParticipant] = PARTICIPANTS,
+    externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
-    """The rows of every run, with the columns COLUMNS; outsiders take part where they can."""
+    """The rows of every run, with the columns COLUMNS; external integrators take part where they
+    can."""
     found = []
-    for walker in walkers:
-        steps = walker.quick if quick else walker.default
+    for participant in participants:
+        steps = participant.quick if quick else participant.default
         for number in range(QUICK_RUNS if quick else RUNS):
-            report(f"{walker.label}, {steps} steps, run {number + 1}")
-            found += rows(walker, number, steps)
-    taken = [walker.label for walker in walkers]
-    for outsider in outsiders:
-        report(f"{outsider.name}, {QUICK_OUTSIDE if quick else OUTSIDE} steps of {STEP:g}")
-        found += outside_rows(outsider, label_beside(outsider, taken), quick)
+            report(f"{participant.label}, {steps} steps, run {number + 1}")
+            found += rows(participant, number, steps)
+    taken = [one.label for one in participants]
+    for external in externals:
+        length = QUICK_EXTERNAL_STEPS if quick else EXTERNAL_STEPS
+        report(f"{external.name}, {length} steps of {STEP:g}")
+        found += external_rows(external, label_beside(external, taken), quick)
     return pd.DataFrame(found, columns=list(COLUMNS))
 
 
 def growths(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], str, Growth, float]]:
     """(contender, settings, steps, commit, date), quantity, its growth and the largest value seen,
     for each ensemble; the growth is of the RMS over the runs, against the number of steps."""
-    for told, name, done, errors in ensembles(frame):
-        yield told, name, growth(done, errors), float(np.max(np.abs(errors)))
+    for known, name, done, errors in ensembles(frame):
+        yield known, name, growth(done, errors), float(np.max(np.abs(errors)))
 
 
 def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], str, Any, Any]]:
@@ -173,19 +176,19 @@ def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], str, Any, A
     for keys, table in frame.groupby(["contender", "settings", "steps", "commit"], sort=False):
         names = dict(zip(("contender", "settings", "steps", "commit"), keys, strict=True))
         why = "; ".join(dict.fromkeys(text for text in table["status"] if text))
-        told = {**names, "date": table["date"].max(), "status": why}
+        known = {**names, "date": table["date"].max(), "status": why}
         for name in QUANTITIES:
             wide = table.pivot(index="member", columns="done", values=name).sort_index(axis=1)
             errors = wide.to_numpy(float)
             least = np.where(errors == 0.0, LEAST, errors)
-            yield told, name, wide.columns.to_numpy(float), least
+            yield known, name, wide.columns.to_numpy(float), least
 
 
 @dataclass(frozen=True)
 class Part:
     """One run of the long form; a run that is stopped starts anew, which costs minutes."""
 
-    walker: RoundOffParticipant
+    participant: SpinParticipant
     member: int
     files: RowFiles
     code: str
@@ -193,13 +196,13 @@ class Part:
     @property
     def name(self) -> str:
         """Of its file."""
-        slug = "-".join(self.walker.label.lower().replace(",", "").split())
-        return f"{slug}_{self.walker.long}-steps_run-{self.member:02d}_{self.code}"
+        slug = "-".join(self.participant.label.lower().replace(",", "").split())
+        return f"{slug}_{self.participant.long}-steps_run-{self.member:02d}_{self.code}"
 
     @property
     def title(self) -> str:
         """For progress."""
-        return f"{self.walker.label}, {self.walker.long} steps, run {self.member + 1}"
+        return f"{self.participant.label}, {self.participant.long} steps, run {self.member + 1}"
 
     def done(self) -> bool:
         """Whether its rows are there."""
@@ -209,20 +212,24 @@ class Part:
         """Compute and write them."""
         report(self.title)
         date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
-        table = pd.DataFrame(rows(self.walker, self.member, self.walker.long))
+        table = pd.DataFrame(rows(self.participant, self.member, self.participant.long))
         self.files.write(self.name, table.assign(commit=self.code, date=date))
 
 
 def parts(
     studies: Path,
     report: Report,
-    walkers: Sequence[RoundOffParticipant] = WALKERS,
+    participants: Sequence[SpinParticipant] = PARTICIPANTS,
     runs: int = RUNS,
     code: str | None = None,
 ) -> list[Part]:
     """All runs of the long form, the methods in turn."""
     files, code = row_files(studies, report), code or version()
-    return [Part(walker, number, files, code) for number in range(runs) for walker in walkers]
+    return [
+        Part(participant, number, files, code)
+        for number in range(runs)
+        for participant in participants
+    ]
 
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:

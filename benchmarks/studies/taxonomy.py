@@ -72,27 +72,27 @@ def taxonomy(quick: bool, report: Report, make_method: MakeMethod = galvi.Galerk
 
 
 def _line(pair: Pair, truth: Array, make_method: MakeMethod) -> dict[str, Any]:
-    told = galvi.theory(pair.space, pair.rule)
+    theory = galvi.theory(pair.space, pair.rule)
     line: dict[str, Any] = {
         "kind": pair.kind,
         "number": pair.number,
-        "space": told.space,
+        "space": theory.space,
         "family": pair.family,
         "points": pair.points,
-        "rule": told.rule,
+        "rule": theory.rule,
         "verdict": METHOD,
-        "C_N": np.nan if told.friedrichs is None else told.friedrichs,
-        "predicted": told.order,
-        "symmetric": told.symmetric,
-        "name": told.name,
+        "C_N": np.nan if theory.friedrichs is None else theory.friedrichs,
+        "predicted": theory.order,
+        "symmetric": theory.symmetric,
+        "name": theory.name,
         "status": "",
     }
     try:
         method = make_method(pair.space, pair.rule)
     except ValueError as refusal:
-        verdict = INCONSISTENT if told.well_posed else ILL_POSED
+        verdict = INCONSISTENT if theory.well_posed else ILL_POSED
         return {**line, "verdict": verdict, "status": str(refusal)}
-    fit, status = _order(method, told.order, truth)
+    fit, status = _order(method, theory.order, truth)
     return {
         **line,
         "measured": fit.rate,

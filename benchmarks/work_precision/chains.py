@@ -1,4 +1,4 @@
-"""Chains of links that swing in a plane, as arenas: galvi, MuJoCo, SciPy and heyoka."""
+"""Work-precision problems of chains of links that swing in a plane."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import (
     ANGLE,
     EPS,
-    Entry,
+    Participant,
     Setting,
     Truth,
     WorkPrecisionProblem,
@@ -68,20 +68,27 @@ def _chain(
         return adaptive("tolerance", values[1:2] if quick else values)
 
     taylor = tolerances(1e-6, 1e-11, float(DEFAULT["tolerance"]))
-    entries: list[Entry] = [
-        (f"galvi degree {degree}, Gauss {degree}", gauss_collocation(degree), steps(*counts))
+    participants: list[Participant] = [
+        Participant(
+            f"galvi degree {degree}, Gauss {degree}", gauss_collocation(degree), steps(*counts)
+        )
         for degree, counts in ours.items()
     ]
-    entries += [
-        (MUJOCO_RK4.name, MUJOCO_RK4, steps(*RK4_STEPS)),
-        *((one.name, one, steps(*FIRST_ORDER_STEPS)) for one in (MUJOCO_EULER, MUJOCO_IMPLICIT)),
-        (CHAIN_DOP853.name, CHAIN_DOP853, tolerances(1e-6, 1e-9, 1e-11)),
-        (HEYOKA_CHAIN.name, HEYOKA_CHAIN, [{**one, "compact_mode": True} for one in taylor]),
+    participants += [
+        Participant(MUJOCO_RK4.name, MUJOCO_RK4, steps(*RK4_STEPS)),
+        *(
+            Participant(one.name, one, steps(*FIRST_ORDER_STEPS))
+            for one in (MUJOCO_EULER, MUJOCO_IMPLICIT)
+        ),
+        Participant(CHAIN_DOP853.name, CHAIN_DOP853, tolerances(1e-6, 1e-9, 1e-11)),
+        Participant(
+            HEYOKA_CHAIN.name, HEYOKA_CHAIN, [{**one, "compact_mode": True} for one in taylor]
+        ),
     ]
     return WorkPrecisionProblem(
         problem,
         DURATION,
-        tuple(entries),
+        tuple(participants),
         truth,
         quantity=ANGLE,
         distance=largest_angle,

@@ -1,7 +1,7 @@
-"""Outsiders' places in studies, and the calls by which any contender is run and timed.
+"""How external integrators take part in studies.
 
-In a comparison at matched error an outsider runs at every setting that it offers; in a study of one
-thing, such as energy over a long time, at the finest.
+In a comparison at matched error they run at every setting that they offer; in a study of one thing,
+such as energy over a long time, at the finest.
 """
 
 from __future__ import annotations
@@ -11,13 +11,16 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
-from benchmarks.work_precision.problem import Entry, Setting, WorkPrecisionProblem
+from benchmarks.work_precision.problem import Participant, Setting, WorkPrecisionProblem
 from galvi import Problem, Trajectory
 from references import Contender
 
 
-class Participant(Contender, Protocol):
-    """A contender from outside, such as `benchmarks.external.integrator.ExternalIntegrator`."""
+class ExternalContender(Contender, Protocol):
+    """A contender that says itself which settings it is run with.
+
+    See `benchmarks.external.integrator.ExternalIntegrator`.
+    """
 
     def settings(self, problem: Problem, duration: float, fewest: int) -> Sequence[Setting]:
         """What to run it with, from coarse to fine."""
@@ -27,38 +30,40 @@ FEWEST = 100  # steps, where no other contender takes equal ones
 PATIENCE = 120.0  # seconds that the runs of an ensemble may take before no further one is begun
 
 
-def with_outsiders(
-    arena: WorkPrecisionProblem, outsiders: Sequence[Participant]
+def with_externals(
+    case: WorkPrecisionProblem, externals: Sequence[ExternalContender]
 ) -> WorkPrecisionProblem:
-    """The arena with those that support its problem and say what to run them with."""
-    taken = [label for label, _, _ in arena.entries]
-    steps = [one["save_every"] for _, _, ladder in arena.entries for one in ladder if "step" in one]
+    """The case with those that support its problem and say what to run them with."""
+    taken = [one.label for one in case.participants]
+    offered = [setting for one in case.participants for setting in one.settings]
+    steps = [setting["save_every"] for setting in offered if "step" in setting]
     fewest = min(steps, default=FEWEST)
-    entries: list[Entry] = []
-    for outsider in outsiders:
-        settings = offers(outsider, arena.problem, arena.duration, fewest)
-        entries += [(label_beside(outsider, taken), outsider, settings)] if settings else []
-    return replace(arena, entries=(*arena.entries, *entries))
+    participants: list[Participant] = []
+    for external in externals:
+        settings = offered_settings(external, case.problem, case.duration, fewest)
+        if settings:
+            participants.append(Participant(label_beside(external, taken), external, settings))
+    return replace(case, participants=(*case.participants, *participants))
 
 
-def offers(
-    outsider: Participant, problem: Problem, duration: float, fewest: int = FEWEST
+def offered_settings(
+    external: ExternalContender, problem: Problem, duration: float, fewest: int = FEWEST
 ) -> Sequence[Setting]:
     """What to run it with, from coarse to fine; nothing where it does not support the problem."""
-    if not outsider.supports(problem):
+    if not external.supports(problem):
         return []
-    return outsider.settings(problem, duration, fewest)
+    return external.settings(problem, duration, fewest)
 
 
 def finest(
-    outsider: Participant,
+    external: ExternalContender,
     problem: Problem,
     duration: float,
     parts: int,
     fewest: int = FEWEST,
 ) -> Setting | None:
     """The last of its settings, `sampled`; None where it does not take part."""
-    offered = offers(outsider, problem, duration, fewest)
+    offered = offered_settings(external, problem, duration, fewest)
     return sampled(duration, offered[-1], parts) if offered else None
 
 
@@ -74,7 +79,7 @@ def sampled(duration: float, setting: Setting, parts: int) -> Setting:
 
 
 def ensemble(
-    outsider: Participant,
+    external: ExternalContender,
     problems: Iterable[Problem],
     duration: float,
     parts: int,
@@ -86,18 +91,18 @@ def ensemble(
     """
     began, setting = time.perf_counter(), None
     for problem in problems:
-        setting = setting or finest(outsider, problem, duration, parts, fewest)
+        setting = setting or finest(external, problem, duration, parts, fewest)
         if setting is None:
             return
-        run = outsider.run(problem, duration, setting)
+        run = external.run(problem, duration, setting)
         yield setting, run
         if not run.success or time.perf_counter() - began > PATIENCE:
             return
 
 
-def label_beside(outsider: Participant, taken: Collection[str]) -> str:
-    """Its name, which says that it is an outsider where a contender of ours has the same."""
-    return f"{outsider.name}, outside" if outsider.name in taken else outsider.name
+def label_beside(external: ExternalContender, taken: Collection[str]) -> str:
+    """Its name, marked where a contender of the suite has the same."""
+    return f"{external.name}, external" if external.name in taken else external.name
 
 
 def readable_setting(setting: Mapping[str, Any]) -> str:

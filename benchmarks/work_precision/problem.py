@@ -1,11 +1,11 @@
-"""Where contenders meet: a problem, how long, who takes part with which settings, and the truth."""
+"""Work-precision problems: what is solved, how long, by whom with which settings, the truth."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from references.textbook.euler import SYMPLECTIC_EULER
 from references.textbook.stormer_verlet import STORMER_VERLET
 
 Setting = Mapping[str, Any]
-Entry = tuple[str, Contender, Sequence[Setting]]
 POSITION, ATTITUDE, ANGLE = "position", "attitude", "angle"
 EPS = float(np.finfo(float).eps)
 # Steps a period, and a third, for Wisdom and Holman's maps: to where rounding stops WHFast on the
@@ -31,12 +30,20 @@ EPS = float(np.finfo(float).eps)
 WISDOM = (10, 15, 20, 30, 60, 120, 240)
 
 
+class Participant(NamedTuple):
+    """A contender with its label and the settings that it is run with."""
+
+    label: str
+    contender: Contender
+    settings: Sequence[Setting]
+
+
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """Where the bodies are at the end.
+    """The true configuration at the end.
 
     end          (...,) in the configuration's shape
-    error        of it, as the arena measures errors
+    error        of it, as `WorkPrecisionProblem.distance` measures errors
     description  for the table
     source       label of the contenders that it comes from, which are not judged by it
     """
@@ -60,20 +67,19 @@ def farthest_body(q: Array, truth: Array) -> float:
 class WorkPrecisionProblem:
     """One work-precision study.
 
-    problem   what is solved
-    duration  from its t0, in its unit of time
-    entries   (label, contender, settings)
-    truth     computes the truth
-    quantity  whose error it is: POSITION, ATTITUDE or ANGLE
-    distance  of two configurations: the error
-    repeated_run whether runs are timed by going on, as `benchmarks.statistics.repeated_run` does:
-    for durations
-              which a contender covers before its call has properly begun
+    problem       what is solved
+    duration      from its t0, in its unit of time
+    participants  who solves it
+    truth         computes the truth
+    quantity      whose error it is: POSITION, ATTITUDE or ANGLE
+    distance      of two configurations: the error
+    repeated_run  whether runs are timed by going on, as `benchmarks.statistics.repeated_run` does:
+                  for durations that a contender covers before its call has properly begun
     """
 
     problem: Problem
     duration: float
-    entries: tuple[Entry, ...]
+    participants: tuple[Participant, ...]
     truth: Callable[[], Truth]
     quantity: str = POSITION
     distance: Callable[[Array, Array], float] = farthest_body
@@ -99,7 +105,7 @@ def kepler(periods: int, quick: bool) -> WorkPrecisionProblem:
         duration,
         (
             *(
-                (_ours(s), gauss_collocation(s), steps(*counts))
+                Participant(_ours(s), gauss_collocation(s), steps(*counts))
                 for s, counts in {
                     2: (64, 256, 1024, 4096),
                     4: (16, 32, 64, 128, 256),
@@ -107,15 +113,15 @@ def kepler(periods: int, quick: bool) -> WorkPrecisionProblem:
                     16: (4, 8, 12),
                 }.items()
             ),
-            (
+            Participant(
                 "REBOUND IAS15",
                 ias15.IAS15,
                 [*adaptive("epsilon", (1e-4, 1e-9)), {"samples": 1, **ias15.GLOBAL}],
             ),
-            ("SciPy DOP853", DOP853, adaptive("tolerance", tolerances)),
-            ("SciPy RK45 (ode45)", ODE45, adaptive("tolerance", tolerances[:2])),
-            ("Stormer-Verlet", STORMER_VERLET, steps(100, 1000, 10_000)),
-            ("symplectic Euler", SYMPLECTIC_EULER, steps(1000, 10_000)),
+            Participant("SciPy DOP853", DOP853, adaptive("tolerance", tolerances)),
+            Participant("SciPy RK45 (ode45)", ODE45, adaptive("tolerance", tolerances[:2])),
+            Participant("Stormer-Verlet", STORMER_VERLET, steps(100, 1000, 10_000)),
+            Participant("symplectic Euler", SYMPLECTIC_EULER, steps(1000, 10_000)),
         ),
         truth,
     )
@@ -175,7 +181,7 @@ def _planets(
 
     duration  on which the truth is kept, in the problem's unit of time
     period    of the fastest planet, likewise, to which numbers of steps refer
-    few       fewer settings of the peers, their defaults and their best among them
+    few       fewer settings of the references, their defaults and their best among them
     others    (label, contender, steps a period, options), for this problem only
     """
 
@@ -211,7 +217,7 @@ def _planets(
         duration,
         (
             *(
-                (_ours(s), gauss_collocation(s), steps(*per_period))
+                Participant(_ours(s), gauss_collocation(s), steps(*per_period))
                 for s, per_period in {
                     6: (6, 8, 12, 16, 20, 24),
                     8: (4, 6, 8, 10, 12, 16),
@@ -219,15 +225,22 @@ def _planets(
                     16: (1.5, 2, 2.5, 3, 4),
                 }.items()
             ),
-            ("REBOUND IAS15", ias15.IAS15, [once(**ias15.DEFAULT)]),
-            ("REBOUND IAS15, GLOBAL", ias15.IAS15, [once(**ias15.GLOBAL)]),
-            ("REBOUND IAS15, looser", ias15.IAS15, [once(**options) for options in looser]),
-            ("REBOUND WHFast, best", whfast.WHFAST, best),
-            ("REBOUND WHFast, default", whfast.WHFAST, steps(30, 120, **whfast.DEFAULT)),
-            ("REBOUND SABA(10,6,4)", saba.SABA, steps(3, 5, 7, 10, 20, **saba.BEST)),
-            ("heyoka", heyoka_taylor.HEYOKA, [once(**options) for options in taylor]),
-            ("SciPy DOP853", DOP853, adaptive("tolerance", (1e-9,) if few else (1e-9, 1e-12))),
-            *((label, contender, steps(*k, **more)) for label, contender, k, more in others),
+            Participant("REBOUND IAS15", ias15.IAS15, [once(**ias15.DEFAULT)]),
+            Participant("REBOUND IAS15, GLOBAL", ias15.IAS15, [once(**ias15.GLOBAL)]),
+            Participant(
+                "REBOUND IAS15, looser", ias15.IAS15, [once(**options) for options in looser]
+            ),
+            Participant("REBOUND WHFast, best", whfast.WHFAST, best),
+            Participant("REBOUND WHFast, default", whfast.WHFAST, steps(30, 120, **whfast.DEFAULT)),
+            Participant("REBOUND SABA(10,6,4)", saba.SABA, steps(3, 5, 7, 10, 20, **saba.BEST)),
+            Participant("heyoka", heyoka_taylor.HEYOKA, [once(**options) for options in taylor]),
+            Participant(
+                "SciPy DOP853", DOP853, adaptive("tolerance", (1e-9,) if few else (1e-9, 1e-12))
+            ),
+            *(
+                Participant(label, contender, steps(*k, **more))
+                for label, contender, k, more in others
+            ),
         ),
         truth,
     )

@@ -13,7 +13,7 @@ from benchmarks.work_precision.problem import (
 from benchmarks.work_precision.rigid_bodies import free_body, pendulum
 
 
-def arenas(quick: bool) -> tuple[WorkPrecisionProblem, ...]:
+def work_precision_problems(quick: bool) -> tuple[WorkPrecisionProblem, ...]:
     """Shorter runs and fewer settings when quick."""
     orbits = (kepler(10 if quick else 100, quick), outer_solar_system(quick), solar_system(quick))
     bodies = (free_body(quick), pendulum(quick), double_pendulum(quick), planar_chain(quick))

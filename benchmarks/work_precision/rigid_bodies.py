@@ -1,4 +1,4 @@
-"""Rigid bodies that turn, as arenas: galvi in both charts, MuJoCo, and textbook methods."""
+"""Work-precision problems of rigid bodies: galvi in both charts, MuJoCo, textbook methods."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import (
     ATTITUDE,
     EPS,
-    Entry,
+    Participant,
     Setting,
     Truth,
     WorkPrecisionProblem,
@@ -87,8 +87,8 @@ def _body(
     def tolerances(*values: float) -> list[Setting]:
         return adaptive("tolerance", values[1:3] if quick else values)
 
-    entries: list[Entry] = [
-        (f"galvi degree {degree}, Gauss {degree}, {name}",
+    participants: list[Participant] = [
+        Participant(f"galvi degree {degree}, Gauss {degree}, {name}",
          gauss_collocation(degree, chart),
          steps(*counts))
         for name, chart in CHARTS.items()
@@ -96,17 +96,21 @@ def _body(
     ]  # fmt: skip
     for engine in MUJOCO:
         counts = RK4_STEPS if engine is MUJOCO_RK4 else FIRST_ORDER_STEPS
-        entries.append((engine.name, engine, steps(*counts)))
-    entries += [
-        (TEXTBOOK_RK4, QUATERNION_RK4, steps(*RK4_STEPS)),
-        (TEXTBOOK_DOP853, QUATERNION_DOP853, tolerances(1e-5, 1e-8, 1e-11, 1e-13, 1e-15)),
-        (RIGID_DOP853.name, RIGID_DOP853, tolerances(1e-6, 1e-9, 1e-12)),
-        (HEYOKA_RIGID.name, HEYOKA_RIGID, tolerances(1e-6, 1e-11, float(DEFAULT["tolerance"]))),
+        participants.append(Participant(engine.name, engine, steps(*counts)))
+    participants += [
+        Participant(TEXTBOOK_RK4, QUATERNION_RK4, steps(*RK4_STEPS)),
+        Participant(
+            TEXTBOOK_DOP853, QUATERNION_DOP853, tolerances(1e-5, 1e-8, 1e-11, 1e-13, 1e-15)
+        ),
+        Participant(RIGID_DOP853.name, RIGID_DOP853, tolerances(1e-6, 1e-9, 1e-12)),
+        Participant(
+            HEYOKA_RIGID.name, HEYOKA_RIGID, tolerances(1e-6, 1e-11, float(DEFAULT["tolerance"]))
+        ),
     ]
     return WorkPrecisionProblem(
         problem,
         DURATION,
-        tuple(entries),
+        tuple(participants),
         truth,
         quantity=ATTITUDE,
         distance=largest_entry,

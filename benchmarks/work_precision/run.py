@@ -1,4 +1,4 @@
-"""Work-precision studies: what an error costs, for galvi's methods and for the peers."""
+"""Work-precision studies: what an error costs, for galvi's methods and for other integrators."""
 
 from __future__ import annotations
 
@@ -11,10 +11,15 @@ import pandas as pd
 from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.statistics.timing import Timing, call_of, interleaved, warmed
 from benchmarks.work_precision.fronts import TRUTH, front, ratios
-from benchmarks.work_precision.participants import Participant, readable_setting, with_outsiders
-from benchmarks.work_precision.problem import Truth, WorkPrecisionProblem
-from benchmarks.work_precision.problems import arenas
+from benchmarks.work_precision.participants import (
+    ExternalContender,
+    readable_setting,
+    with_externals,
+)
+from benchmarks.work_precision.problem import Setting, Truth, WorkPrecisionProblem
+from benchmarks.work_precision.problems import work_precision_problems
 from galvi import Trajectory
+from references import Contender
 
 __all__ = ["COLUMNS", "front", "problems", "ratios", "work_precision"]
 
@@ -36,7 +41,7 @@ ROUNDS = 3
 
 
 @dataclass
-class _Entry:
+class _Measurement:
     """One setting of one contender, with what its first run left."""
 
     contender: str
@@ -51,10 +56,11 @@ class _Entry:
 def work_precision(
     quick: bool = False,
     report: Callable[[str], None] = lambda sentence: None,
-    outsiders: Sequence[Participant] = (),
+    externals: Sequence[ExternalContender] = (),
     problem: str = "",
 ) -> pd.DataFrame:
-    """One row for each problem, contender and setting; outsiders take part where they can.
+    """One row for each problem, contender and setting; external integrators take part where
+    they can.
 
     Given the name of a problem, of that one alone. Raises ValueError when there is no such problem.
 
@@ -71,78 +77,77 @@ def work_precision(
     status        empty; 'truth'; a warning about the error; or why the run failed
     reference     the truth, and how far it can be trusted
     """
-    known = arenas(quick)
-    chosen = [arena for arena in known if problem in ("", arena.problem.name)]
+    known = work_precision_problems(quick)
+    chosen = [case for case in known if problem in ("", case.problem.name)]
     if not chosen:
         raise ValueError(f"there is no problem {problem!r} to compare on; known: {problems(quick)}")
     tables = [
-        _study(with_outsiders(arena, outsiders), _least(arena, quick), report) for arena in chosen
+        _study(with_externals(case, externals), _least(case, quick), report) for case in chosen
     ]
     return pd.concat(tables, ignore_index=True)
 
 
 def problems(quick: bool = False) -> tuple[str, ...]:
     """The names of those that contenders are compared on."""
-    return tuple(arena.problem.name for arena in arenas(quick))
+    return tuple(case.problem.name for case in work_precision_problems(quick))
 
 
-def _least(arena: WorkPrecisionProblem, quick: bool) -> float:
+def _least(case: WorkPrecisionProblem, quick: bool) -> float:
     """Seconds of each setting's turn in a round; less where runs are made that long."""
     least = 0.01 if quick else 0.12
-    return 0.5 * least if arena.repeated_run else least
+    return 0.5 * least if case.repeated_run else least
 
 
-def _study(
-    arena: WorkPrecisionProblem, least: float, report: Callable[[str], None]
-) -> pd.DataFrame:
+def _study(case: WorkPrecisionProblem, least: float, report: Callable[[str], None]) -> pd.DataFrame:
     try:
-        truth = arena.truth()
+        truth = case.truth()
     except ModuleNotFoundError as error:
-        return _without_truth(arena, str(error))
-    entries = []
-    for label, contender, settings in arena.entries:
+        return _without_truth(case, str(error))
+    measured = []
+    for label, contender, settings in case.participants:
         for setting in settings:
-            report(f"{arena.problem.name}: {label}, {readable_setting(setting)}")
-            entry = _Entry(
-                label,
-                readable_setting(setting),
-                call_of(contender, arena.problem, arena.duration, setting),
-            )
-            if contender.missing:
-                entry.why = contender.missing
-            else:
-                entry.run, entry.warm = warmed(entry.call)
-                entry.why = getattr(entry.call, "failure", "")
-            if arena.repeated_run and entry.run is not None and entry.run.success and not entry.why:
-                longer = repeated_run(
-                    contender, arena.problem, arena.duration, setting, entry.warm, least
-                )
-                entry.call, entry.warm, entry.times = longer.call, longer.seconds, longer.times
-                entry.why = longer.failure and f"Not timed, it fails later: {longer.failure}"
-            entries.append(entry)
-    timed = [e for e in entries if e.run is not None and e.run.success and not e.why]
-    report(f"{arena.problem.name}: {ROUNDS} rounds")
+            report(f"{case.problem.name}: {label}, {readable_setting(setting)}")
+            measured.append(_first_run(case, label, contender, setting, least))
+    timed = [one for one in measured if one.run is not None and one.run.success and not one.why]
+    report(f"{case.problem.name}: {ROUNDS} rounds")
     timings = dict(
         zip(
             map(id, timed),
-            interleaved([e.call for e in timed], ROUNDS, least, [e.warm for e in timed]),
+            interleaved([one.call for one in timed], ROUNDS, least, [one.warm for one in timed]),
             strict=True,
         )
     )
-    for entry in timed:
-        entry.why = getattr(entry.call, "failure", "")
+    for one in timed:
+        one.why = getattr(one.call, "failure", "")
     return pd.DataFrame(
-        [_row(arena, entry, truth, timings.get(id(entry))) for entry in entries],
-        columns=list(COLUMNS),
+        [_row(case, one, truth, timings.get(id(one))) for one in measured], columns=list(COLUMNS)
     )
 
 
-def _without_truth(arena: WorkPrecisionProblem, why: str) -> pd.DataFrame:
+def _first_run(
+    case: WorkPrecisionProblem, label: str, contender: Contender, setting: Setting, least: float
+) -> _Measurement:
+    """With a call that is worth timing: longer where the case says so."""
+    call = call_of(contender, case.problem, case.duration, setting)
+    one = _Measurement(label, readable_setting(setting), call)
+    if contender.missing:
+        one.why = contender.missing
+        return one
+    one.run, one.warm = warmed(call)
+    one.why = getattr(call, "failure", "")
+    if case.repeated_run and one.run.success and not one.why:
+        longer = repeated_run(contender, case.problem, case.duration, setting, one.warm, least)
+        one.call, one.warm, one.times = longer.call, longer.seconds, longer.times
+        one.why = longer.failure and f"Not timed, it fails later: {longer.failure}"
+    return one
+
+
+def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
     """The study's rows when the engine of its truth is absent: nothing was measured."""
     rows = [
-        {"problem": arena.problem.name, "contender": label, "settings": readable_setting(setting),
-         "quantity": arena.quantity, "status": why, "reference": why}
-        for label, _, settings in arena.entries
+        {"problem": case.problem.name, "contender": label, "settings": readable_setting(setting),
+         "quantity": case.quantity, "status": why, "reference": why}
+        for label, _, settings in case.participants
         for setting in settings
     ]  # fmt: skip
     numbers = {name: "float64" for name in COLUMNS[4:10]}
@@ -150,28 +155,28 @@ def _without_truth(arena: WorkPrecisionProblem, why: str) -> pd.DataFrame:
 
 
 def _row(
-    arena: WorkPrecisionProblem, entry: _Entry, truth: Truth, timing: Timing | None
+    case: WorkPrecisionProblem, one: _Measurement, truth: Truth, timing: Timing | None
 ) -> dict[str, Any]:
     nan = float("nan")
-    counts: Mapping[str, int] = entry.run.counts if entry.run is not None else {}
-    error, status = nan, entry.why
-    if entry.run is not None and not entry.run.success:
-        status = entry.run.status
-    elif entry.run is not None and truth.is_from(entry.contender):
+    counts: Mapping[str, int] = one.run.counts if one.run is not None else {}
+    error, status = nan, one.why
+    if one.run is not None and not one.run.success:
+        status = one.run.status
+    elif one.run is not None and truth.is_from(one.contender):
         status = TRUTH
-    elif entry.run is not None:
-        error = arena.distance(entry.run.q[-1], truth.end)
+    elif one.run is not None:
+        error = case.distance(one.run.q[-1], truth.end)
         if error < 10.0 * truth.error and not status:
             status = "The error is below ten times that of the truth: take it as a bound."
     return {
-        "problem": arena.problem.name,
-        "contender": entry.contender,
-        "settings": entry.settings,
-        "quantity": arena.quantity,
+        "problem": case.problem.name,
+        "contender": one.contender,
+        "settings": one.settings,
+        "quantity": case.quantity,
         "error": error,
-        "seconds": timing.seconds / entry.times if timing else nan,
-        "seconds_low": timing.low / entry.times if timing else nan,
-        "seconds_high": timing.high / entry.times if timing else nan,
+        "seconds": timing.seconds / one.times if timing else nan,
+        "seconds_low": timing.low / one.times if timing else nan,
+        "seconds_high": timing.high / one.times if timing else nan,
         "evaluations": float(counts.get("force_evaluations", nan)),
         "steps": float(counts.get("steps", nan)),
         "status": status,

@@ -1,4 +1,4 @@
-"""How much faster galvi is meant to be than its peers: numbers set before any was measured."""
+"""How much faster than others galvi is meant to be: numbers set before any was measured."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ IAS15 = ("REBOUND IAS15", "REBOUND IAS15, GLOBAL", "REBOUND IAS15, looser")
 
 @dataclass(frozen=True)
 class Target:
-    """One of them.
+    """A ratio of times to be reached at an error.
 
     problem     its name
     contenders  labels in the work-precision study; the fastest of them at the error counts
     error       at the end, of the position in au or of the attitude; None for the smallest that
                 the contenders reach
-    ratio       of the peer's time to galvi's, at least; None when galvi is to reach the error,
+    ratio       of the contenders' time to galvi's, at least; None when galvi is to reach the error,
                 however long it takes
     source      who asked for it
     """

@@ -21,17 +21,17 @@ COLUMNS = (
 def targets_met(table: pd.DataFrame, targets: Iterable[Target]) -> pd.DataFrame:
     """One row for each target, from the rows of `benchmarks.work_precision.run`.
 
-    against    the peer: the first of the labels that the target names
-    error      asked for; the peer's own where the target is to reach that, NaN without a run of it
+    against    the rival: the first of the labels that the target names
+    error      asked for; the rival's own where the target is to reach that, NaN without a run of it
     target     least ratio of times; NaN where reaching the error is enough
-    ratio      the peer's time over that of the fastest galvi method; 'not reached' where the peer's
-               front ends above the error, 'galvi: not reached' where galvi's does
-    contender  label of the peer's fastest line at the error; empty when none gets there
+    ratio      the rival's time over that of the fastest galvi method; 'not reached' where the
+               rival's front ends above the error, 'galvi: not reached' where galvi's does
+    contender  label of the rival's fastest line at the error; empty when none gets there
     galvi      likewise of galvi's
     verdict    met; missed, also when galvi does not reach the error, whoever else does; 'not
-               reached' where only the peer does not; 'not run' without a run of the peer that has
+               reached' where only the rival does not; 'not run' without a run of the rival that has
                an error and a time
-    remark     the study's warning about the peer's own error, as when the truth is hardly better
+    remark     the study's warning about the rival's own error, as when the truth is hardly better
     source     who asked for it
     """
     return pd.DataFrame([_row(table, target) for target in targets], columns=list(COLUMNS))
@@ -58,15 +58,15 @@ def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
     if target.error is None:
         row["remark"] = theirs.loc[theirs["error"].idxmin(), "status"]
     times = ratios(fronts, [error])
-    peers = _fastest(times[times["contender"].isin(target.contenders)])
+    rivals = _fastest(times[times["contender"].isin(target.contenders)])
     is_ours = times["contender"].str.startswith("galvi") & (times["contender"] != OURS)
     ours = _fastest(times[is_ours])
-    row |= {"contender": peers.get("contender", ""), "galvi": ours.get("contender", "")}
+    row |= {"contender": rivals.get("contender", ""), "galvi": ours.get("contender", "")}
     if not ours:
         return row | {"ratio": f"galvi: {NOT_REACHED}", "verdict": MISSED}
-    if not peers:
+    if not rivals:
         return row | {"ratio": NOT_REACHED, "verdict": NOT_REACHED}
-    ratio = float(peers["seconds"] / ours["seconds"])
+    ratio = float(rivals["seconds"] / ours["seconds"])
     met = target.ratio is None or ratio >= target.ratio
     return row | {"ratio": ratio, "verdict": MET if met else MISSED}
 

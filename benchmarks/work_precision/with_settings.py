@@ -12,7 +12,7 @@ from references import Contender
 
 @dataclass(frozen=True, eq=False)
 class WithSettings:
-    """A contender that is always told ``setting`` besides what a study asks for."""
+    """A contender with ``setting`` added to whatever a study asks for."""
 
     contender: Contender
     setting: Mapping[str, Any]

@@ -39,9 +39,11 @@ def build(suite: Suite, order: Order) -> tuple[Verified, Compared, list[StudyRes
         try:
             found = _build(replace(suite, provenance=provenance), order, parts)
         except KeyboardInterrupt:
-            print(
-                "What was measured is kept: the same command goes on from there.", file=sys.stderr
-            )
+            if parts.store is not None:
+                print(
+                    "What was measured is kept: the same command goes on from there.",
+                    file=sys.stderr,
+                )
             raise
         parts.forget()
     return found

@@ -12,13 +12,13 @@ import typer
 
 from benchmarks.external.checks import contender_checks
 from benchmarks.external.integrator import ExternalIntegrator
-from benchmarks.external.timed_run import Faulty
+from benchmarks.external.loading import ContenderError
 from reports.results.suite import Suite
 
 
 @contextmanager
 def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
-    """The suite with checks of these contenders, and with them in whatever is open to them.
+    """The suite with checks of these contenders, and with them in every comparison that is open.
 
     Their processes end with it.
 
@@ -28,27 +28,26 @@ def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
         yield suite
         return
     with ExitStack() as stack:
-        outsiders: list[ExternalIntegrator] = []
+        externals: list[ExternalIntegrator] = []
         for path in dict.fromkeys(paths):
             try:
-                outsider = ExternalIntegrator.open(path)
-            except Faulty as fault:
-                raise typer.BadParameter(f"--contender {path}: {fault}") from None
-            stack.callback(outsider.close)
-            if outsider.name in [one.name for one in outsiders]:
-                raise typer.BadParameter(f"--contender: two are called {outsider.name!r}.")
-            outsiders.append(outsider)
+                external = ExternalIntegrator.open(path)
+            except ContenderError as error:
+                raise typer.BadParameter(f"--contender {path}: {error}") from None
+            stack.callback(external.close)
+            if external.name in [one.name for one in externals]:
+                raise typer.BadParameter(f"--contender: two are called {external.name!r}.")
+            externals.append(external)
         yield replace(
             suite,
-            claims=(*suite.claims, *contender_checks(outsiders)),
-            work_precision=partial(suite.work_precision, outsiders=outsiders),
-            tables=tuple(_opened(table, outsiders) for table in suite.tables),
-            studies=tuple(_opened(study, outsiders) for study in suite.studies),
-            faults=lambda: [fault for outsider in outsiders for fault in outsider.faults],
-            made_of=lambda: {outsider.path: outsider.made_of for outsider in outsiders},
+            claims=(*suite.claims, *contender_checks(externals)),
+            work_precision=partial(suite.work_precision, externals=externals),
+            tables=tuple(_with_externals(table, externals) for table in suite.tables),
+            studies=tuple(_with_externals(study, externals) for study in suite.studies),
+            faults=lambda: [fault for external in externals for fault in external.faults],
         )
 
 
-def _opened(one: Any, outsiders: Sequence[ExternalIntegrator]) -> Any:
-    """A table or a study in which these take part, where it is open."""
-    return replace(one, measure=partial(one.measure, outsiders=outsiders)) if one.open else one
+def _with_externals(one: Any, externals: Sequence[ExternalIntegrator]) -> Any:
+    """A table or a study in which these take part, if it is open to external integrators."""
+    return replace(one, measure=partial(one.measure, externals=externals)) if one.open else one

@@ -45,7 +45,6 @@ class Suite:
     engines         name: why it cannot be used here, or nothing; of every engine
     unavailable     the sentences by which contenders say that their engine is absent
     faults          what outsiders did wrong so far
-    made_of         outsiders' paths: the files and folders that each was imported from
     provenance      command -> versions, commit, machine, date
     ahead           whether a second process may study claims, those of `load` by their ids
     """
@@ -61,7 +60,6 @@ class Suite:
     engines: Callable[[], Mapping[str, str]] = dict
     unavailable: Callable[[], Collection[str]] = tuple
     faults: Callable[[], Collection[str]] = tuple
-    made_of: Callable[[], Mapping[str, Sequence[str]]] = dict
     problems: Callable[[bool], Sequence[str]] = lambda quick: ()
     ahead: bool = False
 

@@ -1,5 +1,5 @@
 """Somebody else's contenders without a process of their own, so that tests of what is made of their
-answers are quick; `tests/reports/test_contender_option.py` has the processes.
+answers are quick; `tests/benchmarks/test_contender_process.py` has the processes.
 """
 
 from __future__ import annotations
@@ -13,33 +13,30 @@ import galvi
 from benchmarks.external.check_problems import CHECK_PROBLEMS
 from benchmarks.external.checks import contender_checks
 from benchmarks.external.integrator import ExternalIntegrator
-from benchmarks.external.loading import Fault, introduced, told
-from benchmarks.external.timed_run import Faulty
+from benchmarks.external.loading import ContenderError, describe_error, metadata
 from benchmarks.external.worker import ANSWERS
 
 
 @dataclass(eq=False)
 class Inside(ExternalIntegrator):
-    """An outsider whose contender is at hand."""
+    """An external integrator whose contender is at hand."""
 
     contender: Any = None
 
     @classmethod
     def of(cls, contender: Any) -> Inside:
         """Like `ExternalIntegrator.open`."""
-        outsider = cls("inside:It", contender=contender)
-        outsider._process = object()
-        outsider.name, outsider.order, outsider.conserves = introduced(contender)
-        return outsider
+        external = cls("inside:It", contender=contender)
+        external.name, external.order, external.conserves = metadata(contender)
+        return external
 
-    def _answer(self, request: tuple[Any, ...], limit: float) -> Any:
-        what, *arguments = request
+    def _ask(self, question: str, *arguments: Any) -> Any:
         try:
-            return ANSWERS[what](self.contender, *arguments)
-        except Fault as fault:
-            raise Faulty(str(fault)) from None
+            return ANSWERS[question](self.contender, *arguments)
+        except ContenderError:
+            raise
         except Exception as error:
-            raise Faulty(f"It raised {told(error)}.") from None
+            raise ContenderError(f"It raised {describe_error(error)}.") from None
 
 
 class Gauss:
@@ -111,12 +108,12 @@ ORBIT, SWING = (
 )
 
 
-def checked(contender, *grounds):
-    """A contender's rows, those of them that differ from what is expected, and its outsider."""
-    outsider = Inside.of(contender)
-    (claim,) = contender_checks([outsider], grounds or (ORBIT,))
+def checked(contender, *check_problems):
+    """A contender's rows, those of them that differ from what is expected, and itself."""
+    external = Inside.of(contender)
+    (claim,) = contender_checks([external], check_problems or (ORBIT,))
     rows = claim.judge(claim.study(galvi.Galerkin, True, lambda sentence: None))
     assert {row.id for row in rows} == {claim.id} and len({row.quantity for row in rows}) == len(
         rows
     )
-    return rows, [row for row in rows if row.verdict != row.expected], outsider
+    return rows, [row for row in rows if row.verdict != row.expected], external

@@ -16,7 +16,7 @@ from benchmarks.measures.exact_energy import exactly, relative_energy_error
 from benchmarks.statistics.growth import growth
 from benchmarks.studies import round_off, round_off_long
 from benchmarks.studies.round_off import COLUMNS, gauss
-from benchmarks.studies.round_off_participants import KEPT, Galerkin, Sample
+from benchmarks.studies.round_off_participants import KEPT, GalerkinParticipant, Sample
 from references.closed_forms.double_double import DoubleDouble
 
 T = np.array(KEPT, dtype=float)
@@ -105,17 +105,17 @@ def test_the_runs_differ_by_1e_12_and_each_is_always_the_same() -> None:
 
 @dataclass(frozen=True)
 class Few:
-    """Ensembles of a hundred years, by one walker."""
+    """Ensembles of a hundred years, by one participant."""
 
-    walker: Galerkin
+    participant: GalerkinParticipant
     runs: int = 8
     years: float = 1000.0
 
     def growth(self):
         rows = [
-            round_off.row(self.walker, self.years, k, sample)
+            round_off.row(self.participant, self.years, k, sample)
             for k in range(self.runs)
-            for sample in self.walker.samples(round_off.member(k), self.years, None, print)
+            for sample in self.participant.samples(round_off.member(k), self.years, None, print)
         ]
         return round_off.growths(pd.DataFrame(rows, columns=list(COLUMNS)))[0][1]
 
@@ -125,7 +125,7 @@ def test_a_method_whose_end_weights_are_off_by_1e_15_is_caught_as_a_drift() -> N
     method = galvi.Galerkin(sound.method.space, sound.method.rule)
     table = method.table
     method.__dict__["table"] = replace(table, beta=table.beta * (1.0 + 1e-15))
-    wrong = Few(Galerkin(method, 10)).growth()
+    wrong = Few(GalerkinParticipant(method, 10)).growth()
     right = Few(sound).growth()
     assert wrong.drifts and abs(wrong.exponent - 1.0) < 0.1
     assert not right.drifts
@@ -152,8 +152,8 @@ def study(folder: Path, told: list[str], stop: int | None = None) -> None:
         if stop is not None and seen == stop:
             raise Stop
 
-    walkers = (gauss(6, 10), gauss(4, 20))
-    for part in round_off_long.parts(folder, report, 200.0, 3, walkers, code="0123456789ab"):
+    participants = (gauss(6, 10), gauss(4, 20))
+    for part in round_off_long.parts(folder, report, 200.0, 3, participants, code="0123456789ab"):
         if not part.done():
             part.run(report)
 
@@ -251,8 +251,8 @@ def test_a_run_that_fails_is_a_row_with_its_status() -> None:
 
 def test_galvi_and_ias15_walk_over_a_hundred_years() -> None:
     sample = {
-        walker.label: list(walker.samples(round_off.member(0), 100.0, None, print))
-        for walker in round_off.WALKERS
+        participant.label: list(participant.samples(round_off.member(0), 100.0, None, print))
+        for participant in round_off.PARTICIPANTS
     }
     assert {len(each) for each in sample.values()} == {len(KEPT)}
     for label, each in sample.items():

@@ -13,13 +13,14 @@ import galvi
 from benchmarks.external.check_problems import CHECK_PROBLEMS
 from benchmarks.external.checks import contender_checks
 from benchmarks.external.integrator import ExternalIntegrator
-from benchmarks.external.loading import Fault, introduced
+from benchmarks.external.loading import ContenderError, metadata
 from tests.benchmarks.contenders_at_hand import (
     BROKEN,
     ORBIT,
     SWING,
     Failing,
     Gauss,
+    Raising,
     checked,
 )
 
@@ -52,13 +53,13 @@ class Leapfrog(Gauss):
 
 
 def test_a_sound_contender_is_as_expected_and_what_it_does_not_say_is_told():
-    rows, differing, outsider = checked(Gauss(), *CHECK_PROBLEMS)
-    assert differing == [] and outsider.faults == []
+    rows, differing, external = checked(Gauss(), *CHECK_PROBLEMS)
+    assert differing == [] and external.faults == []
     assert {row.setup.partition(";")[0] for row in rows if "T =" in row.setup} == {
-        ground.problem.name for ground in CHECK_PROBLEMS
+        check.problem.name for check in CHECK_PROBLEMS
     }
     orders = [row for row in rows if row.quantity.startswith("order in the step")]
-    assert len(orders) == sum(ground.ordered for ground in CHECK_PROBLEMS)
+    assert len(orders) == sum(check.ordered for check in CHECK_PROBLEMS)
     assert sum(row.verdict == "holds" for row in orders) >= 5  # of 7; two are below round-off
     assert {row.verdict for row in rows if row.quantity.startswith("error at step")} == {
         "informative"
@@ -127,31 +128,40 @@ def test_an_error_beyond_the_one_that_it_claims_is_caught():
 
 @pytest.mark.parametrize("broken", BROKEN, ids=lambda kind: kind.__name__)
 def test_what_does_not_run_as_it_should_is_red_and_named(broken):
-    rows, differing, outsider = checked(broken())
+    rows, differing, external = checked(broken())
     assert rows[0].quantity == f"runs and answers that failed, {ORBIT.problem.name}"
     assert rows[0].verdict == "contradicted" and BROKEN[broken] in rows[0].reason
-    assert any(BROKEN[broken] in fault for fault in outsider.faults)
+    assert any(BROKEN[broken] in fault for fault in external.faults)
     assert {row.quantity.partition(",")[0].partition(" at step")[0] for row in differing} >= {
         "error", "relative change of energy", "problems where its order is seen"
     }  # fmt: skip
 
 
+def test_failed_runs_are_the_reason_why_no_order_is_seen_and_not_round_off():
+    rows, _, _ = checked(Raising())
+    assert not any("round-off" in row.reason for row in rows)
+    (order,) = (row for row in rows if row.quantity.startswith("order in the step"))
+    assert order.reason == "It raised RuntimeError: no, thanks."
+    (seen,) = (row for row in rows if row.quantity == "problems where its order is seen")
+    assert "no run came to its end" in seen.reason and "no, thanks." in seen.reason
+
+
 @pytest.mark.parametrize("name", ["henon-heiles", "double pendulum"])
 def test_the_energies_of_grounds_are_those_of_galvi_and_are_watched(name):
-    (ground,) = (one for one in CHECK_PROBLEMS if one.problem.name == name)
-    run = Gauss().run(ground.problem, 1.0, {"step": 0.05, "save_every": 1})
+    (check,) = (one for one in CHECK_PROBLEMS if one.problem.name == name)
+    run = Gauss().run(check.problem, 1.0, {"step": 0.05, "save_every": 1})
     assert np.allclose(
-        ground.energy(run.problem, run.q, run.p), galvi.energy(run), rtol=1e-13, atol=1e-14
+        check.energy(run.problem, run.q, run.p), galvi.energy(run), rtol=1e-13, atol=1e-14
     )
     tight = Gauss()
     tight.conserves, tight.order = {"energy": 1e-30}, None
-    _, (caught,), _ = checked(tight, replace(ground, long=10.3))
+    _, (caught,), _ = checked(tight, replace(check, long=10.3))
     assert caught.quantity.startswith("relative change of energy")
 
 
 def test_every_run_that_fails_counts():
-    rows, _, outsider = checked(Failing())
-    assert rows[0].measured == 12 and len(outsider.faults) == 1  # of 2 settings, 9 steps, long
+    rows, _, external = checked(Failing())
+    assert rows[0].measured == 12 and len(external.faults) == 1  # of 2 settings, 9 steps, long
 
 
 def test_a_high_order_without_settings_is_seen_at_fewer_steps():
@@ -219,13 +229,13 @@ def test_one_whose_steps_are_too_short_for_its_order_says_so():
 )
 def test_what_a_contender_says_of_itself_is_examined_before_anything_is_run(parts, said):
     contender = SimpleNamespace(name="x", **parts)
-    with pytest.raises(Fault, match=said):
-        introduced(contender)
-    assert introduced(SimpleNamespace(name="x")) == ("x", None, {})
+    with pytest.raises(ContenderError, match=said):
+        metadata(contender)
+    assert metadata(SimpleNamespace(name="x")) == ("x", None, {})
 
 
 def test_checks_have_names_of_their_own():
-    outsiders = [ExternalIntegrator("m:A", name=name) for name in ("My one", "my one!", "мой")]
-    assert [claim.id for claim in contender_checks(outsiders)] == [
+    externals = [ExternalIntegrator("m:A", name=name) for name in ("My one", "my one!", "мой")]
+    assert [claim.id for claim in contender_checks(externals)] == [
         "A-my-one", "A-my-one-too", "A-contender"
     ]  # fmt: skip

@@ -14,9 +14,9 @@ import pytest
 from benchmarks.studies.free_body_drift import (
     COLUMNS,
     ON_BOX,
-    RUNNERS,
+    PARTICIPANTS,
     TURNS,
-    Runner,
+    DriftParticipant,
     body_rows,
     box_rows,
     free_spin,
@@ -31,12 +31,12 @@ from references.mujoco.steps import MUJOCO_EULER, MUJOCO_IMPLICITFAST, MUJOCO_RK
 from references.setting import fixed_steps
 
 needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
-OURS = Runner("galvi", gauss_collocation(4), 0.125)
+OURS = DriftParticipant("galvi", gauss_collocation(4), 0.125)
 
 
 def box(name: str, joint: str) -> dict[str, Any]:
-    runner = next(r for r in ON_BOX if r.label == f"MuJoCo {name}, {joint} joint")
-    (row,) = box_rows(runner)
+    participant = next(r for r in ON_BOX if r.label == f"MuJoCo {name}, {joint} joint")
+    (row,) = box_rows(participant)
     return row
 
 
@@ -73,9 +73,9 @@ def test_rk4_keeps_the_box_s_energy_to_ten_digits_and_galvi_to_round_off() -> No
 def test_every_integrator_spins_and_the_marks_are_1_2_5() -> None:
     assert marks(1000) == [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000] and marks(1) == [1]
     assert marks(30) == [1, 2, 5, 10, 20, 30]
-    labels = [runner.label for runner in RUNNERS]
+    labels = [participant.label for participant in PARTICIPANTS]
     assert len(set(labels)) == len(labels)
-    for chosen, joints in ((RUNNERS, ("free",)), (ON_BOX, ("free", "ball"))):
+    for chosen, joints in ((PARTICIPANTS, ("free",)), (ON_BOX, ("free", "ball"))):
         for joint in joints:
             assert {one for r in chosen for one in MUJOCO if r.contender is one} == set(MUJOCO)
             assert sum(r.joint == joint for r in chosen) == len(MUJOCO)
@@ -83,7 +83,7 @@ def test_every_integrator_spins_and_the_marks_are_1_2_5() -> None:
 
 @needs_mujoco
 def test_the_energy_of_rk4_drifts_and_galvi_s_and_all_momenta_stay() -> None:
-    rk4 = Runner("RK4", MUJOCO_RK4, 0.02, "free")
+    rk4 = DriftParticipant("RK4", MUJOCO_RK4, 0.02, "free")
     theirs, ours = (pd.DataFrame(body_rows(one, 200)) for one in (rk4, OURS))
     size = theirs.set_index(np.arange(len(theirs)))["energy_error"].abs()
     assert size.iloc[-1] > 5.0 * size.iloc[3] > 1e-13  # 200 and 10 turns: 1.8e-10 and 1.8e-11
@@ -94,7 +94,7 @@ def test_the_energy_of_rk4_drifts_and_galvi_s_and_all_momenta_stay() -> None:
 
 @needs_mujoco
 def test_a_run_that_bursts_says_so_and_keeps_what_was_before() -> None:
-    burst = pd.DataFrame(body_rows(Runner("Euler", MUJOCO_EULER, 0.1, "free"), 200))
+    burst = pd.DataFrame(body_rows(DriftParticipant("Euler", MUJOCO_EULER, 0.1, "free"), 200))
     assert burst["energy_error"].notna().iloc[0] and burst["energy_error"].isna().iloc[-1]
     assert "unstable" in burst["status"].iloc[-1] and burst["status"].iloc[0] == ""
 
@@ -135,7 +135,7 @@ class WrongTorque:
 
 
 def test_a_wrong_torque_keeps_energy_and_stands_out_by_momentum_and_attitude() -> None:
-    planted = pd.DataFrame(body_rows(Runner("planted", WrongTorque(), 0.02), 5))
+    planted = pd.DataFrame(body_rows(DriftParticipant("planted", WrongTorque(), 0.02), 5))
     sound = pd.DataFrame(body_rows(OURS, 5))
     assert planted["energy_error"].abs().max() < 1e-6  # 4e-9: a wrong force conserves its own
     assert planted["momentum_error"].max() > 0.1 and sound["momentum_error"].max() < 1e-14
@@ -148,7 +148,7 @@ def test_without_mujoco_a_row_says_why() -> None:
         name: str = "absent"
         missing: str = "Install it."
 
-    frame = free_spin(True, runners=[Runner("absent", Absent(), 0.1)], on_box=[OURS])  # type: ignore[arg-type]
+    frame = free_spin(True, participants=[DriftParticipant("absent", Absent(), 0.1)], on_box=[OURS])  # type: ignore[arg-type]
     assert list(frame) == list(COLUMNS) and list(frame["status"]) == ["", "Install it."]
     assert frame["energy_error"].isna().tolist() == [False, True]
 
@@ -156,8 +156,8 @@ def test_without_mujoco_a_row_says_why() -> None:
 def test_the_long_form_is_kept_and_not_run_again(tmp_path: Path) -> None:
     said: list[str] = []
     assert stored(tmp_path, said.append).empty
-    runners = (OURS, Runner("fast", MUJOCO_IMPLICITFAST, 0.02, "free"))
-    made = parts(tmp_path, said.append, 20, runners, "feedface")
+    participants = (OURS, DriftParticipant("fast", MUJOCO_IMPLICITFAST, 0.02, "free"))
+    made = parts(tmp_path, said.append, 20, participants, "feedface")
     assert len(made) == 1 + (not MUJOCO_IMPLICITFAST.missing)
     for part in made:
         assert not part.done()
@@ -166,5 +166,5 @@ def test_the_long_form_is_kept_and_not_run_again(tmp_path: Path) -> None:
     rows = stored(tmp_path, said.append)
     assert set(rows["commit"]) == {"feedface"} and rows["date"].ne("").all()
     assert list(rows) == list(COLUMNS) and len(rows) == len(made) * len(marks(20))
-    assert not any(p.done() for p in parts(tmp_path, said.append, 20, runners, "another"))
+    assert not any(p.done() for p in parts(tmp_path, said.append, 20, participants, "another"))
     assert TURNS < parts(tmp_path, said.append)[0].turns == 100_000

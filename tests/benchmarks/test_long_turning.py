@@ -12,9 +12,9 @@ import galvi
 from benchmarks.studies.round_off_participants import KEPT
 from benchmarks.studies.so3_drift import (
     COLUMNS,
+    PARTICIPANTS,
     QUANTITIES,
-    WALKERS,
-    RoundOffParticipant,
+    SpinParticipant,
     growths,
     parts,
     rows,
@@ -23,13 +23,13 @@ from benchmarks.studies.so3_drift import (
 )
 
 SMALL = tuple(
-    RoundOffParticipant(walker.label, walker.method, quick=200, default=400, long=400)
-    for walker in WALKERS
+    SpinParticipant(participant.label, participant.method, quick=200, default=400, long=400)
+    for participant in PARTICIPANTS
 )
 
 
 def test_every_run_leaves_its_rows() -> None:
-    frame = turning(True, walkers=SMALL)
+    frame = turning(True, participants=SMALL)
     assert tuple(frame.columns) == tuple(COLUMNS)
     assert len(frame) == 4 * len(SMALL) * len(KEPT) and set(frame["done"]) == {2 * k for k in KEPT}
     assert (frame["status"] == "").all()
@@ -40,8 +40,8 @@ def test_every_run_leaves_its_rows() -> None:
 
 def test_a_million_steps_keep_rotation_and_momentum() -> None:
     """At most 1e-13, and no faster than the square root of the steps: what the issue asks for."""
-    walker = WALKERS[0]
-    frame = pd.DataFrame([row for k in range(3) for row in rows(walker, k, 1_000_000)])
+    participant = PARTICIPANTS[0]
+    frame = pd.DataFrame([row for k in range(3) for row in rows(participant, k, 1_000_000)])
     for _, name, seen, largest in growths(frame):
         if name != "energy":
             assert largest <= 1e-13  # 7e-16 was measured
@@ -57,13 +57,13 @@ def test_a_kernel_that_loses_momentum_is_seen(monkeypatch: pytest.MonkeyPatch) -
         return run
 
     monkeypatch.setattr(galvi, "integrate", losing)
-    found = {name: seen for _, name, seen, _ in growths(turning(True, walkers=SMALL[:1]))}
+    found = {name: seen for _, name, seen, _ in growths(turning(True, participants=SMALL[:1]))}
     assert found["momentum"].exponent - 3.0 * found["momentum"].uncertainty > 0.5
     assert found["orthogonality"].exponent - 3.0 * found["orthogonality"].uncertainty <= 0.5
 
 
 def test_parts_are_done_once(tmp_path: Path) -> None:
-    todo = parts(tmp_path, print, walkers=SMALL[:1], runs=2, code="abc")
+    todo = parts(tmp_path, print, participants=SMALL[:1], runs=2, code="abc")
     assert [part.done() for part in todo] == [False, False]
     for part in todo:
         part.run(lambda sentence: None)

@@ -9,7 +9,7 @@ import pytest
 import galvi
 from benchmarks.studies import roofline, scaling
 from benchmarks.studies.many_planets import innermost_period, many_planets
-from benchmarks.studies.scaling import COLUMNS, TARGET, Entry
+from benchmarks.studies.scaling import COLUMNS, TARGET, ScalingParticipant
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from galvi.diagnostics.orbits import heliocentric
 
@@ -23,7 +23,7 @@ def table() -> pd.DataFrame:
 
 def test_every_setting_of_every_contender_has_its_row(table: pd.DataFrame) -> None:
     assert tuple(table.columns) == COLUMNS
-    assert len(table) == 2 * len(scaling.ENTRIES)
+    assert len(table) == 2 * len(scaling.PARTICIPANTS)
     assert (table["seconds_low"] <= table["seconds_per_orbit"]).all()
     assert (table["seconds_per_orbit"] <= table["seconds_high"]).all()
     assert set(table["status"]) == {"", "truth"}
@@ -55,8 +55,11 @@ def test_a_peer_that_is_not_installed_has_rows_that_say_so(monkeypatch: pytest.M
     class Absent:
         missing = "Install the engine."
 
-    entries = (Entry("galvi degree 8, Gauss 8", gauss_collocation(8), 6), Entry("Other", Absent()))
-    monkeypatch.setattr(scaling, "ENTRIES", entries)
+    participants = (
+        ScalingParticipant("galvi degree 8, Gauss 8", gauss_collocation(8), 6),
+        ScalingParticipant("Other", Absent()),
+    )
+    monkeypatch.setattr(scaling, "PARTICIPANTS", participants)
     rows = scaling.scaling(quick=True, bodies=(3,), orbits=2)
     assert list(rows["status"]) == ["", "Install the engine."]
     assert rows["seconds_per_orbit"].isna().tolist() == [False, True]

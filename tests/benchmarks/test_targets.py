@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.work_precision.fronts import NOT_REACHED
-from benchmarks.work_precision.problems import arenas
+from benchmarks.work_precision.problems import work_precision_problems
 from benchmarks.work_precision.targets import ORBITS, TARGETS, TURNS, Target
 from benchmarks.work_precision.targets_met import COLUMNS, MET, MISSED, NOT_RUN, targets_met
 
@@ -113,7 +113,8 @@ def test_another_problem_s_rows_do_not_count() -> None:
 @pytest.mark.parametrize("quick", [True, False])
 def test_every_target_names_contenders_that_take_part(quick: bool) -> None:
     known = {
-        arena.problem.name: {label for label, _, _ in arena.entries} for arena in arenas(quick)
+        case.problem.name: {label for label, _, _ in case.participants}
+        for case in work_precision_problems(quick)
     }
     for target in TARGETS:
         assert set(target.contenders) <= known[target.problem]

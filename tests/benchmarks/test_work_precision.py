@@ -21,19 +21,19 @@ from benchmarks.work_precision.problem import (
     outer_solar_system,
     solar_system,
 )
-from benchmarks.work_precision.problems import arenas
+from benchmarks.work_precision.problems import work_precision_problems
 
 FEW = ("galvi degree 8, Gauss 8", "Stormer-Verlet", "SciPy DOP853", "REBOUND IAS15")
 
 
 def small() -> WorkPrecisionProblem:
-    arena = kepler(2, quick=True)
-    return replace(arena, entries=tuple(e for e in arena.entries if e[0] in FEW))
+    case = kepler(2, quick=True)
+    return replace(case, participants=tuple(one for one in case.participants if one.label in FEW))
 
 
 @pytest.fixture
 def study(monkeypatch: pytest.MonkeyPatch) -> pd.DataFrame:
-    monkeypatch.setattr(work_precision, "arenas", lambda quick: (small(),))
+    monkeypatch.setattr(work_precision, "work_precision_problems", lambda quick: (small(),))
     return work_precision.work_precision(quick=True)
 
 
@@ -51,11 +51,13 @@ def test_every_row_has_error_time_with_interval_status_and_truth(study: pd.DataF
 
 
 def test_the_truth_is_not_judged_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
-    arena = small()
-    end = arena.truth().end
+    case = small()
+    end = case.truth().end
     truth = Truth(end, 0.0, "REBOUND IAS15", source="REBOUND IAS15")
     monkeypatch.setattr(
-        work_precision, "arenas", lambda quick: (replace(arena, truth=lambda: truth),)
+        work_precision,
+        "work_precision_problems",
+        lambda quick: (replace(case, truth=lambda: truth),),
     )
     rows = work_precision.work_precision(quick=True)
     own = rows[rows["contender"] == "REBOUND IAS15"]
@@ -69,7 +71,9 @@ def test_without_the_engine_of_the_truth_every_row_says_why(
     def absent() -> Truth:
         raise ModuleNotFoundError("Install the engine.")
 
-    monkeypatch.setattr(work_precision, "arenas", lambda quick: (replace(small(), truth=absent),))
+    monkeypatch.setattr(
+        work_precision, "work_precision_problems", lambda quick: (replace(small(), truth=absent),)
+    )
     rows = work_precision.work_precision(quick=True)
     assert len(rows) and (rows["status"] == "Install the engine.").all()
     assert rows["error"].isna().all()
@@ -77,47 +81,49 @@ def test_without_the_engine_of_the_truth_every_row_says_why(
 
 @pytest.mark.parametrize("quick", [True, False])
 def test_the_arenas_name_each_contender_once_and_use_whole_steps(quick: bool) -> None:
-    for arena in arenas(quick):
-        labels = [label for label, _, _ in arena.entries]
+    for case in work_precision_problems(quick):
+        labels = [label for label, _, _ in case.participants]
         assert len(set(labels)) == len(labels)
-        for _, contender, settings in arena.entries:
-            assert settings and contender.supports(arena.problem)
+        for _, contender, settings in case.participants:
+            assert settings and contender.supports(case.problem)
             for setting in settings:
                 if "step" in setting:
-                    assert (arena.duration / setting["step"]) == pytest.approx(
+                    assert (case.duration / setting["step"]) == pytest.approx(
                         setting["save_every"], rel=1e-12
                     )
 
 
 @pytest.mark.parametrize("make", [outer_solar_system, solar_system, applegate])
 def test_planets_meet_every_peer_at_its_default_and_its_best(make: Any) -> None:
-    arena = make(quick=True)
-    entries = {label: settings for label, _, settings in arena.entries}
-    assert {f"galvi degree {s}, Gauss {s}" for s in (6, 8, 12, 16)} <= set(entries)
-    assert entries["REBOUND IAS15"][0]["adaptive_mode"] == "PRS23"
-    assert entries["REBOUND IAS15, GLOBAL"][0]["adaptive_mode"] == "GLOBAL"
-    assert all(one["safe_mode"] == 0 for one in entries["REBOUND WHFast, best"])
-    assert all(one["safe_mode"] == 1 for one in entries["REBOUND WHFast, default"])
-    assert {"REBOUND SABA(10,6,4)", "heyoka", "SciPy DOP853"} <= set(entries)
-    assert ("REBOUND WHFast512" in entries) == (make is solar_system)
+    case = make(quick=True)
+    participants = {label: settings for label, _, settings in case.participants}
+    assert {f"galvi degree {s}, Gauss {s}" for s in (6, 8, 12, 16)} <= set(participants)
+    assert participants["REBOUND IAS15"][0]["adaptive_mode"] == "PRS23"
+    assert participants["REBOUND IAS15, GLOBAL"][0]["adaptive_mode"] == "GLOBAL"
+    assert all(one["safe_mode"] == 0 for one in participants["REBOUND WHFast, best"])
+    assert all(one["safe_mode"] == 1 for one in participants["REBOUND WHFast, default"])
+    assert {"REBOUND SABA(10,6,4)", "heyoka", "SciPy DOP853"} <= set(participants)
+    assert ("REBOUND WHFast512" in participants) == (make is solar_system)
 
 
 def test_applegate_s_planets_meet_every_contender_of_the_outer_planets() -> None:
     ours, theirs = (
-        {label: settings for label, _, settings in make(False).entries}
+        {label: settings for label, _, settings in make(False).participants}
         for make in (applegate, outer_solar_system)
     )
     assert set(ours) == set(theirs)
     assert all(len(ours[label]) <= len(theirs[label]) for label in ours)
     assert ours["heyoka"] == theirs["heyoka"][: len(ours["heyoka"])]
     assert {one["tolerance"] for one in ours["heyoka"]} == {2.0**-52, 1e-18}
-    steps = {make: make(False).duration / make(False).entries[0][2][0]["step"]
+    steps = {make: make(False).duration / make(False).participants[0][2][0]["step"]
              for make in (applegate, outer_solar_system)}  # fmt: skip
     assert steps[applegate] == pytest.approx(steps[outer_solar_system], rel=1e-3)  # a day: 7e-4
 
 
 def test_the_quick_report_leaves_applegate_out() -> None:
-    names = [[arena.problem.name for arena in arenas(quick)] for quick in (True, False)]
+    names = [
+        [case.problem.name for case in work_precision_problems(quick)] for quick in (True, False)
+    ]
     assert set(names[1]) - set(names[0]) == {"outer solar system after Applegate"}
     assert set(names[0]) < set(names[1])
 
@@ -134,9 +140,9 @@ def test_the_truth_of_the_planets_is_better_than_any_contender_and_none_of_galvi
 
 def test_planets_are_timed_against_the_stored_truth(monkeypatch: pytest.MonkeyPatch) -> None:
     few = ("galvi degree 12, Gauss 12", "REBOUND IAS15", "REBOUND WHFast, default")
-    arena = solar_system(quick=True)
-    arena = replace(arena, entries=tuple(e for e in arena.entries if e[0] in few))
-    monkeypatch.setattr(work_precision, "arenas", lambda quick: (arena,))
+    case = solar_system(quick=True)
+    case = replace(case, participants=tuple(one for one in case.participants if one.label in few))
+    monkeypatch.setattr(work_precision, "work_precision_problems", lambda quick: (case,))
     best = work_precision.work_precision(quick=True).groupby("contender")["error"].min()
     assert best[few[0]] < 1e-10  # 3e-12 when this was written
     if few[1] in best.dropna():

@@ -95,6 +95,16 @@ def test_an_unknown_name_is_answered_with_the_nearest():
         reference("REBOUND IAS14")
 
 
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [("ias15", "REBOUND IAS15"), ("whfast", "REBOUND WHFast"), ("de421", "JPL DE421"),
+     ("Heyoka", "heyoka"), ("MuJoCo rk4", "MuJoCo RK4"), ("closed form kepler", "Kepler, ")],
+)  # fmt: skip
+def test_a_part_of_a_name_in_any_case_is_enough_for_the_suggestion(word, meant):
+    with pytest.raises(ValueError, match=f"'Kepler, closed form', .*Did you mean '{meant}"):
+        reference(word)
+
+
 def test_the_truths_are_those_we_know():
     exact = {contender.name for contender in REFERENCES if contender.exact}
     assert exact == {

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 
 from benchmarks.work_precision.problem import ATTITUDE, POSITION
-from benchmarks.work_precision.problems import arenas
+from benchmarks.work_precision.problems import work_precision_problems
 from reports.figures.plots.work_precision import dashes
 from reports.figures.style.contender_looks import (
     BLUES,
@@ -49,8 +49,8 @@ def nearest(looks: dict[str, dict[str, str]], one_marker: bool) -> float:
 
 def contenders(quantity: str = POSITION) -> list[str]:
     """Of the studies that share a legend."""
-    alike = [arena for arena in arenas(False) if arena.quantity == quantity]
-    return [label for arena in alike for label, _, _ in arena.entries]
+    alike = [case for case in work_precision_problems(False) if case.quantity == quantity]
+    return [label for case in alike for label, _, _ in case.participants]
 
 
 def test_galvi_comes_first_by_degree_and_peers_follow_by_family():

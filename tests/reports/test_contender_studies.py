@@ -16,7 +16,7 @@ from benchmarks.studies import (
     scaling,
     so3_drift,
 )
-from benchmarks.studies.free_body_drift import Runner
+from benchmarks.studies.free_body_drift import DriftParticipant
 from benchmarks.studies.round_off import gauss
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import ensemble, finest, label_beside, sampled
@@ -28,12 +28,12 @@ from reports.tables.study_table import readable_table
 from tests.benchmarks.contenders_at_hand import BROKEN, Failing, Gauss, Inside, Raising
 
 SHOWN = {study.name: study for study in STUDIES if study.open}
-OURS = scaling.Entry("galvi degree 8, Gauss 8", gauss_collocation(8), 6)
+OURS = scaling.ScalingParticipant("galvi degree 8, Gauss 8", gauss_collocation(8), 6)
 # The mechanism is the same for each way of breaking; a fault's sentence is found by its beginning.
 WHY = {kind.name: sentence for kind, sentence in BROKEN.items()}
 
 
-def outsiders():
+def externals():
     return [Inside.of(kind()) for kind in (Gauss, Raising, Failing)]
 
 
@@ -44,7 +44,7 @@ def written_in(figure, frame):
     return [text.get_text() for text in canvas.findobj(Text)]
 
 
-def test_what_is_closed_to_outsiders_is_about_galvi_or_an_engine_alone():
+def test_what_is_closed_to_external_integrators_is_about_galvi_or_an_engine_alone():
     suite = load()
     assert {one.name for one in (*suite.tables, *suite.studies) if not one.open} == {
         *("recommendation", "start_up", "engine-versions", "taxonomy")
@@ -53,24 +53,24 @@ def test_what_is_closed_to_outsiders_is_about_galvi_or_an_engine_alone():
 
 @pytest.fixture(scope="module")
 def studied():
-    """Frames of the open studies, small, with one sound outsider and two broken ones."""
+    """Frames of the open studies, small, with one sound external integrator and two broken ones."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(round_off, "QUICK_YEARS", 100.0)
         patch.setattr(round_off, "QUICK_RUNS", 2)
         patch.setattr(so3_drift, "QUICK_RUNS", 2)
-        patch.setattr(so3_drift, "QUICK_OUTSIDE", 100)
+        patch.setattr(so3_drift, "QUICK_EXTERNAL_STEPS", 100)
         patch.setattr(scaling, "WORK", 60)
         patch.setattr(scaling, "TARGET", 1e-3)  # who does not reach it has no line in a figure
-        patch.setattr(scaling, "ENTRIES", (OURS, scaling.TRUTH))
+        patch.setattr(scaling, "PARTICIPANTS", (OURS, scaling.TRUTH))
         patch.setattr(free_body_drift, "QUICK_TURNS", 5)
-        runners = [Runner("galvi degree 4", gauss_collocation(4), 0.125)]
+        participants = [DriftParticipant("galvi degree 4", gauss_collocation(4), 0.125)]
         return {
-            "brouwer": round_off.brouwer(True, walkers=(gauss(6, 10),), outsiders=outsiders()),
-            "scaling": scaling.scaling(True, bodies=(3,), orbits=2, outsiders=outsiders()),
+            "brouwer": round_off.brouwer(True, participants=(gauss(6, 10),), externals=externals()),
+            "scaling": scaling.scaling(True, bodies=(3,), orbits=2, externals=externals()),
             "free-spin": free_body_drift.free_spin(
-                True, runners=runners, on_box=[], outsiders=outsiders()
+                True, participants=participants, on_box=[], externals=externals()
             ),
-            "turning": so3_drift.turning(True, walkers=(), outsiders=outsiders()),
+            "turning": so3_drift.turning(True, participants=(), externals=externals()),
         }
 
 
@@ -79,7 +79,7 @@ def test_every_open_study_is_tried_here(studied):
 
 
 @pytest.mark.parametrize("name", SHOWN)
-def test_a_sound_outsider_has_a_line_and_a_broken_one_is_named(studied, name):
+def test_a_sound_integrator_has_a_line_and_a_broken_one_is_named(studied, name):
     frame, study = studied[name], SHOWN[name]
     rows = {who: part for who, part in frame.groupby("contender")}
     assert (rows["a gauss"]["status"] == "").all()
@@ -91,7 +91,7 @@ def test_a_sound_outsider_has_a_line_and_a_broken_one_is_named(studied, name):
         assert any("a gauss" in text for text in written_in(figure, frame))
 
 
-def test_the_numbers_of_an_outsider_are_those_of_its_finest_setting(studied):
+def test_the_numbers_of_an_external_integrator_are_those_of_its_finest_setting(studied):
     spin = studied["free-spin"].set_index("contender").loc["a gauss"]
     body = spin[spin["problem"] == "free rigid body"]
     assert list(body["turn"]) == pytest.approx([1, 2, 5], rel=1e-2)
@@ -104,18 +104,18 @@ def test_the_numbers_of_an_outsider_are_those_of_its_finest_setting(studied):
     assert turns["momentum"].max() < 1e-13 and turns["done"].max() == turns["steps"].iloc[0]
 
 
-def test_an_outsider_stands_at_every_number_of_bodies_with_every_setting(studied):
+def test_an_external_integrator_stands_at_every_number_of_bodies_with_every_setting(studied):
     rows = studied["scaling"].query("contender == 'a gauss'")
     assert len(rows) == 2 and rows["seconds_per_orbit"].gt(0.0).all()
     assert rows["error"].iloc[1] < 0.2 * rows["error"].iloc[0]  # 1/16 when this was written
     assert rows["share"].between(0.0, 1.0).all()
 
 
-def test_the_sky_and_the_pericentre_have_outsiders_too(monkeypatch):
+def test_the_sky_and_the_pericentre_have_external_integrators_too(monkeypatch):
     if jpl.missing():
         pytest.skip(jpl.missing())
     monkeypatch.setattr(ephemeris, "displacement", lambda gm, q, v, times: 0.0 * times)
-    sky = ephemeris.ephemeris_table(outsiders=[Inside.of(Gauss()), Inside.of(Raising())])
+    sky = ephemeris.ephemeris_table(externals=[Inside.of(Gauss()), Inside.of(Raising())])
     rows = {who: part for who, part in sky.groupby("contender")}
     assert set(rows) == {ephemeris.OURS, "a gauss", "raising"}
     assert len(rows["a gauss"]) == len(rows[ephemeris.OURS]) == 30
@@ -127,8 +127,8 @@ def test_the_sky_and_the_pericentre_have_outsiders_too(monkeypatch):
     alone = readable_table(sky[sky["contender"] == ephemeris.OURS].assign(contender=""), headings)
     assert not {"contender", "status"} & set(alone[0])
     monkeypatch.setattr(high_eccentricity, "ECCENTRICITIES", (0.5,))
-    monkeypatch.setattr(high_eccentricity, "_entries", lambda quick: [])
-    near = high_eccentricity.high_eccentricity_table(True, outsiders=outsiders())
+    monkeypatch.setattr(high_eccentricity, "_participants", lambda quick: [])
+    near = high_eccentricity.high_eccentricity_table(True, externals=externals())
     assert near.groupby("contender")["status"].last().to_dict() == {
         "a gauss": "", "failing": WHY["failing"], "raising": WHY["raising"]
     }  # fmt: skip
@@ -140,19 +140,19 @@ def test_a_setting_is_asked_for_states_at_equal_parts():
     assert sampled(10.0, {"samples": 1, "tolerance": 0.1}, 4) == {"samples": 4, "tolerance": 0.1}
 
 
-def test_an_outsider_with_our_name_says_where_it_is_from_and_one_that_is_slow_has_fewer_runs(
+def test_an_integrator_with_our_name_says_where_it_is_from_and_one_that_is_slow_has_fewer_runs(
     monkeypatch,
 ):
-    outsider, body = Inside.of(Gauss()), free_rigid_body()
-    assert label_beside(outsider, ["a gauss"]) == "a gauss, outside"
-    assert finest(outsider, body, 3.0, 10)["save_every"] == 8
-    assert len(list(ensemble(outsider, [body] * 3, 3.0, 10, 100))) == 3
+    external, body = Inside.of(Gauss()), free_rigid_body()
+    assert label_beside(external, ["a gauss"]) == "a gauss, external"
+    assert finest(external, body, 3.0, 10)["save_every"] == 8
+    assert len(list(ensemble(external, [body] * 3, 3.0, 10, 100))) == 3
     monkeypatch.setattr("benchmarks.work_precision.participants.PATIENCE", 0.0)
-    assert len(list(ensemble(outsider, [body] * 3, 3.0, 10, 100))) == 1
+    assert len(list(ensemble(external, [body] * 3, 3.0, 10, 100))) == 1
     assert len(list(ensemble(Inside.of(Raising()), [body] * 3, 3.0, 10, 100))) == 1
 
 
-def test_an_outsider_whose_errors_do_not_grow_is_not_said_to_drift(studied):
+def test_an_integrator_whose_errors_do_not_grow_is_not_said_to_drift(studied):
     rows = studied["brouwer"].query("contender == 'a gauss'")
     noise = 1e-12 * np.random.default_rng(1).standard_normal(len(rows))
     steady = rows.assign(error=1e-6 * (1.0 + 0.3 * np.sin(rows["t"])) + 1e-7 * rows["t"] / 100)

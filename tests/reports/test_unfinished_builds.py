@@ -7,7 +7,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -130,48 +129,24 @@ def test_anew_starts_over_and_another_setting_leaves_what_was_kept(bench, tmp_pa
 
 
 def test_what_it_depends_on_makes_another_build(bench, tmp_path, monkeypatch):
-    (tmp_path / "core").mkdir()
-    mine, table = tmp_path / "mine.py", tmp_path / "core" / "table.bin"
-    mine.write_text("1")
-    table.write_bytes(b"1")
-    made = {"mine:A": [str(mine)], "mine:B": [str(mine), str(table.parent)]}
-
     def key(**asked: object) -> Path:
-        paths = asked.get("contenders", ())
-        suite = replace(bench.suite, made_of=lambda: {path: made[path] for path in paths})
-        return parts_of(suite, Order(out=tmp_path, **asked)).store.folder
+        return parts_of(bench.suite, Order(out=tmp_path, **asked)).store.folder
 
     first = key()
-    orders = [
-        {"quick": True}, {"claims": ("V1",)}, {"contenders": ("mine:A",)},
-        {"contenders": ("mine:B",)},
-    ]  # fmt: skip
-    seen = [first, *(key(**asked) for asked in orders)]
+    seen = [first, *(key(**asked) for asked in ({"quick": True}, {"claims": ("V1",)}))]
     bench.date = "2027-01-01 00:00 UTC"
     assert key() == first and key(command="python -m reports build") == first
-    table.write_bytes(b"2")
-    assert key(**orders[2]) == seen[3]
-    seen += [key(**orders[3])]
-    mine.write_text("2")
-    seen += [key(**asked) for asked in orders[2:]]
     bench.commit = "abd"
     seen += [key()]
     bench.commit = "abc"
-    monkeypatch.setattr(unfinished_build, "installed", lambda: ["solver 2"])
-    seen += [key(**orders[2])]
     monkeypatch.setattr(unfinished_build, "digest_of_sources", lambda code: "other")
     seen += [key()]
-    assert len(set(seen)) == len(seen) == 11
+    assert len(set(seen)) == len(seen) == 5
 
 
-def test_nothing_is_kept_where_it_cannot_be_told_what_a_contender_is_made_of(
-    bench, tmp_path, capsys
-):
-    suite = replace(bench.suite, made_of=lambda: {"mine:A": [], "mine:B": [str(tmp_path)]})
-    parts = parts_of(suite, Order(out=tmp_path / "out", contenders=("mine:A", "mine:B")))
+def test_nothing_is_kept_of_a_build_with_an_external_integrator(bench, tmp_path):
+    parts = parts_of(bench.suite, Order(out=tmp_path / "out", contenders=("mine:A",)))
     assert parts.store is None
-    said = capsys.readouterr().err
-    assert "it cannot be told from which files mine:A came." in said
 
 
 @pytest.mark.parametrize("changes", [False, True])

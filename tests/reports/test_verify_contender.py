@@ -13,7 +13,7 @@ import pytest
 
 from benchmarks.external.check_problems import CHECK_PROBLEMS
 from benchmarks.external.checks import contender_checks
-from benchmarks.external.timed_run import Faulty
+from benchmarks.external.loading import ContenderError
 from reports.cli.commands import run
 from reports.tables.claims_table import COLUMNS
 from tests.benchmarks.contenders_at_hand import BROKEN, Gauss, Inside
@@ -24,30 +24,22 @@ ROOT = Path(__file__).parents[2]
 class Hanging(Inside):
     """Its process is stopped whenever it is to run."""
 
-    def _answer(self, request, limit):
-        if request[0] == "run":
-            self._process = None
-            raise Faulty("It did not answer within 60 s, and was stopped.")
-        return super()._answer(request, limit)
-
-    def _start(self):
-        self._process = object()
-
-    def close(self):
-        """There is no process."""
+    def _ask(self, question, *arguments):
+        if question == "timed run":
+            raise ContenderError("It did not answer within 60 s, and was stopped.")
+        return super()._ask(question, *arguments)
 
 
 @pytest.fixture
 def verify(monkeypatch, make_suite, tmp_path):
-    """`verify --contender` of an outsider, on an orbit; the exit status and claims.csv."""
+    """`verify --contender` on an orbit; the exit status and claims.csv."""
     chosen = [one for one in CHECK_PROBLEMS if one.problem.name.startswith("kepler")]
-    few = partial(contender_checks, grounds=[replace(one, long=20.3) for one in chosen])
+    few = partial(contender_checks, check_problems=[replace(one, long=20.3) for one in chosen])
     monkeypatch.setattr("reports.results.external.contender_checks", few)
-    monkeypatch.setattr(Inside, "close", lambda self: None)
 
-    def asked(outsider, *words):
+    def asked(external, *words):
         monkeypatch.setattr(
-            "reports.results.external.ExternalIntegrator.open", lambda path: outsider
+            "reports.results.external.ExternalIntegrator.open", lambda path: external
         )
         line = ["verify", "--contender", "mine:It", *words, "--out", str(tmp_path)]
         status = run(make_suite, line)

@@ -1,4 +1,4 @@
-"""Chains as arenas: who takes part, and a wrong weight that is seen."""
+"""Work-precision problems of chains: who takes part, and a wrong weight that is seen."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 import galvi
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.chains import double_pendulum, largest_angle, planar_chain
-from benchmarks.work_precision.problem import ANGLE
+from benchmarks.work_precision.problem import ANGLE, Participant
 from references.mujoco.steps import MUJOCO_RK4
 from references.scipy.chain_ivp import CHAIN_DOP853
 
@@ -19,13 +19,13 @@ from references.scipy.chain_ivp import CHAIN_DOP853
 @pytest.mark.parametrize("make", [double_pendulum, planar_chain])
 def test_everyone_takes_part_and_the_truth_is_the_stored_one(make: Any) -> None:
     for quick in (True, False):
-        arena = make(quick)
-        labels = {label for label, _, _ in arena.entries}
+        case = make(quick)
+        labels = {one.label for one in case.participants}
         assert {"MuJoCo RK4", "MuJoCo implicit", "SciPy DOP853, chains", "heyoka, chains"} <= labels
         assert {f"galvi degree {s}, Gauss {s}" for s in (4, 8)} <= labels
-        assert arena.quantity == ANGLE
-        assert all(contender.supports(arena.problem) for _, contender, _ in arena.entries)
-        assert arena.truth().error < 1e-15 * np.abs(arena.truth().end).max()
+        assert case.quantity == ANGLE
+        assert all(one.contender.supports(case.problem) for one in case.participants)
+        assert case.truth().error < 1e-15 * np.abs(case.truth().end).max()
 
 
 @dataclass(frozen=True)
@@ -47,17 +47,21 @@ class WrongWeight:
 
 
 def test_a_wrong_weight_stands_out_though_it_conserves_its_own_energy() -> None:
-    arena = planar_chain(True)
+    case = planar_chain(True)
     chosen = {"galvi degree 8, Gauss 8", CHAIN_DOP853.name, MUJOCO_RK4.name}
-    few = tuple(e for e in arena.entries if e[0] in chosen and not e[1].missing)
-    (ours,) = (e for e in few if e[0].startswith("galvi"))
-    planted = ("galvi, wrong weight", WrongWeight(ours[1]), ours[2])
+    few = tuple(
+        one for one in case.participants if one.label in chosen and not one.contender.missing
+    )
+    (ours,) = (one for one in few if one.label.startswith("galvi"))
+    planted = Participant("galvi, wrong weight", WrongWeight(ours.contender), ours.settings)
     rows = work_precision._study(
-        replace(arena, entries=(*few, planted), repeated_run=False), 0.001, lambda sentence: None
+        replace(case, participants=(*few, planted), repeated_run=False),
+        0.001,
+        lambda sentence: None,
     )
     wrong = rows["contender"] == "galvi, wrong weight"
     assert rows["error"][~wrong].max() < 1e-6 < 1e-2 < rows["error"][wrong].min()  # 3e-8; 0.10
-    energy = galvi.energy(planted[1].run(arena.problem, arena.duration, {"step": 0.05}))
+    energy = galvi.energy(planted.contender.run(case.problem, case.duration, {"step": 0.05}))
     assert np.ptp(energy) < 1e-9  # 2e-11
     assert (rows["quantity"] == ANGLE).all() and rows["seconds"].gt(0.0).all()
 

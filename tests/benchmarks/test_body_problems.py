@@ -1,4 +1,4 @@
-"""Rigid bodies as arenas: who takes part, how they are timed, and a wrong torque that is seen."""
+"""Work-precision problems of rigid bodies: participants, timing, and a wrong torque."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from benchmarks.statistics.convergence_fits import algebraic
 from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
-from benchmarks.work_precision.problem import ATTITUDE, Truth, WorkPrecisionProblem
+from benchmarks.work_precision.problem import ATTITUDE, Participant, Truth, WorkPrecisionProblem
 from benchmarks.work_precision.rigid_bodies import (
     CHARTS,
     MUJOCO,
@@ -33,25 +33,27 @@ OURS = "galvi degree 8, Gauss 8, Cayley"
 WRONG = "galvi, wrong torque"
 
 
-def study(arena: WorkPrecisionProblem, *labels: str) -> pd.DataFrame:
-    """The arena with these contenders only, in the quick setting."""
-    few = tuple(entry for entry in arena.entries if not labels or entry[0] in labels)
-    return work_precision._study(replace(arena, entries=few), 0.005, lambda sentence: None)
+def study(case: WorkPrecisionProblem, *labels: str) -> pd.DataFrame:
+    """The problem with these contenders only, in the quick setting."""
+    few = tuple(one for one in case.participants if not labels or one.label in labels)
+    return work_precision._study(replace(case, participants=few), 0.005, lambda sentence: None)
 
 
 @pytest.mark.parametrize("make", [free_body, pendulum])
 def test_everyone_takes_part_in_both_charts_and_by_every_integrator(make: Any) -> None:
     for quick in (True, False):
-        arena = make(quick)
-        labels = {label for label, _, _ in arena.entries}
+        case = make(quick)
+        labels = {one.label for one in case.participants}
         assert {engine.name for engine in MUJOCO} | {TEXTBOOK_RK4, TEXTBOOK_DOP853} <= labels
         assert {f"galvi degree {s}, Gauss {s}, {c}" for s in (4, 6, 8, 10, 12) for c in CHARTS} <= (
             labels
         )
-        assert arena.quantity == ATTITUDE and arena.repeated_run
-        assert all(contender.supports(arena.problem) for _, contender, _ in arena.entries)
-        assert arena.truth().error < 2e-16 and arena.truth().source == ""
-    steps = {label: [one.get("step") for one in settings] for label, _, settings in arena.entries}
+        assert case.quantity == ATTITUDE and case.repeated_run
+        assert all(one.contender.supports(case.problem) for one in case.participants)
+        assert case.truth().error < 2e-16 and case.truth().source == ""
+    steps = {
+        label: [one.get("step") for one in settings] for label, _, settings in case.participants
+    }
     assert steps[MUJOCO_RK4.name] == steps[TEXTBOOK_RK4]
 
 
@@ -67,11 +69,11 @@ def test_errors_are_of_the_attitude_and_times_of_the_whole_run(make: Any) -> Non
 
 @needs_mujoco
 def test_mujoco_s_rk4_comes_to_the_truth_with_order_4_and_the_others_with_order_1() -> None:
-    arena = pendulum(False)
+    case = pendulum(False)
     for engine in MUJOCO:
-        settings = next(some for label, _, some in arena.entries if label == engine.name)
-        runs = [engine.run(arena.problem, arena.duration, one) for one in settings[:3]]
-        errors = [arena.distance(run.q[-1], arena.truth().end) for run in runs]
+        settings = next(some for label, _, some in case.participants if label == engine.name)
+        runs = [engine.run(case.problem, case.duration, one) for one in settings[:3]]
+        errors = [case.distance(run.q[-1], case.truth().end) for run in runs]
         rate = algebraic([run.step for run in runs], errors, floor=1e-12).rate
         assert rate == pytest.approx(engine.order, abs=0.1)  # 4.01; 0.96 to 1.0
 
@@ -103,16 +105,18 @@ class WrongTorque:
 
 
 def test_a_wrong_torque_stands_out_though_it_conserves_its_own_energy() -> None:
-    arena = pendulum(True)
+    case = pendulum(True)
     method = gauss_collocation(8)
-    settings = next(some for label, _, some in arena.entries if label == OURS)
-    planted = replace(arena, entries=(*arena.entries, (WRONG, WrongTorque(method), settings)))
+    settings = next(some for label, _, some in case.participants if label == OURS)
+    planted = replace(
+        case, participants=(*case.participants, Participant(WRONG, WrongTorque(method), settings))
+    )
     rows = study(planted)
     sound, wrong = rows[rows["contender"] != WRONG], rows[rows["contender"] == WRONG]
     assert sound["error"].max() < 0.01 < 0.5 < wrong["error"].min()  # 0.0044; 1.3
     times = work_precision.ratios(rows, (1e-2, 1e-6))
     assert set(times[times["contender"] == WRONG]["ratio"]) == {"not reached"}
-    run = WrongTorque(method).run(arena.problem, arena.duration, {"step": 0.1})
+    run = WrongTorque(method).run(case.problem, case.duration, {"step": 0.1})
     energy = galvi.energy(run)
     assert np.max(np.abs(energy / energy[0] - 1.0)) < 1e-11  # 3e-15
 
@@ -145,10 +149,12 @@ def test_a_run_is_made_longer_by_a_whole_number_and_keeps_its_last_state() -> No
 def test_a_setting_that_fails_later_has_its_error_and_no_time(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    arena = free_body(True)
-    one = (OURS, Counted([], until=arena.duration + 1.0), [{"step": 0.5, "save_every": 40}])
-    kept: Any = [replace(arena, entries=(one,), truth=truth_of_start)]
-    monkeypatch.setattr(work_precision, "arenas", lambda quick: kept)
+    case = free_body(True)
+    one = Participant(
+        OURS, Counted([], until=case.duration + 1.0), [{"step": 0.5, "save_every": 40}]
+    )
+    kept: Any = [replace(case, participants=(one,), truth=truth_of_start)]
+    monkeypatch.setattr(work_precision, "work_precision_problems", lambda quick: kept)
     (row,) = work_precision.work_precision(quick=True).to_dict("records")
     assert np.isfinite(row["error"]) and np.isnan(row["seconds"])
     assert row["status"] == "Not timed, it fails later: It broke."

@@ -1,0 +1,175 @@
+"""A contender's process: what it breaks or hangs is a sentence, and it leaves nothing behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks.external.integrator import ExternalIntegrator
+from benchmarks.external.loading import ContenderError
+from benchmarks.store.provenance import ROOT
+
+ORBIT = galvi.problems.kepler(0.6)
+TROUBLE = """
+import ctypes, multiprocessing, os, subprocess, sys, threading, time
+from pathlib import Path
+import numpy as np
+import galvi
+
+lock = multiprocessing.Lock()
+
+def child():
+    process = subprocess.Popen(["sleep", "60"])
+    Path(__file__).with_name("pids").write_text(f"{os.getpid()} {process.pid}")
+
+class Trouble:
+    name = "trouble"
+
+    def supports(self, problem):
+        if problem.name == "unsure":
+            raise RuntimeError("who knows")
+        return True
+
+    def run(self, problem, duration, setting):
+        print("a line that is no part of any table")
+        what = setting.get("what", "")
+        if what == "sleeps":
+            child()
+            time.sleep(60.0)
+        if what == "holds the interpreter":
+            child()
+            ctypes.PyDLL(None).sleep(60)
+        if what == "dies":
+            child()
+            os._exit(3)
+        if what == "exits":
+            sys.exit("that is all")
+        if what == "dies later":
+            threading.Timer(0.2, os._exit, (4,)).start()
+        t = problem.t0 + duration * np.arange(2)
+        q, p = (np.array([start] * 2) for start in (problem.q0, problem.p0))
+        return galvi.Trajectory(problem, t, q, p)
+
+class Breaking(Trouble):
+    def __init__(self):
+        raise OSError("no licence")
+"""
+SCRIPT = """
+import sys
+import galvi
+from benchmarks.external.integrator import ExternalIntegrator
+
+if __name__ == "__main__":
+    external = ExternalIntegrator.open("trouble:Trouble")
+    try:
+        external.run(galvi.problems.kepler(0.6), 1.0, {"samples": 1, "what": sys.argv[1]})
+    finally:
+        external.close()
+"""
+needs_groups = pytest.mark.skipif(os.name != "posix", reason="there are no process groups")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the contender's module is, on the path of new processes."""
+    (tmp_path / "trouble.py").write_text(TROUBLE)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return tmp_path
+
+
+def left(folder: Path) -> list[int]:
+    """Which of the contender's process and its child still run, ten seconds later at most."""
+    pids = [int(pid) for pid in (folder / "pids").read_text().split()]
+    for _ in range(100):
+        running = [pid for pid in pids if _runs(pid)]
+        if not running:
+            return []
+        time.sleep(0.1)
+    for pid in running:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+    return running
+
+
+def _runs(pid: int) -> bool:
+    state = subprocess.run(["ps", "-o", "stat=", "-p", str(pid)], capture_output=True, text=True)
+    return state.stdout.strip() not in ("", "Z", "Zs", "ZN")
+
+
+def test_one_that_hangs_dies_or_exits_is_a_sentence_and_the_next_run_goes_on(
+    folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    external = ExternalIntegrator.open("trouble:Trouble", limit=20.0)
+
+    def run(what: str = "", limit: float = 20.0) -> galvi.Trajectory:
+        external.limit = limit
+        return external.run(ORBIT, 1.0, {"samples": 1, "what": what})
+
+    try:
+        assert run().success
+        for what in ("sleeps", "holds the interpreter"):
+            hung = run(what, 1.0)
+            assert hung.status == "It did not answer within 1 s, and was stopped."
+            assert np.isnan(hung.q).all() and hung.q.shape == (2, 2) and not hung.success
+            assert left(folder) == []
+            assert run().success
+        assert run("dies").status == "Its process ended, with status 3." and left(folder) == []
+        assert run("exits").status == "It raised SystemExit: that is all."
+        assert run("dies later").success
+        time.sleep(1.0)
+        assert run().status.startswith("Its process ended") and run().success
+        assert external.supports(replace(ORBIT, name="unsure")) is False
+        assert external.faults[-1] == (
+            "trouble, unsure, asked whether it supports the problem: "
+            "It raised RuntimeError: who knows."
+        )
+    finally:
+        external.close()
+    printed = capfd.readouterr()
+    assert "no part of any table" in printed.err and not printed.out
+
+
+def test_one_that_cannot_be_made_is_a_sentence_and_no_process_stays(folder: Path) -> None:
+    with pytest.raises(ContenderError, match=r"Breaking\(\) raised OSError: no licence"):
+        ExternalIntegrator.open("trouble:Breaking")
+
+
+def script(folder: Path, what: str) -> subprocess.Popen[str]:
+    """A process that runs the contender."""
+    path = os.pathsep.join((str(folder), str(ROOT)))
+    return subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, what],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env=os.environ | {"PYTHONPATH": path},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+
+
+def test_a_normal_end_clears_up_without_a_word(folder: Path) -> None:
+    process = script(folder, "")
+    assert process.communicate(timeout=60.0) == ("", "a line that is no part of any table\n")
+    assert process.returncode == 0
+
+
+@needs_groups
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_when_we_are_stopped_it_goes_and_what_it_started(folder: Path, how: int) -> None:
+    process = script(folder, "sleeps")
+    for _ in range(600):
+        if (folder / "pids").exists() and (folder / "pids").read_text().count(" "):
+            break
+        time.sleep(0.1)
+    process.send_signal(how)
+    said = process.communicate(timeout=60.0)[1]
+    assert process.returncode != 0 and left(folder) == []
+    assert ("KeyboardInterrupt" in said) is (how == signal.SIGINT)
