@@ -7,13 +7,15 @@ is of the weight or the potential, and the system's own force where it has one.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from galvi import Problem, RigidBody, UniformGravity
 from galvi.arrays import Array
-from galvi.systems.forces.external_force import force_at
+from references.forces.force import checked
+from references.forces.ridders import derivative
 from references.newton import is_forced
 
 
@@ -46,7 +48,8 @@ class RigidEquations:
             R = self.attitudes(y)
             twist = torque(system, R, t)
             if forced:
-                twist = twist + force_at(system, R, w, t)
+                given = (R.copy(), w.copy(), t) if system.timed_force else (R.copy(), w.copy())
+                twist = twist + checked(system.force(*given), (3,))
             return np.concatenate([turned(attitude, w), _cross(p, w) + twist])
 
         return slope
@@ -65,14 +68,25 @@ def is_rigid_body(problem: Problem) -> bool:
 
 
 def torque(system: RigidBody, R: Array, t: float) -> Array:
-    """In the body's frame, (3,): the sum over rows of R x dV/dR, or centre x R^T mass g."""
+    """In the body's frame, (3,): centre x R^T mass g, or the sum over rows of R x dV/dR.
+
+    Without a gradient, each component is minus the derivative of V along a rotation about its axis.
+    """
     weight = system.potential
     if weight is None:
         return np.zeros(3)
     if isinstance(weight, UniformGravity) and system.gradient is None:
         return _cross(weight.centre, weight.mass * (weight.g @ R))
-    slopes = system.potential_gradient(R, t)
-    return sum((_cross(row, slope) for row, slope in zip(R, slopes, strict=True)), np.zeros(3))
+    time = (t,) if system.explicit_time else ()
+    if system.gradient is not None:
+        slopes = checked(system.gradient(R.copy(), *time), (3, 3))
+        return sum((_cross(row, slope) for row, slope in zip(R, slopes, strict=True)), np.zeros(3))
+
+    def energy(half_angle: float, axis: Array) -> float:
+        y = np.array([np.cos(half_angle), *(np.sin(half_angle) * axis)])
+        return float(weight(R @ rotation(y), *time))
+
+    return -0.5 * np.array([derivative(partial(energy, axis=e), 1.0) for e in np.eye(3)])
 
 
 def rotation(y: Array) -> Array:

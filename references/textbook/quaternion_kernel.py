@@ -17,12 +17,13 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import types
+from numba import njit, types
 
-from galvi.kernels.compile.array_types import MATRIX, VECTOR
-from galvi.kernels.compile.jit import compiled_for, jit
+from references.forces.force import OPTIONS
 
-ROW, ROWS, WHOLE, REAL = VECTOR, MATRIX, types.int64, types.float64
+jit: Any = njit(cache=True, **OPTIONS)
+WHOLE, REAL = types.int64, types.float64
+ROW, ROWS = types.float64[::1], types.float64[:, ::1]
 TURNING = (ROW, ROW, ROW, types.boolean, ROW)
 RK4_SIGNATURE = types.int64(*TURNING, REAL, WHOLE, WHOLE, WHOLE, WHOLE, ROWS)
 DOP853_SIGNATURE = types.UniTuple(WHOLE, 3)(*TURNING, ROWS, ROW, ROW, REAL, REAL, ROW, WHOLE)
@@ -192,5 +193,6 @@ def dop853(
 def compiled(name: str) -> Callable[..., Any]:
     """'rk4' or 'dop853', compiled once and kept on disk."""
     sources: dict[str, Any] = {"rk4": (rk4, RK4_SIGNATURE), "dop853": (dop853, DOP853_SIGNATURE)}
-    kernel: Callable[..., Any] = compiled_for(*sources[name])
+    source, signature = sources[name]
+    kernel: Callable[..., Any] = njit(signature, cache=True, **OPTIONS)(source.py_func)
     return kernel
