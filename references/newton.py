@@ -24,6 +24,7 @@ from galvi import (
 from galvi.arrays import Array
 from references.forces import formulas
 from references.forces.force import Force, by_formula, by_function, together
+from references.forces.given_gradient import agrees, points_around
 from references.forces.ridders import gradient
 
 # type of a potential: its formula and the fields that are its numbers
@@ -47,10 +48,32 @@ def is_moved_by(problem: Problem, potential: type) -> bool:
     return (
         isinstance(system, Canonical)
         and isinstance(system.potential, potential)
-        and system.gradient is None
+        and not replaces_force(problem)
         and system.mass.ndim < 2
         and not is_forced(problem)
     )
+
+
+def replaces_force(problem: Problem) -> bool:
+    """Whether the gradient given to a Canonical differs from that of its known potential.
+
+    No without a gradient, and for one that agrees to rounding at the start and around it.
+    """
+    system: Any = problem.system
+    if system.gradient is None:
+        return False
+    formula = potential_formula(system.potential)
+    return formula is None or not agrees(
+        system.gradient, lambda q: -formula(q, np.zeros(q.shape), 0.0), points_around(problem.q0)
+    )
+
+
+def potential_formula(potential: Any) -> Force | None:
+    """-dV/dq of a potential that references recognise; None of another."""
+    if type(potential) not in FORMULAS:
+        return None
+    formula, names = FORMULAS[type(potential)]
+    return by_formula(formula, *(getattr(potential, name) for name in names))
 
 
 def potential_force(problem: Problem) -> Force:
@@ -61,10 +84,9 @@ def potential_force(problem: Problem) -> Force:
     arguments = "qt" if system.explicit_time else "q"
     if system.gradient is not None:
         return by_function(system.gradient, arguments, -1.0)
-    known = FORMULAS.get(type(system.potential))
+    known = potential_formula(system.potential)
     if known is not None:
-        formula, names = known
-        return by_formula(formula, *(getattr(system.potential, name) for name in names))
+        return known
     own = getattr(system.potential, "gradient", None)
     if own is not None and not system.explicit_time:
         return by_function(own, "q", -1.0)

@@ -6,7 +6,7 @@ is of the weight or the potential, and the system's own force where it has one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -15,8 +15,11 @@ import numpy as np
 from galvi import Problem, RigidBody, UniformGravity
 from galvi.arrays import Array
 from references.forces.force import checked
+from references.forces.given_gradient import agrees
 from references.forces.ridders import derivative
 from references.newton import is_forced
+
+ATTITUDES = 8  # besides the start, at which a given gradient is compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +68,26 @@ class RigidEquations:
 def is_rigid_body(problem: Problem) -> bool:
     """Whether these are its equations, whatever its potential and its external torque."""
     return isinstance(problem.system, RigidBody)
+
+
+def has_known_weight(problem: Problem) -> bool:
+    """Whether its potential is a `galvi.UniformGravity` and a given gradient, if any, is its own.
+
+    A given gradient is compared at the start and at other attitudes.
+    """
+    system: Any = problem.system
+    if not isinstance(system.potential, UniformGravity):
+        return False
+    if system.gradient is None:
+        return True
+    weight = replace(system, gradient=None, force=None, timed_force=False)
+    given = replace(weight, gradient=system.gradient)
+    turns = np.random.default_rng(0).standard_normal((ATTITUDES, 4))
+    return agrees(
+        lambda R: torque(given, R, 0.0),
+        lambda R: torque(weight, R, 0.0),
+        [problem.q0, *(problem.q0 @ rotation(turns))],
+    )
 
 
 def torque(system: RigidBody, R: Array, t: float) -> Array:

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from galvi import Problem, RigidBody, UniformGravity
+from galvi import Problem, RigidBody
 from galvi.arrays import Array
 from references.newton import is_forced
-from references.rigid_equations import rotation
+from references.rigid_equations import has_known_weight, rotation
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,5 +58,4 @@ def is_known_body(problem: Problem) -> bool:
     system = problem.system
     if not isinstance(system, RigidBody) or is_forced(problem):
         return False
-    weight = isinstance(system.potential, UniformGravity) and system.gradient is None
-    return system.potential is None or weight
+    return system.potential is None or has_known_weight(problem)

@@ -15,7 +15,7 @@ from references.as_trajectory import Failure, outcome
 from references.contender import require
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DEFAULT
-from references.newton import is_forced
+from references.newton import is_forced, replaces_force
 from references.setting import check_keys, described, sample_times
 
 BEST: Mapping[str, Any] = {"tolerance": 1e-18, "high_accuracy": True, "compact_mode": False}
@@ -89,7 +89,7 @@ def _law(problem: Problem) -> tuple[Any, ...]:
         return ()
     if is_forced(problem):
         return ()
-    known = system.gradient is None and not system.explicit_time and system.mass.ndim == 0
+    known = not (replaces_force(problem) or system.explicit_time or system.mass.ndim)
     if not known or problem.q0.size not in (2, 3):
         return ()
     return ("centre", system.potential.mu, float(system.mass), 1.0)

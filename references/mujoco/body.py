@@ -21,12 +21,12 @@ from galvi import (
     PendulumWeight,
     Problem,
     RigidBody,
-    UniformGravity,
 )
 from galvi.arrays import Array
 from references.mujoco.chain import MujocoChain, mujoco_chain
 from references.mujoco.mjcf import document, text
-from references.newton import is_forced
+from references.newton import is_forced, replaces_force
+from references.rigid_equations import has_known_weight
 from references.textbook.chain_equations import is_chain
 
 JOINTS = {RigidBody: "ball", FreeBody: "free", Canonical: "hinge"}
@@ -73,12 +73,11 @@ def supports(problem: Problem) -> bool:
     if isinstance(system, FreeBody):
         return True
     if isinstance(system, RigidBody):
-        known = system.potential is None or isinstance(system.potential, UniformGravity)
-        return known and system.gradient is None
+        return system.potential is None or has_known_weight(problem)
     return (
         isinstance(system, Canonical)
         and isinstance(system.potential, PendulumWeight)
-        and system.gradient is None
+        and not replaces_force(problem)
         and problem.q0.size == 1
     )
 

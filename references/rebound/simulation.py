@@ -21,7 +21,7 @@ import numpy as np
 from galvi import Canonical, CentralForce, NBody, Problem
 from galvi.arrays import Array
 from galvi.trajectory import COMPLETED
-from references.newton import is_forced
+from references.newton import is_forced, replaces_force
 
 
 def missing() -> str:
@@ -49,7 +49,7 @@ def supports(problem: Problem) -> bool:
         return (
             isinstance(system.potential, CentralForce)
             and not is_forced(problem)
-            and system.gradient is None
+            and not replaces_force(problem)
             and not system.explicit_time
             and system.mass.ndim == 0
             and problem.q0.size in (2, 3)

@@ -26,9 +26,11 @@ SETTINGS = ("samples", "tolerance", "rtol", "atol", "first_step", "max_step")
 class ScipyIvp:
     """One method of solve_ivp on (q, v)' = (v, a(q, v, t)), external forces included.
 
-    Setting: samples; rtol, atol (default SciPy's and ode45's, 1e-3 and 1e-6), or tolerance for
-    both; first_step, max_step as in SciPy. States between steps come from SciPy's interpolant,
-    whose order is below the method's: ask for one sample where only the end matters.
+    Setting: samples; rtol, atol, or tolerance for both; first_step, max_step as in SciPy. The
+    defaults, rtol 1e-3 and atol 1e-6, are SciPy's and ode45's and leave about three digits: add
+    TIGHT for a truth. The run's `method` names the tolerances. States between steps come from
+    SciPy's interpolant, whose order is below the method's: ask for one sample where only the end
+    matters.
     """
 
     name: str
@@ -56,7 +58,7 @@ class ScipyIvp:
         states, calls, failure = solve(self.solver, slope, times, start, setting)
         return outcome(
             problem,
-            described(self.name, setting, f"scipy {scipy.__version__}"),
+            described(self.name, {**setting, **tolerances(setting)}, f"scipy {scipy.__version__}"),
             times,
             states[:, :d],
             states[:, d:],
@@ -69,10 +71,8 @@ def solve(
     solver: str, slope: Any, times: Array, start: Array, setting: Mapping[str, Any]
 ) -> tuple[Array, int, Failure | None]:
     """States (saved, n) of y' = slope(t, y), NaN past a failure; calls of slope; the failure."""
-    options = {"rtol": 1e-3, "atol": 1e-6}
-    if "tolerance" in setting:
-        options = dict.fromkeys(options, input_checks.positive("tolerance", setting["tolerance"]))
-    for key in ("rtol", "atol", "first_step", "max_step"):
+    options = tolerances(setting)
+    for key in ("first_step", "max_step"):
         if key in setting:
             options[key] = input_checks.positive(key, setting[key])
     with np.errstate(all="ignore"):  # outcome looks for non-finite states itself
@@ -80,6 +80,15 @@ def solve(
     states = np.full((len(times), start.size), np.nan)
     states[: solved.y.shape[1]] = solved.y.T
     return states, int(solved.nfev), None if solved.success else _failure(solved)
+
+
+def tolerances(setting: Mapping[str, Any]) -> dict[str, float]:
+    """rtol and atol of a setting, or SciPy's defaults; ValueError unless positive."""
+    found = {"rtol": 1e-3, "atol": 1e-6}
+    if "tolerance" in setting:
+        found = dict.fromkeys(found, input_checks.positive("tolerance", setting["tolerance"]))
+    given = {key: input_checks.positive(key, setting[key]) for key in found if key in setting}
+    return {**found, **given}
 
 
 def _failure(solved: Any) -> Failure:
