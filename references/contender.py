@@ -1,4 +1,4 @@
-"""What every way of solving a problem offers, so that nothing downstream asks which one it is."""
+"""The interface of everything that solves a problem, galvi's methods and references alike."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class Contender(Protocol):
 
     @property
     def name(self) -> str:
-        """For titles and tables; unique among the references."""
+        """Name for titles and tables; unique among the references."""
 
     @property
     def exact(self) -> bool:
-        """Whether it is fit to be the truth for others."""
+        """Whether its solutions are accurate enough to measure the errors of others."""
 
     @property
     def missing(self) -> str:

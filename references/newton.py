@@ -13,9 +13,9 @@ import numpy as np
 from galvi import (
     Canonical,
     CentralForce,
+    CosinePotential,
     LinearSpring,
     NBody,
-    PendulumWeight,
     Problem,
     RotorDrag,
     SpringChain,
@@ -30,7 +30,7 @@ from references.forces.ridders import gradient
 # type of a potential: its formula and the fields that are its numbers
 FORMULAS: Mapping[type, tuple[Callable[..., Any], tuple[str, ...]]] = {
     LinearSpring: (formulas.spring, ("stiffness",)),
-    PendulumWeight: (formulas.pendulum, ("weight",)),
+    CosinePotential: (formulas.pendulum, ("weight",)),
     CentralForce: (formulas.central, ("mu",)),
     UniformField: (formulas.uniform, ("force",)),
     SpringChain: (formulas.spring_chain, ("alpha", "beta")),

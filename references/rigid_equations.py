@@ -1,7 +1,7 @@
-"""The textbook's equations of a rigid body, in quaternions or in matrices, apart from galvi's own.
+"""Euler's equations of a rigid body in quaternions or rotation matrices, independent of galvi's.
 
-With w = J^-1 p:  p' = p x w + torque,  and  y' = y w / 2 for quaternions or R' = R hat(w); torque
-is of the weight or the potential, and the system's own force where it has one.
+With w = J^-1 p:  p' = p x w + torque,  and  y' = y w / 2 for quaternions or R' = R hat(w). The
+torque is that of the potential plus the external one.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ ATTITUDES = 8  # besides the start, at which a given gradient is compared
 
 @dataclass(frozen=True, eq=False)
 class RigidEquations:
-    """Of one problem whose system is a RigidBody, for states (attitude, p).
+    """The equations of motion of a RigidBody problem, for states (attitude, p).
 
-    quaternions  attitudes are (4,), scalar first, of the turn since the start: R = R0 M(y / |y|);
-                 without, they are the nine entries of R by rows
+    quaternions  True: attitudes are quaternions (4,), scalar first, of the rotation since the
+                 start, R = R0 M(y / |y|); False: the nine entries of R by rows
     """
 
     problem: Problem
@@ -35,12 +35,12 @@ class RigidEquations:
 
     @property
     def start(self) -> Array:
-        """(7,) or (12,)."""
+        """The initial state, (7,) or (12,)."""
         attitude = [1.0, 0.0, 0.0, 0.0] if self.quaternions else self.problem.q0.ravel()
         return np.concatenate([attitude, self.problem.p0])
 
     def slope(self) -> Any:
-        """f(t, state), of the state's shape."""
+        """The right-hand side f(t, state), in the state's shape."""
         inverse = np.linalg.inv(self.problem.system.inertia)
         turned = quaternion_slope if self.quaternions else _matrix_slope
         system, forced = self.problem.system, is_forced(self.problem)
@@ -66,7 +66,7 @@ class RigidEquations:
 
 
 def is_rigid_body(problem: Problem) -> bool:
-    """Whether these are its equations, whatever its potential and its external torque."""
+    """Whether the problem's system is a RigidBody, with any potential and external torque."""
     return isinstance(problem.system, RigidBody)
 
 
@@ -91,7 +91,8 @@ def has_known_weight(problem: Problem) -> bool:
 
 
 def torque(system: RigidBody, R: Array, t: float) -> Array:
-    """In the body's frame, (3,): centre x R^T mass g, or the sum over rows of R x dV/dR.
+    """The potential's torque in the body's frame, (3,): centre x R^T mass g, or the sum over rows
+    of R x dV/dR.
 
     Without a gradient, each component is minus the derivative of V along a rotation about its axis.
     """

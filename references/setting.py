@@ -1,4 +1,4 @@
-"""The plain mapping a contender is run with: which keys it may hold, and the times it asks for."""
+"""Checks the mapping of settings that a contender is run with, and derives its times."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ WHOLE = 1e-9  # how far, relatively, duration / step may be from a whole number
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """The one of the known words most like this one."""
+    """The known word most similar to this one."""
     words = sorted(known)
     return difflib.get_close_matches(word, words, n=1, cutoff=0.0)[0]
 
 
 def check_keys(setting: Mapping[str, Any], known: Iterable[str]) -> None:
-    """ValueError, naming the nearest known key, when the setting holds one that is not known."""
+    """Raise ValueError for an unknown key, naming the most similar known one."""
     known = tuple(known)
     for key in setting:
         if key not in known:
@@ -40,11 +40,11 @@ def described(name: str, setting: Mapping[str, Any], engine: str = "") -> str:
 
 @dataclass(frozen=True, eq=False)
 class FixedSteps:
-    """How many equal steps to take and which to keep.
+    """The equal steps of a run and the ones to save.
 
     step   h, the time of one step, negative backwards
     count  n, so that n h is the duration
-    saved  (saved,) numbers of the steps kept: 0, k, 2k, ... and the last
+    saved  (saved,) numbers of the saved steps: 0, k, 2k, ... and the last
     """
 
     step: float

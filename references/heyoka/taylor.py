@@ -11,7 +11,7 @@ import numpy as np
 
 from galvi import Canonical, CentralForce, NBody, Problem, Trajectory
 from galvi.arrays import Array
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DEFAULT
@@ -56,7 +56,7 @@ class HeyokaTaylor:
         states, steps, failure = self.states(problem, times - problem.t0, options)
         states = states.astype(np.float64).reshape(len(times), -1, 2, 3)
         q, v = (states[:, :, k, : problem.q0.shape[-1]] for k in (0, 1))
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, {**setting, **options}, heyoka_engine.engine_name(self.precision)),
             times,
@@ -81,7 +81,7 @@ class HeyokaTaylor:
 
 
 def _law(problem: Problem) -> tuple[Any, ...]:
-    """What the equations of motion depend on, hashable; empty when heyoka is not given them."""
+    """The constants of the equations of motion, hashable; empty for an unsupported problem."""
     system = problem.system
     if isinstance(system, NBody):
         return ("bodies", system.G, 1.0, *system.masses.tolist())

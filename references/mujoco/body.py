@@ -1,4 +1,4 @@
-"""A problem of one rigid body as MuJoCo takes it: a joint and, on it, a body given by its inertia.
+"""Converts a problem of one rigid body to MuJoCo: a joint with a body given by its inertia.
 
 Chains of links are in `references.mujoco.chain`.
 
@@ -16,9 +16,9 @@ from scipy.spatial.transform import Rotation
 
 from galvi import (
     Canonical,
+    CosinePotential,
     FreeBody,
     Lagrangian,
-    PendulumWeight,
     Problem,
     RigidBody,
 )
@@ -76,14 +76,14 @@ def supports(problem: Problem) -> bool:
         return system.potential is None or has_known_weight(problem)
     return (
         isinstance(system, Canonical)
-        and isinstance(system.potential, PendulumWeight)
+        and isinstance(system.potential, CosinePotential)
         and not replaces_force(problem)
         and problem.q0.size == 1
     )
 
 
 def mujoco_body(system: Any) -> MujocoBody | MujocoChain:
-    """The body, or the chain of them, of a system whose problem is supported."""
+    """The body, or the chain of bodies, of a supported problem's system."""
     if isinstance(system, Lagrangian):
         return mujoco_chain(system.function)
     joint = JOINTS[type(system)]

@@ -11,7 +11,7 @@ import scipy
 
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.contender import require
 from references.scipy.ivp import SETTINGS, solve, tolerances
 from references.setting import check_keys, described, sample_times
@@ -48,7 +48,7 @@ class ChainIvp:
 
         start = np.concatenate([problem.q0, problem.v0])
         states, calls, failure = solve(self.solver, slope, times, start, setting)
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, {**setting, **tolerances(setting)}, f"scipy {scipy.__version__}"),
             times,

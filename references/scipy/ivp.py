@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from galvi import Canonical, NBody, Problem, Trajectory, input_checks
 from galvi.arrays import Array
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.newton import acceleration
 from references.setting import check_keys, described, sample_times
@@ -56,7 +56,7 @@ class ScipyIvp:
 
         start = np.concatenate([problem.q0.ravel(), problem.v0.ravel()])
         states, calls, failure = solve(self.solver, slope, times, start, setting)
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, {**setting, **tolerances(setting)}, f"scipy {scipy.__version__}"),
             times,
@@ -75,7 +75,7 @@ def solve(
     for key in ("first_step", "max_step"):
         if key in setting:
             options[key] = input_checks.positive(key, setting[key])
-    with np.errstate(all="ignore"):  # outcome looks for non-finite states itself
+    with np.errstate(all="ignore"):  # as_trajectory looks for non-finite states itself
         solved = solve_ivp(slope, (times[0], times[-1]), start, solver, t_eval=times, **options)
     states = np.full((len(times), start.size), np.nan)
     states[: solved.y.shape[1]] = solved.y.T

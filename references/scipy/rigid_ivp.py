@@ -9,7 +9,7 @@ from typing import Any
 import scipy
 
 from galvi import Problem, Trajectory
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.contender import require
 from references.rigid_equations import RigidEquations, is_rigid_body
 from references.scipy.ivp import SETTINGS, solve, tolerances
@@ -46,7 +46,7 @@ class RigidIvp:
         states, calls, failure = solve(
             self.solver, equations.slope(), times, equations.start, setting
         )
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, {**setting, **tolerances(setting)}, f"scipy {scipy.__version__}"),
             times,

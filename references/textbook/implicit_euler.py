@@ -11,7 +11,7 @@ import numpy as np
 from galvi import Canonical, NBody, Problem, Trajectory, input_checks
 from galvi.arrays import Array
 from galvi.trajectory import COMPLETED
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.newton import acceleration, acceleration_jacobian, is_forced
 from references.setting import check_keys, described, fixed_steps
@@ -74,7 +74,7 @@ class ImplicitEuler:
             if k == steps.saved[row]:
                 saved_q[row], saved_v[row] = q, v
                 row += 1
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, setting),
             times,

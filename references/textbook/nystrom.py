@@ -18,7 +18,7 @@ import numpy as np
 
 from galvi import Canonical, NBody, Problem, Trajectory
 from galvi.arrays import Array
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.newton import inverse_mass, is_forced, total_force
 from references.setting import check_keys, described, fixed_steps
@@ -103,7 +103,7 @@ class Nystrom:
                 )  # fmt: skip
             evaluations += more
             done = failed - 1 if failed else last
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, setting),
             times,

@@ -12,7 +12,7 @@ import scipy.integrate
 
 from galvi import Problem, Trajectory, input_checks
 from galvi.arrays import Array
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.closed_forms.principal_body import PrincipalBody, is_known_body
 from references.contender import require
 from references.setting import check_keys, described, sample_times
@@ -79,7 +79,7 @@ class QuaternionDOP853:
             saved[row] = state
         q, p = body.states(problem, saved)
         engine = f"tableau of scipy {scipy.__version__}"
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, {**setting, "tolerance": tolerance}, engine),
             times,

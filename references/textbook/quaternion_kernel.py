@@ -34,7 +34,7 @@ EPS = 2.0**-52
 
 @jit
 def slopes(s, inverse, force, centre, heavy):
-    """s' (7,), for quaternions of norm 1."""
+    """The derivative s' (7,) of a state with a quaternion of norm 1."""
     w, x, y, z, a, b, c = s
     u, v, r = inverse[0] * a, inverse[1] * b, inverse[2] * c
     da, db, dc = b * r - c * v, c * u - a * r, a * v - b * u

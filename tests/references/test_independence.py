@@ -22,7 +22,7 @@ from references.newton import (
 Q, V, T = np.array([0.7, -0.4, 1.1]), np.array([0.3, 0.2, -0.5]), 0.8
 POTENTIALS = (
     galvi.LinearSpring(1.7),
-    galvi.PendulumWeight(2.3),
+    galvi.CosinePotential(2.3),
     galvi.CentralForce(1.3),
     galvi.UniformField((0.2, -0.1, 0.5)),
     galvi.SpringChain(0.4, 0.9),

@@ -177,7 +177,7 @@ def test_a_gradient_that_replaces_the_known_force_is_not_taken_for_it():
     for potential, q0, v0 in (
         (galvi.LinearSpring(1.0), [1.0], [0.0]),
         (galvi.CentralForce(1.0), [1.0, 0.0], [0.0, 1.0]),
-        (galvi.PendulumWeight(1.0), [1.0], [0.0]),
+        (galvi.CosinePotential(1.0), [1.0], [0.0]),
     ):
         system = galvi.Canonical(1.0, potential, gradient=lambda q: q**3)
         problem = galvi.Problem(system, q0, v0)
@@ -189,7 +189,7 @@ def test_a_gradient_that_belongs_to_the_known_potential_keeps_its_references():
     for potential, q0, v0, own in (
         (galvi.LinearSpring(1.3), [1.0], [0.0], lambda q: 1.3 * q),
         (galvi.CentralForce(1.0), [1.0, 0.0], [0.0, 1.0], lambda q: q / np.hypot(*q) ** 3),
-        (galvi.PendulumWeight(1.0), [1.0], [0.0], np.sin),
+        (galvi.CosinePotential(1.0), [1.0], [0.0], np.sin),
     ):
         without = galvi.Problem(galvi.Canonical(2.0, potential), q0, v0)
         given = galvi.Problem(galvi.Canonical(2.0, potential, gradient=own), q0, v0)
