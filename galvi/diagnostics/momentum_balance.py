@@ -68,13 +68,13 @@ def momentum_balance(run: Trajectory, *, linear: bool = False) -> MomentumBalanc
         if not np.all(np.isfinite(q[step, stage])):
             of_potential[step, stage] = of_force[step, stage] = np.nan
             continue
-        of_potential[step, stage] = _pull(system, *state)
+        of_potential[step, stage] = _potential_force(system, *state)
         of_force[step, stage] = force_at(system, state[0], v[step, stage], state[1])
     impulses = [_impulse(part, q, weights, linear) for part in (of_potential, of_force)]
     return MomentumBalance(run.t, momentum, *impulses)
 
 
-def _pull(system: Canonical | RigidBody, q: Array, t: float) -> Array:
+def _potential_force(system: Canonical | RigidBody, q: Array, t: float) -> Array:
     if isinstance(system, RigidBody):
         return system.torque(q, t)
     return -system.potential_gradient(q, t)

@@ -136,7 +136,7 @@ class Canonical:
     def _known_gradient(self) -> bool:
         return self.gradient is not None or isinstance(self.potential, Potential)
 
-    def field(self, dimension: int) -> ForceKernel:
+    def force_kernel(self, dimension: int) -> ForceKernel:
         """Force and derivative for the kernels, compiled in when the potential is built in.
 
         All d components share one block of Newton's matrix.

@@ -49,7 +49,7 @@ class CanonicalOnRn:
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels; constants: M by rows, then those of the potential."""
         d = self.group.dimension
-        field = self.canonical.field(d)
+        field = self.canonical.force_kernel(d)
         built_in = field.kind == force_kinds.BUILT_IN
         mass = self.canonical.momentum(np.eye(d))
         known = LagrangianKernel(

@@ -96,7 +96,7 @@ class NBody:
         coupling[own, own] = -np.sum(coupling, axis=1)
         return np.ascontiguousarray(coupling.transpose(0, 2, 1, 3)).reshape(q.size, q.size)
 
-    def field(self, dimension: int) -> ForceKernel:
+    def force_kernel(self, dimension: int) -> ForceKernel:
         """Accelerations for the kernels; Newton's blocks are whole for up to ``COUPLED`` bodies,
         else one for each body."""
         coupled = self.masses.size <= COUPLED

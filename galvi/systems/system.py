@@ -38,7 +38,7 @@ class VectorSystem(System, Protocol):
     def acceleration_jacobian(self, q: Array, t: float) -> Array:
         """d(acceleration)/dq at one configuration, shape (d, d) with d = q.size."""
 
-    def field(self, dimension: int) -> ForceKernel:
+    def force_kernel(self, dimension: int) -> ForceKernel:
         """Force and derivative for the kernels; ``dimension`` is a configuration's last axis."""
 
 

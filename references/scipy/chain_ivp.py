@@ -13,7 +13,7 @@ from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references.as_trajectory import as_trajectory
 from references.contender import require
-from references.scipy.ivp import SETTINGS, solve, tolerances
+from references.scipy.ivp import SETTINGS, solve, with_tolerances
 from references.setting import check_keys, described, sample_times
 from references.textbook.chain_equations import ChainEquations, is_chain
 
@@ -50,7 +50,7 @@ class ChainIvp:
         states, calls, failure = solve(self.solver, slope, times, start, setting)
         return as_trajectory(
             problem,
-            described(self.name, {**setting, **tolerances(setting)}, f"scipy {scipy.__version__}"),
+            described(self.name, with_tolerances(setting), f"scipy {scipy.__version__}"),
             times,
             states[:, :n],
             states[:, n:],

@@ -58,7 +58,7 @@ class ScipyIvp:
         states, calls, failure = solve(self.solver, slope, times, start, setting)
         return as_trajectory(
             problem,
-            described(self.name, {**setting, **tolerances(setting)}, f"scipy {scipy.__version__}"),
+            described(self.name, with_tolerances(setting), f"scipy {scipy.__version__}"),
             times,
             states[:, :d],
             states[:, d:],
@@ -89,6 +89,11 @@ def tolerances(setting: Mapping[str, Any]) -> dict[str, float]:
         found = dict.fromkeys(found, input_checks.positive("tolerance", setting["tolerance"]))
     given = {key: input_checks.positive(key, setting[key]) for key in found if key in setting}
     return {**found, **given}
+
+
+def with_tolerances(setting: Mapping[str, Any]) -> dict[str, Any]:
+    """The setting with SciPy's default tolerances written out where it leaves them to SciPy."""
+    return dict(setting) if "tolerance" in setting else {**setting, **tolerances(setting)}
 
 
 def _failure(solved: Any) -> Failure:

@@ -12,7 +12,7 @@ from galvi import Problem, Trajectory
 from references.as_trajectory import as_trajectory
 from references.contender import require
 from references.rigid_equations import RigidEquations, is_rigid_body
-from references.scipy.ivp import SETTINGS, solve, tolerances
+from references.scipy.ivp import SETTINGS, solve, with_tolerances
 from references.setting import check_keys, described, sample_times
 
 
@@ -48,7 +48,7 @@ class RigidIvp:
         )
         return as_trajectory(
             problem,
-            described(self.name, {**setting, **tolerances(setting)}, f"scipy {scipy.__version__}"),
+            described(self.name, with_tolerances(setting), f"scipy {scipy.__version__}"),
             times,
             equations.attitudes(states),
             p=states[:, -3:],

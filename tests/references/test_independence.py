@@ -101,7 +101,7 @@ def test_no_reference_asks_galvi_for_a_force(monkeypatch):
     ]
     for system in (galvi.Canonical, galvi.NBody, galvi.RigidBody, CanonicalOnRn, *FORMULAS):
         for name in (
-            "field", "lagrangian_kernel", "law", "acceleration", "acceleration_jacobian",
+            "force_kernel", "lagrangian_kernel", "law", "acceleration", "acceleration_jacobian",
             "potential_gradient", "potential_hessian", "gradient", "hessian",
             "slope", "torque",
         ):  # fmt: skip
