@@ -89,7 +89,7 @@ def reference(name: str) -> Contender:
     known = {contender.name: contender for contender in REFERENCES}
     if name not in known:
         raise ValueError(
-            f"a reference is one of {', '.join(known)}; received {name!r}. "
+            f"a reference is one of {', '.join(map(repr, known))}; received {name!r}. "
             f"Did you mean {nearest(name, known)!r}?"
         )
     return known[name]

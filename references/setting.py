@@ -16,9 +16,11 @@ WHOLE = 1e-9  # how far, relatively, duration / step may be from a whole number
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """The known word most similar to this one."""
-    words = sorted(known)
-    return difflib.get_close_matches(word, words, n=1, cutoff=0.0)[0]
+    """The shortest known word that contains this one, else the most similar; case is ignored."""
+    words = {known_word.casefold(): known_word for known_word in sorted(known)}
+    containing = [folded for folded in words if word.casefold() in folded]
+    similar = difflib.get_close_matches(word.casefold(), words, n=1, cutoff=0.0)
+    return words[min(containing, key=len, default=similar[0])]
 
 
 def check_keys(setting: Mapping[str, Any], known: Iterable[str]) -> None:

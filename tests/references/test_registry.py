@@ -92,8 +92,15 @@ def test_names_are_unique_and_find_their_reference():
 
 
 def test_an_unknown_name_is_answered_with_the_nearest():
-    with pytest.raises(ValueError, match=r"received 'REBOUND IAS14'.*mean 'REBOUND IAS15'"):
-        reference("REBOUND IAS14")
+    for word, meant in (
+        ("REBOUND IAS14", "REBOUND IAS15"),
+        ("DOP853", "SciPy DOP853"),
+        ("dop853, chains", "SciPy DOP853, chains"),
+        ("mujoco rk4", "MuJoCo RK4"),
+        ("ias15", "REBOUND IAS15"),
+    ):
+        with pytest.raises(ValueError, match=f"received '{word}'. Did you mean '{meant}'"):
+            reference(word)
 
 
 def test_the_truths_are_those_we_know():
