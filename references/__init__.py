@@ -1,4 +1,4 @@
-"""Other ways to solve the same problem: closed forms, textbook methods and trusted engines."""
+"""Independent solvers of a `galvi.Problem`: closed forms, textbook methods and other engines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From an engine's states to a trajectory in which nothing non-finite or uncomputed is silent."""
+"""Converts an engine's states to a Trajectory, with non-finite states turned into a failure."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from galvi.trajectory import COMPLETED
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a run ended early.
+    """An early end of a run.
 
-    row   first saved state that was not computed; all from there on become NaN
+    row   index of the first saved state that was not computed; it and the later ones become NaN
     step  number of the first step not done, counted from 1
-    why   a sentence with the remedy
+    why   the reason and the remedy, in a sentence
     """
 
     row: int
@@ -27,7 +27,7 @@ class Failure:
     why: str
 
 
-def outcome(
+def as_trajectory(
     problem: Problem,
     method: str,
     t: Array,
@@ -42,7 +42,7 @@ def outcome(
 ) -> Trajectory:
     """The trajectory of states q, v or q, p at times t (saved,), both (saved, ...), in any shape.
 
-    A non-finite state that the engine did not report is made a failure here.
+    A non-finite state that the engine did not report becomes a failure.
     """
     q = np.array(q, dtype=np.float64).reshape(len(t), *problem.q0.shape)
     moving = np.array(v if p is None else p, dtype=np.float64).reshape(len(t), *problem.v0.shape)

@@ -1,8 +1,10 @@
-"""What every way of solving a problem offers, so that nothing downstream asks which one it is."""
+"""The interface of everything that solves a problem, galvi's methods and references alike."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
+from itertools import combinations
 from typing import Any, Protocol, runtime_checkable
 
 from galvi import Problem, Trajectory
@@ -19,11 +21,11 @@ class Contender(Protocol):
 
     @property
     def name(self) -> str:
-        """For titles and tables; unique among the references."""
+        """Name for titles and tables; unique among the references."""
 
     @property
     def exact(self) -> bool:
-        """Whether it is fit to be the truth for others."""
+        """Whether its solutions are accurate enough to measure the errors of others."""
 
     @property
     def missing(self) -> str:
@@ -41,12 +43,39 @@ class Contender(Protocol):
         """
 
 
+# fields of a system that may keep a contender from it, and how they are called in its refusal
+OBSTACLES = {
+    "its external force": {"force": None, "timed_force": False},
+    "its gradient, which is not that of its potential": {"gradient": None},
+    "its slopes, which replace those of its Lagrangian": {"slopes": None},
+}
+
+
+def refusal_reason(contender: Contender, problem: Problem) -> str:
+    """The fields without which the contender would take the problem, in words; '' for none."""
+    system: Any = problem.system
+    held = {
+        words: cleared
+        for words, cleared in OBSTACLES.items()
+        if getattr(system, next(iter(cleared)), None) is not None
+    }
+    for number in range(1, len(held) + 1):
+        for words in combinations(held, number):
+            cleared = {name: value for word in words for name, value in held[word].items()}
+            plain = dataclasses.replace(problem, system=dataclasses.replace(system, **cleared))
+            if contender.supports(plain):
+                return " and ".join(words)
+    return ""
+
+
 def require(contender: Contender, problem: Problem) -> None:
     """Raise unless the contender can solve the problem here; errors as in `Contender.run`."""
     if not contender.supports(problem):
+        reason = refusal_reason(contender, problem)
         raise ValueError(
             f"{contender.name} does not solve this kind of problem; received {problem!r} with a "
-            f"{type(problem.system).__name__} system. Ask supports(problem) first."
+            f"{type(problem.system).__name__} system. "
+            + (f"The reason is {reason}." if reason else "Ask supports(problem) first.")
         )
     if contender.missing:
         raise ModuleNotFoundError(f"{contender.name} cannot run: {contender.missing}")

@@ -1,20 +1,44 @@
-"""Newton's second law of a problem: M v' = -dV/dq + f, f of whatever the problem's force takes."""
+"""Newton's second law of a problem: M v' = -dV/dq + f, with f the problem's external force.
+
+Everything is evaluated by `references.forces` or by the user's own functions.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from galvi import Canonical, Problem
+import numpy as np
+
+from galvi import (
+    Canonical,
+    CentralForce,
+    CosinePotential,
+    LinearSpring,
+    NBody,
+    Problem,
+    RotorDrag,
+    SpringChain,
+    UniformField,
+)
 from galvi.arrays import Array
-from galvi.systems.forces.external_force import force_at
+from references.forces import formulas
+from references.forces.force import Force, by_formula, by_function, together
+from references.forces.given_gradient import agrees, points_around
+from references.forces.ridders import gradient
+
+# type of a potential: its formula and the fields that are its numbers
+FORMULAS: Mapping[type, tuple[Callable[..., Any], tuple[str, ...]]] = {
+    LinearSpring: (formulas.spring, ("stiffness",)),
+    CosinePotential: (formulas.pendulum, ("weight",)),
+    CentralForce: (formulas.central, ("mu",)),
+    UniformField: (formulas.uniform, ("force",)),
+    SpringChain: (formulas.spring_chain, ("alpha", "beta")),
+}
 
 
 def is_forced(problem: Problem) -> bool:
-    """Whether a force acts that no potential has: what does not know it must not take the problem.
-
-    By the system's field ``force``; systems without that field have none.
-    """
+    """Whether an external force acts, by the system's field ``force`` where it has one."""
     return getattr(problem.system, "force", None) is not None
 
 
@@ -24,26 +48,107 @@ def is_moved_by(problem: Problem, potential: type) -> bool:
     return (
         isinstance(system, Canonical)
         and isinstance(system.potential, potential)
-        and system.gradient is None
+        and not replaces_force(problem)
         and system.mass.ndim < 2
         and not is_forced(problem)
     )
 
 
+def replaces_force(problem: Problem) -> bool:
+    """Whether the gradient given to a Canonical differs from that of its known potential.
+
+    No without a gradient, and for one that agrees to rounding at the start and around it.
+    """
+    system: Any = problem.system
+    if system.gradient is None:
+        return False
+    formula = potential_formula(system.potential)
+    return formula is None or not agrees(
+        system.gradient, lambda q: -formula(q, np.zeros(q.shape), 0.0), points_around(problem.q0)
+    )
+
+
+def potential_formula(potential: Any) -> Force | None:
+    """-dV/dq of a potential that references recognise; None of another."""
+    if type(potential) not in FORMULAS:
+        return None
+    formula, names = FORMULAS[type(potential)]
+    return by_formula(formula, *(getattr(potential, name) for name in names))
+
+
+def potential_force(problem: Problem) -> Force:
+    """-dV/dq of a Canonical, by gradient, formula or differences; of NBody the accelerations."""
+    system: Any = problem.system
+    if isinstance(system, NBody):
+        return by_formula(formulas.gravity, problem.q0.shape[-1], system.G * system.masses)
+    arguments = "qt" if system.explicit_time else "q"
+    if system.gradient is not None:
+        return by_function(system.gradient, arguments, -1.0)
+    known = potential_formula(system.potential)
+    if known is not None:
+        return known
+    own = getattr(system.potential, "gradient", None)
+    if own is not None and not system.explicit_time:
+        return by_function(own, "q", -1.0)
+    potential = system.potential
+
+    def slope(q: Array, *t: float) -> Array:
+        return gradient(lambda x: potential(x.copy(), *t), q)
+
+    return by_function(slope, arguments, -1.0)
+
+
+def external_force(problem: Problem) -> Force:
+    """The force f(q, v, t) of a system on a vector space that has one."""
+    system: Any = problem.system
+    if type(system.force) is RotorDrag:
+        return by_formula(formulas.rotor_drag, system.force.factor)
+    return by_function(system.force, "qvt" if system.timed_force else "qv", 1.0)
+
+
+def total_force(problem: Problem) -> Force:
+    """Of the potential and, where there is one, the external force."""
+    force = potential_force(problem)
+    return together(force, external_force(problem)) if is_forced(problem) else force
+
+
+def inverse_mass(problem: Problem) -> Array:
+    """What turns `total_force` into accelerations: (d,), or (d, d)."""
+    system: Any = problem.system
+    if isinstance(system, NBody):
+        return np.ones(problem.q0.size)
+    if system.mass.ndim == 2:
+        return np.linalg.inv(system.mass)
+    return np.broadcast_to(1.0 / system.mass, problem.q0.shape).copy()
+
+
 def acceleration(problem: Problem) -> Callable[[Array, Array, float], Array]:
     """a(q, v, t) on a vector space, in the shape of q."""
-    system: Any = problem.system
-    if not is_forced(problem):
+    force, inverse = total_force(problem), inverse_mass(problem)
+    weigh: Any = np.dot if inverse.ndim == 2 else np.multiply
 
-        def free(q: Array, v: Array, t: float) -> Array:
-            a: Array = system.acceleration(q, t)
-            return a
-
-        return free
-
-    def forced(q: Array, v: Array, t: float) -> Array:
-        pushed = force_at(system, q, v, t) - system.potential_gradient(q, t)
-        a: Array = system.velocity(pushed)
+    def accelerated(q: Array, v: Array, t: float) -> Array:
+        a: Array = weigh(inverse, force(q, v, t).ravel()).reshape(q.shape)
         return a
 
-    return forced
+    return accelerated
+
+
+def acceleration_jacobian(problem: Problem) -> Callable[[Array, float], Array]:
+    """da/dq (d, d) without external force, from the hessian, the formula or differences."""
+    system: Any = problem.system
+    force, inverse = potential_force(problem), inverse_mass(problem)
+    inverse = inverse if inverse.ndim == 2 else np.diag(inverse)
+    hessian = getattr(system, "hessian", None)
+
+    def slope(q: Array, t: float) -> Array:
+        if hessian is not None:
+            given = (q.copy(), t) if system.explicit_time else (q.copy(),)
+            return -inverse @ np.asarray(hessian(*given), dtype=np.float64)
+        if force.formula is not None:
+            return inverse @ force.jacobian(q, t)
+        rest = np.zeros(q.shape)
+        rows = [gradient(lambda x, i=i: force(x, rest, t)[i], q) for i in range(q.size)]
+        return inverse @ np.array(rows)
+
+    return slope

@@ -1,28 +1,33 @@
-"""The textbook's equations of a rigid body, in quaternions or in matrices, apart from galvi's own.
+"""Euler's equations of a rigid body in quaternions or rotation matrices, independent of galvi's.
 
-With w = J^-1 p:  p' = p x w + torque,  and  y' = y w / 2 for quaternions or R' = R hat(w); torque
-is of the weight or the potential, and the system's own force where it has one.
+With w = J^-1 p:  p' = p x w + torque,  and  y' = y w / 2 for quaternions or R' = R hat(w). The
+torque is that of the potential plus the external one.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from galvi import Problem, RigidBody, UniformGravity
 from galvi.arrays import Array
-from galvi.systems.forces.external_force import force_at
+from references.forces.force import checked
+from references.forces.given_gradient import agrees
+from references.forces.ridders import derivative
 from references.newton import is_forced
+
+ATTITUDES = 8  # besides the start, at which a given gradient is compared
 
 
 @dataclass(frozen=True, eq=False)
 class RigidEquations:
-    """Of one problem whose system is a RigidBody, for states (attitude, p).
+    """The equations of motion of a RigidBody problem, for states (attitude, p).
 
-    quaternions  attitudes are (4,), scalar first, of the turn since the start: R = R0 M(y / |y|);
-                 without, they are the nine entries of R by rows
+    quaternions  True: attitudes are quaternions (4,), scalar first, of the rotation since the
+                 start, R = R0 M(y / |y|); False: the nine entries of R by rows
     """
 
     problem: Problem
@@ -30,12 +35,12 @@ class RigidEquations:
 
     @property
     def start(self) -> Array:
-        """(7,) or (12,)."""
+        """The initial state, (7,) or (12,)."""
         attitude = [1.0, 0.0, 0.0, 0.0] if self.quaternions else self.problem.q0.ravel()
         return np.concatenate([attitude, self.problem.p0])
 
     def slope(self) -> Any:
-        """f(t, state), of the state's shape."""
+        """The right-hand side f(t, state), in the state's shape."""
         inverse = np.linalg.inv(self.problem.system.inertia)
         turned = quaternion_slope if self.quaternions else _matrix_slope
         system, forced = self.problem.system, is_forced(self.problem)
@@ -46,7 +51,8 @@ class RigidEquations:
             R = self.attitudes(y)
             twist = torque(system, R, t)
             if forced:
-                twist = twist + force_at(system, R, w, t)
+                given = (R.copy(), w.copy(), t) if system.timed_force else (R.copy(), w.copy())
+                twist = twist + checked(system.force(*given), (3,))
             return np.concatenate([turned(attitude, w), _cross(p, w) + twist])
 
         return slope
@@ -60,19 +66,51 @@ class RigidEquations:
 
 
 def is_rigid_body(problem: Problem) -> bool:
-    """Whether these are its equations, whatever its potential and its external torque."""
+    """Whether the problem's system is a RigidBody, with any potential and external torque."""
     return isinstance(problem.system, RigidBody)
 
 
+def has_known_weight(problem: Problem) -> bool:
+    """Whether its potential is a `galvi.UniformGravity` and a given gradient, if any, is its own.
+
+    A given gradient is compared at the start and at other attitudes.
+    """
+    system: Any = problem.system
+    if not isinstance(system.potential, UniformGravity):
+        return False
+    if system.gradient is None:
+        return True
+    weight = replace(system, gradient=None, force=None, timed_force=False)
+    given = replace(weight, gradient=system.gradient)
+    turns = np.random.default_rng(0).standard_normal((ATTITUDES, 4))
+    return agrees(
+        lambda R: torque(given, R, 0.0),
+        lambda R: torque(weight, R, 0.0),
+        [problem.q0, *(problem.q0 @ rotation(turns))],
+    )
+
+
 def torque(system: RigidBody, R: Array, t: float) -> Array:
-    """In the body's frame, (3,): the sum over rows of R x dV/dR, or centre x R^T mass g."""
+    """The potential's torque in the body's frame, (3,): centre x R^T mass g, or the sum over rows
+    of R x dV/dR.
+
+    Without a gradient, each component is minus the derivative of V along a rotation about its axis.
+    """
     weight = system.potential
     if weight is None:
         return np.zeros(3)
     if isinstance(weight, UniformGravity) and system.gradient is None:
         return _cross(weight.centre, weight.mass * (weight.g @ R))
-    slopes = system.potential_gradient(R, t)
-    return sum((_cross(row, slope) for row, slope in zip(R, slopes, strict=True)), np.zeros(3))
+    time = (t,) if system.explicit_time else ()
+    if system.gradient is not None:
+        slopes = checked(system.gradient(R.copy(), *time), (3, 3))
+        return sum((_cross(row, slope) for row, slope in zip(R, slopes, strict=True)), np.zeros(3))
+
+    def energy(half_angle: float, axis: Array) -> float:
+        y = np.array([np.cos(half_angle), *(np.sin(half_angle) * axis)])
+        return float(weight(R @ rotation(y), *time))
+
+    return -0.5 * np.array([derivative(partial(energy, axis=e), 1.0) for e in np.eye(3)])
 
 
 def rotation(y: Array) -> Array:

@@ -1,1 +1,1 @@
-"""What theory says of a space and a rule, and of a step on a problem, without running it."""
+"""A-priori theory of a space, a rule and a step on a problem: constants, orders, step bounds."""

@@ -1,4 +1,4 @@
-"""A theory as a small table of words and numbers."""
+"""Formats a `Theory` as text."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LIMITS = (
 
 
 def sentences(theory: Any) -> str:
-    """Of a `Theory`: what it is, its constants, and with a problem how long a step may be."""
+    """The text of a `Theory`: order and symmetry, constants and, with a problem, step bounds."""
     return "\n".join(_lines(theory))
 
 

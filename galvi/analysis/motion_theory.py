@@ -1,4 +1,4 @@
-"""What theory says of a method's steps on one problem."""
+"""The part of the theory of a method that depends on the problem: bounds on the step."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from galvi.rules.rule import Rule
 from galvi.spaces.space import Space
 from galvi.systems.component_degrees import checked_degrees
 
-STEPS = 10.0  # that K is estimated along
+STEPS = 10.0  # number of steps along which K is estimated
 BOUNDS = (
     "unique_motion_step", "unique_step", "stage_step", "minimum_step", "coercive_step",
     "fixed_point_step",
@@ -33,9 +33,9 @@ def motion_theory(
     step: float | None,
     lipschitz: float | None,
 ) -> dict[str, Any]:
-    """The fields of a `Theory` that a problem adds or changes, and the reasons for what is None.
+    """The fields of a `Theory` that depend on the problem, and the reasons for those that are None.
 
-    pair  the fields without a problem
+    pair  the fields that depend on space and rule alone
 
     Raises ValueError for a space with degrees for components that the problem does not have.
     """
@@ -73,7 +73,7 @@ def motion_theory(
 def _stiffness(
     problem: Problem, step: float | None, lipschitz: float | None
 ) -> tuple[Stiffness | None, str]:
-    """K, or why there is none."""
+    """The stiffness, and why it is None."""
     if not hasattr(problem.system, "acceleration_jacobian"):
         return None, (
             f"the theorems are for L = v.M v / 2 - V on a vector space, not for a "
@@ -87,7 +87,7 @@ def _stiffness(
 
 
 def _commutes(system: Any) -> bool:
-    """Whether no chart's base matters: on vector spaces and for turns about one axis."""
+    """Whether the group is commutative, so that a chart's base does not matter."""
     layout = system.group.layout if hasattr(system, "group") else []
     return all(kind in (RN, SO2) for kind, _ in layout)
 

@@ -18,12 +18,14 @@ from galvi.spaces.space import Space
 FINE = 64  # Gauss points on each part of a step for what M calls exact: degree 127
 PARTS = 4  # of each smooth piece
 DEPENDENT = 1e11  # condition of a basis of norm 1: above it float64 does not tell the constants
-BLIND = 1e-12  # of the largest eigenvalue: below it a function is not seen by the rule
+BLIND = 1e-12  # relative to the largest eigenvalue: below it the rule does not see a function
 
 
 @dataclass(frozen=True)
 class Norms:
-    """Of functions u on a step of h, |u|_X^2 = integral of |u'|^2 + |u(h)|^2 / h; N with the rule.
+    """Constants of the norm |u|_X^2 = integral of |u'|^2 + |u(h)|^2 / h on a step of length h.
+
+    A subscript N marks the same norm with the integral by the rule.
 
     unseen    number of independent functions with |u|_{X,N} = 0; 0 iff well posed (M lemma 1)
     C         C_N, the least constant with |u|_{0,N} <= C_N (h / z0) |u|_{X,N} (M 11)
@@ -43,9 +45,9 @@ class Norms:
 
 @lru_cache(maxsize=128)
 def norms(space: Space, rule: Rule) -> Norms | None:
-    """Of a pair; with a degree for each component, the worst of the components.
+    """The constants of a space and a rule; with one degree per component, the worst of them.
 
-    None when the basis functions are too nearly dependent to tell in float64.
+    None when the basis functions are too nearly dependent for float64.
     """
     degrees: Sequence[int] = getattr(space, "degrees", (space.dimension - 1,))
     known = [_norms(space, rule, degree + 1) for degree in sorted(set(degrees))]
@@ -62,7 +64,7 @@ def norms(space: Space, rule: Rule) -> Norms | None:
 
 
 def _norms(space: Space, rule: Rule, functions: int) -> Norms | None:
-    """Of the space of the first ``functions`` basis functions."""
+    """The constants for the span of the first ``functions`` basis functions."""
     fine = _fine(getattr(space, "pieces", 1))
     phi, end = (space.basis(t)[:, :functions] for t in (rule.nodes, np.ones(1)))
     slope, true = (space.derivative(t)[:, :functions] for t in (rule.nodes, fine[0]))

@@ -20,7 +20,7 @@ CAUTION = 3.0  # one over the constant of M proposition 1; claim V20 measures sq
 
 @dataclass(frozen=True)
 class Bound:
-    """A largest step, in the problem's unit of time, or why there is none."""
+    """The largest step, in the problem's unit of time, or None and the reason."""
 
     step: float | None
     reason: str = ""
@@ -74,7 +74,8 @@ def coercive_action(stiffness: Stiffness) -> Bound:
 def converging_passes(stiffness: Stiffness, radius: float | None, why: str) -> Bound:
     """Fixed-point iteration contracts near a solution while h^2 rho(A) omega^2 < 1.
 
-    radius  rho(A), the spectral radius of the tableau, or None, with why
+    radius  rho(A), the spectral radius of the tableau, or None
+    why     the reason when it is None
     """
     if radius is None:
         return Bound(None, why)

@@ -1,4 +1,4 @@
-"""How strongly a problem's force changes with place."""
+"""Estimates of the Lipschitz constant of a problem's force."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.problem import Problem
 
-SHARE = 0.1  # of 1 / frequency: a step of the short trajectory
-MOST, LEAST = 400, 20  # such steps
-WORK = 4e7  # of d^3 of all steps together, d the number of components
-PERIODS = 10.0 * np.pi  # radians of it, when no step tells a length
+SHARE = 0.1  # step of the short trajectory, times frequency
+MOST, LEAST = 400, 20  # numbers of such steps
+WORK = 4e7  # steps times d^3, d the number of components
+PERIODS = 10.0 * np.pi  # phase covered when no step is given: five periods
 
 
 @dataclass(frozen=True)
 class Stiffness:
-    """Of V with L = v.M v / 2 - V, in the problem's units.
+    """Bounds on the second derivatives of V, L = v.M v / 2 - V, in the problem's units.
 
     lipschitz  K, the Lipschitz constant of dV/dq, a force over a length
-    square     of the largest frequency, 1 / time^2: K over the least mass when K is given; when it
+    square     largest frequency squared, 1 / time^2: K over the least mass when K is given; when it
                is estimated, the largest absolute eigenvalue of M^-1/2 V'' M^-1/2, that is K in
                coordinates in which the mass is 1
     entries    H's C_R in such coordinates, the largest absolute second derivative of V
     dimension  D, the number of components
-    source     where K is from, in words
+    source     origin of K, in words
     """
 
     lipschitz: float
@@ -37,26 +37,25 @@ class Stiffness:
 
     @property
     def frequency(self) -> float:
-        """Radians in the unit of time."""
+        """The largest frequency, in radians per unit of time."""
         return float(np.sqrt(self.square))
 
 
 def given(problem: Problem, lipschitz: float) -> Stiffness:
-    """From the user's K; each second derivative of V is at most K."""
+    """From a given K, which bounds each second derivative of V."""
     least = float(np.linalg.eigvalsh(_mass(problem))[0])
     square = lipschitz / least
     return Stiffness(lipschitz, square, square, problem.q0.size, "given")
 
 
 def estimated(problem: Problem, duration: float | None) -> tuple[Stiffness | None, str]:
-    """The largest along a short trajectory, and ""; or None, and why.
+    """The maximum along a short trajectory and "", or None and the reason.
 
-    duration  to follow, negative for backwards; five periods of the start's fastest vibration when
-              None
+    duration  length of the trajectory, negative for backwards; None: five periods of the fastest
+              vibration at the start
 
-    Velocity Verlet from the start in steps of a tenth of 1 / frequency, there and where they lead,
-    at most 400 and for large systems fewer: the estimate is a lower bound, and the source says how
-    far it went.
+    Velocity Verlet with steps of at most a tenth of 1 / frequency at both ends, at most 400 of them
+    and fewer for large systems. The estimate is a lower bound; ``source`` gives the interval.
     """
     system: Any = problem.system
     d, q, v, t = problem.q0.size, problem.q0, problem.v0, problem.t0
@@ -90,27 +89,27 @@ def estimated(problem: Problem, duration: float | None) -> tuple[Stiffness | Non
 
 
 def _at(system: Any, q: Array, t: float, root: Array) -> tuple[Array, Array]:
-    """The acceleration, of q's shape, and `_sizes` of its Jacobian, at one configuration."""
+    """The acceleration, in q's shape, and `_sizes` of its Jacobian."""
     jacobian = system.acceleration_jacobian(q, t).reshape(q.size, q.size)
     force: Array = system.acceleration(q, t)
     return force, _sizes(jacobian, root)
 
 
 def _longest(found: Array, left: float) -> float:
-    """The step where the sizes are ``found``, in the direction of ``left``."""
+    """The longest step for the sizes ``found``, with the sign of ``left``."""
     length = SHARE / np.sqrt(found[1]) if found[1] > 0.0 else abs(left)
     return float(np.copysign(length, left))
 
 
 def _mass(problem: Problem) -> Array:
-    """(d, d), from the momenta of unit velocities."""
+    """The mass matrix (d, d), from the momenta of unit velocities."""
     units = np.eye(problem.v0.size).reshape(-1, *problem.v0.shape)
     rows = [np.ravel(problem.system.momentum(unit)) for unit in units]
     return np.array(rows)
 
 
 def _sizes(jacobian: Array, root: Array) -> Array:
-    """|V''|, and the largest eigenvalue and entry of it with masses of 1; M = root root^T."""
+    """(3,): |V''|, then |V''| and its largest entry for unit mass; M = root root^T."""
     if not np.all(np.isfinite(jacobian)):
         return np.full(3, np.nan)
     hessian = -root @ (root.T @ jacobian)

@@ -1,4 +1,4 @@
-"""What theory says of a method, and of a step of it on a problem."""
+"""The theory of a method: order, symmetry, constants, and bounds on the step for a problem."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from galvi.tableau import assemble
 
 @dataclass(frozen=True)
 class Theory:
-    """Of a space and a rule, also of a pair that `galvi.Galerkin` refuses.
+    """Theoretical properties of a space and a rule, also of a pair that `galvi.Galerkin` refuses.
 
-    space, rule        in words
+    space, rule        their names
     well_posed         a free particle has a unique motion: |u|_{X,N} is a norm (M lemma 1)
     unseen             number of independent functions that the rule cannot tell from 0
     consistent         that motion is a straight line to 1e-13
@@ -63,7 +63,7 @@ class Theory:
     minimizes, coercive    the steps' curves are minima (H 2.3.5), the action coercive (2.3.8)
     converges              fixed-point iteration contracts near a solution
 
-    What does not apply, or was not asked for, is None, and ``reasons`` says why.
+    A field that does not apply or was not requested is None; ``reasons`` says why.
     """
 
     space: str
@@ -111,7 +111,7 @@ class Theory:
         return sentences(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """Every field by its name, in plain Python values."""
+        """Field name -> value, in plain Python types."""
         values = {one.name: getattr(self, one.name) for one in fields(self)}
         return {**values, "names": list(self.names), "reasons": dict(self.reasons)}
 
@@ -123,16 +123,16 @@ def theory(
     step: float | None = None,
     lipschitz: float | None = None,
 ) -> Theory:
-    """What theory says of a method, or of a space and a rule, and of a step on a problem.
+    """The theory of a method, or of a space and a rule, and of a step on a problem.
 
-    method     a `galvi.Galerkin`, or a space, whose rule comes next
-    rule       of the space; left out for a method
-    problem    whose force decides how long a step may be
-    step       of a run, in the problem's unit of time; negative backwards
-    lipschitz  K, of dV/dq; estimated along a short trajectory when it is not given
+    method     a `galvi.Galerkin`, or a space
+    rule       quadrature rule when ``method`` is a space
+    problem    the problem whose force bounds the step
+    step       in the problem's unit of time, negative for backwards
+    lipschitz  Lipschitz constant K of dV/dq; None: estimated along a short trajectory
 
-    Raises TypeError for what is no method, space, rule or problem, ValueError for a step or a
-    lipschitz without a problem and for numbers that are not finite, zero, or a negative lipschitz.
+    Raises TypeError for an argument of another type, ValueError for a step or a lipschitz without a
+    problem, for a number that is zero or not finite, and for a negative lipschitz.
     """
     space, rule = _pair(method, rule)
     _check(problem, step, lipschitz)

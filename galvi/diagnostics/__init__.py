@@ -1,1 +1,1 @@
-"""What is computed from a trajectory: invariants, balances, symplecticity, orbits, attitude."""
+"""Diagnostics of a trajectory: invariants, balances, symplecticity, orbits, attitude."""

@@ -1,4 +1,4 @@
-"""Attitudes of a run: as scipy's rotations, and how far from orthogonal they are."""
+"""The attitudes of a run as SciPy rotations, and their orthogonality defect."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from galvi.trajectory import Trajectory
 def rotations(run: Trajectory, t: Any = None) -> Rotation:
     """The attitudes at steps, or on the curve at t, as `scipy.spatial.transform.Rotation`.
 
-    From it: ``.as_quat(scalar_first=True)``, ``.as_euler("zyx")``, ``.magnitude()`` and more.
+    It converts further: ``.as_quat(scalar_first=True)``, ``.as_euler("zyx")``, ``.magnitude()``.
     For runs on SO(3) and SE(3); raises ValueError for others and for states past a failure,
-    TypeError for something that is no run.
+    TypeError for something that is not a Trajectory.
     """
     R = _matrices(run, t)
     if not np.all(np.isfinite(R)):

@@ -1,4 +1,4 @@
-"""Is a step on a group symplectic? By its derivative in left trivialisation."""
+"""Symplecticity of a step on a Lie group, from its derivative in left trivialisation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the exact motion conserves, at steps from (q, p) or along the curve from (q, q')."""
+"""Energy and momentum maps, at steps from (q, p) or along the curve from (q, q')."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from galvi.trajectory import Trajectory
 def energy(run: Trajectory, t: Any = None) -> Array:
     """Kinetic plus potential energy, (saved,) at steps, or of t's shape along the curve.
 
-    Raises ValueError as ``run(t)`` does.
+    For a Lagrangian, v . dL/dv - L. Raises ValueError as ``run(t)``.
     """
     times, q, p = _states(run, t)
     system = run.problem.system
@@ -39,7 +39,7 @@ def momentum_map(run: Trajectory, t: Any = None) -> Array:
 
     For a Canonical system of one body in the plane or in space, the sum over the bodies of an NBody
     system, a RigidBody (about its fixed point, R p) or a FreeBody (about the origin). Raises
-    ValueError for a configuration that rotations do not act on.
+    ValueError for a system on which rotations of space do not act.
     """
     times, q, p = _states(run, t)
     system = run.problem.system

@@ -1,4 +1,4 @@
-"""Where the momentum of a run comes from, when a force or a potential takes or gives some."""
+"""Balance of momentum: its change against the impulses of the potential and the force."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from galvi.trajectory import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class MomentumBalance:
-    """A momentum at each step, and what moved it since the first; arrays of one shape.
+    """A momentum at each step and the impulses that changed it; arrays of the same shape.
 
     t          (steps + 1,)
     momentum   (steps + 1, ...) as `galvi.momentum_map` or `galvi.linear_momentum` gives it
@@ -38,17 +38,17 @@ class MomentumBalance:
 
     @property
     def defect(self) -> Array:
-        """What neither explains, of momentum's shape."""
+        """The change of momentum that neither impulse explains, in momentum's shape."""
         result: Array = self.momentum - self.momentum[0] - self.potential - self.force
         return result
 
 
 def momentum_balance(run: Trajectory, *, linear: bool = False) -> MomentumBalance:
-    """The angular momentum of a run about the origin, or its linear momentum, accounted for.
+    """The balance of angular momentum about the origin or, if ``linear``, of linear momentum.
 
     For a Canonical system of one body in the plane or in space with its curves kept, or a
-    RigidBody, which has only an angular one. Raises ValueError for another system, or a run that
-    has no curves at every step.
+    RigidBody, which has angular momentum only. Raises ValueError for another system and for a run
+    without curves at every step.
     """
     if not isinstance(run, Trajectory):
         raise TypeError(f"run must be a galvi.Trajectory; received {run!r}.")
@@ -68,20 +68,20 @@ def momentum_balance(run: Trajectory, *, linear: bool = False) -> MomentumBalanc
         if not np.all(np.isfinite(q[step, stage])):
             of_potential[step, stage] = of_force[step, stage] = np.nan
             continue
-        of_potential[step, stage] = _pull(system, *state)
+        of_potential[step, stage] = _potential_force(system, *state)
         of_force[step, stage] = force_at(system, state[0], v[step, stage], state[1])
     impulses = [_impulse(part, q, weights, linear) for part in (of_potential, of_force)]
     return MomentumBalance(run.t, momentum, *impulses)
 
 
-def _pull(system: Canonical | RigidBody, q: Array, t: float) -> Array:
+def _potential_force(system: Canonical | RigidBody, q: Array, t: float) -> Array:
     if isinstance(system, RigidBody):
         return system.torque(q, t)
     return -system.potential_gradient(q, t)
 
 
 def _impulse(forces: Array, q: Array, weights: Array, linear: bool) -> Array:
-    """(steps + 1, ...) of forces (steps, s, d) at configurations q, from the first step on."""
+    """Accumulated impulse (steps + 1, ...) of forces (steps, s, d) at configurations q."""
     if q.ndim == 4:
         turning = np.einsum("ksab,ksb->ksa", q, forces)
     elif linear:

@@ -52,9 +52,9 @@ class OrbitalElements:
 def heliocentric(run: Trajectory, centre: int | None = None) -> tuple[Array, Array]:
     """Positions and velocities of the other bodies relative to one, both (saved, bodies - 1, d).
 
-    centre  number of that body; the heaviest when not given
+    centre  index of that body; None: the heaviest
 
-    Raises ValueError for a run that is not of N bodies, or a body that is not there.
+    Raises ValueError for a system other than NBody and for an index out of range.
     """
     system = _nbody(run)
     centre = _centre(system, centre)
@@ -64,11 +64,11 @@ def heliocentric(run: Trajectory, centre: int | None = None) -> tuple[Array, Arr
 
 
 def orbital_elements(run: Trajectory, centre: int | None = None) -> OrbitalElements:
-    """The Kepler orbit about the centre that each other body would follow from where it is.
+    """The osculating Kepler orbit of each other body about the centre.
 
     As `heliocentric`, with gm = G (m_centre + m_body) for each body. NaN past a failure, and for a
-    body that moves straight at the centre. In the plane, orbits turn against the clock at i = 0 and
-    with it at i = pi.
+    body on a straight line through the centre. In the plane, orbits are counter-clockwise at i = 0
+    and clockwise at i = pi.
     """
     system = _nbody(run)
     centre = _centre(system, centre)
@@ -116,7 +116,7 @@ def _elements(gm: Array, q: Array, v: Array) -> OrbitalElements:
 
 
 def _angle(x: Array) -> Array:
-    """x in [0, 2 pi)."""
+    """x reduced to [0, 2 pi)."""
     turned = np.mod(x, TURN)
     result: Array = np.where(turned == TURN, 0.0, turned)
     return result

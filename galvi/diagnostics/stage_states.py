@@ -1,4 +1,4 @@
-"""The states of a run at the stages of its steps, where its method evaluates the Lagrangian."""
+"""The states of a run at the quadrature points of its steps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from galvi.trajectory import Trajectory
 def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
     """Times (steps, s), q (steps, s, ...), velocities (steps, s, ...) and h times the weights (s,).
 
-    Raises ValueError for a run without curves, or one that a reference made.
+    Raises ValueError for a run without curves, such as one by a reference.
     """
     curves, step = run.curves, run.step
     if curves is None or step is None:

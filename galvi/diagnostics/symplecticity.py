@@ -1,4 +1,4 @@
-"""Is a step symplectic? By its derivative, from the implicit function theorem."""
+"""Symplecticity of a step, from its derivative by the implicit function theorem."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A free rigid body that turns and drifts, on SE(3)."""
+"""A free rigid body that rotates and translates, on SE(3)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The free box of MuJoCo's own tests."""
+"""The free box of MuJoCo's test suite."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ VELOCITY = (2.0, -1.9, 1.0)
 def free_rigid_body(
     inertia: Any = INERTIA, velocity: Any = VELOCITY, attitude: Any = None
 ) -> Problem:
-    """A body that nothing turns, about its centre of mass.
+    """A torque-free rigid body about its centre of mass.
 
     inertia   principal moments (3,) or a matrix (3, 3)
     velocity  (3,) angular velocity in the body's frame

@@ -1,4 +1,4 @@
-"""The outer planets and Pluto about a Sun that has taken in the inner planets (H 2.4.3)."""
+"""The outer planets and Pluto about the Sun, the inner planets added to it (H 2.4.3)."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ INNER = 5  # Sun, Mercury, Venus, Earth-Moon barycentre, Mars: one body here
 def outer_solar_system() -> Problem:
     """Sun and inner planets as one, Jupiter, Saturn, Uranus, Neptune, Pluto.
 
-    The first body has the summed GM of what it replaces and starts at their barycentre with its
-    velocity, so that total mass, linear momentum and barycentre are those of `solar_system`.
+    The first body has the total GM of the Sun and the inner planets and starts at their barycentre
+    with its velocity: total mass, linear momentum and barycentre are those of `solar_system`.
     Units, frame, epoch and source are those of `solar_system` too. The sums are rounded once, so
     that the start is the same to the last bit on every machine.
     """
@@ -26,7 +26,7 @@ def outer_solar_system() -> Problem:
     total = math.fsum(masses[:INNER])
 
     def aggregated(states: np.ndarray) -> np.ndarray:
-        """(bodies, 3) with the first INNER rows replaced by their mean, weighted with mass."""
+        """(bodies, 3) with the first INNER rows replaced by their mass-weighted mean."""
         centre = [math.fsum(masses[:INNER] * x) / total for x in states[:INNER].T]
         return np.vstack([centre, states[INNER:]])
 

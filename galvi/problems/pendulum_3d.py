@@ -1,4 +1,4 @@
-"""The 3D pendulum of H 3.5.2: a rigid body that hangs from one of its points."""
+"""The 3D pendulum of H 3.5.2: a rigid body suspended from a fixed pivot."""
 
 from __future__ import annotations
 

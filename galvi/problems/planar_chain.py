@@ -1,4 +1,4 @@
-"""A chain of rods that swings in a plane."""
+"""A chain of rods swinging in a plane."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def planar_chain(
 ) -> Problem:
     """Uniform rods, hinged end to end, released straight and at rest.
 
-    links         how many; the first is hinged to a fixed point
+    links         number of rods; the first is hinged to a fixed point
     mass, length  of each rod
     angle         of all rods at the start, radians from hanging straight down
 

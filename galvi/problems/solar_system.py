@@ -1,4 +1,4 @@
-"""Sun, planets and Pluto as JPL saw them at the start of 2000 (H 2.4.3)."""
+"""Sun, planets and Pluto from JPL's DE421 at the start of 2000 (H 2.4.3)."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ SOURCE = "JPL DE421"
 
 
 def solar_system(pluto: bool = True) -> Problem:
-    """Sun, Mercury, Venus, Earth-Moon barycentre, ..., Neptune and, if wanted, Pluto.
+    """Sun, Mercury, Venus, Earth-Moon barycentre, ..., Neptune and, by default, Pluto.
 
     Barycentric states of 2000-01-01 in the frame of the ICRF, in au and days of TDB. ``masses`` are
-    GM in au^3/day^2 and G = 1, so p = GM v. The states are JPL's own: the barycentre of these point
-    masses moves a little. The file is made by ``python -m references.jpl.states``.
+    GM in au^3/day^2 and G = 1, so p = GM v. The states are unchanged from JPL, so the barycentre
+    of these point masses moves slightly. The file is made by ``python -m references.jpl.states``.
     """
     text = (resources.files("galvi") / "problems" / "data" / "solar_system.csv").read_text("ascii")
     rows = [line.split(",") for line in text.splitlines() if not line.startswith("#")][1:]

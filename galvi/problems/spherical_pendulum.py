@@ -1,4 +1,4 @@
-"""The spherical pendulum: a mass on a rod that may swing anywhere."""
+"""The spherical pendulum: a mass on a rod with a fixed pivot."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def general(
     work: Workspace,
 ) -> Call:  # fmt: skip
     """A function that does so many more steps in the general kernel and returns its code."""
-    field = cast(VectorSystem, problem.system).field(problem.q0.shape[-1])
+    field = cast(VectorSystem, problem.system).force_kernel(problem.q0.shape[-1])
     kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
     functions, tableau = field.functions, kernel_tableau(method.table)
 

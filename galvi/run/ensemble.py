@@ -178,7 +178,7 @@ def _compiled(problem: Problem) -> bool:
     on_group = group_system(problem)
     if on_group is not None:
         return on_group.lagrangian_kernel().compiled
-    return bool(system.field(problem.q0.shape[-1]).compiled)
+    return bool(system.force_kernel(problem.q0.shape[-1]).compiled)
 
 
 def _processors() -> int:

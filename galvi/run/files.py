@@ -46,8 +46,8 @@ from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 from galvi.systems.planar_chain import PlanarChain
 from galvi.systems.potentials.central_force import CentralForce
+from galvi.systems.potentials.cosine_potential import CosinePotential
 from galvi.systems.potentials.linear_spring import LinearSpring
-from galvi.systems.potentials.pendulum import PendulumWeight
 from galvi.systems.potentials.spring_chain import SpringChain
 from galvi.systems.potentials.uniform_field import UniformField
 from galvi.systems.potentials.uniform_gravity import UniformGravity
@@ -55,12 +55,12 @@ from galvi.systems.rigid_body import RigidBody
 from galvi.trajectory import Trajectory
 
 VALUES = (
-    CentralForce, LinearSpring, SpringChain, PendulumWeight, UniformField, UniformGravity,
+    CentralForce, LinearSpring, SpringChain, CosinePotential, UniformField, UniformGravity,
     RotorDrag, Polynomials, ComponentPolynomials, Fourier, PolynomialFourier, PiecewisePolynomials,
     PiecewiseHermite, Rule, Cayley, Exponential, Galerkin, Canonical, NBody, RigidBody, FreeBody,
     Lagrangian, PlanarChain, Product, Rn, SE3, SO2, SO3,
 )  # fmt: skip
-NAMES = {kind.__name__: kind for kind in VALUES}
+NAMES = {kind.__name__: kind for kind in VALUES} | {"PendulumWeight": CosinePotential}  # renamed
 VERSION = 1
 UNREADABLE = (KeyError, ValueError, TypeError, AttributeError, EOFError, OSError)
 

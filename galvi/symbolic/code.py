@@ -1,8 +1,8 @@
-"""From SymPy expressions to compiled code, kept on disk: compiled once, not in every process.
+"""Generates compiled code from SymPy expressions and caches it on disk.
 
-The code of an expression depends on it alone, not on names or values of parameters, and is the same
-in every process. Its file is named after its content, so that what galvi.kernels.compile.cache has
-compiled of it can be found again.
+The code depends on the expression alone, not on the names or values of parameters, and is the same
+in every process. Its file is named after its content, so that galvi.kernels.compile.cache finds the
+compiled form again.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from galvi.kernels.compile.cache import KernelCache
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.forces import lagrangian_derivatives
 
-KEPT = 200  # expressions whose code stays on disk
+KEPT = 200  # most expressions whose code is kept on disk
 FOLDER = "galvi-expressions"
 FROM_MATH = {"erf", "erfc", "gamma", "lgamma"}
 FROM_NUMPY = {
@@ -38,12 +38,12 @@ IN_NUMPY = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arct
 def written(
     results: Sequence[Any], arguments: Mapping[Any, str], store: Callable[[int, str], str]
 ) -> list[str]:
-    """Lines of Python that compute the results, what they share computed once.
+    """Lines of Python that compute the results, with common subexpressions computed once.
 
-    arguments  symbol -> what it is in the code, e.g. 'g[0]'
-    store      (number of the result, its expression) -> the line that keeps it
+    arguments  symbol -> its place in the code, e.g. 'q[0]'
+    store      (index of the result, its code) -> the line that stores it
 
-    Raises ValueError, naming it, for a function that has no compiled form.
+    Raises ValueError for a function that has no compiled form, naming it.
     """
     import sympy
 
@@ -57,7 +57,7 @@ def written(
 
 
 def printed(expression: Any) -> str:
-    """Python, in functions of FROM_MATH and FROM_NUMPY."""
+    """The Python code of an expression, in the functions of FROM_MATH and FROM_NUMPY."""
     from sympy.printing.codeprinter import PrintMethodNotImplementedError
     from sympy.printing.pycode import PythonCodePrinter
 
@@ -107,7 +107,7 @@ def printed(expression: Any) -> str:
 
 
 def source(bodies: Mapping[str, tuple[str, list[str]]]) -> str:
-    """A module of functions from their names, arguments and lines; each name ends in a digest."""
+    """The source of a module from name -> (arguments, lines); names get a digest of the source."""
     text = "\n".join(
         f"\n\ndef {name}_DIGEST({arguments}):\n" + "\n".join(f"    {line}" for line in lines)
         for name, (arguments, lines) in bodies.items()
@@ -123,7 +123,7 @@ def source(bodies: Mapping[str, tuple[str, list[str]]]) -> str:
 
 @lru_cache(maxsize=256)
 def functions(text: str) -> Mapping[str, Any]:
-    """The functions of a source, by their names without the digest, compiled when first called."""
+    """The functions of a source by name, without the digest; compiled at the first call."""
     path = _kept(text)
     # Compiled code on disk is tied to a module that can be imported.
     names: dict[str, Any] = {"__name__": __name__, "np": np}
@@ -133,7 +133,7 @@ def functions(text: str) -> Mapping[str, Any]:
 
 
 def _kept(text: str) -> Path | None:
-    """The file that holds this text; None where none can be written."""
+    """The cached file with this text, written if absent; None where the cache is not writable."""
     with suppress(RuntimeError, OSError):
         folder = Path(KernelCache(lagrangian_derivatives.rigid_body.py_func).cache_path) / FOLDER
         place = folder / hashlib.sha256(text.encode()).hexdigest()[:16]
@@ -150,7 +150,7 @@ def _kept(text: str) -> Path | None:
 
 
 def _tidy(folder: Path) -> None:
-    """Leave what was used last."""
+    """Delete all but the KEPT most recently used expressions."""
     by_use = sorted(folder.glob("*/expression.source"), key=lambda path: path.stat().st_mtime)
     for path in by_use[:-KEPT]:
         shutil.rmtree(path.parent, ignore_errors=True)

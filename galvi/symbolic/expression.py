@@ -1,4 +1,4 @@
-"""One SymPy expression from a user: taken if real and complete, or refused with a sentence."""
+"""Checks that a user's SymPy expression is real and complete."""
 
 from __future__ import annotations
 
@@ -7,14 +7,18 @@ from typing import Any
 
 
 def in_words(expression: Any, words: Mapping[Any, str]) -> str:
-    """Its symbols replaced by these names."""
+    """The expression as text, its symbols replaced by these names."""
     import sympy
 
     return str(expression.xreplace({own: sympy.Symbol(name) for own, name in words.items()}))
 
 
 def real_expression(what: str, expression: Any) -> Any:
-    """A SymPy expression as it was given. TypeError or ValueError for what is none."""
+    """The expression itself, numbers converted to SymPy.
+
+    Raises TypeError for something that is no SymPy expression, ValueError for a complex or infinite
+    one.
+    """
     import sympy
 
     if isinstance(expression, int | float):
@@ -33,11 +37,12 @@ def real_expression(what: str, expression: Any) -> Any:
 def complete(
     what: str, found: Any, known: set[Any], words: Mapping[Any, str], names: set[str]
 ) -> Any:
-    """The same, if nothing is left to be done and every symbol is known; else ValueError.
+    """The expression itself; ValueError for an unevaluated operation or an unknown symbol.
 
-    known  all symbols it may have
-    words  symbol -> its name in the user's words
-    names  of what the user gave: another of the same name differs in its assumptions
+    known  all symbols that it may contain
+    words  symbol -> its name in the user's notation
+    names  names of the symbols given by the user; another symbol of such a name has different
+           assumptions
     """
     import sympy
     from sympy.core.function import AppliedUndef
@@ -74,7 +79,7 @@ def complete(
 
 
 def _to_give(unknown: set[str]) -> str:
-    """What to do about symbols that were not given; '' for none."""
+    """The remedy for symbols that were not given; '' for none."""
     if not unknown:
         return ""
     values = ", ".join(f"{name}: ..." for name in sorted(unknown))
@@ -83,7 +88,7 @@ def _to_give(unknown: set[str]) -> str:
 
 
 def unlike(names: set[str]) -> str:
-    """That symbols of one name differ where their assumptions do; '' for no such name."""
+    """A sentence on symbols of the same name with different assumptions; '' for none."""
     if not names:
         return ""
     listed = ", ".join(sorted(names))

@@ -17,9 +17,9 @@ from galvi.symbolic.parsing import Expressions
 class SymbolicForce:
     """f(q, v, t), (d,), from `galvi.Lagrangian.from_sympy`; its repr is the expressions.
 
-    text       the expressions, in the user's words
-    source     the code made of them, with a function push
-    constants  the values of its parameters
+    text       the expressions in the user's notation
+    source     generated code with a function push
+    constants  values of the parameters
     """
 
     text: str
@@ -43,12 +43,13 @@ class SymbolicForce:
         return result
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """push(q, v, t, constants, out) as the kernels call it, and its constants."""
+        """Compiled function (q, v, t, constants, out (2, d)) that adds the force to the second row
+        of out, and its constants."""
         return symbolic_code.functions(self.source)["push"], np.array(self.constants)
 
 
 def symbolic_force(given: Expressions) -> SymbolicForce:
-    """The generalised forces that were given."""
+    """The generalised forces of these expressions, compiled."""
     assert given.forces is not None
     lines = symbolic_code.written(
         given.forces, given.places, lambda k, code: f"out[1, {k}] += {code}"

@@ -1,4 +1,4 @@
-"""From SymPy expressions to a Lagrangian and a force that are compiled."""
+"""Compiles SymPy expressions of a Lagrangian and a force."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
 def symbolic(
     L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any
 ) -> tuple[SymbolicLagrangian, bool, SymbolicForce | None]:
-    """L as a value, whether it takes the time, and the force or None.
+    """The Lagrangian, whether it depends on the time, and the force or None.
 
-    Raises ImportError without SymPy, TypeError or ValueError for what cannot be used; warns of a
+    Raises ImportError without SymPy, TypeError or ValueError for unusable input; warns of a
     Lagrangian that is not twice differentiable somewhere.
     """
     try:

@@ -1,7 +1,7 @@
-"""Where a SymPy Lagrangian may not be twice differentiable, and whether it is not.
+"""Detects where a Lagrangian is not C^2.
 
-Abs, sign, Max, Min, Heaviside and Piecewise change branches where something changes its sign: a
-surface. |x|^3 has two derivatives all the same, |x| has not, so L is looked at from both sides.
+Abs, sign, Max, Min, Heaviside and Piecewise switch branches where an expression changes its sign,
+on a surface. Since |x|^3 is C^2 there and |x| is not, L and its derivatives are compared across it.
 """
 
 from __future__ import annotations
@@ -15,15 +15,18 @@ from galvi.arrays import Array
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
 
 NAMES = ("values jump", "first derivatives jump", "second derivatives jump")
-GROWTH = 4.0  # from FAR to NEAR, of what has no bound
-FAR, NEAR = 2.0**-10, 2.0**-17  # from the surface, over the size of the state
-PERSISTS = 0.3  # part of a jump that is left from FAR to NEAR, where it is no mere slope
-NOISE = 2.0**-30  # relative, of differences over NEAR: 2^-35 of rounding
+GROWTH = 4.0  # growth from FAR to NEAR at which second derivatives count as unbounded
+FAR, NEAR = 2.0**-10, 2.0**-17  # distances from the surface, relative to the state
+PERSISTS = 0.3  # fraction of a difference left from FAR to NEAR at which it is a jump
+NOISE = 2.0**-30  # relative noise of differences over NEAR: round-off is 2^-35
 SIZES, TRIALS, HALVINGS = (1.0, 0.1, 10.0), 20, 60
 
 
 def surfaces(L: Any, moving: set[Any]) -> tuple[Any, ...]:
-    """Expressions in the moving symbols whose sign tells the branch, in a fixed order."""
+    """The expressions in the moving symbols whose signs select branches of L, sorted.
+
+    moving  the symbols of q, v and t, not the parameters
+    """
     import sympy
 
     found = {a.args[0] for a in L.atoms(sympy.Abs, sympy.sign, sympy.Heaviside)}
@@ -37,7 +40,7 @@ def surfaces(L: Any, moving: set[Any]) -> tuple[Any, ...]:
 
 
 def differentiated(L: Any, x: Any) -> Any:
-    """dL/dx apart from kinks. ValueError, naming it, for a function without a derivative."""
+    """dL/dx away from kinks; ValueError for a function without a known derivative, naming it."""
     import sympy
 
     found = L.diff(x).replace(sympy.DiracDelta, lambda *_: sympy.Integer(0))
@@ -52,7 +55,7 @@ def differentiated(L: Any, x: Any) -> Any:
 
 
 def find_kink(L: SymbolicLagrangian, k: int) -> str:
-    """What L lacks on surface k, at one of the places where it was found; '' for nothing."""
+    """The discontinuity of L at a random point of surface k, in words; '' when none is found."""
     d = L.dimension
     draw = np.random.default_rng(0)
     for trial in range(TRIALS):
@@ -76,7 +79,7 @@ def find_kink(L: SymbolicLagrangian, k: int) -> str:
 
 
 def check_start(L: SymbolicLagrangian, q: Array, v: Array, t: float) -> None:
-    """ValueError where the motion starts on a kink, where L has no second derivatives."""
+    """Raise ValueError when the motion starts on a kink, where L has no second derivatives."""
     for k, words in enumerate(L.switching):
         if is_kink(L, k, q, v, t):
             raise ValueError(
@@ -86,7 +89,7 @@ def check_start(L: SymbolicLagrangian, q: Array, v: Array, t: float) -> None:
 
 
 def is_kink(L: SymbolicLagrangian, k: int, q: Array, v: Array, t: float) -> bool:
-    """Whether the state is on surface k, and L has no second derivatives there."""
+    """Whether the state lies on surface k and L has no second derivatives there."""
     x = np.concatenate([q, v, [t]])
     sizes = np.concatenate([_sizes(q), _sizes(v), _sizes(np.array([t]))])
     steps = np.diag(sizes)
@@ -99,13 +102,13 @@ def is_kink(L: SymbolicLagrangian, k: int, q: Array, v: Array, t: float) -> bool
 
 
 def _sizes(x: Array) -> Array:
-    """Of each component, in its own unit; of one that is 0 the largest of the others, or 1."""
+    """|x| of each component; for a zero component the largest of the others, or 1."""
     size = np.abs(x)
     return np.where(size > 0.0, size, np.max(size) or 1.0)
 
 
 def _jump(L: SymbolicLagrangian, x: Array, along: Array, size: float) -> str:
-    """What L lacks at x, looked at from both sides along a direction; '' for nothing."""
+    """The discontinuity of L across x along a direction, in words; '' for none."""
     gaps, scales = [], []
     for distance in (FAR * size, NEAR * size):
         sides = [_seen(L, x, sign * distance * along, distance) for sign in (1.0, -1.0)]
@@ -119,7 +122,7 @@ def _jump(L: SymbolicLagrangian, x: Array, along: Array, size: float) -> str:
 
 
 def _seen(L: SymbolicLagrangian, x: Array, away: Array, distance: float) -> list[Array]:
-    """L, its slopes, and their change along the direction, a little away from x."""
+    """L, its first derivatives and their change along the direction, at a distance from x."""
     near, far = _split(x + away), _split(x + 2.0 * away)
     slopes = L.slopes(*near)
     sense = 1.0 if np.sum(away) >= 0.0 else -1.0
@@ -127,7 +130,7 @@ def _seen(L: SymbolicLagrangian, x: Array, away: Array, distance: float) -> list
 
 
 def _sign(L: SymbolicLagrangian, k: int, x: Array) -> float:
-    """1 or -1; 0 where it is not defined."""
+    """The sign of surface k's expression, 1 or -1; 0 where it is undefined."""
     value = L.switches(*_split(x))[k]
     return 0.0 if np.isnan(value) else (1.0 if value > 0.0 else -1.0)
 

@@ -1,4 +1,4 @@
-"""A Lagrangian as SymPy has it, read into symbols of our own, or refused with a sentence."""
+"""Reads a user's SymPy Lagrangian into canonical symbols and checks it."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from galvi.symbolic.expression import complete, in_words, real_expression, unlik
 
 @dataclass(frozen=True, eq=False)
 class Expressions:
-    """What the user gave, in real symbols q0, q1, ..., v0, ..., t and parameters c0, ...
+    """The user's expressions in real symbols q0, q1, ..., v0, ..., t and parameters c0, ...
 
     L         the Lagrangian
     forces    (d,) generalised forces; None for none
     q, v, t   the symbols, (d,), (d,) and one
-    c         the parameters' symbols, and their values, sorted by the names they were given
-    readable  symbol -> its name in the user's words
+    c         the symbols of the parameters, sorted by the user's names; `values` holds their values
+    readable  symbol -> its name in the user's notation
     """
 
     L: Any
@@ -32,17 +32,17 @@ class Expressions:
 
     @property
     def places(self) -> dict[Any, str]:
-        """Symbol -> what it is in the code; t is itself."""
+        """Symbol -> its place in generated code, e.g. 'q[0]'; t stands for itself."""
         named = (("q", self.q), ("v", self.v), ("c", self.c))
         return {x: f"{name}[{i}]" for name, symbols in named for i, x in enumerate(symbols)}
 
     def text(self, expression: Any) -> str:
-        """An expression in the user's words."""
+        """An expression in the user's notation."""
         return in_words(expression, self.readable)
 
 
 def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> Expressions:
-    """As `galvi.Lagrangian.from_sympy` takes them. TypeError or ValueError for what cannot be."""
+    """From the arguments of `galvi.Lagrangian.from_sympy`; TypeError or ValueError as there."""
     import sympy
 
     places = _several("q", q)
@@ -112,7 +112,7 @@ def _several(name: str, given: Any) -> list[Any]:
 
 
 def _listed(name: str, given: Any) -> list[Any]:
-    """What is in a list, a tuple, an array or a matrix; one thing alone as a list of one."""
+    """The items of a list, tuple, array or matrix; a single item as a list of one."""
     import sympy
 
     if isinstance(given, Set | Mapping | sympy.Set | sympy.Dict):
@@ -125,7 +125,7 @@ def _listed(name: str, given: Any) -> list[Any]:
 
 
 def _velocities(places: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
-    """Velocities, those of functions of the time by default, and the time, None where unknown."""
+    """The velocities, by default the derivatives of functions of time, and the time or None."""
     from sympy import Symbol
 
     times = {x.args for x in places if not isinstance(x, Symbol)}
@@ -171,7 +171,7 @@ def _numbers(parameters: Any, sympy: Any) -> dict[Any, float]:
 
 
 def _name(x: Any) -> str:
-    """x, or x' for a derivative."""
+    """The name of x, with a prime for each derivative."""
     from sympy import Derivative
 
     if isinstance(x, Derivative):

@@ -1,4 +1,4 @@
-"""A Lagrangian written in SymPy, its derivatives compiled, as a value."""
+"""A Lagrangian from a SymPy expression, with compiled derivatives."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from galvi.symbolic import code as symbolic_code
 class SymbolicLagrangian:
     """L(q, v) or L(q, v, t) from `galvi.Lagrangian.from_sympy`; its repr is the expression.
 
-    text       the expression, in the user's words
-    source     the code made of it, with functions law, value and switches
-    constants  the values of its parameters
-    dimension  d
-    switching  in words, what changes sign where L may not be twice differentiable
+    text       the expression in the user's notation
+    source     generated code with functions law, value and switches
+    constants  values of the parameters
+    dimension  d, the number of coordinates
+    switching  the expressions whose sign changes where L may not be C^2, in the user's notation
     """
 
     text: str
@@ -40,11 +40,12 @@ class SymbolicLagrangian:
         return self._in_python("law", q, v, *t)
 
     def switches(self, q: Array, v: Array, *t: Any) -> Array:
-        """The values of what ``switching`` names."""
+        """The values of the expressions of ``switching``."""
         return self._in_python("switches", q, v, *t)
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """law(q, v, t, constants, out) as the kernels call it, and its constants."""
+        """Compiled function (q, v, t, constants, out (2, d)) that fills the rows dL/dv and dL/dq,
+        and its constants."""
         return symbolic_code.functions(self.source)["law"], np.array(self.constants)
 
     def _in_python(self, name: str, q: Array, v: Array, t: float = 0.0) -> Array:

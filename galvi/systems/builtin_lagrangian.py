@@ -1,4 +1,4 @@
-"""A Lagrangian that brings its derivatives: a value with readable fields, callable as any other."""
+"""Interface of Lagrangians that come with their derivatives."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from galvi.arrays import Array
 
 @runtime_checkable
 class BuiltinLagrangian(Protocol):
-    """L of one configuration and velocity, and of the time where it has one."""
+    """A callable L(q, v) or L(q, v, t) with analytic derivatives, also compiled."""
 
     def __call__(self, q: Array, v: Array, *t: Any) -> float:
         """L(q, v) or L(q, v, t)."""
@@ -19,5 +19,5 @@ class BuiltinLagrangian(Protocol):
         """dL/dv and the Euclidean dL/dq in one vector, (d + entries of q,)."""
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """law(q, v, t, constants, out (2, d)) with rows dL/dv and dL/dq, compiled, and its
-        constants."""
+        """Compiled function (q, v, t, constants, out (2, d)) that fills the rows dL/dv and dL/dq,
+        and its constants."""

@@ -60,7 +60,7 @@ class Canonical:
             )
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
-        """Of q."""
+        """The shape of a configuration: velocities and momenta are like q."""
         return shape
 
     def check(self, q: Array, v: Array) -> None:
@@ -136,8 +136,11 @@ class Canonical:
     def _known_gradient(self) -> bool:
         return self.gradient is not None or isinstance(self.potential, Potential)
 
-    def field(self, dimension: int) -> ForceKernel:
-        """For the kernels: the law or the user's functions, one Newton block for everything."""
+    def force_kernel(self, dimension: int) -> ForceKernel:
+        """Force and derivative for the kernels, compiled in when the potential is built in.
+
+        All d components share one block of Newton's matrix.
+        """
         inverse_mass = self._inverse_mass(dimension)
         if isinstance(self.potential, Potential) and self.gradient is None and self.hessian is None:
             law = self.potential.law()

@@ -26,30 +26,30 @@ class CanonicalOnRn:
     group: Rn
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
-        """Of q."""
+        """The shape of a configuration: velocities and momenta are like q."""
         return self.canonical.velocity_shape(shape)
 
     def check(self, q: Array, v: Array) -> None:
-        """As the system does."""
+        """Raise ValueError as `Canonical.check`."""
         self.canonical.check(q, v)
 
     def momentum(self, v: Array) -> Array:
-        """M v."""
+        """p = M v, v of shape (..., d)."""
         return self.canonical.momentum(v)
 
     def velocity(self, p: Array) -> Array:
-        """M^-1 p."""
+        """v = M^-1 p, p of shape (..., d)."""
         return self.canonical.velocity(p)
 
     @property
     def potential_calls_per_force(self) -> int:
-        """As the system's."""
+        """As `Canonical.potential_calls_per_force`."""
         return self.canonical.potential_calls_per_force
 
     def lagrangian_kernel(self) -> LagrangianKernel:
-        """For the kernels: M by rows, then the numbers of the potential's law."""
+        """Derivatives of L for the kernels; constants: M by rows, then those of the potential."""
         d = self.group.dimension
-        field = self.canonical.field(d)
+        field = self.canonical.force_kernel(d)
         built_in = field.kind == force_kinds.BUILT_IN
         mass = self.canonical.momentum(np.eye(d))
         known = LagrangianKernel(

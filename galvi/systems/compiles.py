@@ -1,4 +1,4 @@
-"""Can a user's function run inside a compiled kernel?"""
+"""Whether a user's function can run inside a compiled kernel."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numba.core.registry import CPUDispatcher
 
 
 def compiles(function: Callable[..., Any], signature: Any) -> bool:
-    """Whether it is jitted and has numba's signature when compiled for its arguments."""
+    """Whether a function is jitted and, for the signature's arguments, returns its return type."""
     if not isinstance(function, CPUDispatcher):
         return False
     try:

@@ -1,4 +1,4 @@
-"""Whether a space with a degree for each component fits a system."""
+"""Checks that a space with one degree per component fits a system."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from galvi.systems.canonical import Canonical
 
 
 def checked_degrees(space: Any, system: Any, components: int) -> tuple[int, ...] | None:
-    """The degrees of the space's components; None when they share one space.
+    """The degree of each component; None for a space with a single degree.
 
-    components  of a velocity of the system
+    components  number of components of a velocity of the system
 
-    Raises ValueError for another number of them, and for a system that allows no such space.
+    Raises ValueError when the numbers of degrees and components differ, and for a system other than
+    Canonical or Lagrangian.
     """
     degrees: tuple[int, ...] | None = getattr(space, "degrees", None)
     if degrees is None:

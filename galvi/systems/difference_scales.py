@@ -1,4 +1,4 @@
-"""How large are the changes of a state that its Lagrangian feels? A first guess for differences."""
+"""Initial scales of the finite differences of a Lagrangian, from its group and state."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from galvi.groups.group import Group
 from galvi.kernels.lie import charts
 from galvi.kernels.lie.charts import RN
 
-SMALLEST = 1e-24  # of a coordinate or velocity that tells a scale
+SMALLEST = 1e-24  # coordinates and velocities below it are taken as zero
 
 
 def difference_scales(group: Group, q: Array, v: Array) -> tuple[Array, Array]:
-    """First guesses (d,), (d,) of the scales over which a Lagrangian changes with q and with v.
+    """Estimated lengths (d,), (d,) over which a Lagrangian changes with q and with v.
 
-    1 radian for rotations, the largest coordinate or velocity of its factor for places; the largest
-    velocity of the factor for velocities. Where that is zero, the other one, or 1.
+    For q: 1 radian for rotations; for translations the largest coordinate or velocity of the same
+    factor of the group. For v: the largest velocity of the factor, else its largest coordinate.
+    1 where all of these vanish.
     """
     by_q, by_v = np.ones(v.size), np.ones(v.size)
     flat, first, start = np.ravel(q), 0, 0

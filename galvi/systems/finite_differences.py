@@ -1,8 +1,8 @@
-"""Derivatives by central differences of order eight, for functions that come without them.
+"""Derivatives by central differences of order eight, for functions given without derivatives.
 
 With weights 4/5, -1/5, 4/105, -1/280 (Fornberg, Math. Comp. 51 (1988), table 1) and steps of
-2^-6, 2^-10 and 2^-14 times |q|: of two neighbouring steps that agree best, the finer is taken, so
-that neither a short length scale nor round-off goes unseen.
+2^-6, 2^-10 and 2^-14 times |q|. Of the two neighbouring steps that agree best the finer is used,
+which guards against both a short length scale and round-off.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def differenced_gradient(potential: Callable[..., Any], explicit_time: bool) -> 
 
 
 def differenced_hessian(gradient: Callable[..., Any]) -> Callable[..., Array]:
-    """d2V/dq2, row i the derivative of component i, from dV/dq; CALLS * d gradients a call."""
+    """d2V/dq2 (d, d) from dV/dq, row i for component i; CALLS * d gradients a call."""
 
     def hessian(q: Array, *time: float) -> Array:
         size = float(np.max(np.abs(q))) or 1.0
@@ -95,14 +95,15 @@ def differences(
 ) -> tuple[Array, Array]:  # fmt: skip
     """Derivatives of function(x) (m,) by the components of x, and their errors, both (m, d).
 
-    scale   (d,) first guess of the lengths over which the function changes
-    size    of what cancels in the function; its rounding is noise * max(size, |function|)
-    good    relative error from which no other step is tried
-    usable  relative difference of neighbouring steps that are more than rounding apart
+    scale   (d,) initial estimates of the lengths over which the function changes
+    size    size of the terms that cancel in the function: its round-off is
+            noise * max(size, |function|)
+    good    relative error at which no further step is tried
+    usable  largest relative difference of neighbouring steps that still counts as agreement
 
-    Of an entry that is not good, coarser steps are tried as long as its error, the larger one of
-    difference to the next step and rounding, falls; finer ones too, and as long as none is usable.
-    NaN, with infinite error, where no two neighbouring steps agree.
+    The error of an entry is the larger of its round-off and its difference to the neighbouring
+    step. While it exceeds ``good``, coarser steps and then finer steps are tried as long as the
+    error falls. NaN, with infinite error, where no two neighbouring steps agree.
     """
     columns = [
         _along(function, x, unit, float(length), size, weights, steps, noise, good, usable)
@@ -173,7 +174,7 @@ def _better(best: Array, error: Array, other: Array, estimate: Array) -> tuple[A
 
 
 def differenced_rotation_gradient(potential: Callable[..., Any]) -> Callable[..., Array]:
-    """A dV/dR, (3, 3), with the torque of V(R) or V(R, t), from V at rotations only.
+    """A dV/dR, (3, 3), that gives the torque of V(R) or V(R, t), from V at rotations only.
 
     dV/dR = -R hat(torque) / 2, where torque_a = -dV(R hat(e_a)) along the Cayley transform;
     3 CALLS evaluations of V a call.
@@ -193,7 +194,7 @@ def _hat(w: Array) -> Array:
 
 
 def _turned(w: Array) -> Array:
-    """(I - hat(w) / 2)^-1 (I + hat(w) / 2)."""
+    """Cayley's map (I - hat(w) / 2)^-1 (I + hat(w) / 2), (3, 3)."""
     hat = _hat(w)
     result: Array = np.eye(3) + (hat + 0.5 * hat @ hat) / (1.0 + 0.25 * float(w @ w))
     return result

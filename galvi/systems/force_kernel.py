@@ -1,4 +1,4 @@
-"""How a system enters the kernels: functions on flat arrays and the numbers they need."""
+"""The force of a vector-space system as compiled kernels evaluate it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from galvi.kernels.forces import force_kinds
 
 @dataclass(frozen=True, eq=False)
 class ForceKernel:
-    """The acceleration of a system, a(q, t), in the form a kernel evaluates.
+    """Functions and constants that give the acceleration a(q, t) of a system.
 
-    force         of the kind, see galvi.kernels.forces.force_kinds
-    slope         its derivative, for Newton's method; None: differenced there
-    kind          laws.BUILT_IN, laws.GRADIENT or laws.TIMED_GRADIENT
+    force         function of this kind, see galvi.kernels.forces.force_kinds
+    slope         its derivative by q, for Newton's method; None: differenced in the kernel
+    kind          force_kinds.BUILT_IN, GRADIENT or TIMED_GRADIENT
     constants     (c,) numbers for a built-in force
     inverse_mass  (d, 1) diagonal or (d, d) full; applied to -force. (0, 0): a built-in force that
                   already returns accelerations
@@ -35,7 +35,7 @@ class ForceKernel:
 
     @property
     def functions(self) -> Any:
-        """As a kernel takes them: addresses, or the functions for the interpreter."""
+        """Addresses (2,) of the compiled functions, or the Python functions for the interpreter."""
         given = (self.force, self.slope)
         if not self.compiled:
             return given

@@ -1,4 +1,4 @@
-"""A rigid body that turns and moves."""
+"""A rigid body that rotates and translates, on SE(3)."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ class FreeBody:
 
     @property
     def group(self) -> SE3:
-        """Where configurations live."""
+        """The configuration space, SE(3)."""
         return SE3()
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
-        """(6,)."""
+        """(6,): angular velocity, then velocity, in the body's frame."""
         return (6,)
 
     def check(self, q: Array, v: Array) -> None:
@@ -53,21 +53,21 @@ class FreeBody:
         self.group.check("q0", q)
 
     def momentum(self, v: Array) -> Array:
-        """(J w, mass v), for (..., 6)."""
+        """p = (J w, mass v), v of shape (..., 6)."""
         return np.concatenate([v[..., :3] @ self.inertia, self.mass * v[..., 3:]], axis=-1)
 
     def velocity(self, p: Array) -> Array:
-        """(J^-1 p_w, p_v / mass), for (..., 6)."""
+        """v = (J^-1 p_w, p_v / mass), p of shape (..., 6)."""
         turning = np.linalg.solve(self.inertia, p[..., :3, None])[..., 0]
         return np.concatenate([turning, p[..., 3:] / self.mass], axis=-1)
 
     def potential_energy(self, q: Array, t: Array) -> Array:
-        """-mass g . x, for q of shape (..., 4, 4)."""
+        """V = -mass g . x, (...), for q of shape (..., 4, 4)."""
         result: Array = -self.mass * (q[..., :3, 3] @ self.g)
         return result
 
     def lagrangian_kernel(self) -> LagrangianKernel:
-        """For the kernels."""
+        """Derivatives of L for the kernels; constants: J by rows, mass, g."""
         constants = np.concatenate([self.inertia.ravel(), [self.mass], self.g])
         return LagrangianKernel(
             lagrangian_derivatives.LAW, lagrangian_derivatives.free_body, constants=constants

@@ -91,7 +91,7 @@ class Lagrangian:
         return cls(found, Rn(found.dimension), explicit_time=timed, **forces)
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
-        """(d,)."""
+        """(d,), d the dimension of the group."""
         return (self.group.dimension,)
 
     def check(self, q: Array, v: Array) -> None:
@@ -146,7 +146,7 @@ class Lagrangian:
         return float(self.function(*self._arguments(q, v, t)))
 
     def energy(self, q: Array, v: Array, t: Any) -> Array:
-        """v . dL/dv - L, (...)."""
+        """The energy v . dL/dv - L, (...)."""
 
         def one(x: Array, w: Array, s: float) -> Array:
             return np.array([w @ self._momentum(x, w, s) - self.value(x, w, s)])
@@ -154,7 +154,7 @@ class Lagrangian:
         return self._each(one, q, v, t, 1)[..., 0]
 
     def mass(self, q: Array, v: Array, t: float) -> Array:
-        """d2L/dv2 at one state, (d, d), by differences; 0 for what is not above their rounding."""
+        """d2L/dv2 at one state, (d, d), by differences; entries below their round-off are 0."""
         mass, error = differences(
             lambda w: self._momentum(q, w, t), v, difference_scales(self.group, q, v)[1],
             weights=(0.5,), steps=STEPS[:2], noise=ROUNDING if self._slopes else COARSE,
@@ -163,7 +163,7 @@ class Lagrangian:
         return np.where(np.abs(mass) <= error, 0.0, mass)
 
     def lagrangian_kernel(self) -> LagrangianKernel:
-        """For the kernels."""
+        """Derivatives of L for the kernels, compiled or differenced."""
         if self.slopes is None and self._slopes is not None:
             law, constants = cast(BuiltinLagrangian, self.function).compiled()
             kernel = LagrangianKernel(lagrangian_derivatives.LAW, law, constants=constants)
@@ -205,7 +205,7 @@ class Lagrangian:
         return returned_array("slopes", known(*qvt), (size,), expected)
 
     def _left(self, q: Array, v: Array, t: float) -> Array:
-        """(2, d): dL/dv, and dL/dq along q hat(e_a)."""
+        """(2, d): dL/dv, and the left-trivialised dL/dq, along q hat(e_a)."""
         if self._slopes is None:
             return self._differenced(*self._arguments(q, v, t))
         out = np.empty((2, self.group.dimension))
@@ -244,7 +244,7 @@ class Lagrangian:
     def _each(
         self, one: Function, q: Array | None, v: Array, t: Any, width: int | None = None
     ) -> Array:
-        """``one`` (width,) at each of the states; NaN where one of its numbers is not finite."""
+        """one(q, v, t), (width,), at each state; NaN where the state is not finite."""
         if q is None:
             raise ValueError("a Lagrangian's momentum depends on the configuration; give q.")
         lead, d = v.shape[:-1], self.group.dimension

@@ -1,4 +1,4 @@
-"""How a Lagrangian on a group enters the kernels."""
+"""The derivatives of a Lagrangian on a group as compiled kernels evaluate them."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ class LagrangianKernel:
     """Derivatives of a Lagrangian, and a force, as galvi.kernels.forces.lagrangian_derivatives
     evaluates them.
 
-    kind       slopes.LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL or CANONICAL_GRADIENT
-    function   of that kind
-    timed      whether a user's function takes the time
-    side       rows of the matrix that a user's slopes and force take; 0 for a vector
-    constants  (c,) numbers for the Lagrangian
-    pushed     slopes.FREE, PUSHED, TIMED_PUSHED or PUSHED_BY_LAW
-    force      of that kind, None without one
-    push_constants  (c,) numbers for the force
-    compiled   whether both functions can run inside a compiled kernel
+    kind            LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL or CANONICAL_GRADIENT of that module
+    function        function of this kind
+    timed           whether a user's function takes the time
+    side            rows of the matrix that a user's slopes and force take; 0 for a vector
+    constants       (c,) constants of the Lagrangian
+    pushed          FREE, PUSHED, TIMED_PUSHED or PUSHED_BY_LAW of that module
+    force           external force of that kind; None for FREE
+    push_constants  (c,) constants of the force
+    compiled        whether both functions can run inside a compiled kernel
     """
 
     kind: int
@@ -39,7 +39,7 @@ class LagrangianKernel:
 
     @property
     def functions(self) -> Any:
-        """As a kernel takes them: addresses, or the functions for the interpreter."""
+        """Addresses (2,) of the compiled functions, or the Python functions for the interpreter."""
         if not self.compiled:
             return self.function, self.force
         return addresses(

@@ -1,4 +1,4 @@
-"""The Legendre transform backwards: the velocity that has a momentum."""
+"""Inverse Legendre transform: velocity from momentum (damped Newton)."""
 
 from __future__ import annotations
 
@@ -10,22 +10,23 @@ from galvi.arrays import Array
 
 PASSES = 50
 HALVINGS = 40
-SOLVED = 2.0**-51  # of the momentum
-FLOOR = 1e-8  # what no longer shrinks is round-off, of differences too, below this
-RENEW = 0.2  # contraction above which d2L/dv2 is formed anew
+SOLVED = 2.0**-51  # relative residual of the momentum at which a velocity is accepted
+FLOOR = 1e-8  # relative residual below which stagnation is round-off and accepted
+RENEW = 0.2  # contraction factor above which d2L/dv2 is recomputed
 BALANCES = 20
-EVEN = 2.0  # ratio of the sizes of rows that are balanced
+EVEN = 2.0  # ratio of the largest row to the smallest at which balancing stops
 
 
 def velocity_with_momentum(
     p: Array, near: Array, momentum: Callable[[Array], Array], mass: Callable[[Array], Array]
 ) -> Array:
-    """v with momentum(v) = p, all (d,), by Newton's method from ``near``, or else from rest.
+    """v with momentum(v) = p, all (d,), by Newton's method from ``near``, or from rest where the
+    momentum is not finite there.
 
-    mass  d2L/dv2, (d, d), of v
+    mass  v -> d2L/dv2, (d, d)
 
-    Its steps are halved as long as they do not bring the momentum nearer to p, as where they leave
-    the velocities that L is defined for. NaN where it finds none.
+    A step is halved until it reduces the residual, also where it leaves the domain of L. NaN when
+    the iteration does not converge.
     """
     lost = np.full(p.size, np.nan)
     v, gap = near, p - _tried(momentum, near)
@@ -66,7 +67,7 @@ def velocity_with_momentum(
 
 
 def _tried(momentum: Callable[[Array], Array], v: Array) -> Array:
-    """NaN where L is not defined."""
+    """momentum(v), or NaN where L is not defined."""
     try:
         with np.errstate(all="ignore"):
             return momentum(v)
@@ -75,7 +76,7 @@ def _tried(momentum: Callable[[Array], Array], v: Array) -> Array:
 
 
 def balance(M: Array) -> Array:
-    """(d,) by which rows and columns of a symmetric matrix are divided to be of size 1."""
+    """Divisors (d,) of rows and columns that make the largest entry of each row about 1."""
     weight, size = np.ones(len(M)), np.abs(M)
     for _ in range(BALANCES):
         rows = (size / np.outer(weight, weight)).max(axis=1)
@@ -105,7 +106,7 @@ def check_regular(M: Array) -> None:
 
 
 def _missing(scaled: Array, weight: Array) -> str:
-    """The velocities that change no momentum, in words such as 'v[0] - v[1]': their direction."""
+    """The null direction of d2L/dv2 as text, such as 'v[0] - v[1]'."""
     values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
     along = vectors[:, np.argmin(np.abs(values))] / weight
     along = along / along[np.argmax(np.abs(along))]

@@ -43,7 +43,7 @@ class NBody:
         object.__setattr__(self, "G", input_checks.positive("G", self.G))
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
-        """Of q."""
+        """The shape of a configuration: velocities and momenta are like q."""
         return shape
 
     def check(self, q: Array, v: Array) -> None:
@@ -85,7 +85,7 @@ class NBody:
         return out.reshape(q.shape)
 
     def acceleration_jacobian(self, q: Array, t: float) -> Array:
-        """Derivative of all accelerations by all positions, (bodies * dimension,) squared."""
+        """Derivative of all accelerations by all positions, (d, d) with d = bodies * dimension."""
         bodies, dimension = q.shape
         gap = q[None, :, :] - q[:, None, :]
         square = np.sum(gap**2, axis=-1) + np.eye(bodies)
@@ -96,8 +96,9 @@ class NBody:
         coupling[own, own] = -np.sum(coupling, axis=1)
         return np.ascontiguousarray(coupling.transpose(0, 2, 1, 3)).reshape(q.size, q.size)
 
-    def field(self, dimension: int) -> ForceKernel:
-        """For the kernels; Newton couples all of up to ``COUPLED`` bodies, else one at a time."""
+    def force_kernel(self, dimension: int) -> ForceKernel:
+        """Accelerations for the kernels; Newton's blocks are whole for up to ``COUPLED`` bodies,
+        else one for each body."""
         coupled = self.masses.size <= COUPLED
         return ForceKernel(
             nbody.accelerations,

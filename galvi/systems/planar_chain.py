@@ -1,4 +1,4 @@
-"""The Lagrangian of links that hang from each other and swing in a plane."""
+"""The Lagrangian of a chain of hinged links that swings in a plane."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class PlanarChain:
 
     @cached_property
     def numbers(self) -> Array:
-        """A by rows and B, (n n + n,)."""
+        """The coefficients A by rows, then B, (n n + n,)."""
         m, l, n = self.masses, self.lengths, self.masses.size
         below = np.append(np.cumsum(m[::-1])[::-1][1:], 0.0)
         inner, own = (0.5, 1.0 / 3.0) if self.rods else (1.0, 1.0)
@@ -62,13 +62,13 @@ class PlanarChain:
         return float(0.5 * v @ (A * np.cos(np.subtract.outer(q, q))) @ v + B @ np.cos(q))
 
     def slopes(self, q: Array, v: Array, *t: Any) -> Array:
-        """dL/dv and dL/dq, (2 n,)."""
+        """dL/dv, then dL/dq, (2 n,)."""
         out = np.empty((2, self.masses.size))
         planar_chain(np.ascontiguousarray(q), np.ascontiguousarray(v), 0.0, self.numbers, out)
         return out.ravel()
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """The law as the kernels call it, and its numbers."""
+        """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""
         return planar_chain, np.array(self.numbers)
 
 

@@ -1,4 +1,4 @@
-"""What a user's function returned, checked."""
+"""Checks the array that a user's function returned."""
 
 from __future__ import annotations
 
@@ -10,9 +10,12 @@ from galvi.arrays import Array
 
 
 def returned_array(name: str, values: Any, shape: tuple[int, ...], expected: str) -> Array:
-    """What a user's function returned, finite or not; ValueError for another shape or no reals.
+    """The values as a contiguous float64 array; ValueError for another shape or non-real numbers.
 
-    expected  "an array of shape ...", in words
+    name      of the function, for the message
+    expected  the expected array in words, for the message: "an array of shape ..."
+
+    Non-finite values pass.
     """
     result = np.asarray(values)
     if result.shape != shape:

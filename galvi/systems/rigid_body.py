@@ -1,4 +1,4 @@
-"""A rigid body that turns about a fixed point or about its centre of mass."""
+"""A rigid body that rotates about a fixed point or about its centre of mass."""
 
 from __future__ import annotations
 
@@ -73,11 +73,11 @@ class RigidBody:
 
     @property
     def group(self) -> SO3:
-        """Where configurations live."""
+        """The configuration space, SO(3)."""
         return SO3()
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
-        """(3,)."""
+        """(3,): angular velocity in the body's frame."""
         return (3,)
 
     def check(self, q: Array, v: Array) -> None:
@@ -134,12 +134,12 @@ class RigidBody:
         )
 
     def torque(self, q: Array, t: float) -> Array:
-        """In the body's frame, (3,): torque . w = -dV(R)[R hat(w)]."""
+        """The potential's torque in the body's frame, (3,): torque . w = -dV(R)[R hat(w)]."""
         S = q.T @ self.potential_gradient(q, t)
         return np.array([S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]])
 
     def slope(self) -> Function:
-        """The given gradient, or the potential's own, or a differenced one."""
+        """dV/dR as a function: as given, the potential's own, or by differences."""
         if self.gradient is not None:
             return self.gradient
         if isinstance(self.potential, UniformGravity):
@@ -148,7 +148,7 @@ class RigidBody:
         return differenced_rotation_gradient(self.potential)
 
     def lagrangian_kernel(self) -> LagrangianKernel:
-        """For the kernels."""
+        """Derivatives of L for the kernels; the constants begin with J by rows."""
         numbers = self.inertia.ravel()
         if self.gradient is None and (
             self.potential is None or isinstance(self.potential, UniformGravity)

@@ -1,4 +1,4 @@
-"""What the rest of the package asks of a mechanical system."""
+"""Interfaces of mechanical systems."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class System(Protocol):
 
 
 class VectorSystem(System, Protocol):
-    """One on a vector space, with L = v.M v / 2 - V(q, t)."""
+    """A system on a vector space, with L = v.M v / 2 - V(q, t)."""
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V(q, t) of shape (...), for q of shape (..., *shape) and t of shape (...)."""
@@ -38,16 +38,16 @@ class VectorSystem(System, Protocol):
     def acceleration_jacobian(self, q: Array, t: float) -> Array:
         """d(acceleration)/dq at one configuration, shape (d, d) with d = q.size."""
 
-    def field(self, dimension: int) -> ForceKernel:
-        """The same as the kernels take it; ``dimension`` is the last axis of a configuration."""
+    def force_kernel(self, dimension: int) -> ForceKernel:
+        """Force and derivative for the kernels; ``dimension`` is a configuration's last axis."""
 
 
 class GroupSystem(System, Protocol):
-    """One on a Lie group, with any regular Lagrangian and perhaps an external force."""
+    """A system on a Lie group: any regular Lagrangian, with an optional external force."""
 
     @property
     def group(self) -> Group:
-        """Where configurations live."""
+        """The configuration space."""
 
     def lagrangian_kernel(self) -> LagrangianKernel:
-        """The derivatives of the Lagrangian as the kernels take them."""
+        """Derivatives of the Lagrangian, and the external force, for the kernels."""

@@ -36,7 +36,7 @@ def sine_cosine(x: Decimal) -> tuple[Decimal, Decimal]:
 
 
 def angle(y: Decimal, x: Decimal) -> Decimal:
-    """Of the point (x, y), in (-pi, pi]; 0 at the origin.
+    """The polar angle of the point (x, y), in (-pi, pi]; 0 at the origin.
 
     The float64 angle, corrected by the arc tangent of what is left, which is below 1e-15.
     """

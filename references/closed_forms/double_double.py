@@ -74,7 +74,7 @@ def _lifted(number: DoubleDouble | Array | float) -> DoubleDouble:
 
 
 def _sum(a: Any, b: Any) -> tuple[Any, Any]:
-    """a + b rounded, and what the rounding lost, exactly."""
+    """a + b rounded, and its exact rounding error."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
@@ -87,7 +87,7 @@ def _ordered_sum(a: Any, b: Any) -> tuple[Any, Any]:
 
 
 def _product(a: Any, b: Any) -> tuple[Any, Any]:
-    """a b rounded, and what the rounding lost, exactly."""
+    """a b rounded, and its exact rounding error."""
     total = a * b
     a1, b1 = SPLITTER * a, SPLITTER * b
     a1, b1 = a1 - (a1 - a), b1 - (b1 - b)

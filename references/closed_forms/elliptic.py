@@ -40,7 +40,7 @@ class Modulus:
 
     @cached_property
     def _descent(self) -> list[Decimal]:
-        """k1 = (1 - k') / (1 + k'), and again, until it is nothing."""
+        """The moduli k1 = (1 - k') / (1 + k'), iterated until negligible."""
         square, across = self.square, self.complement.sqrt()
         found: list[Decimal] = []
         for _ in range(DESCENTS):
@@ -61,7 +61,7 @@ class Modulus:
         return product
 
     def halves(self, u: Decimal) -> Decimal:
-        """How many half periods 2 K of sn lie between 0 and u, the nearest whole number."""
+        """u / (2 K), the number of half periods of sn, rounded to the nearest integer."""
         if not self.complement:
             return Decimal(0)
         return (u / (2 * self.quarter)).to_integral_value()
@@ -99,7 +99,7 @@ def first_integral(x: Decimal, y: Decimal, z: Decimal) -> Decimal:
 
 
 def _series(E2: Decimal, E3: Decimal) -> Decimal:
-    """To degree 7 in X, Y, Z (DLMF 19.36.1)."""
+    """The series of R_F to degree 7 in X, Y, Z (DLMF 19.36.1)."""
     return (
         1
         - E2 / 10

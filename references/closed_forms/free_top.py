@@ -1,4 +1,4 @@
-"""The rigid body that nothing turns, in closed form, attitude included."""
+"""The free rigid body in closed form, attitude included."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from galvi import Problem, RigidBody, Trajectory
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.closed_forms.decimal_trigonometry import DIGITS
 from references.closed_forms.top_motion import motion
 from references.contender import require
@@ -31,7 +31,7 @@ class FreeTop:
     missing: str = ""
 
     def supports(self, problem: Problem) -> bool:
-        """Rigid bodies that are free."""
+        """A RigidBody without potential and external torque."""
         free = isinstance(problem.system, RigidBody) and problem.system.potential is None
         return free and not is_forced(problem)
 
@@ -46,7 +46,9 @@ class FreeTop:
             states = [moving(t) for t in (times - problem.t0).tolist()]
         q, p = (np.array([x[k] for x in states], dtype=np.float64) for k in (0, 1))
         p[0] = problem.p0  # rounded as galvi rounds it
-        return outcome(problem, described(self.name, setting), times, q, p=p, counts={"steps": 0})
+        return as_trajectory(
+            problem, described(self.name, setting), times, q, p=p, counts={"steps": 0}
+        )
 
 
 FREE_TOP = FreeTop()

@@ -11,7 +11,7 @@ import numpy as np
 
 from galvi import Canonical, CentralForce, NBody, Problem, Trajectory
 from galvi.arrays import Array
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.closed_forms.double_double import DoubleDouble
 from references.closed_forms.kepler_flow import DIGITS, Orbit, flow, orbit
 from references.contender import require
@@ -43,11 +43,13 @@ class Kepler:
         known = _orbit(problem)
         assert known is not None
         q, v = _motion(problem, known, times - problem.t0)
-        return outcome(problem, described(self.name, setting), times, q, v, counts={"steps": 0})
+        return as_trajectory(
+            problem, described(self.name, setting), times, q, v, counts={"steps": 0}
+        )
 
 
 def _orbit(problem: Problem) -> Orbit | None:
-    """Of the body about the centre, or of the second body about the first."""
+    """The orbit about the centre, or of the second body about the first; None if unsupported."""
     system, q0, v0 = problem.system, problem.q0, problem.v0
     with localcontext(DIGITS):
         if isinstance(system, Canonical) and is_moved_by(problem, CentralForce):

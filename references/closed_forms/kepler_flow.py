@@ -29,7 +29,7 @@ SETTLED = 1e-29  # round-off of the terms of Kepler's equation, relative
 
 @dataclass(frozen=True)
 class Orbit:
-    """What the start of a bound orbit fixes; numbers are exact to 100 digits.
+    """The constants of a bound orbit, from its start; exact to 100 digits.
 
     inverse_axis  1 / a, positive for an ellipse
     mean_motion   n

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from galvi import LinearSpring, Problem, Trajectory
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.contender import require
 from references.newton import is_moved_by
 from references.setting import check_keys, described, sample_times
@@ -27,7 +27,7 @@ class Oscillator:
     missing: str = ""
 
     def supports(self, problem: Problem) -> bool:
-        """Canonical systems whose only force is the spring."""
+        """A Canonical system with a LinearSpring and no external force."""
         return is_moved_by(problem, LinearSpring)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
@@ -39,7 +39,7 @@ class Oscillator:
         w = np.sqrt(system.potential.stiffness / system.mass)
         phase = (times - problem.t0)[:, None] * np.broadcast_to(w, problem.q0.shape)
         cosine, sine = np.cos(phase), np.sin(phase)
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, setting),
             times,

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from galvi import PendulumWeight, Problem, Trajectory
-from references.as_trajectory import outcome
+from galvi import CosinePotential, Problem, Trajectory
+from references.as_trajectory import as_trajectory
 from references.closed_forms.decimal_trigonometry import DIGITS, PI, angle, sine_cosine
 from references.closed_forms.elliptic import Modulus, first_integral
 from references.contender import require
@@ -20,7 +20,7 @@ from references.setting import check_keys, described, sample_times
 
 @dataclass(frozen=True)
 class Pendulum:
-    """A PendulumWeight on a scalar or diagonal mass; every angle is a pendulum of its own.
+    """A CosinePotential on a scalar or diagonal mass; every angle is a pendulum of its own.
 
     With k^2 = m v^2 / (4 weight) + sin^2(q / 2) at the start and rate^2 = weight / m:
       k < 1  q = 2 asin(k sn u),     u = u0 + rate t, modulus k
@@ -36,8 +36,8 @@ class Pendulum:
     missing: str = ""
 
     def supports(self, problem: Problem) -> bool:
-        """Canonical systems whose only force is the pendulum's weight."""
-        return is_moved_by(problem, PendulumWeight)
+        """A Canonical system with a CosinePotential and no external force."""
+        return is_moved_by(problem, CosinePotential)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""
@@ -51,7 +51,9 @@ class Pendulum:
             for k, start in enumerate(zip(masses, problem.q0, problem.v0, strict=True)):
                 moving = _motion(Decimal(system.potential.weight), *map(Decimal, start))
                 states[:, :, k] = np.array([moving(Decimal(t)) for t in times - problem.t0]).T
-        return outcome(problem, described(self.name, setting), times, *states, counts={"steps": 0})
+        return as_trajectory(
+            problem, described(self.name, setting), times, *states, counts={"steps": 0}
+        )
 
 
 Motion = Callable[[Decimal], tuple[Decimal, Decimal]]

@@ -1,4 +1,4 @@
-"""A rigid body in its principal axes, as the compiled methods on quaternions take it."""
+"""A rigid body in its principal axes, the form used by the compiled quaternion methods."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from galvi import Problem, RigidBody, UniformGravity
+from galvi import Problem, RigidBody
 from galvi.arrays import Array
 from references.newton import is_forced
-from references.rigid_equations import rotation
+from references.rigid_equations import has_known_weight, rotation
 
 
 @dataclass(frozen=True, eq=False)
 class PrincipalBody:
-    """Of one problem.
+    """The constants of one problem in principal axes.
 
     axes     (3, 3), columns: the principal axes in the body's frame; the unit matrix for a
              diagonal inertia
@@ -28,7 +28,7 @@ class PrincipalBody:
 
     @staticmethod
     def of(problem: Problem) -> PrincipalBody:
-        """Raises nothing for a problem that `is_known_body`."""
+        """From a problem for which `is_known_body` holds."""
         J, weight = problem.system.inertia, problem.system.potential
         moments, axes = np.diagonal(J), np.eye(3)
         if np.any(np.diag(moments) != J):
@@ -42,7 +42,7 @@ class PrincipalBody:
         return PrincipalBody(axes, numbers, axes.T @ problem.p0)
 
     def start(self) -> Array:
-        """(7,): no turn yet, and the momentum."""
+        """The initial state (7,): the unit quaternion, then the momentum."""
         return np.array([1.0, 0.0, 0.0, 0.0, *self.p0])
 
     def states(self, problem: Problem, saved: Array) -> tuple[Array, Array]:
@@ -58,5 +58,4 @@ def is_known_body(problem: Problem) -> bool:
     system = problem.system
     if not isinstance(system, RigidBody) or is_forced(problem):
         return False
-    weight = isinstance(system.potential, UniformGravity) and system.gradient is None
-    return system.potential is None or weight
+    return system.potential is None or has_known_weight(problem)

@@ -61,7 +61,7 @@ def motion(inertia: Array, q0: Array, v0: Array) -> Callable[[float], State]:
 
 @dataclass(frozen=True)
 class Top:
-    """A motion that is no steady turning.
+    """A motion other than rotation at constant angular velocity.
 
     moments     I_a and I_b
     size        |m|
@@ -79,12 +79,12 @@ class Top:
     start: Decimal
 
     def momentum(self, u: Decimal) -> Any:
-        """(3,), along a, b, c."""
+        """The momentum (3,) along a, b, c."""
         (a, b, c), (sn, cn, dn) = self.amplitudes, self.modulus.functions(u)
         return np.array([a * cn, b * sn, c * dn])
 
     def frame(self, u: Decimal) -> Any:
-        """N, (3, 3)."""
+        """The frame N, (3, 3)."""
         a, b, c = self.momentum(u) / self.size
         across = (a * a + b * b).sqrt()
         first = [a * c / across, b * c / across, -across]
@@ -163,7 +163,7 @@ def _about_third(angle: Decimal) -> Any:
 
 
 def _turned_about(v: Any, t: Decimal) -> Any:
-    """exp(t hat(v)), a steady turning."""
+    """exp(t hat(v)), rotation at constant angular velocity."""
     size = sum(v * v).sqrt()
     if not size:
         return decimals(np.eye(3))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from galvi import PlanarChain, Problem, Trajectory
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.contender import require
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DEFAULT
@@ -54,7 +54,7 @@ class HeyokaChain:
             engine, start, times - problem.t0, problem.t0, "the state is not finite."
         )
         q, v = np.split(states.astype(np.float64), 2, axis=1)
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, {**setting, **options}, heyoka_engine.engine_name(self.precision)),
             times,

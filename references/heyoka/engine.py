@@ -1,4 +1,4 @@
-"""What every use of heyoka shares: is it here, its settings, and one run of an integrator."""
+"""Shared by the heyoka references: availability, settings and one run of an integrator."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def missing(precision: str) -> str:
 
 
 def kind(precision: str) -> Any:
-    """The type of its numbers."""
+    """The type of numbers of a precision, "double" or "real128"."""
     import heyoka
 
     return heyoka.real128 if precision == "real128" else float
 
 
 def engine_name(precision: str) -> str:
-    """Name, version and precision."""
+    """Name and version of the engine, and the precision."""
     import heyoka
 
     return f"heyoka {heyoka.__version__}, {precision}"
@@ -47,7 +47,7 @@ def options(setting: Mapping[str, Any], precision: str) -> dict[str, Any]:
 
 
 def switches(options: Mapping[str, Any]) -> tuple[float, bool, bool]:
-    """The same in this order, checked: ValueError unless the tolerance is positive."""
+    """(tolerance, high_accuracy, compact_mode); ValueError unless the tolerance is positive."""
     tolerance = input_checks.positive("tolerance", options["tolerance"])
     return tolerance, bool(options["high_accuracy"]), bool(options["compact_mode"])
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from galvi import Problem, Trajectory
 from galvi.extended_precision import decimals
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.closed_forms.decimal_trigonometry import DIGITS
 from references.closed_forms.principal_body import is_known_body
 from references.contender import require
@@ -65,7 +65,7 @@ class HeyokaRigid:
         q = np.sum(problem.q0.astype(number)[:, :, None] * turned, axis=-2).astype(np.float64)
         p = states[:, 4:].astype(np.float64)
         p[0] = problem.p0
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, {**setting, **options}, heyoka_engine.engine_name(self.precision)),
             times,

@@ -11,11 +11,11 @@ import numpy as np
 
 from galvi import Canonical, CentralForce, NBody, Problem, Trajectory
 from galvi.arrays import Array
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DEFAULT
-from references.newton import is_forced
+from references.newton import is_forced, replaces_force
 from references.setting import check_keys, described, sample_times
 
 BEST: Mapping[str, Any] = {"tolerance": 1e-18, "high_accuracy": True, "compact_mode": False}
@@ -56,7 +56,7 @@ class HeyokaTaylor:
         states, steps, failure = self.states(problem, times - problem.t0, options)
         states = states.astype(np.float64).reshape(len(times), -1, 2, 3)
         q, v = (states[:, :, k, : problem.q0.shape[-1]] for k in (0, 1))
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, {**setting, **options}, heyoka_engine.engine_name(self.precision)),
             times,
@@ -81,7 +81,7 @@ class HeyokaTaylor:
 
 
 def _law(problem: Problem) -> tuple[Any, ...]:
-    """What the equations of motion depend on, hashable; empty when heyoka is not given them."""
+    """The constants of the equations of motion, hashable; empty for an unsupported problem."""
     system = problem.system
     if isinstance(system, NBody):
         return ("bodies", system.G, 1.0, *system.masses.tolist())
@@ -89,7 +89,7 @@ def _law(problem: Problem) -> tuple[Any, ...]:
         return ()
     if is_forced(problem):
         return ()
-    known = system.gradient is None and not system.explicit_time and system.mass.ndim == 0
+    known = not (replaces_force(problem) or system.explicit_time or system.mass.ndim)
     if not known or problem.q0.size not in (2, 3):
         return ()
     return ("centre", system.potential.mu, float(system.mass), 1.0)

@@ -10,7 +10,7 @@ import numpy as np
 
 from galvi import NBody, Problem, Trajectory, problems
 from galvi.arrays import Array
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.contender import require
 from references.jpl import states as jpl
 from references.setting import check_keys, described, sample_times
@@ -56,7 +56,7 @@ class JplEphemeris:
         times = sample_times(problem.t0, duration, setting)
         q, v = jpl.states(times - problem.t0, bodies=len(problem.q0))
         method = described(self.name, setting, _engine())
-        return outcome(problem, method, times, q, v, counts={"steps": 0})
+        return as_trajectory(problem, method, times, q, v, counts={"steps": 0})
 
 
 def _engine() -> str:

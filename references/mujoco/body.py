@@ -1,4 +1,4 @@
-"""A problem of one rigid body as MuJoCo takes it: a joint and, on it, a body given by its inertia.
+"""Converts a problem of one rigid body to MuJoCo: a joint with a body given by its inertia.
 
 Chains of links are in `references.mujoco.chain`.
 
@@ -16,17 +16,17 @@ from scipy.spatial.transform import Rotation
 
 from galvi import (
     Canonical,
+    CosinePotential,
     FreeBody,
     Lagrangian,
-    PendulumWeight,
     Problem,
     RigidBody,
-    UniformGravity,
 )
 from galvi.arrays import Array
 from references.mujoco.chain import MujocoChain, mujoco_chain
 from references.mujoco.mjcf import document, text
-from references.newton import is_forced
+from references.newton import is_forced, replaces_force
+from references.rigid_equations import has_known_weight
 from references.textbook.chain_equations import is_chain
 
 JOINTS = {RigidBody: "ball", FreeBody: "free", Canonical: "hinge"}
@@ -73,18 +73,17 @@ def supports(problem: Problem) -> bool:
     if isinstance(system, FreeBody):
         return True
     if isinstance(system, RigidBody):
-        known = system.potential is None or isinstance(system.potential, UniformGravity)
-        return known and system.gradient is None
+        return system.potential is None or has_known_weight(problem)
     return (
         isinstance(system, Canonical)
-        and isinstance(system.potential, PendulumWeight)
-        and system.gradient is None
+        and isinstance(system.potential, CosinePotential)
+        and not replaces_force(problem)
         and problem.q0.size == 1
     )
 
 
 def mujoco_body(system: Any) -> MujocoBody | MujocoChain:
-    """The body, or the chain of them, of a system whose problem is supported."""
+    """The body, or the chain of bodies, of a supported problem's system."""
     if isinstance(system, Lagrangian):
         return mujoco_chain(system.function)
     joint = JOINTS[type(system)]

@@ -1,4 +1,4 @@
-"""A chain of links as MuJoCo takes it: bodies in bodies, each on a hinge about y."""
+"""Converts a chain of links to MuJoCo: nested bodies, each on a hinge about y."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class MujocoChain:
 
 
 def mujoco_chain(chain: PlanarChain) -> MujocoChain:
-    """The same motion, of bodies that MuJoCo takes.
+    """Bodies with the same motion that MuJoCo accepts.
 
     It takes no points, which have no moment of inertia. A point between two links belongs to
     either, so each link carries half of the point at its hinge and half of the one at its end, or

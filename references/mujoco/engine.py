@@ -1,4 +1,4 @@
-"""MuJoCo as the references drive it: present or not, its models, its warnings, its energies."""
+"""Access to MuJoCo: availability, models, warnings and energies."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def version() -> str:
 def compiled(system: Any) -> tuple[str, Any, Any]:
     """The joint, and MuJoCo's model and data, made once for each system: run once before timing.
 
-    Raises ValueError with what MuJoCo says of a body that it does not take.
+    Raises ValueError with MuJoCo's message for a body that it refuses.
     """
     import mujoco
 
@@ -84,9 +84,9 @@ def broken(model: Any, data: Any) -> bool:
 
 
 def energies(run: Trajectory) -> Array:
-    """Potential and kinetic energy of each state as MuJoCo's own sensors have them, (saved, 2).
+    """Potential and kinetic energy of each state by MuJoCo's own sensors, (saved, 2).
 
-    For any run of a problem that MuJoCo takes, whoever solved it; NaN past a failure. A chain's
+    For any contender's run of a problem that MuJoCo supports; NaN past a failure. A chain's
     or a body's potential energy is zero where its centre of mass is as high as the joint
     or the origin of space. Raises ValueError as `compiled`.
     """

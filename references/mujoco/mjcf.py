@@ -11,7 +11,7 @@ OFF = (
 
 
 def document(gravity: Any, bodies: str) -> str:
-    """The model of these bodies in gravity (3,)."""
+    """The XML of a model with these bodies and gravity (3,)."""
     flags = " ".join(f'{name}="disable"' for name in OFF)
     return (
         f'<mujoco><option gravity="{text(gravity)}"><flag {flags}/></option>'
@@ -20,5 +20,5 @@ def document(gravity: Any, bodies: str) -> str:
 
 
 def text(numbers: Any) -> str:
-    """Numbers, each as many digits as it has."""
+    """Numbers separated by spaces, each with the digits that determine its float64."""
     return " ".join(repr(float(number)) for number in numbers)

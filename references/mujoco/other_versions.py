@@ -1,4 +1,4 @@
-"""What a MuJoCo makes of models: a program for the Python of any environment that has one.
+"""Runs models in another MuJoCo version: a program for the Python of that environment.
 
 It reads {"models": {joint: {"mjcf": ..., "qpos": [...], "qvel": [...]}}, "steps": [...],
 "duration": T, "samples": n} from its input, as JSON, and writes {"version": ..., "runs": [...]},

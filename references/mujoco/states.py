@@ -1,4 +1,4 @@
-"""MuJoCo's coordinates of one body, or a chain of links, and ours.
+"""Converts states between MuJoCo's coordinates and galvi's, for one body or a chain of links.
 
 joint   qpos                  qvel
 ball    quaternion            w

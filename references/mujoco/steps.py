@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from galvi import Problem, Trajectory
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.mujoco import engine as mujoco_engine
 from references.mujoco.body import supports
@@ -74,7 +74,7 @@ class MujocoSteps:
                 qpos[row], qvel[row] = motion.data.qpos, motion.data.qvel
         q, v = from_mujoco(joint, qpos, qvel)
         q[0], v[0] = problem.q0, problem.v0
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, setting, mujoco_engine.version()),
             times,

@@ -10,7 +10,7 @@ import numpy as np
 
 import galvi
 from galvi import Problem, Trajectory, input_checks
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.rebound import simulation as rebound_simulation
 from references.setting import check_keys, described, sample_times
@@ -74,7 +74,7 @@ class ReboundAdaptive:
                 q[row], v[row] = where.reshape(q[row].shape), speed.reshape(q[row].shape)
 
         def ended(failure: Failure | None) -> Trajectory:
-            return outcome(
+            return as_trajectory(
                 problem,
                 described(self.name, {**setting, **options}, rebound_simulation.version()),
                 times,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from galvi import Problem, Trajectory
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.rebound import simulation as rebound_simulation
 from references.setting import check_keys, described, fixed_steps
@@ -92,7 +92,7 @@ class ReboundSteps:
                 sim.engine.synchronize()
                 where, speed = sim.states()
                 q[row], v[row] = where.reshape(q[row].shape), speed.reshape(q[row].shape)
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, setting, rebound_simulation.version()),
             times,

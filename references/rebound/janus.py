@@ -21,7 +21,7 @@ LARGEST = 2.0**63
 
 
 def objection(problem: Problem, options: Mapping[str, Any]) -> str:
-    """A sentence when the start does not fit into the integers."""
+    """Why the start does not fit into JANUS's integers; '' if it does."""
     for key, start in (("scale_pos", problem.q0), ("scale_vel", problem.v0)):
         unit, size = {**DEFAULT, **options}[key], float(np.max(np.abs(start)))
         if not (isinstance(unit, float) and unit * LARGEST > size):

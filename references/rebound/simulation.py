@@ -1,4 +1,4 @@
-"""REBOUND 5 as the references drive it: a simulation from a problem, and its states back.
+"""Converts a problem to a REBOUND 5 simulation, and its states back.
 
 The only place that knows REBOUND's order of bodies (the heaviest first, which Jacobi and
 heliocentric coordinates need), its constant G, its three dimensions and its messages.
@@ -21,7 +21,7 @@ import numpy as np
 from galvi import Canonical, CentralForce, NBody, Problem
 from galvi.arrays import Array
 from galvi.trajectory import COMPLETED
-from references.newton import is_forced
+from references.newton import is_forced, replaces_force
 
 
 def missing() -> str:
@@ -49,7 +49,7 @@ def supports(problem: Problem) -> bool:
         return (
             isinstance(system.potential, CentralForce)
             and not is_forced(problem)
-            and system.gradient is None
+            and not replaces_force(problem)
             and not system.explicit_time
             and system.mass.ndim == 0
             and problem.q0.size in (2, 3)
@@ -114,7 +114,7 @@ def simulation(problem: Problem, integrator: str, options: Mapping[str, Any]) ->
 
 @contextmanager
 def arithmetic_kept() -> Iterator[None]:
-    """Undo what the engine does to this thread's floating-point modes.
+    """Restore this thread's floating-point modes afterwards.
 
     WHFast512 (5.2.2) sets flush-to-zero and leaves it set: from then on the whole process would
     round subnormal numbers to zero.
@@ -129,7 +129,7 @@ def arithmetic_kept() -> Iterator[None]:
 
 @contextmanager
 def interrupts_kept() -> Iterator[None]:
-    """Undo what the engine does to Ctrl-C.
+    """Restore Python's handler of Ctrl-C afterwards.
 
     Its integrate (5.2.2) puts a handler of its own in the place of Python's and leaves it there:
     from then on no Ctrl-C would reach the rest of the program.
@@ -149,7 +149,7 @@ def _c_library() -> Any:
 
 @contextmanager
 def messages() -> Iterator[Callable[[], str]]:
-    """Keep REBOUND's warnings from the screen; what is yielded gives a completed run's status."""
+    """Capture REBOUND's warnings; yields a function that returns the status of a completed run."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         yield lambda: " ".join(

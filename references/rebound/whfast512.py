@@ -38,14 +38,14 @@ def fits(problem: Problem) -> bool:
 
 
 def objection(problem: Problem, options: Mapping[str, Any]) -> str:
-    """A sentence for correctors that REBOUND would take for 17."""
+    """Why a corrector is refused, '' if it is not: REBOUND would take any other than 0 for 17."""
     if options.get("corrector", 0) not in (0, 17):
         return f"corrector must be 0 or 17; received {options['corrector']!r}."
     return ""
 
 
 def advance(engine: Any, steps: int) -> None:
-    """What REBOUND calls one step is many."""
+    """Advance by ``steps`` steps, which REBOUND counts as one."""
     engine.integrator.concatenate_steps = steps
     engine.steps(1)
 

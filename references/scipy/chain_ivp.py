@@ -11,9 +11,9 @@ import scipy
 
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.contender import require
-from references.scipy.ivp import SETTINGS, solve
+from references.scipy.ivp import SETTINGS, solve, with_tolerances
 from references.setting import check_keys, described, sample_times
 from references.textbook.chain_equations import ChainEquations, is_chain
 
@@ -48,9 +48,9 @@ class ChainIvp:
 
         start = np.concatenate([problem.q0, problem.v0])
         states, calls, failure = solve(self.solver, slope, times, start, setting)
-        return outcome(
+        return as_trajectory(
             problem,
-            described(self.name, setting, f"scipy {scipy.__version__}"),
+            described(self.name, with_tolerances(setting), f"scipy {scipy.__version__}"),
             times,
             states[:, :n],
             states[:, n:],

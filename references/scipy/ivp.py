@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from galvi import Canonical, NBody, Problem, Trajectory, input_checks
 from galvi.arrays import Array
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.newton import acceleration
 from references.setting import check_keys, described, sample_times
@@ -26,9 +26,11 @@ SETTINGS = ("samples", "tolerance", "rtol", "atol", "first_step", "max_step")
 class ScipyIvp:
     """One method of solve_ivp on (q, v)' = (v, a(q, v, t)), external forces included.
 
-    Setting: samples; rtol, atol (default SciPy's and ode45's, 1e-3 and 1e-6), or tolerance for
-    both; first_step, max_step as in SciPy. States between steps come from SciPy's interpolant,
-    whose order is below the method's: ask for one sample where only the end matters.
+    Setting: samples; rtol, atol, or tolerance for both; first_step, max_step as in SciPy. The
+    defaults, rtol 1e-3 and atol 1e-6, are SciPy's and ode45's and leave about three digits: add
+    TIGHT for a truth. The run's `method` names the tolerances. States between steps come from
+    SciPy's interpolant, whose order is below the method's: ask for one sample where only the end
+    matters.
     """
 
     name: str
@@ -54,9 +56,9 @@ class ScipyIvp:
 
         start = np.concatenate([problem.q0.ravel(), problem.v0.ravel()])
         states, calls, failure = solve(self.solver, slope, times, start, setting)
-        return outcome(
+        return as_trajectory(
             problem,
-            described(self.name, setting, f"scipy {scipy.__version__}"),
+            described(self.name, with_tolerances(setting), f"scipy {scipy.__version__}"),
             times,
             states[:, :d],
             states[:, d:],
@@ -69,17 +71,29 @@ def solve(
     solver: str, slope: Any, times: Array, start: Array, setting: Mapping[str, Any]
 ) -> tuple[Array, int, Failure | None]:
     """States (saved, n) of y' = slope(t, y), NaN past a failure; calls of slope; the failure."""
-    options = {"rtol": 1e-3, "atol": 1e-6}
-    if "tolerance" in setting:
-        options = dict.fromkeys(options, input_checks.positive("tolerance", setting["tolerance"]))
-    for key in ("rtol", "atol", "first_step", "max_step"):
+    options = tolerances(setting)
+    for key in ("first_step", "max_step"):
         if key in setting:
             options[key] = input_checks.positive(key, setting[key])
-    with np.errstate(all="ignore"):  # outcome looks for non-finite states itself
+    with np.errstate(all="ignore"):  # as_trajectory looks for non-finite states itself
         solved = solve_ivp(slope, (times[0], times[-1]), start, solver, t_eval=times, **options)
     states = np.full((len(times), start.size), np.nan)
     states[: solved.y.shape[1]] = solved.y.T
     return states, int(solved.nfev), None if solved.success else _failure(solved)
+
+
+def tolerances(setting: Mapping[str, Any]) -> dict[str, float]:
+    """rtol and atol of a setting, or SciPy's defaults; ValueError unless positive."""
+    found = {"rtol": 1e-3, "atol": 1e-6}
+    if "tolerance" in setting:
+        found = dict.fromkeys(found, input_checks.positive("tolerance", setting["tolerance"]))
+    given = {key: input_checks.positive(key, setting[key]) for key in found if key in setting}
+    return {**found, **given}
+
+
+def with_tolerances(setting: Mapping[str, Any]) -> dict[str, Any]:
+    """The setting with SciPy's default tolerances written out where it leaves them to SciPy."""
+    return dict(setting) if "tolerance" in setting else {**setting, **tolerances(setting)}
 
 
 def _failure(solved: Any) -> Failure:

@@ -9,10 +9,10 @@ from typing import Any
 import scipy
 
 from galvi import Problem, Trajectory
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.contender import require
 from references.rigid_equations import RigidEquations, is_rigid_body
-from references.scipy.ivp import SETTINGS, solve
+from references.scipy.ivp import SETTINGS, solve, with_tolerances
 from references.setting import check_keys, described, sample_times
 
 
@@ -46,9 +46,9 @@ class RigidIvp:
         states, calls, failure = solve(
             self.solver, equations.slope(), times, equations.start, setting
         )
-        return outcome(
+        return as_trajectory(
             problem,
-            described(self.name, setting, f"scipy {scipy.__version__}"),
+            described(self.name, with_tolerances(setting), f"scipy {scipy.__version__}"),
             times,
             equations.attitudes(states),
             p=states[:, -3:],

@@ -21,7 +21,7 @@ import numpy as np
 
 from galvi import NBody, Problem, Trajectory, problems
 from galvi.arrays import Array, read_only
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.contender import require
 from references.heyoka.engine import QUADRUPLE, engine_name
 from references.heyoka.taylor import HEYOKA_QUADRUPLE
@@ -39,7 +39,7 @@ ROUNDING = 4.0 * 2.0**-52  # relative difference of two roundings of one time
 
 
 def sampled(horizon: float) -> Array:
-    """0 and the times since the start that are kept, (20,)."""
+    """The stored times since the start, 0 included, (20,)."""
     tenths = horizon * np.arange(1, 11) / 10
     times: Array = np.array([0.0, *(horizon * np.arange(1, 10) / 100), *tenths])
     return times
@@ -85,7 +85,7 @@ class Stored:
     v: Array
 
     def of(self, problem: Problem) -> bool:
-        """Whether the problem is this one, to the last bit; its t0 is free."""
+        """Whether the problem equals this one bit for bit, except for t0."""
         system = problem.system
         return (
             isinstance(system, NBody)
@@ -110,7 +110,7 @@ def stored(case: str) -> Stored:
 
 @dataclass(frozen=True)
 class StoredTruth:
-    """The states kept in references/data, for exactly the problems that were integrated.
+    """Stored states of the planets, for exactly the problems that were integrated.
 
     Setting: samples. Duration and samples must fall on times that are kept (see the module).
     Accurate to the rounding of positions and times: a time that differs from the kept one by its
@@ -143,7 +143,7 @@ class StoredTruth:
             )
         q = known.q[rows] + known.v[rows] * late[:, None, None]
         method = described(self.name, setting, f"heyoka, real128, tolerance {TOLERANCE}")
-        return outcome(problem, method, times, q, known.v[rows], counts={"steps": 0})
+        return as_trajectory(problem, method, times, q, known.v[rows], counts={"steps": 0})
 
 
 STORED_TRUTH = StoredTruth()

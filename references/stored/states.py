@@ -1,4 +1,4 @@
-"""Truths kept in references/data to the rounding of doubles, so that a report needs no heyoka."""
+"""Reference solutions stored with the package, rounded to double; they need no heyoka."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from galvi import Problem, Trajectory
 from galvi.arrays import Array, read_only
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.contender import Contender, require
 from references.heyoka.engine import engine_name
 from references.setting import check_keys, described, sample_times
@@ -23,7 +23,7 @@ Identity = dict[str, list[float]]
 
 @dataclass(frozen=True, eq=False)
 class Kept:
-    """One file: whose it is, times since the start (saved,), q (saved, ...) and p (saved, d)."""
+    """One file: identity of its problem, times since the start (saved,), q and p (saved, ...)."""
 
     identity: Identity
     t: Array
@@ -33,7 +33,7 @@ class Kept:
 
 @dataclass(frozen=True, eq=False)
 class StoredStates:
-    """The states of some problems, for exactly those that were integrated; their t0 is free.
+    """Stored states of a few problems, which are recognised bit for bit except for t0.
 
     module    that makes the files anew, with ``python -m``
     cases     file: problem and horizon, in its unit of time
@@ -58,11 +58,11 @@ class StoredStates:
 
     @cached_property
     def files(self) -> Mapping[str, Kept]:
-        """What was read, by case."""
+        """Case -> its file's contents."""
         return {case: self._read(case) for case in self.cases}
 
     def supports(self, problem: Problem) -> bool:
-        """By its identity, compared bit for bit."""
+        """A problem whose identity equals a stored one bit for bit."""
         return self._of(problem) is not None
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
@@ -82,7 +82,9 @@ class StoredStates:
                 "these."
             )
         method = described(self.name, setting, f"heyoka, real128, tolerance {TOLERANCE}")
-        return outcome(problem, method, times, known.q[rows], p=known.p[rows], counts={"steps": 0})
+        return as_trajectory(
+            problem, method, times, known.q[rows], p=known.p[rows], counts={"steps": 0}
+        )
 
     def table(self, case: str) -> str:
         """The text of one file; raises ModuleNotFoundError without heyoka's real128."""

@@ -21,11 +21,12 @@ from references.newton import is_forced
 
 @dataclass(frozen=True, eq=False)
 class ChainEquations:
-    """Of one chain of n links.
+    """The equations of motion of a chain of n links.
 
-    masses, moments  (n,) of the links, the moments about their centres of mass
-    levers           S (n, n)
-    gravity          downwards
+    masses   (n,)
+    moments  (n,) of inertia about the centres of mass
+    levers   S (n, n)
+    gravity  acceleration, downwards
     """
 
     masses: Array
@@ -35,7 +36,7 @@ class ChainEquations:
 
     @staticmethod
     def of(chain: PlanarChain, number: Any = np.float64) -> ChainEquations:
-        """Its numbers formed in this precision."""
+        """From a PlanarChain, computed with numbers of this type."""
         m, l = (np.array([number(float(x)) for x in row]) for row in (chain.masses, chain.lengths))
         n = len(m)
         S = np.array([[l[i] if i <= k else number(0.0) for i in range(n)] for k in range(n)])
@@ -46,12 +47,12 @@ class ChainEquations:
         return ChainEquations(m, moments, S, number(float(chain.gravity)))
 
     def mass(self, q: Array) -> Array:
-        """(n, n)."""
+        """The mass matrix (n, n) at q (n,)."""
         J, K = self.levers * np.cos(q), self.levers * np.sin(q)
         return J.T * self.masses @ J + K.T * self.masses @ K + np.diag(self.moments)
 
     def acceleration(self, q: Array, v: Array) -> Array:
-        """q'', (n,)."""
+        """q'' (n,) at q and v, (n,) each."""
         J, K = self.levers * np.cos(q), self.levers * np.sin(q)
         pull = J.T @ (self.masses * (K @ v**2)) - K.T @ (self.masses * (J @ v**2))
         weight = self.gravity * (K.T @ self.masses)
@@ -59,7 +60,7 @@ class ChainEquations:
 
 
 def is_chain(problem: Problem) -> bool:
-    """Whether these are its equations: a PlanarChain that nothing else acts on."""
+    """Whether the system is a PlanarChain with its own slopes and no external force."""
     system = problem.system
     return (
         isinstance(system, Lagrangian)

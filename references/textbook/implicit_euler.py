@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,11 +11,12 @@ import numpy as np
 from galvi import Canonical, NBody, Problem, Trajectory, input_checks
 from galvi.arrays import Array
 from galvi.trajectory import COMPLETED
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
-from references.newton import is_forced
+from references.newton import acceleration, acceleration_jacobian, is_forced
 from references.setting import check_keys, described, fixed_steps
 
+Function = Callable[[Array, float], Array]
 ROUND_OFF = 8.0 * float(np.finfo(np.float64).eps)
 
 
@@ -48,14 +49,21 @@ class ImplicitEuler:
         tolerance = input_checks.positive("tolerance", setting.get("tolerance", ROUND_OFF))
         limit = input_checks.whole("max_iterations", setting.get("max_iterations", 50))
         times = steps.times(problem.t0)
-        q, v, a = problem.q0, problem.v0, problem.system.acceleration(problem.q0, problem.t0)
+        accelerated, slope = acceleration(problem), acceleration_jacobian(problem)
+        rest = np.zeros(problem.v0.shape)  # which forces here do not depend on
+
+        def force(q: Array, t: float) -> Array:
+            return accelerated(q, rest, t)
+
+        q, v, a = problem.q0, problem.v0, force(problem.q0, problem.t0)
         saved_q, saved_v = (np.full((len(times), *q.shape), np.nan) for _ in "qv")
         saved_q[0], saved_v[0] = q, v
         row, iterations, stalled, failure = 1, 0, [], None
         for k in range(1, steps.count + 1):
             with np.errstate(all="ignore"):
-                q, used, converged = _solve(problem, q, v, a, k, steps.step, tolerance, limit)
-                a = problem.system.acceleration(q, problem.t0 + k * steps.step)
+                t = problem.t0 + k * steps.step
+                q, used, converged = _solve(force, slope, q, v, a, t, steps.step, tolerance, limit)
+                a = force(q, t)
             v = v + steps.step * a
             iterations += used
             if not converged:
@@ -66,7 +74,7 @@ class ImplicitEuler:
             if k == steps.saved[row]:
                 saved_q[row], saved_v[row] = q, v
                 row += 1
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, setting),
             times,
@@ -101,21 +109,20 @@ def _accepted(stalled: list[int]) -> str:
 
 
 def _solve(
-    problem: Problem, q: Array, v: Array, a: Array, k: int, h: float, tolerance: float, limit: int
-) -> tuple[Array, int, bool]:
-    """Newton's last iterate for the configuration after step k, its number, and its success."""
-    system = problem.system
-    t = problem.t0 + k * h
+    force: Function, slope: Function, q: Array, v: Array, a: Array, t: float, h: float,
+    tolerance: float, limit: int,
+) -> tuple[Array, int, bool]:  # fmt: skip
+    """Newton's last iterate for the configuration at the time t, its number, and its success."""
     drifted = q + h * v
     size = np.max(np.abs(q)) + abs(h) * np.max(np.abs(v))
     new = drifted + h**2 * a
     for iteration in range(1, limit + 1):
-        residual = new - drifted - h**2 * system.acceleration(new, t)
-        slope = np.eye(q.size) - h**2 * system.acceleration_jacobian(new, t)
-        if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(slope))):
+        residual = new - drifted - h**2 * force(new, t)
+        matrix = np.eye(q.size) - h**2 * slope(new, t)
+        if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(matrix))):
             break
         try:
-            update = np.linalg.solve(slope, residual.ravel()).reshape(q.shape)
+            update = np.linalg.solve(matrix, residual.ravel()).reshape(q.shape)
         except np.linalg.LinAlgError:
             break
         new = new - update

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from galvi import Problem, Trajectory
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
 from references.rigid_equations import RigidEquations, is_rigid_body
 from references.setting import check_keys, described, fixed_steps
@@ -50,7 +50,7 @@ class MatrixEuler:
             if k == steps.saved[row]:
                 saved[row] = state
                 row += 1
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, setting),
             times,

@@ -1,8 +1,10 @@
-"""Explicit methods of fixed step for q'' = a(q, t), as tableaus that one compiled kernel runs.
+"""Explicit methods of fixed step for q'' = a(q, t), as tableaus that one compiled loop runs.
 
 Q_i = q + c_i h v + h^2 sum_{j<i} A_ij a(Q_j, t + c_i h)
 q'  = q + h v + h^2 sum_j position_j a(Q_j)
 v'  = v + h sum_j velocity_j a(Q_j)          (Hairer, Norsett and Wanner, Solving ODEs I, II.14)
+
+A method whose only stage is the start of the step evaluates a(q, v, t) and takes external forces.
 """
 
 from __future__ import annotations
@@ -16,13 +18,13 @@ import numpy as np
 
 from galvi import Canonical, NBody, Problem, Trajectory
 from galvi.arrays import Array
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
-from references.newton import is_forced
+from references.newton import inverse_mass, is_forced, total_force
 from references.setting import check_keys, described, fixed_steps
 from references.textbook import nystrom_kernel
 
-CHUNK = 10_000  # steps between two looks at Ctrl-C
+CHUNK = 100_000  # steps between two looks at Ctrl-C
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,9 +67,15 @@ class Nystrom:
             and self.stages[-1] == self.position
         )
 
+    @property
+    def takes_forces(self) -> bool:
+        """Whether forces may depend on the velocity: the only stage is the start of the step."""
+        return self.nodes == (0.0,)
+
     def supports(self, problem: Problem) -> bool:
-        """Any system whose force depends on q and t alone."""
-        return isinstance(problem.system, (Canonical, NBody)) and not is_forced(problem)
+        """Any system with L = v.M v / 2 - V; an external force where `takes_forces`."""
+        known = isinstance(problem.system, (Canonical, NBody))
+        return known and (self.takes_forces or not is_forced(problem))
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; compiled when the forces are, else interpreted. See `Contender`."""
@@ -76,26 +84,26 @@ class Nystrom:
         steps = fixed_steps(duration, setting)
         times = steps.times(problem.t0)
         tableau = [np.array(x) for x in (self.stages, self.nodes, self.position, self.velocity)]
-        field = problem.system.field(problem.q0.shape[-1])
-        functions = field.functions
-        advance = nystrom_kernel.compiled() if field.compiled else nystrom_kernel.interpreted()
+        force, inverse = total_force(problem), inverse_mass(problem)
+        advance = nystrom_kernel.compiled() if force.compiled else nystrom_kernel.advance
+        moving = force.function, force.numbers, inverse if inverse.ndim == 2 else inverse[:, None]
         q, v = problem.q0.flatten(), problem.v0.flatten()
         saved = [np.full((len(times), q.size), np.nan) for _ in "qv"]
         saved[0][0], saved[1][0] = q, v
         carried = np.zeros((len(self.nodes), q.size))
+        scratch = np.zeros((2, q.size))
         every = int(steps.saved[1])
         failed = evaluations = done = 0
         while done < steps.count and not failed:
             last = min(done + CHUNK, steps.count)
-            with np.errstate(all="ignore"):  # the kernel looks for non-finite states itself
+            with np.errstate(all="ignore"):  # the loop looks for non-finite states itself
                 failed, more = advance(
-                    *tableau, self.reuses_last, field.kind, functions, field.constants,
-                    field.inverse_mass, q, v, carried, problem.t0, steps.step, done, last,
-                    steps.count, every, *saved,
+                    *tableau, self.reuses_last, *moving, q, v, carried, *scratch, problem.t0,
+                    steps.step, done, last, steps.count, every, *saved,
                 )  # fmt: skip
             evaluations += more
             done = failed - 1 if failed else last
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, setting),
             times,

@@ -17,12 +17,13 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import types
+from numba import njit, types
 
-from galvi.kernels.compile.array_types import MATRIX, VECTOR
-from galvi.kernels.compile.jit import compiled_for, jit
+from references.forces.force import OPTIONS
 
-ROW, ROWS, WHOLE, REAL = VECTOR, MATRIX, types.int64, types.float64
+jit: Any = njit(cache=True, **OPTIONS)
+WHOLE, REAL = types.int64, types.float64
+ROW, ROWS = types.float64[::1], types.float64[:, ::1]
 TURNING = (ROW, ROW, ROW, types.boolean, ROW)
 RK4_SIGNATURE = types.int64(*TURNING, REAL, WHOLE, WHOLE, WHOLE, WHOLE, ROWS)
 DOP853_SIGNATURE = types.UniTuple(WHOLE, 3)(*TURNING, ROWS, ROW, ROW, REAL, REAL, ROW, WHOLE)
@@ -33,7 +34,7 @@ EPS = 2.0**-52
 
 @jit
 def slopes(s, inverse, force, centre, heavy):
-    """s' (7,), for quaternions of norm 1."""
+    """The derivative s' (7,) of a state with a quaternion of norm 1."""
     w, x, y, z, a, b, c = s
     u, v, r = inverse[0] * a, inverse[1] * b, inverse[2] * c
     da, db, dc = b * r - c * v, c * u - a * r, a * v - b * u
@@ -192,5 +193,6 @@ def dop853(
 def compiled(name: str) -> Callable[..., Any]:
     """'rk4' or 'dop853', compiled once and kept on disk."""
     sources: dict[str, Any] = {"rk4": (rk4, RK4_SIGNATURE), "dop853": (dop853, DOP853_SIGNATURE)}
-    kernel: Callable[..., Any] = compiled_for(*sources[name])
+    source, signature = sources[name]
+    kernel: Callable[..., Any] = njit(signature, cache=True, **OPTIONS)(source.py_func)
     return kernel

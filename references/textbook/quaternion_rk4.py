@@ -1,4 +1,4 @@
-"""Compiled textbook methods on quaternions: what a special-purpose code of the usual kind costs."""
+"""Compiled RK4 on quaternions: the cost of a conventional special-purpose code."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
-from references.as_trajectory import Failure, outcome
+from references.as_trajectory import Failure, as_trajectory
 from references.closed_forms.principal_body import PrincipalBody, is_known_body
 from references.contender import require
 from references.setting import check_keys, described, fixed_steps
@@ -56,7 +56,7 @@ class QuaternionRK4:
             )
             done = failed - 1 if failed else last
         q, p = body.states(problem, saved)
-        return outcome(
+        return as_trajectory(
             problem,
             described(self.name, setting),
             times,

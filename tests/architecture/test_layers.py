@@ -23,6 +23,7 @@ FAULTS = {
     "kernels": ("galvi/kernels/forces/nbody.py", "import scipy"),
     "galvi": ("galvi/kernels/forces/nbody.py", "from galvi import arrays"),
     "references": ("references/newton.py", "from references.scipy import ivp"),
+    "independent": ("references/newton.py", "from galvi.kernels.forces import nbody"),
     "benchmarks": ("benchmarks/store/frames.py", "from benchmarks.studies import scaling"),
     "cycles": ("galvi/rules/rule.py", "from galvi.rules import composite"),
 }

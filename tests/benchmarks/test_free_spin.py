@@ -26,7 +26,7 @@ from benchmarks.studies.free_body_drift_long import parts, stored
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.rigid_bodies import MUJOCO
 from galvi import Problem, Trajectory
-from references.as_trajectory import outcome
+from references.as_trajectory import as_trajectory
 from references.mujoco.steps import MUJOCO_EULER, MUJOCO_IMPLICITFAST, MUJOCO_RK4
 from references.setting import fixed_steps
 
@@ -128,7 +128,7 @@ class WrongTorque:
             y = y + h / 6.0 * (a + 2.0 * b + 2.0 * c + slope(y + h * c))
             saved += [y] if k in steps.saved else []
         states = np.array(saved)
-        return outcome(
+        return as_trajectory(
             problem, self.name, steps.times(problem.t0), states[:, :9], p=states[:, 9:],
             counts={"steps": steps.count}, step=h,
         )  # fmt: skip

@@ -83,7 +83,7 @@ def test_gravity_is_that_of_the_textbook_and_so_is_its_derivative():
 
 def test_newton_blocks_are_the_own_blocks_of_the_jacobian():
     problem = galvi.problems.solar_system()
-    field = problem.system.field(3)
+    field = problem.system.force_kernel(3)
     blocks = np.empty((30, 3, 1))
     field.slope(problem.q0.reshape(-1, 1).copy(), np.zeros(1), field.constants, blocks)
     full = problem.system.acceleration_jacobian(problem.q0, 0.0)
@@ -195,7 +195,7 @@ def test_newton_couples_all_of_a_few_bodies():
     rng = np.random.default_rng(4)
     for dimension in (2, 3):
         system, q = galvi.NBody(rng.uniform(0.5, 2, 3)), rng.normal(size=(3, dimension))
-        field = system.field(dimension)
+        field = system.force_kernel(dimension)
         coupled = np.empty((q.size, q.size, 1))
         field.slope(q.reshape(-1, 1).copy(), np.zeros(1), field.constants, coupled)
         assert field.width == q.size

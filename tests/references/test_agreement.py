@@ -112,6 +112,7 @@ def test_scipy_with_defaults_is_worse_than_tight():
     tight = np.abs(DOP853.run(problem, 6.0, {"samples": 3, **TIGHT}).q - truth.q).max()
     assert loose > 1e-3  # 4e-2: what ode45 gives a user who sets nothing
     assert tight < 1e-11  # 6e-13
+    assert "rtol=0.001 atol=1e-06" in ODE45.run(problem, 6.0, {}).method
 
 
 def test_scipy_that_cannot_go_on_says_so():

@@ -13,9 +13,9 @@ from numba import njit
 import galvi
 from references import REFERENCES, Contender, reference
 from references.closed_forms.free_top import FREE_TOP
-from references.newton import is_forced
+from references.newton import external_force, is_forced
 from references.scipy.ivp import DOP853, TIGHT
-from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER, forced_field
+from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER
 
 RATE, DURATION = 0.4, 1.0
 SPRING = galvi.problems.harmonic_oscillator()
@@ -26,6 +26,8 @@ every = pytest.mark.parametrize("contender", PRESENT, ids=lambda contender: cont
 
 # name: setting of a run of duration 1, tolerance on q; measured when set, in the comment
 ON_VECTORS: Mapping[str, tuple[dict[str, Any], float]] = {
+    "explicit Euler": ({"step": 1e-4}, 1e-4),  # 4e-5
+    "symplectic Euler": ({"step": 1e-4}, 1e-4),  # 4e-5
     "semi-implicit Euler": ({"step": 1e-4}, 1e-4),  # 4e-5
     "SciPy RK45 (ode45)": ({"tolerance": 1e-9}, 1e-8),  # 1e-10
     "SciPy DOP853": (dict(TIGHT), 1e-14),  # 3e-16
@@ -177,8 +179,8 @@ def test_a_force_of_galvis_own_runs_compiled_and_is_the_function_it_is_called_as
         for system in (problem.system, plain)
     )
     np.testing.assert_allclose(known.q, called.q, rtol=0, atol=1e-13)  # 2e-15
-    assert forced_field(problem).compiled
-    assert not forced_field(replace(problem, system=plain)).compiled
+    assert external_force(problem).compiled
+    assert not external_force(replace(problem, system=plain)).compiled
 
 
 def test_galvi_agrees_with_dop853_about_a_body_that_a_torque_brakes():

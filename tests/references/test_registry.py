@@ -7,6 +7,7 @@ import pkgutil
 import re
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,8 +92,15 @@ def test_names_are_unique_and_find_their_reference():
 
 
 def test_an_unknown_name_is_answered_with_the_nearest():
-    with pytest.raises(ValueError, match=r"received 'REBOUND IAS14'.*mean 'REBOUND IAS15'"):
-        reference("REBOUND IAS14")
+    for word, meant in (
+        ("REBOUND IAS14", "REBOUND IAS15"),
+        ("DOP853", "SciPy DOP853"),
+        ("dop853, chains", "SciPy DOP853, chains"),
+        ("mujoco rk4", "MuJoCo RK4"),
+        ("ias15", "REBOUND IAS15"),
+    ):
+        with pytest.raises(ValueError, match=f"received '{word}'. Did you mean '{meant}'"):
+            reference(word)
 
 
 @pytest.mark.parametrize(
@@ -186,12 +194,50 @@ def test_a_gradient_that_replaces_the_known_force_is_not_taken_for_it():
     for potential, q0, v0 in (
         (galvi.LinearSpring(1.0), [1.0], [0.0]),
         (galvi.CentralForce(1.0), [1.0, 0.0], [0.0, 1.0]),
-        (galvi.PendulumWeight(1.0), [1.0], [0.0]),
+        (galvi.CosinePotential(1.0), [1.0], [0.0]),
     ):
         system = galvi.Canonical(1.0, potential, gradient=lambda q: q**3)
         problem = galvi.Problem(system, q0, v0)
         recognised = [c.name for c in REFERENCES if c.exact and c.supports(problem)]
         assert recognised == []
+
+
+def test_a_gradient_that_belongs_to_the_known_potential_keeps_its_references():
+    for potential, q0, v0, own in (
+        (galvi.LinearSpring(1.3), [1.0], [0.0], lambda q: 1.3 * q),
+        (galvi.CentralForce(1.0), [1.0, 0.0], [0.0, 1.0], lambda q: q / np.hypot(*q) ** 3),
+        (galvi.CosinePotential(1.0), [1.0], [0.0], np.sin),
+    ):
+        without = galvi.Problem(galvi.Canonical(2.0, potential), q0, v0)
+        given = galvi.Problem(galvi.Canonical(2.0, potential, gradient=own), q0, v0)
+        assert [c.name for c in REFERENCES if c.supports(given)] == [
+            c.name for c in REFERENCES if c.supports(without)
+        ]
+    weight = HANGING.system.potential
+    same = replace(HANGING.system, gradient=lambda R: weight.gradient(R))
+    other = replace(HANGING.system, gradient=lambda R: 1.001 * weight.gradient(R))
+    takers = [c for c in REFERENCES if c.supports(replace(HANGING, system=same))]
+    assert {"MuJoCo RK4", "RK4 on quaternions, compiled"} <= {c.name for c in takers}
+    some = [c for c in REFERENCES if c.supports(replace(HANGING, system=other))]
+    assert {c.name for c in some} == {
+        "explicit Euler, matrices", "SciPy RK45 (ode45), matrices", "SciPy DOP853, quaternions",
+    }  # fmt: skip
+
+
+def test_a_refusal_says_which_field_of_the_system_it_is_for():
+    spring = galvi.Canonical(1.0, galvi.LinearSpring(1.0))
+    cubic, drag = {"gradient": lambda q: q**3}, {"force": lambda q, v: -v}
+    closed = reference("oscillator, closed form")
+    for fields, reason in (
+        (drag, r"The reason is its external force\.$"),
+        (cubic, r"The reason is its gradient, which is not that of its potential\.$"),
+        ({**drag, **cubic}, r"The reason is its external force and its gradient, which"),
+    ):
+        problem = galvi.Problem(replace(spring, **fields), [1.0], [0.0])
+        with pytest.raises(ValueError, match=reason):
+            closed.run(problem, 1.0, {})
+    with pytest.raises(ValueError, match=r"Ask supports\(problem\) first\.$"):
+        closed.run(UNKNOWN, 1.0, {})
 
 
 def test_engines_are_imported_only_when_they_are_used():

@@ -1,1 +1,1 @@
-"""Forces that no potential has."""
+"""External forces: those that are not the gradient of a potential."""

@@ -1,4 +1,4 @@
-"""An external force that references recognise: a value with readable fields, callable as any."""
+"""Interface of external forces that references recognise by their type and fields."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from galvi.arrays import Array
 
 @runtime_checkable
 class BuiltinForce(Protocol):
-    """f(q, v, t) of one configuration and velocity, whose numbers the kernels take as such."""
+    """A callable f(q, v, t) of one configuration and velocity that has a compiled form."""
 
     def __call__(self, q: Array, v: Array, t: float) -> Array:
         """f(q, v, t), shape of v."""
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """add(g (r,), v (d,), t, constants, out (2, d)), which adds the force to the second row of
-        out, compiled; and the constants it needs."""
+        """Compiled function (q (r,), v (d,), t, constants, out (2, d)) that adds the force to the
+        second row of out, and its constants."""

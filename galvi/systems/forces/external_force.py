@@ -1,4 +1,4 @@
-"""The external force of a system that has one: fields `force` and `timed_force`."""
+"""Evaluates and checks the external force of a system: its fields `force` and `timed_force`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from galvi.systems.returned import returned_array
 
 
 class Forced(Protocol):
-    """A system that a force may act on.
+    """A system with an optional external force.
 
     force        f(q, v), or f(q, v, t), of one configuration and velocity (d,) -> (d,); on a group
                  left-trivialised, as velocities are: a torque in the body's frame. None: no force
@@ -26,15 +26,16 @@ class Forced(Protocol):
 
     @property
     def force(self) -> Callable[..., Any] | None:
-        """The function."""
+        """f(q, v) or f(q, v, t); None without a force."""
 
     @property
     def timed_force(self) -> bool:
-        """Whether it takes the time."""
+        """Whether the force takes the time."""
 
 
 def check_force(system: Forced) -> None:
-    """TypeError for a force that cannot be called, ValueError for a time without a force."""
+    """Raise TypeError for a force that is not callable, ValueError for timed_force without a force
+    and for a built-in force without timed_force."""
     arguments = "(q, v, t)" if system.timed_force else "(q, v)"
     if system.force is None and system.timed_force:
         raise ValueError("timed_force means a force(q, v, t); received no force. Give one.")
@@ -47,10 +48,10 @@ def check_force(system: Forced) -> None:
 
 
 def force_at(system: Forced, q: Array, v: Array, t: float) -> Array:
-    """The force on one state, (d,), finite or not; zero without one. ValueError for a wrong shape.
+    """The external force at one state, (d,); zero without one. ValueError for a wrong shape.
 
-    By the discrete principle of Lagrange and d'Alembert it does work on each variation of a curve
-    (Marsden and West, Acta Numerica 10 (2001), 3.2).
+    Its virtual work enters the discrete Lagrange-d'Alembert principle (Marsden and West, Acta
+    Numerica 10 (2001), 3.2).
     """
     if system.force is None:
         return np.zeros(v.shape)
@@ -70,7 +71,10 @@ def check_force_at(system: Forced, q: Array, v: Array, t: float) -> None:
 
 
 def with_force(field: LagrangianKernel, system: Forced, side: int) -> LagrangianKernel:
-    """The field with the system's force; side = 0 when the user takes a vector, else its rows."""
+    """The kernel description with the system's external force added.
+
+    side  rows of the matrix that the user's force takes as q; 0 for a vector
+    """
     if system.force is None:
         return field
     if isinstance(system.force, BuiltinForce):

@@ -32,5 +32,5 @@ class RotorDrag:
         return result
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """drag(q, v, t, constants, out) as the kernels call it, and its constants."""
+        """As `BuiltinForce.compiled`, with (factor,) for constants."""
         return rotor_wind.drag, np.array([self.factor])

@@ -38,5 +38,5 @@ class CentralForce:
         return self.mu * (np.eye(q.size) - 3.0 * np.outer(q, q) / square) / square**1.5
 
     def law(self) -> Law:
-        """The same for the kernels."""
+        """Compiled derivatives and their constants."""
         return Law(central_force.gradient, central_force.hessian, np.array([self.mu]))

@@ -36,5 +36,5 @@ class LinearSpring:
         return self.stiffness * np.eye(q.size)
 
     def law(self) -> Law:
-        """The same for the kernels."""
+        """Compiled derivatives and their constants."""
         return Law(linear_spring.gradient, linear_spring.hessian, np.array([self.stiffness]))

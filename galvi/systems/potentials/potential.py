@@ -1,4 +1,4 @@
-"""A potential that references recognise: a value with readable fields, callable like any other."""
+"""Interface of potentials that references recognise by their type and fields."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from galvi.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """Derivatives of a potential as compiled functions of all stages at once.
+    """Derivatives of a potential as compiled functions of all s stages at once.
 
     gradient   (Q (d, s), t (s,), constants, out (d, s)) fills out with dV/dq
     hessian    (Q (d, s), t (s,), constants, out (d, d, s)) fills out with d2V/dq2
-    constants  the numbers both need
+    constants  (c,) constants of both functions
     """
 
     gradient: Callable[..., Any]
@@ -37,4 +37,4 @@ class Potential(Protocol):
         """d2V/dq2, shape (d, d)."""
 
     def law(self) -> Law:
-        """The derivatives for the kernels."""
+        """Compiled derivatives and their constants."""

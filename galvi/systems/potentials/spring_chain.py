@@ -47,5 +47,5 @@ class SpringChain:
         return out[:, :, 0]
 
     def law(self) -> Law:
-        """The same for the kernels."""
+        """Compiled derivatives and their constants."""
         return Law(spring_chain.gradient, spring_chain.hessian, np.array([self.alpha, self.beta]))

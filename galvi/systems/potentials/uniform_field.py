@@ -1,4 +1,4 @@
-"""The potential of a force that is the same everywhere."""
+"""The potential of a constant force."""
 
 from __future__ import annotations
 
@@ -40,5 +40,5 @@ class UniformField:
         return np.zeros((q.size, q.size))
 
     def law(self) -> Law:
-        """The same for the kernels."""
+        """Compiled derivatives and their constants."""
         return Law(uniform_field.gradient, uniform_field.hessian, np.array(self.force))

@@ -1,4 +1,4 @@
-"""The weight of a rigid body that turns about a fixed point."""
+"""The gravitational potential of a rigid body that rotates about a fixed point."""
 
 from __future__ import annotations
 
@@ -47,5 +47,5 @@ class UniformGravity:
 
     @property
     def numbers(self) -> Array:
-        """(6,) mass g and the centre, as the kernels take them."""
+        """(6,): mass g, then the centre, the constants of the compiled form."""
         return np.concatenate([self.mass * self.g, self.centre])

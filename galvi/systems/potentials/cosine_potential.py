@@ -1,4 +1,4 @@
-"""The weight of a plane pendulum."""
+"""The gravitational potential of plane pendulums."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from galvi.systems.potentials.potential import Law
 
 
 @dataclass(frozen=True)
-class PendulumWeight:
+class CosinePotential:
     """V(q) = -weight sum cos(q_i), q of shape (d,): d pendulums, angles from hanging down.
 
     weight  m g l, an energy; ValueError unless finite and positive
@@ -37,5 +37,5 @@ class PendulumWeight:
         return np.diag(self.weight * np.cos(q))
 
     def law(self) -> Law:
-        """The same for the kernels."""
+        """Compiled derivatives and their constants."""
         return Law(pendulum.gradient, pendulum.hessian, np.array([self.weight]))

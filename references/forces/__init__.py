@@ -1,0 +1,1 @@
+"""Forces by the textbook's formulas, apart from galvi's own kernels."""

@@ -1,0 +1,156 @@
+"""A force on a vector space as the references evaluate it, in Python or in their compiled loops."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import njit, types
+from numba.core.errors import NumbaError
+from numba.core.registry import CPUDispatcher
+
+from galvi.arrays import Array
+
+Function = Callable[..., Any]
+
+VECTOR, REAL = types.float64[::1], types.float64
+SIGNATURE = types.void(VECTOR, VECTOR, REAL, VECTOR, VECTOR)
+COMPLEX_VECTOR = types.complex128[::1]
+COMPLEX_SIGNATURE = types.void(COMPLEX_VECTOR, VECTOR, REAL, VECTOR, COMPLEX_VECTOR)
+FUNCTION = types.FunctionType(SIGNATURE)
+OPTIONS = {"error_model": "numpy", "nogil": True}
+COMPLEX_STEP = 1e-30
+
+
+@dataclass(frozen=True, eq=False)
+class Force:
+    """f(q, v, t) of one configuration.
+
+    function  (q (d,), v (d,), t, numbers, out (d,)), which adds the force to out; compiled for
+              SIGNATURE, or plain Python
+    numbers   constants of the function
+    formula   the uncompiled function when it is one of `references.forces.formulas`, else None
+    """
+
+    function: Function
+    numbers: Array = field(default_factory=lambda: np.zeros(0))
+    formula: Function | None = None
+
+    @property
+    def compiled(self) -> bool:
+        """Whether compiled loops can call it."""
+        return isinstance(self.function, CPUDispatcher)
+
+    def __call__(self, q: Array, v: Array, t: float) -> Array:
+        """f(q, v, t), in the shape of v."""
+        out = np.zeros(v.size)
+        copies = (np.array(x, dtype=np.float64).ravel() for x in (q, v))
+        self.function(*copies, float(t), self.numbers, out)
+        return out.reshape(v.shape)
+
+    def jacobian(self, q: Array, t: float) -> Array:
+        """df/dq of a formula at rest, (d, d), exact to rounding by complex steps."""
+        assert self.formula is not None
+        function = _compiled(self.formula, COMPLEX_SIGNATURE)
+        columns = np.empty((q.size, q.size))
+        rest = np.zeros(q.size)
+        for i in range(q.size):
+            shifted = q.ravel().astype(np.complex128)
+            shifted[i] += 1j * COMPLEX_STEP
+            out = np.zeros(q.size, dtype=np.complex128)
+            function(shifted, rest, float(t), self.numbers, out)
+            columns[i] = out.imag / COMPLEX_STEP
+        return columns.T
+
+
+def by_formula(formula: Function, *numbers: Any) -> Force:
+    """A force of `references.forces.formulas`, compiled once and kept on disk."""
+    constants = np.concatenate([np.ravel(x).astype(np.float64) for x in (*numbers, [])])
+    return Force(_compiled(formula, SIGNATURE), constants, formula)
+
+
+def by_function(function: Function, arguments: str, sign: float) -> Force:
+    """sign times a user's function of q and those of v and t that `arguments` names.
+
+    It is compiled when the function is jitted and returns an array (d,), else called from Python,
+    where its exceptions stay as they are and a wrong shape raises ValueError.
+    """
+    jitted = isinstance(function, CPUDispatcher)
+    adapted = _adapted(function, arguments, sign) if jitted else None
+    return Force(adapted or _called(function, arguments, sign))
+
+
+def together(first: Force, second: Force) -> Force:
+    """The sum of two forces, compiled when both are."""
+    split = first.numbers.size
+    numbers = np.concatenate([[float(split)], first.numbers, second.numbers])
+    if first.compiled and second.compiled:
+        return Force(_sum(first.function, second.function), numbers)
+
+    def add(q: Array, v: Array, t: float, numbers: Array, out: Array) -> None:
+        first.function(q, v, t, first.numbers, out)
+        second.function(q, v, t, second.numbers, out)
+
+    return Force(add, numbers)
+
+
+@lru_cache(maxsize=64)
+def _sum(first: Function, second: Function) -> Function:
+    def add(q: Array, v: Array, t: float, numbers: Array, out: Array) -> None:
+        split = int(numbers[0]) + 1
+        first(q, v, t, numbers[1:split], out)
+        second(q, v, t, numbers[split:], out)
+
+    compiled: Function = njit(SIGNATURE, _nrt=False, **OPTIONS)(add)
+    return compiled
+
+
+@lru_cache(maxsize=64)
+def _compiled(formula: Function, signature: Any) -> Function:
+    compiled: Function = njit(signature, cache=True, _nrt=False, **OPTIONS)(formula)
+    return compiled
+
+
+@lru_cache(maxsize=64)
+def _adapted(function: Function, arguments: str, sign: float) -> Function | None:
+    """The jitted function as a force, compiled; None when it cannot be. NaN for a wrong length."""
+    call: Function = {
+        "q": lambda q, v, t: function(q),
+        "qt": lambda q, v, t: function(q, t),
+        "qv": lambda q, v, t: function(q, v),
+        "qvt": lambda q, v, t: function(q, v, t),
+    }[arguments]
+    jitted = njit(call, **OPTIONS)
+
+    def add(q: Array, v: Array, t: float, numbers: Array, out: Array) -> None:
+        values = jitted(q.copy(), v.copy(), t)
+        for i in range(out.size):
+            out[i] += sign * values[i] if values.size == out.size else np.nan
+
+    try:
+        compiled: Function = njit(SIGNATURE, **OPTIONS)(add)
+    except NumbaError:
+        return None
+    return compiled
+
+
+def _called(function: Function, arguments: str, sign: float) -> Function:
+    def add(q: Array, v: Array, t: float, numbers: Array, out: Array) -> None:
+        given = {"q": q.copy(), "v": v.copy(), "t": t}
+        out += sign * checked(function(*(given[x] for x in arguments)), out.shape)
+
+    return add
+
+
+def checked(values: Any, shape: tuple[int, ...]) -> Array:
+    """What a user's function returned; ValueError for another shape."""
+    result = np.asarray(values, dtype=np.float64)
+    if result.shape != shape:
+        raise ValueError(
+            f"a force or gradient must return an array of shape {shape}; received shape "
+            f"{result.shape}."
+        )
+    return result
