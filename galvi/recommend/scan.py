@@ -19,7 +19,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.recommend.recommendation import Candidate
 from galvi.rules.gauss import gauss
-from galvi.run.engines_on_group import by_fixed_point
+from galvi.run.engine_choice import engine_for
 from galvi.run.group_system import group_system
 from galvi.run.integrate import integrate
 from galvi.spaces.polynomials import Polynomials
@@ -124,7 +124,7 @@ class Scan:
         """
         size, spent, steps = float(np.max(np.abs(self.problem.q0))), self.spent, 1
         method = collocation(self.problem, degree)
-        plain = group_system(self.problem) is None or by_fixed_point(self.problem, method)
+        plain = engine_for(self.problem, method).solves_by_iteration(self.problem, method)
         solver = "fixed_point" if plain else "auto"
         for _ in range(DOUBLINGS):
             one, other = (self.run(s, steps, 1, solver=solver)[0]

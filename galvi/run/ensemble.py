@@ -21,7 +21,7 @@ from tqdm import tqdm
 from galvi import input_checks
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.group_system import group_system
+from galvi.run.engine_choice import engine_for
 from galvi.run.integrate import number_of_steps, prepared
 from galvi.run.interruption import defer_interrupts
 from galvi.run.run_arrays import check_memory
@@ -77,7 +77,7 @@ def integrate_many(
                 curves=curves, solver=solver, tolerance=tolerance,
             )  # fmt: skip
             runs.append(run)
-            compiled = compiled and _compiled(problem)
+            compiled = compiled and engine_for(problem, method).is_compiled(problem, method)
     if given:
         total = number_of_steps(float(step), steps, duration)
         check_memory(given, method, total, save_every, curves)
@@ -170,15 +170,6 @@ def _told_apart(k: int) -> Iterator[None]:
     except Exception as error:
         error.add_note(f"This was problems[{k}].")
         raise
-
-
-def _compiled(problem: Problem) -> bool:
-    """Whether other threads can run beside it."""
-    system: Any = problem.system
-    on_group = group_system(problem)
-    if on_group is not None:
-        return on_group.lagrangian_kernel().compiled
-    return bool(system.field(problem.q0.shape[-1]).compiled)
 
 
 def _processors() -> int:

@@ -29,7 +29,7 @@ def assert_same(one, other):
     for name in ("t", "q", "p"):
         assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True)
     assert one.counts == other.counts and one.status == other.status
-    assert np.array_equal(one.continuation.state, other.continuation.state)
+    assert np.array_equal(one.checkpoint.state, other.checkpoint.state)
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3, None])

@@ -1,8 +1,7 @@
-"""The two ways to advance a run: the general kernel, and the packed one for point masses."""
+"""The two ways to do steps on a vector space: the general kernel, and one for point masses."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, cast
 
@@ -18,44 +17,44 @@ from galvi.kernels.nystrom import advance
 from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.run_arrays import Workspace
+from galvi.run.engine import Call
+from galvi.run.run_arrays import RunArrays
 from galvi.systems.nbody import NBody
 from galvi.systems.system import VectorSystem
 from galvi.tableau import Tableau
 
 SOLVERS = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
-Call = Callable[[int], int]
 
 
-def general(
-    problem: Problem, method: Galerkin, step: float, steps: int, every: int, start: Checkpoint,
-    work: Workspace,
-) -> Call:  # fmt: skip
+def general_stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
+) -> Call:
     """A function that does so many more steps in the general kernel and returns its code."""
     field = cast(VectorSystem, problem.system).field(problem.q0.shape[-1])
     kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
     functions, tableau = field.functions, kernel_tableau(method.table)
+    every = start.save_every
 
     def call(todo: int) -> int:
         return int(kernel(
             field.kind, functions, field.slope is not None, field.constants,
             field.inverse_mass, field.width, tableau, problem.t0, step, SOLVERS[start.solver],
-            start.tolerance, start.first, todo, steps, every, work.state, work.stages, work.memo,
-            work.counts, work.saved[0], work.saved[1], work.bases, work.coefficients,
+            start.tolerance, start.first, todo, steps, every, work.state, work.stages,
+            work.solver_state, work.counts, work.saved_q, work.saved_v, work.bases,
+            work.coefficients,
         ))  # fmt: skip
 
     return call
 
 
-def fastest(
-    problem: Problem, method: Galerkin, step: float, steps: int, every: int, start: Checkpoint,
-    work: Workspace,
-) -> Call:  # fmt: skip
-    """As ``general``, by way of the packed kernel where that one serves."""
-    arguments = (problem, method, step, steps, every, start, work)
+def compiled_stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
+) -> Call:
+    """As ``general_stepper``, by way of the packed kernel where that one serves."""
+    arguments = (problem, method, step, steps, start, work)
     system = problem.system
     if not isinstance(system, NBody) or start.solver == "newton" or system.masses.size < 2:
-        return general(*arguments)
+        return general_stepper(*arguments)
     axes = (0,) * problem.q0.shape[1]
     masses = read_only(system.G * system.masses)
     kernel = packed.compiled_advance(len(axes))
@@ -64,15 +63,17 @@ def fastest(
     room = aligned(6, problem.q0.size, series.shape[1])
     spare = aligned(7, max(problem.q0.size, method.stages, LANES))
     slow: list[Call] = []
+    every = start.save_every
 
     def call(todo: int) -> int:
         code = int(kernel(
             axes, masses, tableau, ahead, series, growth, sums, c, step, start.tolerance,
-            start.first, todo, steps, every, work.state, work.stages, room, spare, work.memo,
-            work.counts, work.saved[0], work.saved[1], work.bases, work.coefficients,
+            start.first, todo, steps, every, work.state, work.stages, room, spare,
+            work.solver_state, work.counts, work.saved_q, work.saved_v, work.bases,
+            work.coefficients,
         ))  # fmt: skip
         if code:
-            slow[:] = slow or [general(*arguments)]
+            slow[:] = slow or [general_stepper(*arguments)]
             code = slow[0](1)
         return code
 
