@@ -22,6 +22,7 @@ from galvi.rules.gauss import gauss
 from galvi.run.engine_choice import engine_for
 from galvi.run.group_system import group_system
 from galvi.run.integrate import integrate
+from galvi.run.interruption import uninterrupted
 from galvi.spaces.polynomials import Polynomials
 from galvi.trajectory import COMPLETED, Trajectory
 
@@ -105,12 +106,15 @@ class Scan:
         self, degree: int, steps: int, part: int, finer: int = 1, solver: str = "auto",
         samples: int = SAMPLES,
     ) -> tuple[Trajectory, float, float]:  # fmt: skip
-        """The first ``part`` steps, each in ``finer`` ones, with its seconds and evaluations."""
+        """The first ``part`` steps, each in ``finer`` ones, with its seconds and evaluations.
+
+        Ctrl-C raises KeyboardInterrupt, since a part of a run says nothing.
+        """
         began = time.perf_counter()
-        run = integrate(
+        run = uninterrupted(integrate(
             self.problem, collocation(self.problem, degree), self.duration / (steps * finer),
             part * finer, save_every=max(1, part // samples) * finer, curves=False, solver=solver,
-        )  # fmt: skip
+        ))  # fmt: skip
         seconds = time.perf_counter() - began
         counts, size = run.counts, self.problem.v0.size
         evaluations = float(counts["force_evaluations"] + size * counts["hessian_evaluations"])
