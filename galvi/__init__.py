@@ -43,14 +43,15 @@ from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 from galvi.systems.planar_chain import PlanarChain
 from galvi.systems.potentials.central_force import CentralForce
+from galvi.systems.potentials.cosine_potential import CosinePotential
 from galvi.systems.potentials.linear_spring import LinearSpring
-from galvi.systems.potentials.pendulum import PendulumWeight
 from galvi.systems.potentials.spring_chain import SpringChain
 from galvi.systems.potentials.uniform_field import UniformField
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.trajectory import Trajectory
 
+PendulumWeight = CosinePotential  # the old name, for one version
 Galerkin.theory_of = staticmethod(theory)  # it stands above the method, which must not import it
 
 __all__ = [
@@ -61,6 +62,7 @@ __all__ = [
     "Cayley",
     "CentralForce",
     "ComponentPolynomials",
+    "CosinePotential",
     "Exponential",
     "Fourier",
     "FreeBody",

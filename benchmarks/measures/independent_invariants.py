@@ -12,10 +12,10 @@ import numpy as np
 from galvi import (
     Canonical,
     CentralForce,
+    CosinePotential,
     FreeBody,
     LinearSpring,
     NBody,
-    PendulumWeight,
     Problem,
     RigidBody,
     UniformGravity,
@@ -47,7 +47,7 @@ def energy(problem: Problem, q: Array, v: Array) -> Array:
         return kinetic + 0.5 * potential.stiffness * np.sum(q**2, axis=-1)
     if isinstance(potential, CentralForce):
         return kinetic - potential.mu / np.sqrt(np.sum(q**2, axis=-1))
-    if isinstance(potential, PendulumWeight):
+    if isinstance(potential, CosinePotential):
         return kinetic - potential.weight * np.sum(np.cos(q), axis=-1)
     raise TypeError(f"there is no textbook energy here for {system!r}.")
 

@@ -9,7 +9,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
-from galvi.systems.potentials.pendulum import PendulumWeight
+from galvi.systems.potentials.cosine_potential import CosinePotential
 
 
 def planar_pendulum(amplitude: float = 2.0) -> Problem:
@@ -21,7 +21,7 @@ def planar_pendulum(amplitude: float = 2.0) -> Problem:
     if not 0.0 < angle < math.pi:
         raise ValueError(f"amplitude must be between 0 and pi radians; received {amplitude!r}.")
     return Problem(
-        system=Canonical(mass=1.0, potential=PendulumWeight(1.0)),
+        system=Canonical(mass=1.0, potential=CosinePotential(1.0)),
         q0=np.array([angle]),
         v0=np.zeros(1),
         name=f"planar pendulum, amplitude {angle:g}",

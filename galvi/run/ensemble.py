@@ -48,7 +48,7 @@ def integrate_many(
 ) -> tuple[Trajectory, ...]:
     """Integrate each of ``problems``, as `galvi.integrate` would, several at a time.
 
-    problems  e.g. ``[problem.starting_at(q, v) for q, v in zip(q0, v0)]``
+    problems  e.g. ``[problem.with_initial_state(q, v) for q, v in zip(q0, v0)]``
     threads   how many run at a time; None means one for each processor this process may use
     progress  True shows a progress bar of runs
     others    as for `galvi.integrate`
@@ -63,8 +63,9 @@ def integrate_many(
     """
     if isinstance(problems, Problem) or not isinstance(problems, Iterable):
         raise TypeError(
-            f"problems must be several of galvi.Problem, as in [problem.starting_at(q, v), ...]; "
-            f"received {problems!r}. For one, call galvi.integrate."
+            f"problems must be several of galvi.Problem, as in "
+            f"[problem.with_initial_state(q, v), ...]; received {problems!r}. For one, call "
+            f"galvi.integrate."
         )
     given = tuple(problems)
     threads = _processors() if threads is None else input_checks.whole("threads", threads)

@@ -42,7 +42,7 @@ def general_stepper(
         return int(kernel(
             functions, field.kind, field.timed, field.side, field.constants, field.pushed,
             field.push_constants, system.group.layout, chart.number, chart.farthest,
-            kernel_tableau(table), table.psi, table.slope, table.end, table.fit, unknowns,
+            kernel_tableau(table), table.psi, table.slope, table.end, table.projection, unknowns,
             problem.t0, step, tolerance, start.first, todo, steps, every, work.state, work.stages,
             work.solver_state, work.turned, work.counts, work.saved_q, work.saved_v, work.bases,
             work.coefficients,

@@ -88,8 +88,9 @@ def kernel_tableau(table: Tableau) -> tuple[Array, ...]:
         return read_only(matrix.T)
 
     return (
-        table.c, table.b, table.beta, turned(table.A), turned(table.psi), table.lead, table.C,
-        turned(table.C), turned(table.analysis), turned(table.ahead), table.growth,
+        table.c, table.b, table.beta, turned(table.A), turned(table.psi),
+        table.velocity_coefficients, table.C, turned(table.C), turned(table.analysis),
+        turned(table.extrapolation), table.growth,
     )  # fmt: skip
 
 
@@ -103,7 +104,7 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
         c, b, beta, A = (
             decimals(kept) + decimals(lost)
             for kept, lost in zip(
-                (table.c, table.b, table.beta, table.A), table.lost[:4], strict=True
+                (table.c, table.b, table.beta, table.A), table.low_parts[:4], strict=True
             )
         )
         moves = _with_lost((h * h * A)[lanes].T)
@@ -112,7 +113,7 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     ahead = [*moves]
     with np.errstate(all="ignore"):  # steps whose square overflows are told of by their status
         for r in range(1, table.growth.size + 1):
-            extrapolated = table.analysis[:r].T @ table.ahead[:, :r].T
+            extrapolated = table.analysis[:r].T @ table.extrapolation[:, :r].T
             ahead += [extrapolated @ kept for kept in moves]
     columns = np.zeros((s, lanes.size))
     columns[:, [0, 2, 1, 3]] = sums
@@ -128,17 +129,18 @@ def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     s = table.c.size
     lanes = np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)
     with extended_precision():
-        h, b = decimals(step), decimals(table.b) + decimals(table.lost[1])
-        A = decimals(table.integral) + decimals(table.lost[4])
+        h, b = decimals(step), decimals(table.b) + decimals(table.low_parts[1])
+        A = decimals(table.integral) + decimals(table.low_parts[4])
         B = b - (A.T * b) / b[:, None]
         moves, turns = (np.concatenate(_with_lost((h * M)[lanes].T)) for M in (A, B))
         kicks = _with_lost(h * b)
     ahead = [
-        table.analysis[:r].T @ table.ahead[lanes, :r].T for r in range(1, table.growth.size + 1)
+        table.analysis[:r].T @ table.extrapolation[lanes, :r].T
+        for r in range(1, table.growth.size + 1)
     ]
     numbers = (
         moves, turns, kicks, np.concatenate(ahead), table.analysis.T[:, lanes], table.growth,
-        step * table.fit,
+        step * table.projection,
     )  # fmt: skip
     return tuple(read_only(np.array(number)) for number in numbers)
 

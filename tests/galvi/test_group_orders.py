@@ -83,7 +83,7 @@ def test_the_packed_kernel_is_the_general_one_to_round_off(problem, chart, stage
 def test_a_body_at_rest_begins_to_fall_in_both_kernels(momentum, chart):
     leaning = Rotation.from_rotvec([0.3, -0.8, 0.5]).as_matrix()
     for problem in (PENDULUM, FREE):
-        resting = problem.starting_at(leaning, [momentum, 0.0, 0.0])
+        resting = problem.with_initial_state(leaning, [momentum, 0.0, 0.0])
         for stages in (1, 2, 5, 8):
             method = collocation(stages, chart)
             packed = galvi.integrate(resting, method, 0.1, 8)

@@ -42,6 +42,6 @@ PROBLEMS = {
     ),
     "planar pendulum": galvi.problems.planar_pendulum(),
     "planar pendulum, light": galvi.Problem(
-        galvi.Canonical([[0.3]], galvi.PendulumWeight(1.7)), [-1.0], [2.0]
+        galvi.Canonical([[0.3]], galvi.CosinePotential(1.7)), [-1.0], [2.0]
     ),
 }

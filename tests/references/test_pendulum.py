@@ -30,7 +30,7 @@ PER_UNIT, TERMS = 8, 40
 
 
 def start(weight: float, mass: float, q0: float, v0: float) -> galvi.Problem:
-    return galvi.Problem(galvi.Canonical(mass, galvi.PendulumWeight(weight)), [q0], [v0])
+    return galvi.Problem(galvi.Canonical(mass, galvi.CosinePotential(weight)), [q0], [v0])
 
 
 def by_taylor_series(weight, mass, q0, v0, duration):
@@ -81,7 +81,7 @@ def test_the_period_is_four_quarters():
 
 
 def test_every_angle_is_its_own_pendulum():
-    system = galvi.Canonical([0.3, 2.0], galvi.PendulumWeight(1.7))
+    system = galvi.Canonical([0.3, 2.0], galvi.CosinePotential(1.7))
     both = PENDULUM.run(galvi.Problem(system, [1.0, -0.5], [0.2, 3.0]), 9.0, {"samples": 3})
     for k, (mass, q0, v0) in enumerate([(0.3, 1.0, 0.2), (2.0, -0.5, 3.0)]):
         alone = PENDULUM.run(start(1.7, mass, q0, v0), 9.0, {"samples": 3})
@@ -102,7 +102,7 @@ def test_scipy_and_small_steps_find_it():
 
 
 def test_another_force_or_a_coupling_mass_is_refused():
-    weight = galvi.PendulumWeight(1.0)
+    weight = galvi.CosinePotential(1.0)
     for system in (
         galvi.Canonical(1.0, weight, gradient=lambda q: 2.0 * np.sin(q)),
         galvi.Canonical(np.array([[2.0, 1.0], [1.0, 2.0]]), weight),

@@ -176,7 +176,7 @@ def test_a_gradient_that_replaces_the_known_force_is_not_taken_for_it():
     for potential, q0, v0 in (
         (galvi.LinearSpring(1.0), [1.0], [0.0]),
         (galvi.CentralForce(1.0), [1.0, 0.0], [0.0, 1.0]),
-        (galvi.PendulumWeight(1.0), [1.0], [0.0]),
+        (galvi.CosinePotential(1.0), [1.0], [0.0]),
     ):
         system = galvi.Canonical(1.0, potential, gradient=lambda q: q**3)
         problem = galvi.Problem(system, q0, v0)

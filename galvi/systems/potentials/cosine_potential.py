@@ -1,4 +1,4 @@
-"""The weight of a plane pendulum."""
+"""The potential of a plane pendulum."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from galvi.systems.potentials.potential import Law
 
 
 @dataclass(frozen=True)
-class PendulumWeight:
+class CosinePotential:
     """V(q) = -weight sum cos(q_i), q of shape (d,): d pendulums, angles from hanging down.
 
     weight  m g l, an energy; ValueError unless finite and positive
