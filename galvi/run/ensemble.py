@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from functools import partial
 from typing import Any
 
 from tqdm import tqdm
@@ -26,10 +24,6 @@ from galvi.run.integrate import number_of_steps, prepared
 from galvi.run.interruption import defer_interrupts
 from galvi.run.run_arrays import check_memory
 from galvi.trajectory import Trajectory
-
-SHORT = 0.003  # seconds; of shorter runs most is Python, in which threads only wait for each other
-PATIENCE = 8  # short runs in a row after which a thread leaves them to one of the threads
-NAP = 0.03  # seconds between two looks of a thread at rest
 
 
 def integrate_many(
@@ -88,80 +82,34 @@ def integrate_many(
 def _all_of(
     runs: Sequence[Callable[..., Trajectory]], threads: int, progress: bool | None
 ) -> tuple[Trajectory, ...]:
-    """What the runs return, or the exception of the first that raised, whoever was quicker."""
-    found: dict[int, Trajectory] = {}
-    raised: dict[int, Exception] = {}
-    first_raised = len(runs)
-    numbers, one_at_a_time = iter(range(len(runs))), threading.Lock()
-    short_runs = _ShortRuns()
-
+    """What the runs return, or the exception of the first in order that raised."""
+    first_raised, lock = len(runs), threading.Lock()
     with (
         defer_interrupts() as pressed,
         tqdm(total=len(runs), disable=not progress, unit="run") as bar,
     ):
 
-        def stopped(k: int) -> bool:
-            return pressed() or first_raised < k
-
-        def take_turns() -> None:
+        def one(k: int) -> Trajectory:
             nonlocal first_raised
-            quick = 0
-            while not raised and (quick < PATIENCE or short_runs.wait_for_them()):
-                with one_at_a_time:
-                    k = next(numbers, None)
-                if k is None:
-                    return
-                clock = time.perf_counter()
-                try:
-                    found[k] = runs[k](interrupted=partial(stopped, k))
-                except Exception as error:
-                    with one_at_a_time:
-                        raised[k], first_raised = error, min(first_raised, k)
-                quick = quick + 1 if time.perf_counter() - clock < SHORT else 0
-                with one_at_a_time:
+            try:
+                with _told_apart(k):
+                    return runs[k](interrupted=lambda: pressed() or first_raised < k)
+            except BaseException:
+                with lock:
+                    first_raised = min(first_raised, k)
+                raise
+            finally:
+                with lock:
                     bar.update()
 
-        def take_all() -> None:
-            try:
-                take_turns()
-            finally:
-                short_runs.over.set()
-
         if threads < 2:
-            take_all()
+            results = tuple(map(one, range(len(runs))))
         else:
             with ThreadPoolExecutor(threads) as pool:
-                turns = [pool.submit(take_all) for _ in range(threads)]
-            for turn in turns:
-                turn.result()
-        if raised:
-            with _told_apart(first_raised):
-                raise raised[first_raised]
-        results = tuple(found[k] for k in range(len(runs)))
+                results = tuple(pool.map(one, range(len(runs))))
         if pressed() and not any(run.interrupted for run in results):
             raise KeyboardInterrupt
     return results
-
-
-class _ShortRuns:
-    """Who does them: one thread at a time, and another one when that has met a longer run."""
-
-    def __init__(self) -> None:
-        self.over = threading.Event()
-        self._one_at_a_time = threading.Lock()
-        self._thread: int | None = None
-        self._since = 0.0  # when it last began one
-
-    def wait_for_them(self) -> bool:
-        """Rest until this thread is to do the next run; False when no more are left."""
-        while not self.over.is_set():
-            with self._one_at_a_time:
-                this, now = threading.get_ident(), time.perf_counter()
-                if self._thread in (None, this) or now - self._since > NAP:
-                    self._thread, self._since = this, now
-                    return True
-            self.over.wait(NAP)
-        return False
 
 
 @contextmanager

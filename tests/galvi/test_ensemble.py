@@ -114,7 +114,7 @@ def test_ctrl_c_stops_all_and_each_can_be_resumed(threads):
     assert [run.failed_step > 1 for run in runs].count(True) >= threads
     assert runs[-1].failed_step == 1  # not begun, as there were more than threads
     assert_same(
-        galvi.resume(runs[-1], 5),
+        galvi.resume(runs[-1], 5, save_every=1),
         galvi.integrate(starts[-1], EIGHT, 0.4, 5),
     )
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
