@@ -35,7 +35,6 @@ class Substeps(Protocol):
 class Engine:
     """One way to run; there are two values, `NYSTROM` and `ON_GROUP`.
 
-    name                 for messages
     start                (problem, stages) -> state, stages and solver_state before the first step,
                          see `Checkpoint`
     velocity_row         row of the state that is saved beside q: velocities or momenta
@@ -53,7 +52,6 @@ class Engine:
                          step failed, and the remedy
     """
 
-    name: str
     start: Callable[[Problem, int], Start]
     velocity_row: int
     solves_by_iteration: Callable[[Problem, Galerkin], bool]

@@ -157,7 +157,6 @@ def _is_compiled(problem: Problem, method: Galerkin) -> bool:
 
 
 ON_GROUP = Engine(
-    name="on a group",
     start=_start,
     velocity_row=1,
     solves_by_iteration=solves_by_iteration,

@@ -87,13 +87,13 @@ def prepared(
 
     All is checked but whether it fits in memory, maybe beside others: see `check_memory`.
     """
+    for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
+        if not isinstance(value, kind):
+            raise TypeError(f"{name} must be a galvi.{kind.__name__}; received {value!r}.")
     h = input_checks.real("step", step)
     if h == 0.0:
         raise ValueError("step must not be zero; received 0. Give the step size in units of time.")
     total = number_of_steps(h, steps, duration)
-    for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
-        if not isinstance(value, kind):
-            raise TypeError(f"{name} must be a galvi.{kind.__name__}; received {value!r}.")
     if problem.t0 + h == problem.t0:
         raise ValueError(
             f"step must change the time; received {step!r} at t0 = {problem.t0!r}, where times are "

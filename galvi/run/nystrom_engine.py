@@ -95,7 +95,6 @@ def _energy_change(problem: Problem, t: float, work: RunArrays) -> float:
 
 
 NYSTROM = Engine(
-    name="Nystrom",
     start=_start,
     velocity_row=2,
     solves_by_iteration=lambda problem, method: True,
