@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import galvi
+from galvi.curves.local_chart import GroupChart, IdentityChart
 from galvi.run import integrate as integrating
 from galvi.run.engine import Engine
 from galvi.run.engine_choice import engine_for
@@ -82,6 +83,16 @@ def test_both_engines_agree():
     t = np.linspace(0.0, 2.0, 13)
     assert np.allclose(one(t), other(t), rtol=0.0, atol=CLOSE)
     assert np.allclose(one.velocity(t), other.velocity(t), rtol=0.0, atol=CLOSE)
+
+
+@pytest.mark.parametrize("chart", [galvi.Cayley(), galvi.Exponential()])
+def test_the_chart_of_a_vector_space_is_that_of_rn(chart):
+    base, xi, rate = np.random.default_rng(3).standard_normal((3, 7, 4))
+    identity, of_group = IdentityChart((4,)), GroupChart(galvi.Rn(4), chart)
+    assert np.array_equal(identity.place(base, xi), of_group.place(base, xi))
+    assert np.array_equal(identity.velocity(xi, rate), of_group.velocity(xi, rate))
+    bodies = IdentityChart((2, 2))
+    assert np.array_equal(bodies.place(base.reshape(7, 2, 2), xi).reshape(7, 4), base + xi)
 
 
 @pytest.mark.parametrize("problem", [KEPLER, galvi.problems.heavy_top()])
