@@ -99,7 +99,7 @@ class Scan:
         return min(steps, max(math.ceil(LEAST / degree), math.ceil(share * steps)))
 
     def length(self, degree: int, steps: int) -> float:
-        """Of the part that is measured with so many steps in the duration."""
+        """Length of the part that is measured when the duration has so many steps."""
         return self.duration * (self.part(degree, steps) / steps)
 
     def run(
@@ -145,7 +145,7 @@ class Scan:
         return steps
 
     def reach(self, degree: int, steps: int, runs: int) -> float:
-        """The length that so many runs like this one, with their checks, can be afforded for."""
+        """Length over which so many runs like this one fit into the budget, with their checks."""
         part = math.ceil(LEAST / degree)
         for _ in range(DOUBLINGS):
             before = self.spent
@@ -162,7 +162,7 @@ class Scan:
         """Try a degree and a number of steps in the duration."""
         part, before = self.part(degree, steps), self.spent
         run, seconds, evaluations = self.run(degree, steps, part)
-        error, growth, status = math.inf, math.nan, _wrong(run)
+        error, growth, status = math.inf, math.nan, _failure(run)
         if not status:
             check, _, _ = self.run(degree + MORE, steps, part)
             error, growth, status = self._error(run, check)
@@ -183,8 +183,8 @@ class Scan:
         return self._error(run, half)[0]
 
     def _error(self, run: Trajectory, better: Trajectory) -> tuple[float, float, str]:
-        """Over the duration, the power of time it grew with, and why it means nothing."""
-        if wrong := _wrong(better):
+        """The error over the duration, the power of time it grew with, and why it is of no use."""
+        if wrong := _failure(better):
             return math.inf, math.nan, f"The run to compare with failed. {wrong}"
         apart = np.maximum.accumulate(distances(run.q, better.q))
         extent = float(np.max(distances(better.q, np.broadcast_to(better.q[:1], better.q.shape))))
@@ -204,5 +204,6 @@ class Scan:
         return error, growth, ""
 
 
-def _wrong(run: Trajectory) -> str:
+def _failure(run: Trajectory) -> str:
+    """Why a run is of no use, or an empty text."""
     return "" if run.success and run.status == COMPLETED else run.status

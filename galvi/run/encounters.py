@@ -12,16 +12,12 @@ FAR = 1e100  # lengths; squares of larger ones overflow
 SOLVABLE = 0.5  # step / sqrt(r^3 / G(m_i + m_j)) that each stage adds to what can be solved
 
 
+@np.errstate(all="ignore")
 def encounter(problem: Problem, system: NBody, stages: int, step: float, state: Array) -> str:
     """Which bodies the step from ``state`` failed for, and the remedy.
 
-    One that is lost, or the pair that sets the pace.
+    A body that is too far away, or the pair with the shortest time scale.
     """
-    with np.errstate(all="ignore"):
-        return _encounter(problem, system, stages, step, state)
-
-
-def _encounter(problem: Problem, system: NBody, stages: int, step: float, state: Array) -> str:
     q, v = (state[row].reshape(problem.q0.shape) for row in (0, 2))
     masses, G = system.masses, system.G
     names = problem.parameters.get("bodies")

@@ -1,4 +1,4 @@
-"""The energy at the end of a run: a change that no usable run has is told."""
+"""Checks the energy at the end of a run against the one at its start."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ USABLE = 0.1  # change of the energy over |T| + |V| that a usable run may have
 
 
 def conserves_energy(system: Any) -> bool:
-    """Whether it does, and its energy is known to round-off and quickly had."""
+    """Whether a system conserves its energy, and that is known to round-off at little cost."""
     if isinstance(system, NBody | FreeBody):
         return True
     if getattr(system, "force", None) is not None:
@@ -44,7 +44,7 @@ def energy_change(problem: Problem, q: Array, v: Array, p: Array | None = None) 
 
 
 def _energy(problem: Problem, q: Array, v: Array, p: Array | None = None) -> tuple[float, float]:
-    """T and V; of a Lagrangian p . v, where v has the momentum p if that is not given, and -L."""
+    """T and V; for a Lagrangian p . v and -L, with p the momentum of v unless it is given."""
     system: Any = problem.system
     if isinstance(system, Lagrangian):
         p = system.momentum(v, q, problem.t0) if p is None else p

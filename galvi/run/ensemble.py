@@ -66,7 +66,7 @@ def integrate_many(
     runs: list[Callable[..., Trajectory]] = []
     compiled = True
     for k, problem in enumerate(given):
-        with _told_apart(k):
+        with _naming_problem(k):
             run = prepared(
                 problem, method, step, steps, duration=duration, save_every=save_every,
                 curves=curves, solver=solver, tolerance=tolerance,
@@ -82,7 +82,7 @@ def integrate_many(
 def _all_of(
     runs: Sequence[Callable[..., Trajectory]], threads: int, progress: bool | None
 ) -> tuple[Trajectory, ...]:
-    """What the runs return, or the exception of the first in order that raised."""
+    """The results of the runs; raises the exception of the first in order that failed."""
     first_raised, lock = len(runs), threading.Lock()
     with (
         defer_interrupts() as pressed,
@@ -92,7 +92,7 @@ def _all_of(
         def one(k: int) -> Trajectory:
             nonlocal first_raised
             try:
-                with _told_apart(k):
+                with _naming_problem(k):
                     return runs[k](interrupted=lambda: pressed() or first_raised < k)
             except BaseException:
                 with lock:
@@ -113,7 +113,7 @@ def _all_of(
 
 
 @contextmanager
-def _told_apart(k: int) -> Iterator[None]:
+def _naming_problem(k: int) -> Iterator[None]:
     try:
         yield
     except Exception as error:

@@ -69,7 +69,7 @@ class RunArrays:
     def of(
         cls, problem: Problem, method: Galerkin, steps: int, start: Checkpoint, row: int
     ) -> RunArrays:
-        """Room for ``steps`` steps from ``start``; ``row`` of its state is saved_v's first."""
+        """Arrays for ``steps`` steps from ``start``; ``row`` of its state is the first saved_v."""
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
         kept = [*range(0, steps, start.save_every), steps]
         saved_q, saved_v = np.full((len(kept), r), np.nan), np.full((len(kept), d), np.nan)

@@ -30,7 +30,7 @@ def final_status(
 
 
 def _completed(engine: Engine, problem: Problem, t: float, work: RunArrays) -> str:
-    """Completed, with a word when the energy, where it is conserved, says otherwise."""
+    """Completed, or a remark that the energy, where it is conserved, has changed too much."""
     if not conserves_energy(problem.system):
         return COMPLETED
     change = engine.energy_change(problem, t, work)
