@@ -79,6 +79,10 @@ class Galerkin:
         space = f"degree {self.space.degree}" if _polynomials(self.space) else str(self.space)
         return known or f"Galerkin {space}, {self.rule.name}"
 
+    def __repr__(self) -> str:
+        chart = "" if self.chart == Cayley() else f", {self.chart}"
+        return f"Galerkin({self.space}, {self.rule}{chart})"
+
     def theory(
         self, problem: Any = None, step: float | None = None, lipschitz: float | None = None
     ) -> Any:

@@ -61,9 +61,11 @@ class Problem:
         content = (self.system, self.q0, self.v0, self.t0, self.name, dict(self.parameters))
         return Problem, (*content, self.units)
 
-    def starting_at(self, q0: Any, v0: Any) -> Problem:
+    def with_initial_state(self, q0: Any, v0: Any) -> Problem:
         """The same problem from another configuration and velocity, for `galvi.integrate_many`."""
         return replace(self, q0=q0, v0=v0)
+
+    starting_at = with_initial_state  # the old name, for one version
 
     @property
     def p0(self) -> Array:

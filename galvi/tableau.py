@@ -36,21 +36,23 @@ FARTHEST = 26  # the next Legendre polynomial multiplies round-off by more than 
 class Tableau:
     """s stages (the rule's points), m = dimension - 1 basis functions that vanish at 0.
 
-    c, b      (s,)    nodes and weights of the rule
-    A         (s, s)  stages from accelerations
-    beta      (s,)    end point from accelerations
-    psi       (s, m)  basis at the stages
-    end       (m,)    basis at 1
-    K         (m, m)  stiffness, symmetric positive definite
-    lead      (m,)    K^-1 e, curve coefficients from the velocity
-    C         (m, s)  curve coefficients from accelerations
-    analysis  (s, s)  Legendre coefficients from values at the stages
-    ahead     (s, l)  Legendre polynomials at the next step's stages, 1 + c; l = min(s, FARTHEST)
-    growth    (l,)    Legendre polynomials at the next step's end
-    slope     (s, m)  derivative of the basis at the stages
-    fit       (m, s)  K^-1 slope^T diag(b), the coefficients of the curve nearest to given slopes
-    integral  (s, s)  curve at the stages from its slopes there, psi fit
-    lost      what rounding took from c, b, beta, A and the integral, in their shapes
+    c, b                   (s,)    nodes and weights of the rule
+    A                      (s, s)  stages from accelerations
+    beta                   (s,)    end point from accelerations
+    psi                    (s, m)  basis at the stages
+    end                    (m,)    basis at 1
+    K                      (m, m)  stiffness, symmetric positive definite
+    velocity_coefficients  (m,)    K^-1 e, curve coefficients from the velocity
+    C                      (m, s)  curve coefficients from accelerations
+    analysis               (s, s)  Legendre coefficients from values at the stages
+    extrapolation          (s, l)  Legendre polynomials at the next step's stages, 1 + c;
+                                   l = min(s, FARTHEST)
+    growth                 (l,)    Legendre polynomials at the next step's end
+    slope                  (s, m)  derivative of the basis at the stages
+    projection             (m, s)  K^-1 slope^T diag(b), coefficients of the curve nearest to given
+                                   slopes
+    integral               (s, s)  curve at the stages from its slopes there, psi projection
+    low_parts              what rounding took from c, b, beta, A and the integral, in their shapes
     """
 
     c: Array
@@ -60,15 +62,15 @@ class Tableau:
     psi: Array
     end: Array
     K: Array
-    lead: Array
+    velocity_coefficients: Array
     C: Array
     analysis: Array
-    ahead: Array
+    extrapolation: Array
     growth: Array
     slope: Array
-    fit: Array
+    projection: Array
     integral: Array
-    lost: tuple[Array, ...]
+    low_parts: tuple[Array, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,23 +120,24 @@ def assemble(space: Space, rule: Rule) -> Assembled:
         solved = _solve(K, np.column_stack([end, gap, slope.T * b]), space)
         if solved is None:
             return Assembled(None, float("inf"))
-        lead, C, fit = solved[:, 0], solved[:, 1 : 1 + len(c)], solved[:, 1 + len(c) :]
+        lead, C, projection = solved[:, 0], solved[:, 1 : 1 + len(c)], solved[:, 1 + len(c) :]
         alpha, beta_p = psi @ lead, end @ lead
         defect = float(np.max(np.abs(rounded(np.append(alpha - c, beta_p - 1)))))
         A = psi @ C
         analysis = np.linalg.inv(legendre(2.0 * rule.nodes - 1.0, rule.points - 1))
         most = min(rule.points, FARTHEST) - 1
-        ahead = legendre(2.0 * rule.nodes + 1.0, most)
+        extrapolation = legendre(2.0 * rule.nodes + 1.0, most)
         growth = legendre(np.array([3.0]), most)[0]
         beta = b * (1 - c)
-        integral = psi @ fit
+        integral = psi @ projection
         numbers = (
-            c, b, A, beta, psi, end, K, lead, C, analysis, ahead, growth, slope, fit, integral,
+            c, b, A, beta, psi, end, K, lead, C, analysis, extrapolation, growth, slope,
+            projection, integral,
         )  # fmt: skip
-        lost = tuple(
+        low_parts = tuple(
             rounded(exact - decimals(rounded(exact))) for exact in (c, b, beta, A, integral)
         )
-    arrays: list[Any] = [*(rounded(number) for number in numbers), lost]
+    arrays: list[Any] = [*(rounded(number) for number in numbers), low_parts]
     return Assembled(Tableau(*arrays), defect)
 
 

@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.curves.group_curves import GroupCurves
-from galvi.curves.vector_curves import Curves
+from galvi.checkpoint import Checkpoint
+from galvi.curves.curves import Curves
 from galvi.problem import Problem
 
 if TYPE_CHECKING:
     import pandas
-
-    from galvi.checkpoint import Checkpoint
 
 COMPLETED = "Completed."
 
@@ -36,7 +34,7 @@ class Trajectory:
     step          the step size; None for a reference with steps of its own
     method        the method or reference that made it
     curves        the Galerkin curve of each step; None when not kept
-    continuation  what `galvi.resume` needs; None for references
+    checkpoint    what `galvi.resume` needs; None for references
     interrupted   whether Ctrl-C ended it; it can be resumed
     """
 
@@ -50,8 +48,8 @@ class Trajectory:
     counts: Mapping[str, int] = field(default_factory=dict)
     step: float | None = None
     method: Any = None
-    curves: Curves | GroupCurves | None = None
-    continuation: Checkpoint | None = None
+    curves: Curves | None = None
+    checkpoint: Checkpoint | None = None
     interrupted: bool = False
 
     def __call__(self, t: Any) -> Array:
@@ -77,7 +75,7 @@ class Trajectory:
 
         return pandas.DataFrame({"t": self.t, **columns("q", self.q), **columns("p", self.p)})
 
-    def _kept_curves(self) -> Curves | GroupCurves:
+    def _kept_curves(self) -> Curves:
         if self.curves is None:
             raise ValueError(
                 "this run has no curves to evaluate; integrate with curves=True or save_every=1 "

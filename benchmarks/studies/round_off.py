@@ -70,7 +70,7 @@ def member(number: int) -> Problem:
     """The outer solar system with every coordinate and velocity off by about 1e-12 of itself."""
     problem = galvi.problems.outer_solar_system()
     off = np.random.default_rng([SEED, number]).standard_normal((2, *problem.q0.shape))
-    return problem.starting_at(
+    return problem.with_initial_state(
         problem.q0 * (1.0 + SIZE * off[0]), problem.v0 * (1.0 + SIZE * off[1])
     )
 

@@ -84,7 +84,7 @@ class GalerkinParticipant:
         each = max(1, round(length * self.per_orbit / period(problem, JUPITER)))
         run, done = self._kept(problem, length / each, each, resume, report), 0
         if run is not None:
-            done = run.continuation.first // each
+            done = run.checkpoint.first // each
             yield _sample(done, run)
         for number in KEPT[KEPT.index(done) + 1 if done else 0 :]:
             steps = (number - done) * each
@@ -113,7 +113,7 @@ class GalerkinParticipant:
         except ValueError as error:
             report(f"{error} The run starts anew.")
             return None
-        number, rest = divmod(run.continuation.first, each)
+        number, rest = divmod(run.checkpoint.first, each)
         same = run.step == step and run.method == self.method
         if same and run.success and not rest and number in KEPT:
             return run
@@ -159,7 +159,7 @@ def _sample(number: int, run: Any) -> Sample:
     if not run.success:
         return Sample(number, float("nan"), float("nan"), run.status)
     problem = run.problem
-    q, q_low, v, v_low = run.continuation.state.reshape(4, *problem.q0.shape)
+    q, q_low, v, v_low = run.checkpoint.state.reshape(4, *problem.q0.shape)
     exact = relative_energy_error(problem, DoubleDouble(q, q_low), DoubleDouble(v, v_low))
     masses = problem.system.masses[:, None]
     handed_out = exactly(run.p[-1]) / exactly(masses)

@@ -14,6 +14,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.group_system import group_system
 from galvi.run.integrate import integrate
+from galvi.run.interruption import uninterrupted
 from galvi.systems.finite_differences import WEIGHTS
 from galvi.systems.system import GroupSystem
 from galvi.systems.velocities import velocity_at
@@ -34,7 +35,8 @@ def group_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
     def end(eta: Array, shift: Array) -> tuple[Array, Array]:
         g = place(CHART, group, problem.q0, eta)
         v = velocity_at(system, g, problem.p0 + shift, problem.t0)
-        run = integrate(Problem(problem.system, g, v, problem.t0), method, step, 1)
+        start = Problem(problem.system, g, v, problem.t0)
+        run = uninterrupted(integrate(start, method, step, 1))
         if not run.success:
             raise ValueError(f"the step has no derivative, because it failed. {run.status}")
         return run.q[-1], run.p[-1]
@@ -62,7 +64,7 @@ def group_symplecticity_defect(problem: Problem, method: Galerkin, step: float) 
     W(mu) is the matrix of <d mu2, eta1> - <d mu1, eta2> + <mu, [eta1, eta2]>.
     """
     group = cast(GroupSystem, group_system(problem, method)).group
-    end = integrate(problem, method, step, 1)
+    end = uninterrupted(integrate(problem, method, step, 1))
     DF = group_step_derivative(problem, method, step)
     W0, W1 = (_form(group, mu) for mu in (problem.p0, end.p[-1]))
     scale = max(1.0, np.linalg.norm(DF, 2) ** 2)

@@ -7,6 +7,7 @@ import numpy as np
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.integrate import integrate
+from galvi.run.interruption import uninterrupted
 from galvi.systems.velocities import velocity_at
 
 
@@ -15,12 +16,12 @@ def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int
 
     A symmetric method returns to round-off; others, and on groups all but degree 1 with the
     exponential chart, only to their order. NaN when a run fails.
-    Raises what `galvi.integrate` raises.
+    Raises what `galvi.integrate` raises, and KeyboardInterrupt on Ctrl-C.
     """
-    there = integrate(problem, method, step, steps, save_every=steps)
+    there = uninterrupted(integrate(problem, method, step, steps, save_every=steps))
     if not there.success:
         return float("nan")
     end, t = there.q[-1], float(there.t[-1])
     turned = Problem(problem.system, end, velocity_at(problem.system, end, there.p[-1], t), t)
-    back = integrate(turned, method, -step, steps, save_every=steps)
+    back = uninterrupted(integrate(turned, method, -step, steps, save_every=steps))
     return float(np.max(np.abs(back.q[-1] - problem.q0)))

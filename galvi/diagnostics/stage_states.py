@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.charts.maps import place, tangent
-from galvi.curves.group_curves import GroupCurves
 from galvi.trajectory import Trajectory
 
 
@@ -26,11 +24,5 @@ def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
     xi = np.einsum("kdi,si->ksd", coefficients, table.psi)
     rate = np.einsum("kdi,si->ksd", coefficients, table.slope) / step
     t = curves.t0 + (np.arange(len(xi))[:, None] + table.c) * step
-    if isinstance(curves, GroupCurves):
-        bases = np.repeat(curves.bases[:, None], table.c.size, axis=1)
-        q = place(curves.chart, curves.group, bases, xi)
-        v = np.einsum("ksab,ksb->ksa", tangent(curves.chart, curves.group, xi), rate)
-        return t, q, v, step * table.b
-    shape = (*xi.shape[:2], *curves.shape)
-    q = (curves.bases[:, None] + xi).reshape(shape)
-    return t, q, rate.reshape(shape), step * table.b
+    bases = np.repeat(curves.bases[:, None], table.c.size, axis=1)
+    return t, curves.chart.place(bases, xi), curves.chart.velocity(xi, rate), step * table.b

@@ -12,6 +12,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.group_system import group_system
 from galvi.run.integrate import integrate
+from galvi.run.interruption import uninterrupted
 from galvi.systems.system import VectorSystem
 
 
@@ -26,7 +27,7 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     if group_system(problem, method) is not None:
         return group_step_derivative(problem, method, step)
     h, table, d = step, method.table, problem.q0.size
-    run = integrate(problem, method, h, 1)
+    run = uninterrupted(integrate(problem, method, h, 1))
     if not run.success:
         raise ValueError(f"the step has no derivative, because it failed. {run.status}")
     times = problem.t0 + table.c * h

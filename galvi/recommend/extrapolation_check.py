@@ -1,4 +1,4 @@
-"""What one run over a whole duration says of an error that was seen over a part of it."""
+"""Checks an extrapolated error by one full-length run."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOST, FEWEST, ROOM = 4096, 256, 2**24  # saved states; pairs of coordinates in a
 
 
 def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
-    """Why the extrapolated error of a choice means little, or nothing to say.
+    """Why the extrapolated error of a choice cannot be relied on; empty when it can.
 
     The choice is run once over the whole duration, if the budget allows; it has to complete, and to
     be there what it was in the part: no body much faster, its energy as good.
@@ -59,7 +59,10 @@ def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
 
 
 def turning_points(q: Array) -> int:
-    """Of the coordinate that turns most often, among those that move; q is (saved, d)."""
+    """How often the coordinate turns that turns most often; q is (saved, d).
+
+    Coordinates that hardly move do not count.
+    """
     if len(q) < 3:
         return 0
     moves = np.ptp(q, axis=0)
@@ -68,7 +71,7 @@ def turning_points(q: Array) -> int:
 
 
 def _energies(run: Trajectory) -> Array:
-    """One state at a time, since those of many bodies need much memory."""
+    """(saved,), one state at a time, since many bodies need much memory."""
     one_by_one = (slice(k, k + 1) for k in range(len(run.t)))
     return np.concatenate(
         [energy(replace(run, t=run.t[k], q=run.q[k], p=run.p[k])) for k in one_by_one]

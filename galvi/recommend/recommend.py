@@ -54,7 +54,8 @@ def recommend(
     the whole duration (see `galvi.recommend.extrapolation_check`). What fails is kept in
     ``scanned`` with its reason. When nothing reaches the error the result says so (``reached``,
     ``status``) and is the most accurate found. On groups methods have the exponential chart.
-    Raises ValueError or TypeError for bad input, and what a user's function raises.
+    Raises ValueError or TypeError for bad input, KeyboardInterrupt on Ctrl-C, and what a user's
+    function raises.
     """
     if not isinstance(problem, Problem):
         raise TypeError(f"problem must be a galvi.Problem; received {problem!r}.")

@@ -1,4 +1,4 @@
-"""Which degree and step to take for an error, and what was tried to find out."""
+"""The degree and step recommended for an error, and the candidates that were tried."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Candidate:
     status: str = ""
 
     def cost(self, by: str) -> float:
-        """In seconds when by "time", else in evaluations."""
+        """Seconds when ``by`` is "time", else evaluations."""
         return self.seconds if by == "time" else self.evaluations
 
 

@@ -19,9 +19,10 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.recommend.recommendation import Candidate
 from galvi.rules.gauss import gauss
-from galvi.run.engines_on_group import by_fixed_point
+from galvi.run.engine_choice import engine_for
 from galvi.run.group_system import group_system
 from galvi.run.integrate import integrate
+from galvi.run.interruption import uninterrupted
 from galvi.spaces.polynomials import Polynomials
 from galvi.trajectory import COMPLETED, Trajectory
 
@@ -98,19 +99,22 @@ class Scan:
         return min(steps, max(math.ceil(LEAST / degree), math.ceil(share * steps)))
 
     def length(self, degree: int, steps: int) -> float:
-        """Of the part that is measured with so many steps in the duration."""
+        """Length of the part that is measured when the duration has so many steps."""
         return self.duration * (self.part(degree, steps) / steps)
 
     def run(
         self, degree: int, steps: int, part: int, finer: int = 1, solver: str = "auto",
         samples: int = SAMPLES,
     ) -> tuple[Trajectory, float, float]:  # fmt: skip
-        """The first ``part`` steps, each in ``finer`` ones, with its seconds and evaluations."""
+        """The first ``part`` steps, each in ``finer`` ones, with its seconds and evaluations.
+
+        Ctrl-C raises KeyboardInterrupt, since a part of a run says nothing.
+        """
         began = time.perf_counter()
-        run = integrate(
+        run = uninterrupted(integrate(
             self.problem, collocation(self.problem, degree), self.duration / (steps * finer),
             part * finer, save_every=max(1, part // samples) * finer, curves=False, solver=solver,
-        )  # fmt: skip
+        ))  # fmt: skip
         seconds = time.perf_counter() - began
         counts, size = run.counts, self.problem.v0.size
         evaluations = float(counts["force_evaluations"] + size * counts["hessian_evaluations"])
@@ -124,7 +128,7 @@ class Scan:
         """
         size, spent, steps = float(np.max(np.abs(self.problem.q0))), self.spent, 1
         method = collocation(self.problem, degree)
-        plain = group_system(self.problem) is None or by_fixed_point(self.problem, method)
+        plain = engine_for(self.problem, method).solves_by_iteration(self.problem, method)
         solver = "fixed_point" if plain else "auto"
         for _ in range(DOUBLINGS):
             one, other = (self.run(s, steps, 1, solver=solver)[0]
@@ -141,7 +145,7 @@ class Scan:
         return steps
 
     def reach(self, degree: int, steps: int, runs: int) -> float:
-        """The length that so many runs like this one, with their checks, can be afforded for."""
+        """Length over which so many runs like this one fit into the budget, with their checks."""
         part = math.ceil(LEAST / degree)
         for _ in range(DOUBLINGS):
             before = self.spent
@@ -158,7 +162,7 @@ class Scan:
         """Try a degree and a number of steps in the duration."""
         part, before = self.part(degree, steps), self.spent
         run, seconds, evaluations = self.run(degree, steps, part)
-        error, growth, status = math.inf, math.nan, _wrong(run)
+        error, growth, status = math.inf, math.nan, _failure(run)
         if not status:
             check, _, _ = self.run(degree + MORE, steps, part)
             error, growth, status = self._error(run, check)
@@ -179,8 +183,8 @@ class Scan:
         return self._error(run, half)[0]
 
     def _error(self, run: Trajectory, better: Trajectory) -> tuple[float, float, str]:
-        """Over the duration, the power of time it grew with, and why it means nothing."""
-        if wrong := _wrong(better):
+        """The error over the duration, the power of time it grew with, and why it is of no use."""
+        if wrong := _failure(better):
             return math.inf, math.nan, f"The run to compare with failed. {wrong}"
         apart = np.maximum.accumulate(distances(run.q, better.q))
         extent = float(np.max(distances(better.q, np.broadcast_to(better.q[:1], better.q.shape))))
@@ -200,5 +204,6 @@ class Scan:
         return error, growth, ""
 
 
-def _wrong(run: Trajectory) -> str:
+def _failure(run: Trajectory) -> str:
+    """Why a run is of no use, or an empty text."""
     return "" if run.success and run.status == COMPLETED else run.status

@@ -68,5 +68,7 @@ def _no_better(before: Candidate, after: Candidate) -> bool:
     """Whether the error fell, in decades, by less than half of what the order promises."""
     if not (math.isfinite(before.error) and after.error > 0.0) or after.steps <= before.steps:
         return False
+    if not math.isfinite(after.error):
+        return True
     promised = 2.0 * after.degree * math.log(after.steps / before.steps)
     return math.log(before.error / after.error) < 0.5 * promised

@@ -64,6 +64,9 @@ class Rule:
         mirrored = np.allclose(self.nodes, 1.0 - self.nodes[::-1], rtol=0.0, atol=1e-15)
         return bool(mirrored and np.allclose(self.weights, self.weights[::-1], atol=1e-15))
 
+    def __repr__(self) -> str:
+        return f"Rule({self.name!r})"
+
     def _check(self) -> None:
         nodes, weights = self.nodes, self.weights
         if nodes.size == 0 or nodes.size != weights.size:

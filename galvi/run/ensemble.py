@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from functools import partial
 from typing import Any
 
 from tqdm import tqdm
@@ -21,15 +19,11 @@ from tqdm import tqdm
 from galvi import input_checks
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.group_system import group_system
+from galvi.run.engine_choice import engine_for
 from galvi.run.integrate import number_of_steps, prepared
 from galvi.run.interruption import defer_interrupts
 from galvi.run.run_arrays import check_memory
 from galvi.trajectory import Trajectory
-
-SHORT = 0.003  # seconds; of shorter runs most is Python, in which threads only wait for each other
-PATIENCE = 8  # short runs in a row after which a thread leaves them to one of the threads
-NAP = 0.03  # seconds between two looks of a thread at rest
 
 
 def integrate_many(
@@ -48,7 +42,7 @@ def integrate_many(
 ) -> tuple[Trajectory, ...]:
     """Integrate each of ``problems``, as `galvi.integrate` would, several at a time.
 
-    problems  e.g. ``[problem.starting_at(q, v) for q, v in zip(q0, v0)]``
+    problems  e.g. ``[problem.with_initial_state(q, v) for q, v in zip(q0, v0)]``
     threads   how many run at a time; None means one for each processor this process may use
     progress  True shows a progress bar of runs
     others    as for `galvi.integrate`
@@ -63,21 +57,22 @@ def integrate_many(
     """
     if isinstance(problems, Problem) or not isinstance(problems, Iterable):
         raise TypeError(
-            f"problems must be several of galvi.Problem, as in [problem.starting_at(q, v), ...]; "
-            f"received {problems!r}. For one, call galvi.integrate."
+            f"problems must be several of galvi.Problem, as in "
+            f"[problem.with_initial_state(q, v), ...]; received {problems!r}. For one, call "
+            f"galvi.integrate."
         )
     given = tuple(problems)
     threads = _processors() if threads is None else input_checks.whole("threads", threads)
     runs: list[Callable[..., Trajectory]] = []
     compiled = True
     for k, problem in enumerate(given):
-        with _told_apart(k):
+        with _naming_problem(k):
             run = prepared(
                 problem, method, step, steps, duration=duration, save_every=save_every,
                 curves=curves, solver=solver, tolerance=tolerance,
             )  # fmt: skip
             runs.append(run)
-            compiled = compiled and _compiled(problem)
+            compiled = compiled and engine_for(problem, method).is_compiled(problem, method)
     if given:
         total = number_of_steps(float(step), steps, duration)
         check_memory(given, method, total, save_every, curves)
@@ -87,98 +82,43 @@ def integrate_many(
 def _all_of(
     runs: Sequence[Callable[..., Trajectory]], threads: int, progress: bool | None
 ) -> tuple[Trajectory, ...]:
-    """What the runs return, or the exception of the first that raised, whoever was quicker."""
-    found: dict[int, Trajectory] = {}
-    raised: dict[int, Exception] = {}
-    first_raised = len(runs)
-    numbers, one_at_a_time = iter(range(len(runs))), threading.Lock()
-    short_runs = _ShortRuns()
-
+    """The results of the runs; raises the exception of the first in order that failed."""
+    first_raised, lock = len(runs), threading.Lock()
     with (
         defer_interrupts() as pressed,
         tqdm(total=len(runs), disable=not progress, unit="run") as bar,
     ):
 
-        def stopped(k: int) -> bool:
-            return pressed() or first_raised < k
-
-        def take_turns() -> None:
+        def one(k: int) -> Trajectory:
             nonlocal first_raised
-            quick = 0
-            while not raised and (quick < PATIENCE or short_runs.wait_for_them()):
-                with one_at_a_time:
-                    k = next(numbers, None)
-                if k is None:
-                    return
-                clock = time.perf_counter()
-                try:
-                    found[k] = runs[k](interrupted=partial(stopped, k))
-                except Exception as error:
-                    with one_at_a_time:
-                        raised[k], first_raised = error, min(first_raised, k)
-                quick = quick + 1 if time.perf_counter() - clock < SHORT else 0
-                with one_at_a_time:
+            try:
+                with _naming_problem(k):
+                    return runs[k](interrupted=lambda: pressed() or first_raised < k)
+            except BaseException:
+                with lock:
+                    first_raised = min(first_raised, k)
+                raise
+            finally:
+                with lock:
                     bar.update()
 
-        def take_all() -> None:
-            try:
-                take_turns()
-            finally:
-                short_runs.over.set()
-
         if threads < 2:
-            take_all()
+            results = tuple(map(one, range(len(runs))))
         else:
             with ThreadPoolExecutor(threads) as pool:
-                turns = [pool.submit(take_all) for _ in range(threads)]
-            for turn in turns:
-                turn.result()
-        if raised:
-            with _told_apart(first_raised):
-                raise raised[first_raised]
-        results = tuple(found[k] for k in range(len(runs)))
+                results = tuple(pool.map(one, range(len(runs))))
         if pressed() and not any(run.interrupted for run in results):
             raise KeyboardInterrupt
     return results
 
 
-class _ShortRuns:
-    """Who does them: one thread at a time, and another one when that has met a longer run."""
-
-    def __init__(self) -> None:
-        self.over = threading.Event()
-        self._one_at_a_time = threading.Lock()
-        self._thread: int | None = None
-        self._since = 0.0  # when it last began one
-
-    def wait_for_them(self) -> bool:
-        """Rest until this thread is to do the next run; False when no more are left."""
-        while not self.over.is_set():
-            with self._one_at_a_time:
-                this, now = threading.get_ident(), time.perf_counter()
-                if self._thread in (None, this) or now - self._since > NAP:
-                    self._thread, self._since = this, now
-                    return True
-            self.over.wait(NAP)
-        return False
-
-
 @contextmanager
-def _told_apart(k: int) -> Iterator[None]:
+def _naming_problem(k: int) -> Iterator[None]:
     try:
         yield
     except Exception as error:
         error.add_note(f"This was problems[{k}].")
         raise
-
-
-def _compiled(problem: Problem) -> bool:
-    """Whether other threads can run beside it."""
-    system: Any = problem.system
-    on_group = group_system(problem)
-    if on_group is not None:
-        return on_group.lagrangian_kernel().compiled
-    return bool(system.force_kernel(problem.q0.shape[-1]).compiled)
 
 
 def _processors() -> int:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import tempfile
 import zipfile
 from dataclasses import fields, is_dataclass
@@ -19,49 +20,13 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import read_only
-from galvi.charts.cayley import Cayley
-from galvi.charts.exponential import Exponential
 from galvi.checkpoint import Checkpoint
-from galvi.curves.group_curves import GroupCurves
-from galvi.curves.vector_curves import Curves
-from galvi.groups.product import Product
-from galvi.groups.rn import Rn
-from galvi.groups.se3 import SE3
-from galvi.groups.so2 import SO2
-from galvi.groups.so3 import SO3
-from galvi.method import Galerkin
+from galvi.curves.curves import Curves
 from galvi.problem import Problem
-from galvi.rules.rule import Rule
-from galvi.run.group_system import group_system
-from galvi.spaces.component_polynomials import ComponentPolynomials
-from galvi.spaces.fourier import Fourier
-from galvi.spaces.piecewise_hermite import PiecewiseHermite
-from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
-from galvi.spaces.polynomial_fourier import PolynomialFourier
-from galvi.spaces.polynomials import Polynomials
-from galvi.systems.canonical import Canonical
-from galvi.systems.forces.rotor_drag import RotorDrag
-from galvi.systems.free_body import FreeBody
-from galvi.systems.lagrangian import Lagrangian
-from galvi.systems.nbody import NBody
-from galvi.systems.planar_chain import PlanarChain
-from galvi.systems.potentials.central_force import CentralForce
-from galvi.systems.potentials.cosine_potential import CosinePotential
-from galvi.systems.potentials.linear_spring import LinearSpring
-from galvi.systems.potentials.spring_chain import SpringChain
-from galvi.systems.potentials.uniform_field import UniformField
-from galvi.systems.potentials.uniform_gravity import UniformGravity
-from galvi.systems.rigid_body import RigidBody
+from galvi.run.engine_choice import engine_for
 from galvi.trajectory import Trajectory
 
-VALUES = (
-    CentralForce, LinearSpring, SpringChain, CosinePotential, UniformField, UniformGravity,
-    RotorDrag, Polynomials, ComponentPolynomials, Fourier, PolynomialFourier, PiecewisePolynomials,
-    PiecewiseHermite, Rule, Cayley, Exponential, Galerkin, Canonical, NBody, RigidBody, FreeBody,
-    Lagrangian, PlanarChain, Product, Rn, SE3, SO2, SO3,
-)  # fmt: skip
-NAMES = {kind.__name__: kind for kind in VALUES} | {"PendulumWeight": CosinePotential}  # renamed
-VERSION = 1
+VERSION = 2
 UNREADABLE = (KeyError, ValueError, TypeError, AttributeError, EOFError, OSError)
 
 
@@ -70,30 +35,30 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
 
     Raises ValueError for a run that was not made by galvi.
     """
-    if not isinstance(run, Trajectory) or run.continuation is None:
+    if not isinstance(run, Trajectory) or run.checkpoint is None:
         raise ValueError(f"only a run of galvi.integrate can be saved; received {run!r}.")
-    method = _written(run.method)
-    if "unknown" in json.dumps(method):
+    if not is_storable(run.method):
         raise ValueError(
             f"a run can be saved when its space and rule are galvi's own; received {run.method!r}. "
             f"Save run.t, run.q and run.p with numpy.savez instead."
         )
     target = Path(path)
-    problem, end = run.problem, run.continuation
+    problem, end = run.problem, run.checkpoint
     facts = {
         "version": VERSION,
         "problem": {"name": problem.name, "t0": problem.t0, "units": problem.units,
                     "parameters": _parameters(problem)},
         "system": _written(problem.system),
-        "method": method,
+        "method": _written(run.method),
         "success": run.success, "interrupted": run.interrupted, "status": run.status,
         "failed_step": run.failed_step,
         "counts": dict(run.counts), "step": run.step, "first": end.first, "solver": end.solver,
-        "tolerance": end.tolerance, "curves": None if run.curves is None else run.curves.t0,
+        "tolerance": end.tolerance, "save_every": end.save_every, "keep_curves": end.curves,
+        "curves": None if run.curves is None else run.curves.t0,
     }  # fmt: skip
     arrays = {
         "t": run.t, "q": run.q, "p": run.p, "q0": problem.q0, "v0": problem.v0,
-        "state": end.state, "stages": end.stages, "memo": end.memo,
+        "state": end.state, "stages": end.stages, "solver_state": end.solver_state,
     }  # fmt: skip
     if run.curves is not None:
         arrays |= {"bases": run.curves.bases, "coefficients": run.curves.coefficients}
@@ -147,21 +112,17 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
     written = facts["system"]
     if not _agree(_written(problem.system), written):
         raise ValueError(f"problem must have the system of the run in {path}; it has another one.")
-    curves: Curves | GroupCurves | None = None
+    curves = None
     if facts["curves"] is not None:
-        pieces = (
+        curves = Curves(
             method.space, facts["curves"], facts["step"], read_only(arrays["bases"]),
             read_only(arrays["coefficients"]),
+            engine_for(problem, method).local_chart(problem, method),
         )  # fmt: skip
-        system = group_system(problem, method)
-        curves = (
-            Curves(*pieces, problem.q0.shape)
-            if system is None
-            else GroupCurves(*pieces, system.group, method.chart)
-        )
     end = Checkpoint(
-        facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]), arrays["memo"],
-        facts["solver"], facts["tolerance"],
+        facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]),
+        arrays["solver_state"], facts["solver"], facts["tolerance"], facts["save_every"],
+        facts["keep_curves"],
     )  # fmt: skip
     return Trajectory(
         problem, read_only(arrays["t"]), read_only(arrays["q"]), read_only(arrays["p"]),
@@ -170,10 +131,22 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
     )  # fmt: skip
 
 
+def storable_values() -> dict[str, Any]:
+    """The classes whose values can be stored, by name: galvi's public frozen dataclasses."""
+    public: dict[str, Any] = vars(sys.modules[__name__.partition(".")[0]])
+    return {name: kind for name, kind in public.items() if _is_frozen_dataclass(kind)}
+
+
+def _is_frozen_dataclass(kind: Any) -> bool:
+    parameters = getattr(kind, "__dataclass_params__", None)
+    return isinstance(kind, type) and parameters is not None and parameters.frozen
+
+
 def _written(value: Any) -> Any:
-    if isinstance(value, VALUES) and is_dataclass(value):
+    kind = type(value).__name__
+    if storable_values().get(kind) is type(value):
         content = {field.name: _written(getattr(value, field.name)) for field in fields(value)}
-        return {"kind": type(value).__name__, **content}
+        return {"kind": kind, **content}
     if isinstance(value, np.ndarray):
         return {"kind": "array", "values": value.tolist()}
     if isinstance(value, tuple):
@@ -182,7 +155,22 @@ def _written(value: Any) -> Any:
         return {"kind": "decimal", "values": str(value)}
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
-    return {"kind": "unknown", "values": repr(value)}
+    # Functions are alike; of other values at least the type is compared when a run is loaded.
+    name = kind if is_dataclass(value) else "function"
+    return {"kind": "unknown", "type": name, "description": repr(value)}
+
+
+def is_storable(value: Any) -> bool:
+    """Whether all of it can be written to a file, e.g. no function is in it."""
+    return _is_whole(_written(value))
+
+
+def _is_whole(written: Any) -> bool:
+    if isinstance(written, list):
+        return all(_is_whole(item) for item in written)
+    if not isinstance(written, dict):
+        return True
+    return written["kind"] != "unknown" and all(_is_whole(item) for item in written.values())
 
 
 def _agree(one: Any, other: Any) -> bool:
@@ -190,14 +178,8 @@ def _agree(one: Any, other: Any) -> bool:
     if not isinstance(one, dict) or not isinstance(other, dict):
         return bool(one == other)
     if "unknown" in (one["kind"], other["kind"]):
-        return one["kind"] == other["kind"] and _type_of(one) == _type_of(other)
+        return one["kind"] == other["kind"] and one["type"] == other["type"]
     return one.keys() == other.keys() and all(_agree(one[key], other[key]) for key in one)
-
-
-def _type_of(unknown: dict[str, Any]) -> str:
-    """The type in the repr of a dataclass; the same word for all functions."""
-    name, bracket, _ = unknown["values"].partition("(")
-    return name if bracket and name.isidentifier() else "function"
 
 
 def _read(written: Any, path: Any = "") -> Any:
@@ -211,12 +193,13 @@ def _read(written: Any, path: Any = "") -> Any:
         return tuple(_read(item, path) for item in values)
     if kind == "decimal":
         return Decimal(values)
-    if kind in NAMES:
+    known = storable_values().get(kind)
+    if known is not None:
         content = {name: _read(item, path) for name, item in written.items() if name != "kind"}
-        return NAMES[kind](**content)
+        return known(**content)
     raise ValueError(
-        f"the run in {path} needs its problem, because {values} cannot be stored; "
-        f"use galvi.load(path, problem=...)."
+        f"the run in {path} needs its problem, because {written.get('description', kind)} cannot "
+        f"be stored; use galvi.load(path, problem=...)."
     )
 
 

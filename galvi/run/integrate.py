@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import cast
 from weakref import WeakSet
@@ -14,11 +15,9 @@ from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.engines import SOLVERS
-from galvi.run.engines_on_group import by_fixed_point
-from galvi.run.group_system import group_system
-from galvi.run.loop import march
-from galvi.run.loop_on_group import march_on_group
+from galvi.run.engine_choice import engine_for
+from galvi.run.loop import run_steps
+from galvi.run.nystrom_steppers import SOLVERS
 from galvi.run.run_arrays import check_memory
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
@@ -84,17 +83,17 @@ def prepared(
     solver: str = "auto",
     tolerance: float | None = None,
 ) -> Callable[..., Trajectory]:
-    """The run that `integrate` does, not begun; it takes march's other arguments.
+    """The run that `integrate` does, not begun; it takes the other arguments of `run_steps`.
 
     All is checked but whether it fits in memory, maybe beside others: see `check_memory`.
     """
+    for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
+        if not isinstance(value, kind):
+            raise TypeError(f"{name} must be a galvi.{kind.__name__}; received {value!r}.")
     h = input_checks.real("step", step)
     if h == 0.0:
         raise ValueError("step must not be zero; received 0. Give the step size in units of time.")
     total = number_of_steps(h, steps, duration)
-    for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
-        if not isinstance(value, kind):
-            raise TypeError(f"{name} must be a galvi.{kind.__name__}; received {value!r}.")
     if problem.t0 + h == problem.t0:
         raise ValueError(
             f"step must change the time; received {step!r} at t0 = {problem.t0!r}, where times are "
@@ -104,8 +103,8 @@ def prepared(
         raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {solver!r}.")
     save_every = input_checks.whole("save_every", save_every)
     tol = ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance)
-    on_group = group_system(problem, method) is not None
-    if on_group and solver == "fixed_point" and not by_fixed_point(problem, method):
+    engine = engine_for(problem, method)
+    if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
             f"with a group, an external force or a degree for each component, the solver "
             f"fixed_point is for a RigidBody without a force, free or in UniformGravity, with as "
@@ -113,10 +112,9 @@ def prepared(
             f"solver auto."
         )
     _check_functions(problem)
-    begin = Checkpoint.on_group if on_group else Checkpoint.at_start
-    start = begin(problem, method.stages, solver, tol)
-    go = march_on_group if on_group else march
-    return partial(go, problem, method, h, total, start, save_every=save_every, curves=curves)
+    begin = engine.start(problem, method.stages)
+    start = Checkpoint(0, *begin, solver, tol, save_every, curves)
+    return partial(run_steps, engine, problem, method, h, total, start)
 
 
 def resume(
@@ -124,28 +122,35 @@ def resume(
     steps: int | None = None,
     *,
     duration: float | None = None,
-    save_every: int = 1,
+    save_every: int | None = None,
     curves: bool | None = None,
     progress: bool | None = None,
 ) -> Trajectory:
     """Continue a run from its end, with its step, method, solver and tolerance.
 
+    save_every, curves  as for `galvi.integrate`; None means as in ``run``
+    others              as for `galvi.integrate`
+
     The result starts where ``run`` ends, also where Ctrl-C ended it, and its states are
     bit-identical to the same part of one long run. Raises ValueError for a run that failed or that
-    a reference made.
+    a reference made, and for bad input.
     """
-    if not isinstance(run, Trajectory) or run.continuation is None or run.step is None:
+    if not isinstance(run, Trajectory) or run.checkpoint is None or run.step is None:
         raise ValueError(
             f"only a run of galvi.integrate with its problem can be resumed; received {run!r}."
         )
     if not run.success and not run.interrupted:
         raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
-    go = march if group_system(run.problem, run.method) is None else march_on_group
-    return go(
-        run.problem, run.method, run.step, number_of_steps(run.step, steps, duration),
-        run.continuation, save_every=input_checks.whole("save_every", save_every), curves=curves,
-        progress=progress,
-    )  # fmt: skip
+    problem, method, start = run.problem, run.method, run.checkpoint
+    if save_every is not None:
+        start = replace(start, save_every=input_checks.whole("save_every", save_every))
+    if curves is not None:
+        start = replace(start, curves=curves)
+    total = number_of_steps(run.step, steps, duration)
+    check_memory((problem,), method, total, start.save_every, start.curves)
+    return run_steps(
+        engine_for(problem, method), problem, method, run.step, total, start, progress=progress
+    )
 
 
 def number_of_steps(step: float, steps: int | None, duration: float | None) -> int:

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from galvi.trajectory import Trajectory
+
 
 @contextmanager
 def defer_interrupts() -> Iterator[Callable[[], bool]]:
@@ -34,3 +36,10 @@ def defer_interrupts() -> Iterator[Callable[[], bool]]:
     finally:
         if ours:
             signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def uninterrupted(run: Trajectory) -> Trajectory:
+    """The run, for callers to whom a part of it is of no use: KeyboardInterrupt if that is all."""
+    if run.interrupted:
+        raise KeyboardInterrupt
+    return run

@@ -15,6 +15,8 @@ from galvi.kernels.nystrom.advance import DONE
 from galvi.method import Galerkin
 from galvi.problem import Problem
 
+COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
+
 
 def check_memory(
     problems: Sequence[Problem], method: Galerkin, steps: int, save_every: int, curves: bool | None
@@ -37,43 +39,51 @@ def check_memory(
 
 
 @dataclass(frozen=True, eq=False)
-class Workspace:
-    """Where a run stands and what it has kept; d components, s stages, m curve coefficients.
+class RunArrays:
+    """Where a run stands and what it has kept.
 
-    state, stages, memo  (4, d), (d, s), (3 + blocks,), see galvi.checkpoint
-    counts               (5,) iterations, force and Hessian evaluations, linear solves, single pairs
-    kept                 numbers of the steps that are saved
-    saved                (2, len(kept), d) positions and velocities, NaN until they are computed
-    bases, coefficients  (steps, d), (steps, d, m) of the curves, or no rows
+    A configuration has r entries, a velocity d, which differ on groups alone; there are s stages
+    and m curve coefficients.
+
+    state, stages, solver_state  see galvi.checkpoint
+    turned                       (1,) angle by which the step that failed turns; 0 where none does
+    counts                       (5,) those of COUNTED, and evaluations of single pairs of bodies
+    kept                         numbers of the steps that are saved
+    saved_q                      (len(kept), r) configurations, NaN until they are computed
+    saved_v                      (len(kept), d) velocities, on groups momenta; NaN likewise
+    bases, coefficients          (steps, r), (steps, d, m) of the curves, or no rows
     """
 
     state: Array
     stages: Array
-    memo: npt.NDArray[np.int64]
+    solver_state: npt.NDArray[np.int64]
+    turned: Array
     counts: npt.NDArray[np.int64]
     kept: list[int]
-    saved: Array
+    saved_q: Array
+    saved_v: Array
     bases: Array
     coefficients: Array
 
     @classmethod
     def of(
-        cls, start: Checkpoint, method: Galerkin, steps: int, save_every: int, curves: bool
-    ) -> Workspace:
-        """Room for ``steps`` steps from ``start``."""
-        d, m = start.state.shape[1], method.space.dimension - 1
-        kept = [*range(0, steps, save_every), steps]
-        saved = np.full((2, len(kept), d), np.nan)
-        saved[0, 0], saved[1, 0] = start.state[0], start.state[2]
-        memo = start.memo.copy()
-        memo[DONE] = 0
-        rows = steps if curves else 0
+        cls, problem: Problem, method: Galerkin, steps: int, start: Checkpoint, row: int
+    ) -> RunArrays:
+        """Arrays for ``steps`` steps from ``start``; ``row`` of its state is the first saved_v."""
+        r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
+        kept = [*range(0, steps, start.save_every), steps]
+        saved_q, saved_v = np.full((len(kept), r), np.nan), np.full((len(kept), d), np.nan)
+        saved_q[0], saved_v[0] = start.state[0, :r], start.state[row, :d]
+        solver_state = start.solver_state.copy()
+        solver_state[DONE] = 0
+        rows = steps if start.keeps_curves else 0
         return cls(
-            start.state.copy(), start.stages.copy(), memo, np.zeros(5, dtype=np.int64), kept, saved,
-            np.full((rows, d), np.nan), np.full((rows, d, m), np.nan),
+            start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
+            np.zeros(5, dtype=np.int64), kept, saved_q, saved_v, np.full((rows, r), np.nan),
+            np.full((rows, d, m), np.nan),
         )  # fmt: skip
 
     @property
     def done(self) -> int:
         """Steps done so far."""
-        return int(self.memo[DONE])
+        return int(self.solver_state[DONE])

@@ -53,7 +53,7 @@ def basis(table: Any) -> dict[str, Any]:
 
 
 def lead(table: Any) -> dict[str, Any]:
-    return {"lead": table.lead * (1.0 + 1e-12)}
+    return {"velocity_coefficients": table.velocity_coefficients * (1.0 + 1e-12)}
 
 
 def slopes(table: Any) -> dict[str, Any]:

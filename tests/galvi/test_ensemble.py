@@ -20,7 +20,7 @@ def near(problem, members, size=1e-3):
     """Starts around the problem's own."""
     off = np.random.default_rng(7).standard_normal((members, 2, *problem.q0.shape))
     return [
-        problem.starting_at(problem.q0 * (1 + size * q), problem.v0 * (1 + size * v))
+        problem.with_initial_state(problem.q0 * (1 + size * q), problem.v0 * (1 + size * v))
         for q, v in off
     ]
 
@@ -29,7 +29,7 @@ def assert_same(one, other):
     for name in ("t", "q", "p"):
         assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True)
     assert one.counts == other.counts and one.status == other.status
-    assert np.array_equal(one.continuation.state, other.continuation.state)
+    assert np.array_equal(one.checkpoint.state, other.checkpoint.state)
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3, None])
@@ -61,7 +61,7 @@ def test_the_comparison_to_the_bit_sees_one_bit():
 def test_a_run_that_fails_is_a_value_and_the_others_go_on(threads):
     pair = galvi.NBody([0.5, 0.5])
     apart = galvi.Problem(pair, [[-0.5, 0.0], [0.5, 0.0]], [[0.0, -0.5], [0.0, 0.5]])
-    falling = apart.starting_at(apart.q0, np.zeros((2, 2)))
+    falling = apart.with_initial_state(apart.q0, np.zeros((2, 2)))
     runs = galvi.integrate_many([apart, falling, apart], EIGHT, 0.1, 60, threads=threads)
     assert [run.success for run in runs] == [True, False, True]
     assert "collide" in runs[1].status and np.isnan(runs[1].q[-1]).all()
@@ -114,7 +114,7 @@ def test_ctrl_c_stops_all_and_each_can_be_resumed(threads):
     assert [run.failed_step > 1 for run in runs].count(True) >= threads
     assert runs[-1].failed_step == 1  # not begun, as there were more than threads
     assert_same(
-        galvi.resume(runs[-1], 5),
+        galvi.resume(runs[-1], 5, save_every=1),
         galvi.integrate(starts[-1], EIGHT, 0.4, 5),
     )
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -122,7 +122,7 @@ def test_ctrl_c_stops_all_and_each_can_be_resumed(threads):
 
 def test_another_start_keeps_all_else():
     problem = galvi.problems.outer_solar_system()
-    other = problem.starting_at(2.0 * problem.q0, problem.v0)
+    other = problem.with_initial_state(2.0 * problem.q0, problem.v0)
     assert np.array_equal(other.q0, 2.0 * problem.q0) and other.system is problem.system
     assert (other.t0, other.name, other.units) == (problem.t0, problem.name, problem.units)
     assert other.parameters == problem.parameters

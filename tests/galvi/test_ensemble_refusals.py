@@ -25,7 +25,7 @@ def test_what_a_function_raises_tells_which_problem_it_was(where):
     system = galvi.Canonical(1.0, lambda q: 0.5 * q @ q, gradient)
     calm = galvi.Problem(system, [1.0, 0.0], [0.0, 1.0])
     starts = [calm] * 4
-    starts[where] = calm.starting_at([1.0, 0.0], [0.0, 9.0])
+    starts[where] = calm.with_initial_state([1.0, 0.0], [0.0, 9.0])
     with pytest.raises(RuntimeError, match="out of the table") as caught:
         galvi.integrate_many(starts, EIGHT, 0.1, 100)
     assert caught.value.__notes__ == [f"This was problems[{where}]."]
@@ -68,7 +68,7 @@ def test_a_jitted_function_that_raises_in_a_thread_is_told_too():
             "1000 runs of 100000000 steps would keep",
         ),
         (
-            lambda: KEPLER.starting_at([1.0], [0.0, 1.0]),
+            lambda: KEPLER.with_initial_state([1.0], [0.0, 1.0]),
             ValueError,
             "v0 must have shape",
         ),
@@ -125,7 +125,7 @@ def test_numbers_beyond_the_counters_are_refused(settings, sentence, many):
 
 
 def test_a_bad_problem_is_told_apart():
-    centre = KEPLER.starting_at([0.0, 0.0], [0.0, 1.0])
+    centre = KEPLER.with_initial_state([0.0, 0.0], [0.0, 1.0])
     with pytest.raises(ValueError, match="force must be finite at the start") as caught:
         galvi.integrate_many([KEPLER, centre], EIGHT, 0.1, 3)
     assert caught.value.__notes__ == ["This was problems[1]."]

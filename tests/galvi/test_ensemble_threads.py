@@ -1,10 +1,9 @@
-"""Threads of an ensemble: which take part, and none is left at rest."""
+"""Threads of an ensemble: several take part, and an exception ends it."""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections import Counter
 
 import pytest
 
@@ -30,49 +29,6 @@ def test_a_kernel_leaves_the_other_threads_alone():
         assert dispatcher.targetoptions["nogil"]
 
 
-def short(interrupted):
-    time.sleep(0.0005)  # enough for every thread to take part
-
-
-def test_threads_leave_short_runs_to_one_of_them(monkeypatch):
-    monkeypatch.setattr(ensemble, "SHORT", 60.0)
-    monkeypatch.setattr(ensemble, "NAP", 60.0)
-    seen = []
-
-    def run(interrupted):
-        seen.append(threading.get_ident())
-        short(interrupted)
-
-    clock = time.monotonic()
-    ensemble._all_of([run] * 300, 2, None)
-    most = max(Counter(seen).values())
-    assert len(seen) == 300 and 300 - most <= ensemble.PATIENCE
-    assert time.monotonic() - clock < 30.0  # nobody is left at rest
-
-
-@pytest.mark.parametrize("shortest", [60.0, ensemble.SHORT])
-def test_threads_come_back_for_long_runs_after_short_ones(monkeypatch, shortest):
-    """The long ones wait for each other: one thread alone would wait in vain."""
-    monkeypatch.setattr(ensemble, "SHORT", shortest)
-    met = threading.Barrier(3, timeout=20)
-
-    def long(interrupted):
-        met.wait()
-
-    assert ensemble._all_of([short] * 60 + [long] * 9, 3, None) == (None,) * 69
-
-
-def test_threads_come_back_for_runs_of_middle_length():
-    seen = set()
-
-    def middle(interrupted):
-        seen.add(threading.get_ident())
-        time.sleep(5 * ensemble.SHORT)
-
-    ensemble._all_of([short] * 60 + [middle] * 60, 3, None)
-    assert len(seen) == 3
-
-
 def test_short_runs_go_on_beside_a_long_one():
     rest = threading.Semaphore(0)
 
@@ -87,12 +43,15 @@ def test_short_runs_go_on_beside_a_long_one():
 
 
 @pytest.mark.parametrize("threads", [1, 3])
-def test_a_thread_that_is_ended_by_what_a_run_raises_leaves_none_at_rest(threads):
+def test_what_ends_a_thread_ends_the_ensemble(threads):
+    def short(interrupted):
+        pass
+
     def leaves(interrupted):
         raise SystemExit
 
     with pytest.raises(SystemExit):
-        ensemble._all_of([short] * 100 + [leaves], threads, None)
+        ensemble._all_of([short] * 100 + [leaves] + [short] * 100, threads, None)
 
 
 def test_of_several_that_raise_the_first_in_order_is_told():

@@ -131,6 +131,6 @@ def test_a_forced_run_is_continued_saved_and_loaded_to_the_bit(tmp_path):
 
 def test_many_forced_runs_equal_single_ones():
     problem = galvi.Problem(SYSTEMS["a compiled gradient"][0], *START)
-    starts = [problem.starting_at(problem.q0 * (1 + k / 10), problem.v0) for k in range(3)]
+    starts = [problem.with_initial_state(problem.q0 * (1 + k / 10), problem.v0) for k in range(3)]
     for run, start in zip(galvi.integrate_many(starts, FOUR, 0.25, 8), starts, strict=True):
         assert np.array_equal(run.q, galvi.integrate(start, FOUR, 0.25, 8).q)

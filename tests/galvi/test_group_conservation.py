@@ -50,7 +50,10 @@ def test_a_body_that_starts_turned_moves_turned(method, chart, turn):
     heavy = galvi.Problem(
         galvi.RigidBody(PENDULUM.system.inertia, field), Q @ PENDULUM.q0, PENDULUM.v0
     )
-    for problem, turned in ((FREE, FREE.starting_at(Q @ FREE.q0, FREE.v0)), (PENDULUM, heavy)):
+    for problem, turned in (
+        (FREE, FREE.with_initial_state(Q @ FREE.q0, FREE.v0)),
+        (PENDULUM, heavy),
+    ):
         one, two = (galvi.integrate(p, method(5, chart), 0.2, 12) for p in (problem, turned))
         assert np.allclose(two.q, Q @ one.q, rtol=0.0, atol=2e-14)
         assert np.allclose(two.p, one.p, rtol=0.0, atol=2e-13)

@@ -93,7 +93,7 @@ def test_fixed_point_iteration_alone_is_what_its_name_says(problem, chart):
         (FLYING, collocation(4)),
         (COUPLED, collocation(4)),
         (FREE, hall(4)),
-        (FREE.starting_at(FREE.q0, FREE.v0), hall(4, EXPONENTIAL)),
+        (FREE.with_initial_state(FREE.q0, FREE.v0), hall(4, EXPONENTIAL)),
         (galvi.Problem(galvi.RigidBody((1, 1, 1), lambda R: 0.0), np.eye(3), np.ones(3)),
          collocation(4)),
     ],

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import galvi
-from galvi.run import engines_on_group
+from galvi.run import group_steppers
 from references.closed_forms.free_top import FREE_TOP
 from tests.galvi.group_matrices import title
 from tests.galvi.group_motions import (
@@ -83,7 +83,7 @@ def test_the_packed_kernel_is_the_general_one_to_round_off(problem, chart, stage
 def test_a_body_at_rest_begins_to_fall_in_both_kernels(momentum, chart):
     leaning = Rotation.from_rotvec([0.3, -0.8, 0.5]).as_matrix()
     for problem in (PENDULUM, FREE):
-        resting = problem.starting_at(leaning, [momentum, 0.0, 0.0])
+        resting = problem.with_initial_state(leaning, [momentum, 0.0, 0.0])
         for stages in (1, 2, 5, 8):
             method = collocation(stages, chart)
             packed = galvi.integrate(resting, method, 0.1, 8)
@@ -105,14 +105,14 @@ def test_a_spoiled_table_is_caught_by_the_order():
 
 def test_forces_that_do_not_belong_to_the_moves_are_caught_by_symplecticity(monkeypatch):
     """Any table makes a variational method; one without B_jk = b_k - A_kj b_k / b_j does not."""
-    sound = engines_on_group.collocation_tables
+    sound = group_steppers.collocation_tables
 
     def mismatched(table, step):
         moves, turns, *others = sound(table, step)
         return (moves, turns * (1.0 + 1e-5 * np.arange(turns.shape[1])), *others)
 
     assert galvi.symplecticity_defect(PENDULUM, collocation(3), 0.2) < 2e-12  # 4e-15
-    monkeypatch.setattr(engines_on_group, "collocation_tables", mismatched)
+    monkeypatch.setattr(group_steppers, "collocation_tables", mismatched)
     assert galvi.symplecticity_defect(PENDULUM, collocation(3), 0.2) > 1e-9
 
 

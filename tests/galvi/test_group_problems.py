@@ -1,7 +1,7 @@
 """The problems on groups: their physics, and that every problem and system has its tests."""
 
 import inspect
-from dataclasses import fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_every_problem_says_what_it_is_and_can_be_integrated_saved_and_resumed(p
     energy = galvi.energy(run)
     assert np.allclose(energy, energy[0], rtol=1e-6, atol=1e-6)
     assert run.to_frame().shape[1] == 1 + problem.q0.size + problem.p0.size
-    known = "unknown" not in str(galvi.run.files._written(problem.system))
+    known = galvi.run.files.is_storable(problem.system)
     galvi.save(run, tmp_path / "run.npz")
     loaded = galvi.load(tmp_path / "run.npz", *([] if known else [problem]))
     assert np.array_equal(galvi.resume(loaded, 3).q, galvi.resume(run, 3).q)
@@ -64,13 +64,22 @@ def test_every_system_and_every_group_has_a_run_in_the_tests():
 
 
 def test_every_system_but_functions_can_be_stored():
-    stored = set(galvi.run.files.VALUES)
+    stored = set(galvi.run.files.storable_values().values())
     systems = {type(problem.system) for problem in EVERY}
     assert systems <= stored and {type(chart) for chart in CHARTS} <= stored
     potentials = {type(getattr(p.system, "potential", None)) for p in EVERY}
     assert galvi.UniformGravity in stored & potentials
     for kind in stored:
         assert all(field.init for field in fields(kind))
+
+
+def test_a_value_of_somebody_else_is_not_stored_as_one_of_galvi():
+    @dataclass(frozen=True)
+    class Polynomials(galvi.Polynomials):
+        pass
+
+    assert galvi.run.files.is_storable(galvi.Polynomials(3))
+    assert not galvi.run.files.is_storable(Polynomials(3))
 
 
 def test_the_top_keeps_its_energy_and_its_momenta_about_the_vertical_and_the_axis():

@@ -29,7 +29,7 @@ from tests.galvi.group_motions import (
 def test_a_run_in_parts_and_from_a_file_is_one_long_run_to_the_bit(problem, method, tmp_path):
     whole = galvi.integrate(problem, method, 0.11, 40)
     part = galvi.integrate(problem, method, 0.11, 23, save_every=4)
-    rest = galvi.resume(part, 17)
+    rest = galvi.resume(part, 17, save_every=1)
     assert np.array_equal(rest.q, whole.q[23:]) and np.array_equal(rest.p, whole.p[23:])
     assert np.array_equal(rest.t, whole.t[23:])
     assert np.allclose(rest(rest.t[3] + 0.05), whole(rest.t[3] + 0.05), rtol=0.0, atol=1e-13)
@@ -37,7 +37,7 @@ def test_a_run_in_parts_and_from_a_file_is_one_long_run_to_the_bit(problem, meth
     given_again = {"problem": problem} if isinstance(problem.system, galvi.Lagrangian) else {}
     loaded = galvi.load(tmp_path / "run.npz", **given_again)
     assert loaded.method == method
-    assert np.array_equal(galvi.resume(loaded, 17).q, whole.q[23:])
+    assert np.array_equal(galvi.resume(loaded, 17, save_every=1).q, whole.q[23:])
     assert np.array_equal(loaded(1.234), whole(1.234))
     assert np.array_equal(loaded.velocity(1.234), whole.velocity(1.234))
 
@@ -93,7 +93,7 @@ def test_what_is_kept_is_every_kth_step_and_the_last(steps, save_every):
 
 def test_many_at_once_are_those_of_one_by_one():
     rng = np.random.default_rng(3)
-    problems = [FREE.starting_at(FREE.q0, v) for v in rng.normal(size=(8, 3))]
+    problems = [FREE.with_initial_state(FREE.q0, v) for v in rng.normal(size=(8, 3))]
     problems += [PENDULUM, FLYING, COUPLED]
     for threads in (1, 3):
         many = galvi.integrate_many(problems, collocation(4), 0.1, 60, threads=threads)

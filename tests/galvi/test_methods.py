@@ -23,8 +23,8 @@ PAIRS = [
 def test_every_table_is_consistent_symplectic_and_symmetric(degree, rule):
     method = galvi.Galerkin(galvi.Polynomials(degree), rule)
     table = method.table
-    assert np.allclose(table.psi @ table.lead, table.c, atol=1e-15)
-    assert abs(table.end @ table.lead - 1.0) < 1e-15
+    assert np.allclose(table.psi @ table.velocity_coefficients, table.c, atol=1e-15)
+    assert abs(table.end @ table.velocity_coefficients - 1.0) < 1e-15
     # b_i (beta_j - A_ij) = b_j (beta_i - A_ji): the condition of a symplectic Nystrom method.
     left = table.b[:, None] * (table.beta - table.A)
     assert np.allclose(left, left.T, atol=1e-17)
@@ -149,6 +149,14 @@ def test_arguments_of_the_wrong_kind_are_named():
         galvi.Galerkin(5, galvi.gauss(3))
     with pytest.raises(TypeError, match=r"rule must be a rule such as galvi.gauss"):
         galvi.Galerkin(galvi.Polynomials(3), 3)
+
+
+def test_a_method_a_rule_and_a_problem_are_shown_in_one_short_line():
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(50))
+    assert repr(method) == "Galerkin(Polynomials(degree=8), Rule('Gauss 50'))"
+    on_groups = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), galvi.Exponential())
+    assert repr(on_groups) == "Galerkin(Polynomials(degree=8), Rule('Gauss 8'), Exponential())"
+    assert repr(galvi.problems.kepler(0.6)) == "Problem('kepler e=0.6', q0 of shape (2,))"
 
 
 def test_methods_are_values():

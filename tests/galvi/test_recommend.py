@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import importlib
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import galvi
+from galvi.diagnostics import round_trip
+from galvi.recommend import scan, step_search
+from galvi.recommend.recommendation import Candidate
 from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
@@ -198,3 +202,40 @@ def test_bad_input_gets_one_clear_sentence(changes, sentence):
 def test_something_that_is_no_problem_is_named():
     with pytest.raises(TypeError, match=r"problem must be a galvi\.Problem; received 'kepler'"):
         galvi.recommend("kepler", 1e-6, 10.0)
+
+
+@pytest.mark.parametrize("after", [0, 1, 2, 5, 12])
+def test_ctrl_c_in_any_of_its_runs_ends_it(monkeypatch, after):
+    done = []
+
+    def interrupted(*arguments, **settings):
+        run = galvi.integrate(*arguments, **settings)
+        done.append(run)
+        stop = len(done) > after
+        return replace(run, success=False, interrupted=True) if stop else run
+
+    monkeypatch.setattr(scan, "integrate", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        recommend(ORBIT, 1e-6, 60.0)
+    assert len(done) == after + 1
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_ctrl_c_in_a_round_trip_ends_it(monkeypatch, first):
+    method, runs = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), []
+
+    def interrupted(*arguments, **settings):
+        run = galvi.integrate(*arguments, **settings)
+        runs.append(run)
+        return replace(run, interrupted=first or len(runs) == 2)
+
+    monkeypatch.setattr(round_trip, "integrate", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        galvi.round_trip_error(ORBIT, method, 0.1, 5)
+    assert len(runs) == 1 + (not first)
+
+
+def test_more_steps_that_fail_where_fewer_did_not_are_no_better():
+    some = Candidate(8, 10, 1.0, 1e-3, 10.0, 1.5, 0.1, 100.0)
+    assert step_search._no_better(some, replace(some, steps=20, error=math.inf))
+    assert not step_search._no_better(some, replace(some, steps=20, error=1e-9))

@@ -139,7 +139,9 @@ def test_every_table_is_consistent_symplectic_and_well_conditioned(space):
     table = method.table
     left = table.b[:, None] * (table.beta - table.A)
     assert np.allclose(left, left.T, rtol=0, atol=1e-16)  # 5e-18
-    assert np.allclose(table.psi @ table.lead, table.c, rtol=0, atol=1e-14)  # 3e-16
+    assert np.allclose(
+        table.psi @ table.velocity_coefficients, table.c, rtol=0, atol=1e-14
+    )  # 3e-16
     assert np.linalg.cond(table.K) < 30.0  # 26.9 for PiecewiseHermite(1)
     assert method.symmetric
 

@@ -187,7 +187,7 @@ def test_the_double_pendulum_is_chaotic_and_this_is_how_fast():
     there is half a unit, and an error of 1e-16 would be 1e-8 at the end.
     """
     problem = PROBLEMS["double pendulum"]
-    near = problem.starting_at(problem.q0 + 1e-9, problem.v0)
+    near = problem.with_initial_state(problem.q0 + 1e-9, problem.v0)
     setting = {"samples": 10, "tolerance": 1e-13}
     a, b = (CHAIN_DOP853.run(one, 10.0, setting).q for one in (problem, near))
     apart = np.linalg.norm(a - b, axis=1)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.run import files
 from references.closed_forms.pendulum import PENDULUM
 from references.scipy.ivp import DOP853, TIGHT
 from references.textbook.stormer_verlet import STORMER_VERLET
@@ -110,8 +109,3 @@ def test_another_force_or_a_coupling_mass_is_refused():
         galvi.Canonical(1.0, galvi.LinearSpring(1.0)),
     ):
         assert not PENDULUM.supports(galvi.Problem(system, [1.0, 0.5], [0.0, 0.0]))
-
-
-def test_the_old_name_of_its_potential_still_works():
-    assert galvi.PendulumWeight is galvi.CosinePotential
-    assert files.NAMES["PendulumWeight"] is galvi.CosinePotential  # in runs saved under that name

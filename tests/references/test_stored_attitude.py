@@ -22,7 +22,7 @@ def test_it_is_kept_for_its_problem_and_no_other():
         galvi.problems.pendulum_3d(inverted=True),
         galvi.problems.heavy_top(),
         galvi.problems.free_rigid_body(),
-        PENDULUM.starting_at(PENDULUM.q0, np.nextafter(PENDULUM.v0, 9.0)),
+        PENDULUM.with_initial_state(PENDULUM.q0, np.nextafter(PENDULUM.v0, 9.0)),
     )
     assert not any(STORED_ATTITUDE.supports(other) for other in others)
 

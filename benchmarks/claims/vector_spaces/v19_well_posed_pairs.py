@@ -106,9 +106,10 @@ def _by_galvi(make_method: MakeMethod, space: Any, rule: Any) -> dict[str, float
         return {ACCEPTED: 0.0, AS_ILL_POSED: float("is ill-posed" in str(refusal)),
                 TABLE_DEFECT: float("nan")}  # fmt: skip
     known = method.table
-    stages = np.max(abs(known.psi @ known.lead - known.c))
+    lead = known.velocity_coefficients
+    stages = np.max(abs(known.psi @ lead - known.c))
     return {ACCEPTED: 1.0, AS_ILL_POSED: 0.0,
-            TABLE_DEFECT: float(max(stages, abs(known.end @ known.lead - 1.0)))}  # fmt: skip
+            TABLE_DEFECT: float(max(stages, abs(known.end @ lead - 1.0)))}  # fmt: skip
 
 
 def _agrees(space: Any, rule: Any, found: Mapping[str, float]) -> float:

@@ -1,8 +1,7 @@
-"""The two ways to advance a run on a group: the general kernel, and the packed one for bodies."""
+"""The two ways to do steps on a group: the general kernel, and one for rigid bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import cast
 
 import numpy as np
@@ -17,9 +16,10 @@ from galvi.kernels.nystrom.solve import DIVERGED, NEWTON_STREAK
 from galvi.kernels.on_group.advance import STREAK, advance_group, compiled_advance_group
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.engines import aligned, collocation_tables, kernel_tableau
+from galvi.run.engine import Call
 from galvi.run.group_system import group_system
-from galvi.run.run_arrays_on_group import GroupWorkspace
+from galvi.run.nystrom_steppers import aligned, collocation_tables, kernel_tableau
+from galvi.run.run_arrays import RunArrays
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import GroupSystem
@@ -27,25 +27,24 @@ from galvi.systems.system import GroupSystem
 FINEST = 2.0**-55  # half of the rounding of a rotation; changes are relative to a radian
 
 
-def general_on_group(
-    problem: Problem, method: Galerkin, step: float, steps: int, every: int, start: Checkpoint,
-    work: GroupWorkspace,
-) -> Callable[[int], int]:  # fmt: skip
+def general_stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
+) -> Call:
     """A function that does so many more steps in the general kernel and returns its code."""
     system = cast(GroupSystem, group_system(problem, method))
     field = system.lagrangian_kernel()
     unknowns = first_unknowns(method, system.group.dimension)
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
     functions, table, chart = field.functions, method.table, method.chart
-    tolerance = max(start.tolerance, FINEST)
+    tolerance, every = max(start.tolerance, FINEST), start.save_every
 
     def call(todo: int) -> int:
         return int(kernel(
             functions, field.kind, field.timed, field.side, field.constants, field.pushed,
             field.push_constants, system.group.layout, chart.number, chart.farthest,
-            kernel_tableau(table), table.psi, table.slope, table.end, table.fit, unknowns,
+            kernel_tableau(table), table.psi, table.slope, table.end, table.projection, unknowns,
             problem.t0, step, tolerance, start.first, todo, steps, every, work.state, work.stages,
-            work.memo, work.turned, work.counts, work.saved_g, work.saved_mu, work.bases,
+            work.solver_state, work.turned, work.counts, work.saved_q, work.saved_v, work.bases,
             work.coefficients,
         ))  # fmt: skip
 
@@ -58,7 +57,7 @@ def first_unknowns(method: Galerkin, dimension: int) -> npt.NDArray[np.int64]:
     return np.concatenate([[0], np.cumsum(degrees)]).astype(np.int64)
 
 
-def by_fixed_point(problem: Problem, method: Galerkin) -> bool:
+def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     """Whether the packed kernel serves, the only one on groups with fixed-point iteration."""
     system, table = problem.system, method.table
     square = table.psi.shape[0] == table.psi.shape[1] and float(np.min(table.b)) > 0.0
@@ -71,14 +70,13 @@ def by_fixed_point(problem: Problem, method: Galerkin) -> bool:
     )  # fmt: skip
 
 
-def fastest_on_group(
-    problem: Problem, method: Galerkin, step: float, steps: int, every: int, start: Checkpoint,
-    work: GroupWorkspace,
-) -> Callable[[int], int]:  # fmt: skip
-    """As ``general_on_group``, by way of the packed kernel where that one serves."""
-    arguments = (problem, method, step, steps, every, start, work)
-    if not by_fixed_point(problem, method) or start.solver == "newton":
-        return general_on_group(*arguments)
+def compiled_stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
+) -> Call:
+    """As ``general_stepper``, by way of the packed kernel where that one serves."""
+    arguments = (problem, method, step, steps, start, work)
+    if not solves_by_iteration(problem, method) or start.solver == "newton":
+        return general_stepper(*arguments)
     system, table = cast(RigidBody, problem.system), method.table
     weight = cast(UniformGravity | None, system.potential)
     chart, J = method.chart.number, system.inertia
@@ -89,24 +87,24 @@ def fastest_on_group(
     tables = collocation_tables(table, step)
     width, weights_in_space = tables[0].shape[1], force[:3].copy()
     room, spare = aligned(36, width), aligned(6, width)
-    tolerance = max(start.tolerance, FINEST)
-    general = general_on_group(*arguments)
+    tolerance, every = max(start.tolerance, FINEST), start.save_every
+    general = general_stepper(*arguments)
 
     def call(todo: int) -> int:
-        if work.memo[STREAK]:
+        if work.solver_state[STREAK]:
             before = work.done
-            code = general(min(todo, int(work.memo[STREAK])))
-            work.memo[STREAK] -= work.done - before
+            code = general(min(todo, int(work.solver_state[STREAK])))
+            work.solver_state[STREAK] -= work.done - before
             return code
         code = int(kernel(
             charts, weights, *tables, body, weights_in_space, step, tolerance, start.first, todo,
-            steps, every, work.state, work.stages, room, spare, work.memo, work.counts,
-            work.saved_g, work.saved_mu, work.bases, work.coefficients,
+            steps, every, work.state, work.stages, room, spare, work.solver_state, work.counts,
+            work.saved_q, work.saved_v, work.bases, work.coefficients,
         ))  # fmt: skip
         if code and start.solver == "fixed_point":
             return DIVERGED  # its forces are finite
         if code:
-            work.memo[STREAK] = NEWTON_STREAK - 1
+            work.solver_state[STREAK] = NEWTON_STREAK - 1
             code = general(1)
         return code
 

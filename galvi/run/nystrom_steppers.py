@@ -1,8 +1,7 @@
-"""The two ways to advance a run: the general kernel, and the packed one for point masses."""
+"""The two ways to do steps on a vector space: the general kernel, and one for point masses."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, cast
 
@@ -18,44 +17,44 @@ from galvi.kernels.nystrom import advance
 from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.run_arrays import Workspace
+from galvi.run.engine import Call
+from galvi.run.run_arrays import RunArrays
 from galvi.systems.nbody import NBody
 from galvi.systems.system import VectorSystem
 from galvi.tableau import Tableau
 
 SOLVERS = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
-Call = Callable[[int], int]
 
 
-def general(
-    problem: Problem, method: Galerkin, step: float, steps: int, every: int, start: Checkpoint,
-    work: Workspace,
-) -> Call:  # fmt: skip
+def general_stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
+) -> Call:
     """A function that does so many more steps in the general kernel and returns its code."""
     field = cast(VectorSystem, problem.system).force_kernel(problem.q0.shape[-1])
     kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
     functions, tableau = field.functions, kernel_tableau(method.table)
+    every = start.save_every
 
     def call(todo: int) -> int:
         return int(kernel(
             field.kind, functions, field.slope is not None, field.constants,
             field.inverse_mass, field.width, tableau, problem.t0, step, SOLVERS[start.solver],
-            start.tolerance, start.first, todo, steps, every, work.state, work.stages, work.memo,
-            work.counts, work.saved[0], work.saved[1], work.bases, work.coefficients,
+            start.tolerance, start.first, todo, steps, every, work.state, work.stages,
+            work.solver_state, work.counts, work.saved_q, work.saved_v, work.bases,
+            work.coefficients,
         ))  # fmt: skip
 
     return call
 
 
-def fastest(
-    problem: Problem, method: Galerkin, step: float, steps: int, every: int, start: Checkpoint,
-    work: Workspace,
-) -> Call:  # fmt: skip
-    """As ``general``, by way of the packed kernel where that one serves."""
-    arguments = (problem, method, step, steps, every, start, work)
+def compiled_stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
+) -> Call:
+    """As ``general_stepper``, by way of the packed kernel where that one serves."""
+    arguments = (problem, method, step, steps, start, work)
     system = problem.system
     if not isinstance(system, NBody) or start.solver == "newton" or system.masses.size < 2:
-        return general(*arguments)
+        return general_stepper(*arguments)
     axes = (0,) * problem.q0.shape[1]
     masses = read_only(system.G * system.masses)
     kernel = packed.compiled_advance(len(axes))
@@ -64,15 +63,17 @@ def fastest(
     room = aligned(6, problem.q0.size, series.shape[1])
     spare = aligned(7, max(problem.q0.size, method.stages, LANES))
     slow: list[Call] = []
+    every = start.save_every
 
     def call(todo: int) -> int:
         code = int(kernel(
             axes, masses, tableau, ahead, series, growth, sums, c, step, start.tolerance,
-            start.first, todo, steps, every, work.state, work.stages, room, spare, work.memo,
-            work.counts, work.saved[0], work.saved[1], work.bases, work.coefficients,
+            start.first, todo, steps, every, work.state, work.stages, room, spare,
+            work.solver_state, work.counts, work.saved_q, work.saved_v, work.bases,
+            work.coefficients,
         ))  # fmt: skip
         if code:
-            slow[:] = slow or [general(*arguments)]
+            slow[:] = slow or [general_stepper(*arguments)]
             code = slow[0](1)
         return code
 
@@ -87,8 +88,9 @@ def kernel_tableau(table: Tableau) -> tuple[Array, ...]:
         return read_only(matrix.T)
 
     return (
-        table.c, table.b, table.beta, turned(table.A), turned(table.psi), table.lead, table.C,
-        turned(table.C), turned(table.analysis), turned(table.ahead), table.growth,
+        table.c, table.b, table.beta, turned(table.A), turned(table.psi),
+        table.velocity_coefficients, table.C, turned(table.C), turned(table.analysis),
+        turned(table.extrapolation), table.growth,
     )  # fmt: skip
 
 
@@ -102,7 +104,7 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
         c, b, beta, A = (
             decimals(kept) + decimals(lost)
             for kept, lost in zip(
-                (table.c, table.b, table.beta, table.A), table.lost[:4], strict=True
+                (table.c, table.b, table.beta, table.A), table.low_parts[:4], strict=True
             )
         )
         moves = _with_lost((h * h * A)[lanes].T)
@@ -111,7 +113,7 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     ahead = [*moves]
     with np.errstate(all="ignore"):  # steps whose square overflows are told of by their status
         for r in range(1, table.growth.size + 1):
-            extrapolated = table.analysis[:r].T @ table.ahead[:, :r].T
+            extrapolated = table.analysis[:r].T @ table.extrapolation[:, :r].T
             ahead += [extrapolated @ kept for kept in moves]
     columns = np.zeros((s, lanes.size))
     columns[:, [0, 2, 1, 3]] = sums
@@ -127,17 +129,18 @@ def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     s = table.c.size
     lanes = np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)
     with extended_precision():
-        h, b = decimals(step), decimals(table.b) + decimals(table.lost[1])
-        A = decimals(table.integral) + decimals(table.lost[4])
+        h, b = decimals(step), decimals(table.b) + decimals(table.low_parts[1])
+        A = decimals(table.integral) + decimals(table.low_parts[4])
         B = b - (A.T * b) / b[:, None]
         moves, turns = (np.concatenate(_with_lost((h * M)[lanes].T)) for M in (A, B))
         kicks = _with_lost(h * b)
     ahead = [
-        table.analysis[:r].T @ table.ahead[lanes, :r].T for r in range(1, table.growth.size + 1)
+        table.analysis[:r].T @ table.extrapolation[lanes, :r].T
+        for r in range(1, table.growth.size + 1)
     ]
     numbers = (
         moves, turns, kicks, np.concatenate(ahead), table.analysis.T[:, lanes], table.growth,
-        step * table.fit,
+        step * table.projection,
     )  # fmt: skip
     return tuple(read_only(np.array(number)) for number in numbers)
 

@@ -1,0 +1,79 @@
+"""The Galerkin curves of a run: dense output that is part of the method, not an interpolant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.curves.local_chart import LocalChart
+from galvi.spaces.space import Space
+
+EPSILON = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """q(t_k + tau h) is at xi = sum_i coefficients[k, :, i] psi_i(tau) about base_k, 0 <= tau <= 1.
+
+    space         gives psi_i = its basis functions after the constant, less their value at 0
+    t0, step      start of the first curve and the length h of each
+    bases         (steps, *shape) configuration at the start of each step
+    coefficients  (steps, d, dimension - 1)
+    chart         what xi means: base + xi on a vector space, base Phi(xi) on a Lie group
+
+    Steps that failed hold NaN.
+    """
+
+    space: Space
+    t0: float
+    step: float
+    bases: Array
+    coefficients: Array
+    chart: LocalChart
+
+    def position(self, t: Any) -> Array:
+        """q at t: its shape for a scalar, (k, ...) for (k,). ValueError outside the run."""
+        index, tau, single = self._locate(t)
+        places = self.chart.place(self.bases[index], self._coordinates(index, tau))
+        return places[0] if single else places
+
+    def velocity(self, t: Any) -> Array:
+        """dq/dt at t, on a group the body velocity; at the joint of two steps, the later one's.
+
+        ValueError outside the run.
+        """
+        index, tau, single = self._locate(t)
+        slope = self.space.derivative(tau)[:, 1:]
+        rate = np.einsum("kdi,ki->kd", self.coefficients[index], slope) / self.step
+        velocities = self.chart.velocity(self._coordinates(index, tau), rate)
+        return velocities[0] if single else velocities
+
+    def _coordinates(self, index: Any, tau: Array) -> Array:
+        """xi (k, d)."""
+        basis = self.space.basis(tau)[:, 1:] - self.space.basis(np.zeros(1))[:, 1:]
+        xi: Array = np.einsum("kdi,ki->kd", self.coefficients[index], basis)
+        return xi
+
+    def _locate(self, t: Any) -> tuple[Any, Array, bool]:
+        """Step (k,), place in it (k,) from 0 to 1, and whether t is a scalar."""
+        times = np.asarray(t, dtype=np.float64)
+        if times.ndim > 1:
+            raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
+        steps = len(self.coefficients)
+        place = (np.atleast_1d(times) - self.t0) / self.step
+        largest = max(abs(self.t0), abs(self.t0 + steps * self.step)) / abs(self.step)
+        slack = 4.0 * EPSILON * (largest + steps) + 1e-14
+        if not np.all((place >= -slack) & (place <= steps + slack)):
+            last = self.t0 + steps * self.step
+            raise ValueError(
+                f"t must lie inside the run, from {self.t0!r} to {last!r}; received {t!r}."
+            )
+        joint = np.round(place)
+        place = np.where(np.abs(place - joint) <= slack, joint, place)
+        index = np.clip(np.floor(place).astype(np.intp), 0, steps - 1)
+        past = (place == index) & np.isnan(self.coefficients[index, 0, 0]) & (index > 0)
+        index = np.where(past, index - 1, index)  # the last state before a failure ends its curve
+        return index, place - index, times.ndim == 0

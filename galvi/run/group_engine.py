@@ -1,0 +1,172 @@
+"""Runs on Lie groups, and on vector spaces with any Lagrangian, force or component degrees."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import cast
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.charts.branch_tracking import unwrapped
+from galvi.charts.exponential import Exponential
+from galvi.charts.maps import coordinates, tangent
+from galvi.checkpoint import Checkpoint
+from galvi.curves.local_chart import GroupChart
+from galvi.groups.group import Group
+from galvi.groups.so3 import SO3
+from galvi.kernels.lie import charts
+from galvi.kernels.nystrom.advance import GUESS
+from galvi.kernels.nystrom.solve import NOT_FINITE
+from galvi.kernels.on_group.advance import LEFT_CHART, RATES
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.energy_check import USABLE, energy_change
+from galvi.run.engine import Engine, Start, Substeps
+from galvi.run.group_steppers import compiled_stepper, general_stepper, solves_by_iteration
+from galvi.run.group_system import group_system
+from galvi.run.run_arrays import COUNTED, RunArrays
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.system import GroupSystem
+from galvi.systems.velocities import velocity_at
+
+SUBSTEPS = (4, 16, 64)
+PATH = 33  # times at which the turn of a step is followed
+CLOSE = 0.1  # of the momentum; the energy is then known to a part of the square of this
+NEAR_LIMIT = 0.8  # of a chart's limit, from which a step that is not solved is said to leave it
+FAR = 1e100  # velocities times steps; squares of larger ones overflow
+
+
+def _system(problem: Problem, method: Galerkin) -> GroupSystem:
+    return cast(GroupSystem, group_system(problem, method))
+
+
+def _start(problem: Problem, stages: int) -> Start:
+    """The state's rows are g, mu and their low parts; stages are velocities.
+
+    Of a body that turns, the second row ends in its momentum in space, R mu.
+    """
+    p0, entries = problem.p0, problem.q0.size
+    state = np.zeros((4, max(entries, p0.size)))
+    state[0, :entries], state[1, : p0.size] = problem.q0.ravel(), p0
+    if isinstance(getattr(problem.system, "group", None), SO3):
+        state[1, 6:] = problem.q0 @ p0
+    return state, *_guess(problem.v0, stages)
+
+
+def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:
+    """The same velocity at all stages, and the solver_state that goes with it."""
+    return np.repeat(v[:, None], stages, axis=1), np.array([GUESS, 0, 0, 0], dtype=np.int64)
+
+
+def rates_from_substeps(
+    substeps: Substeps, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
+    work: RunArrays,
+) -> Array | None:  # fmt: skip
+    """xi' (d, s) in the chart along a run of the next step with 4, 16 or 64 steps in one, or None.
+
+    None also where that run leaves the chart, and for the solver fixed_point. Adds its cost to the
+    counts, and leaves in ``work.turned`` how far its rotations turn from the start.
+    """
+    group, chart = _system(problem, method).group, method.chart
+    t, v = problem.t0 + (start.first + work.done) * step, work.stages[:, -1]
+    work.turned[0] = abs(step) * farthest_turn(group, v)
+    if start.solver == "fixed_point":
+        return None
+    q = work.state[0, : problem.q0.size].reshape(group.shape)
+    for parts in SUBSTEPS:
+        begin = Checkpoint(0, work.state, *_guess(v, method.stages), "newton", 1e-8)
+        run = substeps(Problem(problem.system, q, v, t), method, step / parts, parts, begin)
+        for row, name in enumerate(COUNTED):
+            work.counts[row] += run.counts[name]
+        if run.success:
+            places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
+            turning = Exponential()
+            path = unwrapped(group, coordinates(turning, group, q, run(t + step * places)))
+            work.turned[0] = max(farthest_turn(group, xi) for xi in path)
+            if work.turned[0] > chart.limit:
+                return None
+            times = t + method.table.c * step
+            xi = (
+                path[np.searchsorted(places, method.table.c)]
+                if isinstance(chart, Exponential)
+                else coordinates(chart, group, q, run(times))
+            )
+            velocities = run.velocity(times)
+            rates = np.linalg.solve(tangent(chart, group, xi), velocities[..., None])[..., 0]
+            return np.ascontiguousarray(rates.T)
+    return None
+
+
+def farthest_turn(group: Group, xi: Array) -> float:
+    """The largest |xi| of a rotation in exponential coordinates or velocities (d,)."""
+    return float(charts.largest_turn(group.layout, np.ascontiguousarray(xi)))
+
+
+def _failure(
+    problem: Problem, method: Galerkin, step: float, code: int, solver: str, work: RunArrays
+) -> str:
+    turn, limit = float(work.turned[0]), method.chart.limit
+    if not turn < FAR:
+        return "velocities above 1e100 overflow. Use other units, or a smaller step."
+    if turn >= NEAR_LIMIT * limit or code == LEFT_CHART:
+        other = "" if limit > 4.0 else ", or chart=galvi.Exponential(), which ends at 2 pi"
+        return (
+            f"the step turns by {turn:.4g} radians, and the chart {type(method.chart).__name__} "
+            f"ends at {limit:.4g}. Use a step of at most "
+            f"{0.5 * abs(step) * limit / turn:.2g}{other}."
+        )
+    if code == NOT_FINITE:
+        return (
+            "the force or the state became infinite or NaN, or the equations singular. Use a "
+            "smaller step, or keep away from the force's singularity."
+        )
+    tried, other = "Newton's method did not solve", ""
+    if solver == "fixed_point":
+        tried, other = "fixed-point iteration did not solve", ", or the solver auto"
+    elif getattr(problem.system, "potential_calls_per_force", 0):
+        other = ", or give the Lagrangian its slopes"
+    return (
+        f"{tried} the stage equations"
+        f"{f' of a step that turns by {turn:.3g} radians' if turn else ''}. "
+        f"Use a smaller step or a higher degree{other}."
+    )
+
+
+def _energy_change(problem: Problem, t: float, work: RunArrays) -> float:
+    """See `energy_change`.
+
+    A Lagrangian's energy p . v - L(q, v) is stationary where v has the momentum p, so that a
+    velocity that has nearly that momentum serves.
+    """
+    system = problem.system
+    q = work.state[0, : problem.q0.size].reshape(problem.q0.shape)
+    p, near = work.state[1, : problem.v0.size], work.stages[:, -1]
+    if isinstance(system, Lagrangian):
+        with np.errstate(all="ignore"), suppress(ArithmeticError, ValueError):
+            off = np.max(np.abs(system.momentum(near, q, problem.t0) - p))
+            if off <= CLOSE * np.max(np.abs(p)):
+                change = energy_change(problem, q, near, p)
+                if change <= USABLE:
+                    return change
+    return energy_change(problem, q, velocity_at(system, q, p, t, near))
+
+
+def _is_compiled(problem: Problem, method: Galerkin) -> bool:
+    return _system(problem, method).lagrangian_kernel().compiled
+
+
+ON_GROUP = Engine(
+    start=_start,
+    velocity_row=1,
+    solves_by_iteration=solves_by_iteration,
+    is_compiled=_is_compiled,
+    stepper=compiled_stepper,
+    stepper_from_guess=general_stepper,
+    guess_from_substeps=rates_from_substeps,
+    guess_kind=RATES,
+    momenta=lambda problem, momenta: momenta,
+    local_chart=lambda problem, method: GroupChart(_system(problem, method).group, method.chart),
+    energy_change=_energy_change,
+    failure=_failure,
+)

@@ -1,0 +1,110 @@
+"""Runs on vector spaces, where no force depends on the velocity: Nystrom methods."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.checkpoint import Checkpoint
+from galvi.curves.local_chart import IdentityChart
+from galvi.kernels.nystrom.advance import GUESS, NOTHING
+from galvi.kernels.nystrom.solve import NOT_FINITE
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.encounters import encounter
+from galvi.run.energy_check import energy_change
+from galvi.run.engine import Engine, Start, Substeps
+from galvi.run.nystrom_steppers import compiled_stepper
+from galvi.run.run_arrays import RunArrays
+from galvi.systems.nbody import NBody
+from galvi.systems.system import VectorSystem
+
+SUBSTEPS = (4, 16, 64, 256)
+TRIED = {
+    "auto": "neither fixed-point iteration nor Newton's method solved",
+    "fixed_point": "fixed-point iteration did not solve",
+    "newton": "Newton's method did not solve",
+}
+
+
+def _start(problem: Problem, stages: int) -> Start:
+    """The state's rows are q, its low part, v and its low part; accelerations are not known."""
+    d = problem.q0.size
+    state = np.zeros((4, d))
+    state[0], state[2] = problem.q0.ravel(), problem.v0.ravel()
+    blocks = d // problem.q0.shape[-1]
+    return state, np.zeros((d, stages)), np.array([NOTHING, 0, 0] + [0] * blocks, dtype=np.int64)
+
+
+def accelerations_from_substeps(
+    substeps: Substeps, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
+    work: RunArrays,
+) -> Array | None:  # fmt: skip
+    """Accelerations (d, s) along a run of the next step with 4, 16, 64 or 256 steps in one.
+
+    None when none of them can be solved by fixed-point iteration, and when nothing but that was
+    asked for. Adds its cost to the counts.
+    """
+    if start.solver == "fixed_point":
+        return None
+    t, shape = problem.t0 + (start.first + work.done) * step, problem.q0.shape
+    q, _, v, _ = work.state
+    here = Problem(problem.system, q.reshape(shape), v.reshape(shape), t)
+    for parts in SUBSTEPS:
+        begin = Checkpoint(0, *_start(here, method.stages), "fixed_point", 1e-8)
+        run = substeps(here, method, step / parts, parts, begin)
+        work.counts[:2] += run.counts["iterations"], run.counts["force_evaluations"]
+        if run.success:
+            times = t + method.table.c * step
+            path = run(times)
+            work.counts[1] += len(times)
+            system = cast(VectorSystem, problem.system)
+            rows = [system.acceleration(q, s) for q, s in zip(path, times, strict=True)]
+            return np.ascontiguousarray(np.stack(rows).reshape(len(times), -1).T)
+    return None
+
+
+def _failure(
+    problem: Problem, method: Galerkin, step: float, code: int, solver: str, work: RunArrays
+) -> str:
+    if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
+        return encounter(problem, problem.system, method.stages, step, work.state)
+    if code == NOT_FINITE:
+        return (
+            "the force or the state became infinite or NaN. Use a smaller step, or keep away from "
+            "the force's singularity."
+        )
+    return (
+        f"{TRIED[solver]} the stage equations. Use a smaller step or a higher degree"
+        f"{'' if solver == 'auto' else ', or the solver auto'}."
+    )
+
+
+def _is_compiled(problem: Problem, method: Galerkin) -> bool:
+    return cast(VectorSystem, problem.system).force_kernel(problem.q0.shape[-1]).compiled
+
+
+def _momenta(problem: Problem, velocities: Array) -> Array:
+    return problem.system.momentum(velocities.reshape(-1, *problem.q0.shape))
+
+
+def _energy_change(problem: Problem, t: float, work: RunArrays) -> float:
+    return energy_change(problem, work.state[0], work.state[2])
+
+
+NYSTROM = Engine(
+    start=_start,
+    velocity_row=2,
+    solves_by_iteration=lambda problem, method: True,
+    is_compiled=_is_compiled,
+    stepper=compiled_stepper,
+    stepper_from_guess=compiled_stepper,
+    guess_from_substeps=accelerations_from_substeps,
+    guess_kind=GUESS,
+    momenta=_momenta,
+    local_chart=lambda problem, method: IdentityChart(problem.q0.shape),
+    energy_change=_energy_change,
+    failure=_failure,
+)

@@ -1,0 +1,136 @@
+"""One way to run: what differs between vector spaces and Lie groups is in two values."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.curves.local_chart import GroupChart, IdentityChart
+from galvi.run import integrate as integrating
+from galvi.run.engine import Engine
+from galvi.run.engine_choice import engine_for
+from galvi.run.group_engine import ON_GROUP
+from galvi.run.loop import run_steps
+from galvi.run.nystrom_engine import NYSTROM
+
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+KEPLER = galvi.problems.kepler(0.3)
+CLOSE = 1e-10  # 1.1e-12 when this was written: the Lagrangian is differenced
+
+
+def lagrangian(q, v):
+    return 0.5 * v @ v + 1.0 / np.sqrt(q @ q)
+
+
+ON_RN = galvi.Problem(galvi.Lagrangian(lagrangian, galvi.Rn(2)), KEPLER.q0, KEPLER.v0)
+
+
+def test_there_are_exactly_two_engines():
+    modules = [
+        importlib.import_module(found.name)
+        for found in pkgutil.walk_packages(galvi.__path__, "galvi.")
+    ]
+    values = {
+        id(value): value
+        for module in modules
+        for value in vars(module).values()
+        if isinstance(value, Engine)
+    }
+    assert set(values) == {id(NYSTROM), id(ON_GROUP)}
+
+
+def test_one_module_chooses_between_them():
+    """Where neither is imported by name, nothing can branch on which it is."""
+    folder = Path(galvi.__file__).parent
+    users = [
+        str(path.relative_to(folder))
+        for path in folder.rglob("*.py")
+        if re.search(r"import .*\b(NYSTROM|ON_GROUP)\b", path.read_text())
+    ]
+    assert users == ["run/engine_choice.py"]
+
+
+@pytest.mark.parametrize(("problem", "engine"), [(KEPLER, NYSTROM), (ON_RN, ON_GROUP)])
+def test_a_vector_space_and_the_same_lagrangian_on_rn_go_through_the_same_steps(
+    problem, engine, monkeypatch
+):
+    used = []
+
+    def watched(engine, *arguments, **settings):
+        used.append(engine)
+        return run_steps(engine, *arguments, **settings)
+
+    monkeypatch.setattr(integrating, "run_steps", watched)
+    run = galvi.integrate(problem, FOUR, 0.1, 6)
+    rest = galvi.resume(galvi.integrate(problem, FOUR, 0.1, 4), 2)
+    assert len(used) == 3 and all(one is engine for one in used)
+    assert engine_for(problem, FOUR) is engine
+    assert np.array_equal(rest.q, run.q[4:])
+
+
+def test_both_engines_agree():
+    one, other = (galvi.integrate(problem, FOUR, 0.1, 20) for problem in (KEPLER, ON_RN))
+    assert one.counts.keys() < other.counts.keys()
+    for name in ("t", "q", "p"):
+        assert np.allclose(getattr(one, name), getattr(other, name), rtol=0.0, atol=CLOSE)
+    t = np.linspace(0.0, 2.0, 13)
+    assert np.allclose(one(t), other(t), rtol=0.0, atol=CLOSE)
+    assert np.allclose(one.velocity(t), other.velocity(t), rtol=0.0, atol=CLOSE)
+
+
+@pytest.mark.parametrize("chart", [galvi.Cayley(), galvi.Exponential()])
+def test_the_chart_of_a_vector_space_is_that_of_rn(chart):
+    base, xi, rate = np.random.default_rng(3).standard_normal((3, 7, 4))
+    identity, of_group = IdentityChart((4,)), GroupChart(galvi.Rn(4), chart)
+    assert np.array_equal(identity.place(base, xi), of_group.place(base, xi))
+    assert np.array_equal(identity.velocity(xi, rate), of_group.velocity(xi, rate))
+    bodies = IdentityChart((2, 2))
+    assert np.array_equal(bodies.place(base.reshape(7, 2, 2), xi).reshape(7, 4), base + xi)
+
+
+@pytest.mark.parametrize("problem", [KEPLER, galvi.problems.heavy_top()])
+def test_a_resumed_run_keeps_what_the_run_kept(problem, tmp_path):
+    thin = galvi.integrate(problem, FOUR, 0.02, 12, save_every=4)
+    galvi.save(thin, tmp_path / "run.npz")
+    for run in (thin, galvi.load(tmp_path / "run.npz")):
+        rest = galvi.resume(run, 9)
+        assert len(rest.t) == 4 and rest.curves is None  # after 0, 4, 8 and 9 steps
+        every = galvi.resume(run, 9, save_every=1)
+        assert len(every.t) == 10 and every.curves is not None
+    curved = galvi.integrate(problem, FOUR, 0.02, 12, save_every=4, curves=True)
+    assert galvi.resume(curved, 9).curves is not None
+    assert galvi.resume(curved, 9, save_every=3, curves=False).curves is None
+    bare = galvi.integrate(problem, FOUR, 0.02, 12, curves=False)
+    assert len(galvi.resume(bare, 9).t) == 10 and galvi.resume(bare, 9).curves is None
+
+
+def test_a_resumed_run_that_does_not_fit_in_memory_is_refused():
+    run = galvi.integrate(KEPLER, FOUR, 0.02, 3)
+    with pytest.raises(ValueError, match="1000000000000 steps would keep"):
+        galvi.resume(run, 10**12)
+
+
+def test_a_step_that_fails_is_tried_from_smaller_steps_by_both_engines(monkeypatch):
+    asked = []
+
+    def watched(engine):
+        def guess(*arguments):
+            asked.append(engine)
+            return engine.guess_from_substeps(*arguments)
+
+        return replace(engine, guess_from_substeps=guess)
+
+    monkeypatch.setattr(
+        integrating, "engine_for", lambda *arguments: watched(engine_for(*arguments))
+    )
+    eight = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    galvi.integrate(galvi.problems.kepler(0.95), eight, 0.5, 4)
+    galvi.integrate(galvi.problems.free_rigid_body(), eight, 3.0, 4)
+    assert asked == [NYSTROM, ON_GROUP]
