@@ -22,7 +22,7 @@ def true_ends(case: Case) -> list[np.ndarray]:
     Raises Unknown when it names none, when its engine is missing, or when it fails.
     """
     if not case.truth:
-        raise Unknown(f"{case.name} has no truth that is not galvi's.")
+        raise Unknown("there is no truth but galvi's own.")
     truth = reference(case.truth)
     if truth.missing:
         raise Unknown(truth.missing)

@@ -89,14 +89,14 @@ def seed_kernels(root: Path, folder: Path) -> None:
 
 
 def _check_current_folder(root: Path) -> None:
-    """In another repository, a revision of its name would be galvi's own by accident."""
+    """In another repository, HEAD would be taken for that of the checkout: galvi against itself."""
     own, here = _top(root), _top(Path.cwd())
     if own is None:
         raise CannotCompare(f"track --against needs a git checkout of galvi; {root} is none.")
     if own != here:
         raise CannotCompare(
-            f"track --against compares revisions of the repository of its own galvi: expected to "
-            f"be run in {own}, received {here or Path.cwd()}; change to {own} first."
+            f"track --against compares revisions of its own checkout: expected to be run in {own}, "
+            f"received {here or Path.cwd()}; change to {own} first."
         )
 
 

@@ -10,21 +10,26 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.statistics import change_points
+from benchmarks.store.atomic import write
 from reports.figures.drawing import slug
 from reports.figures.figure import Figure, Picture, picture
 from reports.figures.plots.track_record import track_record
 from reports.figures.style.no_data import NoData
 from reports.page.grid import Grid, grid
-from reports.results.atomic import write
+from reports.page.render import page_environment, style
 from reports.tables.number_format import plain
 from reports.tables.writing import as_csv
 from reports.tracking.history import ERROR, TIME, read_history
-from reports.tracking.page import render
 from reports.tracking.series import Series, all_series
 
 STORE = "benchmarks"  # in the folder of the report
 PICTURED = ("step", "trajectory", "round-off")  # kinds of benchmarks that get a picture
 PANELS = (TIME, "iterations", ERROR)
+TEXT = (
+    "Times are medians in processor time, divided by those of a fixed workload that was timed just "
+    "before and after, so that a bench on a busy day does not look slower. Only benches of one "
+    "machine and the same versions are compared; counts and errors are those of the same runs. "
+)
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,18 @@ def track(out: Path, provenance: Mapping[str, str], tell: Callable[[str], None] 
         for one in place.pictures:
             write(out / "figures" / f"{one.name}.svg", one.svg)
             write(out / "figures" / f"{one.name}.png", one.png)
-    write(out / "track.html", render(places, said, provenance, change_points.TEXT))
+    page = (
+        page_environment(Path(__file__).parent)
+        .get_template("track.html.j2")
+        .render(
+            css=style(),
+            text=TEXT + change_points.TEXT,
+            places=places,
+            said=said,
+            provenance=list(provenance.items()),
+        )
+    )
+    write(out / "track.html", page)
     for sentence in (*said, *(f"{change}." for place in places for change in place.changes)):
         tell(sentence)
     tell(f"{frame['file'].nunique()} benches; the page is {out / 'track.html'}.")

@@ -47,8 +47,8 @@ class Verdict:
             return f"Nothing of {self.head} could be compared with {self.base}.{rest}"
         if not self.worse:
             return (
-                f"{head} is not worse than {self.base} in {many}: no count, no error beyond its "
-                f"tolerance, and no time by rank and size.{rest}"
+                f"{head} is not worse than {self.base} in {many}: no count or error grew beyond "
+                f"its tolerance, and no time by rank and size.{rest}"
             )
         named = ", ".join(f"{one.name} ({', '.join(one.alarms)})" for one in self.worse)
         return f"{head} is worse than {self.base} in {len(self.worse)} of {many}: {named}.{rest}"

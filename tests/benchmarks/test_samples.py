@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-import time
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,11 +21,10 @@ from benchmarks.statistics.rank_test import (
 )
 from benchmarks.timings import worker
 
-RANDOM = np.random.default_rng(20)
 
-
-def times(factor: float, count: int = 12, spread: float = 0.02) -> list[float]:
-    return list(factor * (1.0 + spread * RANDOM.standard_normal(count)))
+def times(factor: float, count: int = 12, spread: float = 0.02, seed: int = 0) -> list[float]:
+    random = np.random.default_rng([seed, round(100 * factor)])
+    return list(factor * (1.0 + spread * random.standard_normal(count)))
 
 
 def test_the_chance_of_complete_separation_is_the_exact_one() -> None:
@@ -94,22 +93,18 @@ def test_the_size_is_each_benchmark_s_own() -> None:
 
 def test_equal_samples_pass_holm_as_rarely_as_stated() -> None:
     """Of 50 comparisons of 12 equal benchmarks each, the level 0.002 allows 0.1; none was red."""
-    alarms = 0
-    for _ in range(50):
-        alarms += bool(
-            holm({str(k): p_value(times(1.0, 10), times(1.0, 10)) for k in range(12)}, LEVEL)
-        )
-    assert alarms <= 1
+    draws = 1.0 + 0.02 * np.random.default_rng(20).standard_normal((50, 12, 2, 10))
+    chances = ({str(k): p_value(*pair) for k, pair in enumerate(one)} for one in draws)
+    assert sum(bool(holm(one, LEVEL)) for one in chances) <= 1
 
 
-def test_a_sample_is_that_of_the_quickest_go():
-    waits = iter([0.02, 0.001, 0.005] * 2)
+def test_a_sample_is_the_mean_of_the_quickest_attempt(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    seconds = iter([20.0, 1.0, 3.0, 5.0, 9.0, 1.0])
 
     def call() -> None:
-        end = time.process_time() + next(waits)
-        while time.process_time() < end:
-            pass
+        now[0] += next(seconds)
 
-    told = worker.sample(call, 1, 3)
-    assert 0.001 <= told["processor"] < 0.004
-    assert worker.sample(call, 3)["processor"] > 0.008
+    clock = SimpleNamespace(process_time=lambda: now[0], perf_counter=lambda: 3.0 * now[0])
+    monkeypatch.setattr(worker, "time", clock)
+    assert worker.sample(call, 2, 3) == {"processor": 4.0, "wall": 12.0}

