@@ -25,9 +25,13 @@ from reports.tracking.verdict import as_json, summary
 
 
 def track_command(
-    out: Path, provenance: Mapping[str, str], against: str | None, only: Sequence[str],
-    quick: bool, isolate: bool,
-) -> int:  # fmt: skip
+    out: Path,
+    provenance: Mapping[str, str],
+    against: str | None,
+    only: Sequence[str],
+    quick: bool,
+    isolate: bool,
+) -> int:
     """The history, or a comparison with a revision; 1 when that got worse, 2 when it cannot be.
 
     Raises typer.BadParameter for options that do not go together and for an unknown benchmark.

@@ -58,10 +58,9 @@ class Finding:
 
 def suspects(pairs: Iterable[Pair], at: int) -> set[str]:
     """Names of the benchmarks whose head is slower by rank and size in that round of samples."""
-    timed = {pair.case.name: pair for pair in pairs if len(pair.rounds) > at and not pair.why}
-    samples = {name: (pair.rounds[at]["base"], pair.rounds[at]["head"]) for name, pair in
-               timed.items()}  # fmt: skip
-    return slower(samples, {name: pair.case.slower for name, pair in timed.items()})
+    timed = [pair for pair in pairs if len(pair.rounds) > at and not pair.why]
+    samples = {pair.case.name: _samples(pair, at) for pair in timed}
+    return slower(samples, {pair.case.name: pair.case.slower for pair in timed})
 
 
 def judge(
@@ -100,11 +99,15 @@ def _finding(
         else:
             said += [*_counts(pair, base["counts"], head["counts"]), *_errors(pair, errors, truth)]
     if pair.rounds and not pair.why:
-        growth, p = (how(*pair.rounds[0].values()) for how in (relative_growth, p_value))
+        growth, p = (how(*_samples(pair, 0)) for how in (relative_growth, p_value))
         said += _times(pair, growth, p, slow)
     alarms = {gate: sentence for gate, sentence in said if gate != NOTE}
     notes = tuple(sentence for gate, sentence in said if gate == NOTE)
     return Finding(pair, errors, moved, growth, p, alarms, notes)
+
+
+def _samples(pair: Pair, at: int) -> tuple[list[float], list[float]]:
+    return pair.rounds[at]["base"], pair.rounds[at]["head"]
 
 
 def _failures(pair: Pair) -> Iterator[tuple[str, str]]:
@@ -165,7 +168,7 @@ def _times(
 ) -> Iterator[tuple[str, str]]:
     name, text = pair.case.name, f"slower by {100 * growth:.1f} % (p = {plain(p, 2)})"
     if name in slow[0] and name in slow[1]:
-        again = relative_growth(*pair.rounds[1].values())
+        again = relative_growth(*_samples(pair, 1))
         yield TIME, f"{text}, in a second round by {100 * again:.1f} %."
     elif name in slow[0]:
         yield NOTE, f"It looked {text}, which a second round did not confirm."

@@ -77,7 +77,8 @@ def track(out: Path, provenance: Mapping[str, str], tell: Callable[[str], None] 
     write(out / "track.html", page)
     for sentence in (*said, *(f"{change}." for place in places for change in place.changes)):
         tell(sentence)
-    tell(f"{frame['file'].nunique()} benches; the page is {out / 'track.html'}.")
+    count = frame["file"].nunique()
+    tell(f"{count} bench{'' if count == 1 else 'es'}; the page is {out / 'track.html'}.")
     return 0
 
 

@@ -35,9 +35,7 @@ class Pair:
     rounds: list[dict[str, list[float]]] = field(default_factory=list)
 
 
-def first_calls(
-    workers: Mapping[str, Worker], cases: Sequence[Case], report: Report
-) -> list[Pair]:  # fmt: skip
+def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Report) -> list[Pair]:
     """Each benchmark's first call on either side."""
     pairs = []
     for case in cases:

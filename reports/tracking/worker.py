@@ -6,6 +6,7 @@ import os
 import subprocess
 from dataclasses import asdict
 from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,8 @@ class Worker:
     public: a revision whose own suite lies elsewhere is measured alike. The process starts with the
     first question; one that died or hung is replaced at the next.
     """
+
+    pipe: Connection  # to the process, while there is one
 
     def __init__(self, checkout: Checkout) -> None:
         self.checkout = checkout
