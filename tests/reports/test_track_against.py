@@ -102,13 +102,10 @@ def test_a_changed_tree_is_compared_as_it_is_and_said_to_be(checkout: Path) -> N
     assert [min(map(len, samples.values())) >= 7 for samples in row["pair"]["rounds"]] == [True] * 2
 
 
-def test_an_unknown_revision_is_a_sentence(checkout: Path) -> None:
+def test_an_unknown_revision_and_one_without_galvi_are_sentences(checkout: Path) -> None:
     for revision in ("nope", "--help", "HEAD:galvi"):
         with pytest.raises(CannotCompare, match="expects a revision that git knows; received"):
             compared(checkout, revision)
-
-
-def test_a_revision_without_galvi_is_a_sentence(checkout: Path) -> None:
     git(checkout, "rm", "-r", "--quiet", "galvi")
     (checkout / "a").touch()
     git(checkout, "add", ".")

@@ -108,11 +108,47 @@ def test_what_a_second_round_does_not_confirm_is_a_note(compared: Any) -> None:
     assert "which a second round did not confirm" in verdict.findings[0].notes[0]
 
 
-@pytest.mark.parametrize("name", ["iterations", "force_evaluations"])
-def test_one_more_of_a_count_is_red(compared: Any, name: str) -> None:
-    more = COUNTS | {name: COUNTS[name] + 1}
-    assert set(alarms(compared(Fake(), Fake(counts=more)))) == {"counts"}
-    assert alarms(compared(Fake(counts=more), Fake())) == {}
+KNOWN = {"start": [0.0, 1.0], "acceleration": [-1.0, 1e-17, math.nan]}
+EXACT = {"ends": [[1.0, 0.0]]}
+JUDGED: dict[str, tuple[dict[str, Any], dict[str, Any], set[str]]] = {
+    "one more iteration": ({}, {"counts": COUNTS | {"iterations": 51}}, {"counts"}),
+    "one more evaluation": ({}, {"counts": COUNTS | {"force_evaluations": 201}}, {"counts"}),
+    "one iteration less": ({"counts": COUNTS | {"iterations": 51}}, {}, set()),
+    "an error beyond its tolerance": ({}, {"ends": [[1.0 + 1.02e-9, 0.0]]}, {"error"}),
+    "an error within its tolerance": ({}, {"ends": [[1.0 + 1.005e-9, 0.0]]}, set()),
+    "a smaller error": ({}, {"ends": [[1.0 + 0.5e-9, 0.0]]}, set()),
+    "an error that is rounding": (EXACT, {"ends": [[1.0, 9e-15]]}, set()),
+    "an error above rounding": (EXACT, {"ends": [[1.0, 2e-14]]}, {"error"}),
+    "an end that is not finite": ({}, {"ends": [[math.nan, 0.0]]}, {"error"}),
+    "a force that the truth would hide": (
+        {"ends": [[5.0, 0.0]], "problem": KNOWN},
+        {"problem": KNOWN | {"acceleration": [1.0, 0.0, math.nan]}},
+        {"problem"},
+    ),
+    "a problem of another dimension": (
+        {"problem": KNOWN},
+        {"ends": [[1.0, 0.0, 0.0]], "problem": KNOWN | {"start": [0.0, 1.0, 2.0]}},
+        {"problem"},
+    ),
+    "a force that was rounded otherwise": (
+        {"problem": KNOWN},
+        {"problem": {"acceleration": [-1.0 - 2e-16, -1e-17, math.nan], "more": [1.0]}},
+        set(),
+    ),
+}
+
+
+@pytest.mark.parametrize("change", JUDGED)
+def test_a_change_is_red_at_its_gate_alone(compared: Any, change: str) -> None:
+    base, head, gates = JUDGED[change]
+    assert set(alarms(compared(Fake(**base), Fake(**head)))) == gates
+
+
+def test_an_alarm_names_what_changed(compared: Any) -> None:
+    changed = [JUDGED["one more iteration"], JUDGED["a force that the truth would hide"]]
+    counts, problem = (alarms(compared(Fake(**base), Fake(**head))) for base, head, _ in changed)
+    assert counts == {"counts": "iterations 50 became 51, 2 % more."}
+    assert "not the base's (acceleration)" in problem["problem"]
 
 
 def test_a_count_that_one_side_lacks_is_a_note(compared: Any) -> None:
@@ -123,42 +159,9 @@ def test_a_count_that_one_side_lacks_is_a_note(compared: Any) -> None:
     )
 
 
-def test_a_problem_that_changed_is_red_where_the_truth_would_hide_it(compared: Any) -> None:
-    known = {"start": [0.0, 1.0], "acceleration": [-1.0, 1e-17, math.nan]}
-    far = Fake(ends=[[5.0, 0.0]], problem=known)
-    wrong = Fake(problem=known | {"acceleration": [1.0, 0.0, math.nan]})
-    assert "not the base's (acceleration)" in alarms(compared(far, wrong))["problem"]
-    rounded = [-1.0 - 2e-16, -1e-17, math.nan]
-    same = Fake(problem=known | {"acceleration": rounded, "more": [1.0]})
-    assert alarms(compared(Fake(problem=known), same)) == {}
-
-
-def test_a_problem_of_another_dimension_is_red_and_compares_no_ends(compared: Any) -> None:
-    base, head = Fake(problem={"start": [0.0, 1.0]}), Fake(
-        ends=[[1.0, 0.0, 0.0]], problem={"start": [0.0, 1.0, 2.0]}
-    )  # fmt: skip
-    assert set(alarms(compared(base, head))) == {"problem"}
-
-
 def test_a_base_whose_ends_are_not_finite_does_not_accuse_the_head(compared: Any) -> None:
     verdict = compared(Fake(ends=[[math.nan, 0.0]]), Fake())
     assert not verdict.worse and "errors do not compare" in verdict.findings[0].notes[0]
-
-
-def test_an_error_beyond_its_tolerance_is_red_and_within_it_is_not(compared: Any) -> None:
-    assert set(alarms(compared(Fake(), Fake(ends=[[1.0 + 1.02e-9, 0.0]])))) == {"error"}
-    assert alarms(compared(Fake(), Fake(ends=[[1.0 + 1.005e-9, 0.0]]))) == {}
-    assert alarms(compared(Fake(), Fake(ends=[[1.0 + 0.5e-9, 0.0]]))) == {}
-
-
-def test_an_error_that_is_rounding_is_no_alarm(compared: Any) -> None:
-    base, head = Fake(ends=[[1.0, 0.0]]), Fake(ends=[[1.0, 9e-15]])
-    assert alarms(compared(base, head)) == {}
-    assert set(alarms(compared(base, Fake(ends=[[1.0, 2e-14]])))) == {"error"}
-
-
-def test_an_end_that_is_not_finite_is_red(compared: Any) -> None:
-    assert set(alarms(compared(Fake(), Fake(ends=[[math.nan, 0.0]])))) == {"error"}
 
 
 def test_a_run_that_fails_is_red_once_and_a_base_that_fails_is_a_note(compared: Any) -> None:
