@@ -1,12 +1,12 @@
-"""A fixed piece of work that times are divided by, so that machines and moods of one compare.
+"""Fixed workload normalising timings across machines and load.
 
-It is never changed: numbers over another yardstick are another series. It imports nothing of galvi,
-since a commit must not change the measure that it is held against.
+Times are divided by those of the workload, the yardstick. It is never changed: numbers over another
+yardstick are another series. It imports nothing of galvi, since a commit must not change the
+measure that it is held against.
 """
 
 from __future__ import annotations
 
-import statistics
 import time
 
 import numpy as np
@@ -18,7 +18,10 @@ POINTS, PASSES = 24, 400
 
 @njit(cache=True)
 def work(x, passes):  # type: ignore[no-untyped-def]
-    """Sum the inverse-square pulls of all pairs, and move a little, so many times; x (n, 3)."""
+    """Sum the inverse-square attractions of all pairs, moving the points a little, so many times.
+
+    x  points, (n, 3), changed in place
+    """
     total = 0.0
     for _ in range(passes):
         for i in range(x.shape[0]):
@@ -32,7 +35,7 @@ def work(x, passes):  # type: ignore[no-untyped-def]
 
 
 def yardstick(samples: int = 5) -> list[float]:
-    """Processor seconds of the work, about two milliseconds each; it is compiled before."""
+    """Processor seconds of the workload, about two milliseconds each; it is compiled before."""
     start = np.random.default_rng(0).standard_normal((POINTS, 3))
     work(start.copy(), 1)
     return [_timed(start.copy()) for _ in range(samples)]
@@ -42,8 +45,3 @@ def _timed(points: np.ndarray) -> float:
     clock = time.process_time()
     work(points, PASSES)
     return time.process_time() - clock
-
-
-def median(samples: int = 5) -> float:
-    """Of that many."""
-    return statistics.median(yardstick(samples))

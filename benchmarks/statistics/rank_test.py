@@ -18,11 +18,11 @@ LEAST = 7  # samples a side
 SPARE = 10.0  # by how much the least p that so many samples can give stays below what Holm asks
 
 
-def chance(base: Sequence[float], head: Sequence[float]) -> float:
-    """The chance that equal code gives a head that looks at least this much slower.
+def p_value(base: Sequence[float], head: Sequence[float]) -> float:
+    """The chance that equal code gives a head that looks at least as slow.
 
-    1.0 for fewer than LEAST samples a side, since they decide nothing; ValueError when one is not
-    finite or not positive.
+    1.0 for fewer than LEAST samples a side, since they decide nothing. Raises ValueError for a
+    time that is not finite or not positive.
     """
     for name, times in (("base", base), ("head", head)):
         wrong = [time for time in times if not (math.isfinite(time) and time > 0.0)]
@@ -50,7 +50,7 @@ def _at_least(reached: int, ranks: Sequence[int], count: int) -> float:
     return reaching / math.comb(len(ranks), count)
 
 
-def growth(base: Sequence[float], head: Sequence[float]) -> float:
+def relative_growth(base: Sequence[float], head: Sequence[float]) -> float:
     """Median of the head over median of the base, less 1."""
     return statistics.median(head) / statistics.median(base) - 1.0
 
@@ -84,5 +84,5 @@ def slower(
     samples  of base and head
     sizes    relative growth of the median that is needed besides
     """
-    ranks = holm({name: chance(*pair) for name, pair in samples.items()}, level)
-    return {name for name in ranks if growth(*samples[name]) > sizes[name]}
+    ranks = holm({name: p_value(*pair) for name, pair in samples.items()}, level)
+    return {name for name in ranks if relative_growth(*samples[name]) > sizes[name]}

@@ -1,8 +1,8 @@
-"""The time of a short run, taken from one that goes on long enough for a stopwatch.
+"""The time of a short run, measured on a longer one.
 
-A rigid body turns nine times in 50 microseconds of compiled code, and a call needs three times as
-long to check what it was given and to build what it returns. The same steps, or tolerance, are
-therefore kept up for many times the duration, and the time is divided by that number.
+Nine revolutions of a rigid body take 50 microseconds of compiled code, and a call three times as
+long to check its arguments and to build its result. The run is therefore made many times as long,
+with the same steps or tolerance, and its time is divided by that number.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ class RepeatedRun:
     """A run made longer.
 
     call     makes it, keeping its last state
-    times    as long as the run that it stands for
-    seconds  it took
-    failure  why it did not come to its end; empty when it did
+    times    its length in units of the run that it stands for
+    seconds  of the call
+    failure  why it ended early; empty when it did not
     """
 
     call: Callable[[], Trajectory]

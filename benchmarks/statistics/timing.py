@@ -1,4 +1,4 @@
-"""Times that may be compared: interleaved rounds, warmed up, with an interval.
+"""Times of several calls that compare: interleaved rounds, warmed up, with an interval.
 
 A call that runs in another process has its own clock there: ``seconds(repeats)``, the mean of so
 many calls, and ``took``, the seconds of the last one.
@@ -21,7 +21,7 @@ from references import Contender
 def call_of(
     contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> Callable[[], Trajectory]:
-    """A call that runs the contender; one that takes its own time has ``timed`` for that."""
+    """A call that runs the contender: its own ``timed``, when it measures its times itself."""
     timed = getattr(contender, "timed", None)
     if timed is not None:
         call: Callable[[], Trajectory] = timed(problem, duration, setting)
@@ -76,13 +76,13 @@ def _seconds(call: Callable[[], Any], repeats: int) -> float:
 
 
 def warmed(call: Callable[[], Any]) -> tuple[Any, float]:
-    """What the call returns, and the seconds it takes when what it needs is compiled and loaded."""
+    """The result of a call, and its seconds when everything it needs is compiled and loaded."""
     result, seconds = once(call)
     return result, min(seconds, _seconds(call, 1)) if seconds < 1.0 else seconds
 
 
 def once(call: Callable[[], Any]) -> tuple[Any, float]:
-    """What the call returns, and the seconds it took; NaN where its own clock failed."""
+    """The result of a call, and its seconds; NaN where its own clock failed."""
     start = time.perf_counter()
     result = call()
     seconds = time.perf_counter() - start

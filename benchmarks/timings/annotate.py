@@ -1,4 +1,4 @@
-"""Time a call in processor time, and note what a time alone does not tell.
+"""Time a call in processor time, and keep beside the time what it depends on.
 
 The clock is that of the processor: `python -m benchmarks.experiments.clock_comparison` shows why.
 """
@@ -21,7 +21,7 @@ ROUNDS, FEWEST = 9, 3
 
 
 def timed(benchmark: Any, call: Callable[[], Any]) -> Any:
-    """What a call returns, timed when it is warm; the first call, which compiles, is kept apart."""
+    """The result of a call, timed when it is warm; the first one, which compiles, is kept apart."""
     clock = time.perf_counter()
     call()
     first = time.perf_counter() - clock
@@ -30,12 +30,12 @@ def timed(benchmark: Any, call: Callable[[], Any]) -> Any:
     seconds = max(TIMER() - clock, 1e-6)
     repeats = max(1, math.ceil(LEAST / seconds))
     rounds = min(ROUNDS, max(FEWEST, int(BUDGET / (repeats * seconds))))
-    result = measured(benchmark, call, rounds, repeats)
+    result = timed_warm(benchmark, call, rounds, repeats)
     benchmark.extra_info.update(first_call=first)
     return result
 
 
-def measured(benchmark: Any, call: Callable[[], Any], rounds: int, repeats: int = 1) -> Any:
+def timed_warm(benchmark: Any, call: Callable[[], Any], rounds: int, repeats: int = 1) -> Any:
     """The same for a call that is warm; the yardstick is timed before and after."""
     before = calibration.yardstick(3)
     result = benchmark.pedantic(call, rounds=rounds, iterations=repeats)
@@ -44,7 +44,7 @@ def measured(benchmark: Any, call: Callable[[], Any], rounds: int, repeats: int 
     return result
 
 
-def noted(
+def annotate(
     benchmark: Any,
     *,
     problem: str,
@@ -54,7 +54,7 @@ def noted(
     settings: Mapping[str, Any],
     **more: Any,
 ) -> None:
-    """Put into the benchmark's row what belongs beside its time.
+    """Add to the benchmark's row what belongs beside its time.
 
     error     against the truth; None where it is not known
     settings  what another person needs to repeat it

@@ -1,9 +1,9 @@
-"""What is timed, as plain data: another process, or another version of galvi, can build it too."""
+"""A run to be timed, as plain data: another process, with another revision, can build it too."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 STEP, TRAJECTORY, ROUND_OFF = "step", "trajectory", "round-off"
@@ -51,7 +51,3 @@ class Case:
     rounding: float = 1e-13
     count_tolerance: float = 0.0
     slower: float = 0.10
-
-    def as_data(self) -> dict[str, Any]:
-        """The fields, ready for JSON."""
-        return asdict(self) | {"arguments": dict(self.arguments)}

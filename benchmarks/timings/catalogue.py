@@ -1,7 +1,7 @@
 """The runs of galvi that are timed: a step and a trajectory of every problem, and round-off.
 
 A new problem needs its cases here. Truths are closed forms and stored files where there are any.
-Trajectories are long enough that the kernel, not the call, takes the time; a step is mostly call.
+Trajectories are long enough that the kernel takes the time; the time of a step is mostly the call.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Many initial conditions: what a second thread gains, in rounds that take turns with the first's.
+"""Many initial conditions: the gain of a second thread, in rounds interleaved with one thread's.
 
 Long runs gain nearly a factor of two on two free cores; runs of a millisecond are mostly Python, in
 which threads wait for each other, and must lose nothing.
@@ -14,7 +14,7 @@ import pytest
 
 import galvi
 from benchmarks.statistics.timing import interleaved
-from benchmarks.timings.annotate import measured, noted
+from benchmarks.timings.annotate import annotate, timed_warm
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 
 ROUNDS = 3
@@ -40,10 +40,10 @@ def test_an_ensemble(benchmark: Any, case: str) -> None:
 
     alone = galvi.integrate(starts[-1], METHOD, step, steps, save_every=steps)
     one, two = interleaved([functools.partial(run, n) for n in (1, 2)], ROUNDS, least=0.0)
-    runs = measured(benchmark, functools.partial(run, 2), 1)
+    runs = timed_warm(benchmark, functools.partial(run, 2), 1)
     assert all(run.success for run in runs)
     assert np.array_equal(runs[-1].q, alone.q)
-    noted(
+    annotate(
         benchmark,
         problem=problem.name,
         error=None,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import pytest
 
-from benchmarks.timings.annotate import TIMER, noted, timed
+from benchmarks.timings.annotate import TIMER, annotate, timed
 from benchmarks.timings.case import Case
 from benchmarks.timings.catalogue import CASES
 from benchmarks.timings.truth import Unknown, error_of, true_ends
@@ -21,19 +22,19 @@ MARKED = [
 @pytest.mark.benchmark(timer=TIMER)
 @pytest.mark.parametrize("case", MARKED)
 def test_a_run_of_galvi(benchmark: Any, case: Case) -> None:
-    told = described(timed(benchmark, prepared(case.as_data())))
+    reached = described(timed(benchmark, prepared(asdict(case))))
     try:
-        error = error_of(told["ends"], true_ends(case))
+        error = error_of(reached["ends"], true_ends(case))
     except Unknown:
         error = None
-    assert told["success"], told["status"]
-    settings = {k: v for k, v in case.as_data().items() if k not in ("name", "kind", "quick")}
-    noted(
+    assert reached["success"], reached["status"]
+    settings = {k: v for k, v in asdict(case).items() if k not in ("name", "kind", "quick")}
+    annotate(
         benchmark,
         problem=case.problem,
         error=error,
-        counts=told["counts"],
-        status=told["status"],
+        counts=reached["counts"],
+        status=reached["status"],
         settings=settings,
         kind=case.kind,
         error_tolerance=case.error_tolerance,

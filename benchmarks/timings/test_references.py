@@ -1,4 +1,4 @@
-"""Each reference on each problem it supports: ten revolutions, or so many of the fastest planet."""
+"""Each reference on each problem it supports, for about ten revolutions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.timings.annotate import TIMER, noted, timed
+from benchmarks.timings.annotate import TIMER, annotate, timed
 from references import REFERENCES, Contender
 from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
@@ -78,13 +78,15 @@ def test_a_reference(benchmark: Any, contender: Contender, name: str) -> None:
     if truth is not None and run.success:
         end = truth.run(problem, duration, {"samples": 1}).q[-1]
         error = float(np.max(np.abs(run.q[-1] - end)))
-    told = {"contender": contender.name, "duration": duration, **setting}
-    noted(
+    settings = {"contender": contender.name, "duration": duration, **setting}
+    if truth is not None:
+        settings["truth"] = truth.name
+    annotate(
         benchmark,
         problem=problem.name,
         error=error,
         counts=run.counts,
         status=run.status,
-        settings=told | ({"truth": truth.name} if truth else {}),
+        settings=settings,
         kind="reference",
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,7 +13,7 @@ from references import reference
 
 
 class Unknown(Exception):
-    """There is no truth for a case here; a sentence says why."""
+    """There is no truth for a case here; the message says why."""
 
 
 def true_ends(case: Case) -> list[np.ndarray]:
@@ -23,7 +22,7 @@ def true_ends(case: Case) -> list[np.ndarray]:
     Raises Unknown when it names none, when its engine is missing, or when it fails.
     """
     if not case.truth:
-        raise Unknown(f"{case.name} has no truth that is not galvi's.")
+        raise Unknown("there is no truth but galvi's own.")
     truth = reference(case.truth)
     if truth.missing:
         raise Unknown(truth.missing)
@@ -38,11 +37,7 @@ def true_ends(case: Case) -> list[np.ndarray]:
     return ends
 
 
-def error_of(ends: Sequence[Sequence[float | None]], truth: Sequence[np.ndarray]) -> float:
+def error_of(ends: Sequence[Sequence[float]], truth: Sequence[np.ndarray]) -> float:
     """RMS over the starts of the largest difference of a coordinate; NaN when a run failed."""
-    largest = [
-        max(abs((math.nan if x is None else x) - y) for x, y in zip(end, true, strict=True))
-        if None not in end else math.nan
-        for end, true in zip(ends, truth, strict=True)
-    ]  # fmt: skip
+    largest = np.max(np.abs(np.subtract(ends, truth)), axis=1)
     return float(np.sqrt(np.mean(np.square(largest))))

@@ -1,23 +1,23 @@
-"""A process that builds cases with the galvi on its path, and times one sample on command.
+"""A program that runs cases with the galvi on its path, and times them, on command.
 
-It stands alone: nothing of the suite is imported, so that it serves any version of galvi. Commands
-and answers are lines of JSON. The process stays alive, so that start-up and compilation are outside
-of every sample.
+It stands alone: nothing of the suite is imported, and of galvi only what is public, so that it
+serves any revision. It is given the number of one end of a pipe, and stays alive, so that start-up
+and compilation are outside of every sample. Questions and answers are dictionaries of plain values:
 
-{"do": "prepare", "case": ...}    the ends reached, counts, status, seconds of the first call, and
-                                  numbers that tell what the problem is, see `probed`
-{"do": "sample", "name", "repeats", "goes"}  seconds of one call: processor time and wall time
+{"do": "run", "case"}                          the ends reached, counts, status, seconds of the
+                                               first call, numbers that tell problems apart
+{"do": "time", "case", "repeats", "attempts"}   seconds of one call, see `sample`
+any                                            "raised": the exception, when there was one
 """
 
 from __future__ import annotations
 
 import gc
-import json
 import math
-import os
 import sys
 import time
 from collections.abc import Callable, Mapping
+from multiprocessing.connection import Connection
 from typing import Any
 
 SPREAD = 1e-3  # between the starts of a case
@@ -32,14 +32,13 @@ def problem_of(case: Mapping[str, Any]) -> Any:
 
 
 def prepared(case: Mapping[str, Any]) -> Callable[[], list[Any]]:
-    """What runs a case once, giving a trajectory for each start; raises what galvi raises."""
+    """The call that runs a case once, giving a trajectory for each start; raises galvi's errors."""
     import galvi
 
-    made = problem_of(case)
+    problems = starts(problem_of(case), case["starts"])
     charts = (getattr(galvi, case["chart"])(),) if case["chart"] else ()
     rule = getattr(galvi, case["rule"])(case["points"])
     method = galvi.Galerkin(galvi.Polynomials(case["degree"]), rule, *charts)
-    problems = starts(made, case["starts"])
     step, steps = case["step"], case["steps"]
 
     def call() -> list[Any]:
@@ -52,8 +51,9 @@ def starts(problem: Any, count: int) -> list[Any]:
     """The problem itself, and others from configurations a little farther out."""
     if count == 1:
         return [problem]
-    factors = [1.0 + SPREAD * k for k in range(count)]
-    return [problem.with_initial_state(problem.q0 * factor, problem.v0) for factor in factors]
+    # older revisions have only the second name
+    moved = getattr(problem, "with_initial_state", None) or problem.starting_at
+    return [moved(problem.q0 * (1.0 + SPREAD * k), problem.v0) for k in range(count)]
 
 
 def described(runs: list[Any]) -> dict[str, Any]:
@@ -74,7 +74,7 @@ def described(runs: list[Any]) -> dict[str, Any]:
 def probed(problem: Any) -> dict[str, list[float]]:
     """Where a problem starts, and its functions a little aside: two with other numbers are two.
 
-    A function that its system lacks, or that asks for something else, is left out.
+    A function that its system lacks, or that takes other arguments, is left out.
     """
     q, v, t = problem.q0, problem.v0, getattr(problem, "t0", 0.0)
     system = getattr(problem, "system", None)
@@ -89,13 +89,13 @@ def probed(problem: Any) -> dict[str, list[float]]:
         ("function", (aside, v)),
         ("slopes", (aside, v)),
     )
-    told = {"start": [float(t), *_flat(q), *_flat(v)]}
+    numbers = {"start": [float(t), *_flat(q), *_flat(v)]}
     for name, arguments in asked:
         try:
-            told[name] = _flat(getattr(system, name)(*arguments))
+            numbers[name] = _flat(getattr(system, name)(*arguments))
         except Exception:
             continue
-    return told
+    return numbers
 
 
 def _flat(value: Any) -> list[float]:
@@ -104,15 +104,16 @@ def _flat(value: Any) -> list[float]:
     return [float(x) for x in numpy.ravel(value)]
 
 
-def sample(call: Callable[[], Any], repeats: int, goes: int = 1) -> dict[str, float]:
-    """Seconds of one call, the mean over the repeats, in the quickest of so many goes.
+def sample(call: Callable[[], Any], repeats: int, attempts: int = 1) -> dict[str, float]:
+    """Seconds of one call, the mean over the repeats, in the quickest of so many attempts: by the
+    processor's clock ("processor"), and by the wall clock ("wall").
 
     What else happens on the machine only adds to them. The collector of garbage waits.
     """
     best = {"processor": math.inf, "wall": math.inf}
     gc.disable()
     try:
-        for _ in range(goes):
+        for _ in range(attempts):
             wall, processor = time.perf_counter(), time.process_time()
             for _ in range(repeats):
                 call()
@@ -124,47 +125,43 @@ def sample(call: Callable[[], Any], repeats: int, goes: int = 1) -> dict[str, fl
     return best
 
 
-def answer(order: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[str, Any]:
-    """Do what one line asks."""
-    if order["do"] == "where":
-        import galvi
+def run(case: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[str, Any]:
+    """A first call of a case, which is kept among the calls."""
+    import galvi
 
-        return {"file": galvi.__file__}
-    if order["do"] == "sample":
-        return sample(calls[order["name"]], order["repeats"], order["goes"])
-    case = order["case"]
     start = time.perf_counter()
     call = prepared(case)
     runs = call()
     first = time.perf_counter() - start
     calls[case["name"]] = call
-    gc.collect()
-    told = {"first_call": first, "warm": sample(call, 1)["processor"]}
-    return described(runs) | told | {"problem": probed(problem_of(case))}
+    times = {"first_call": first, "warm": sample(call, 1)["processor"]}
+    origin = {"galvi": galvi.__file__, "problem": probed(problem_of(case))}
+    return described(runs) | times | origin
 
 
-def serve() -> None:
-    """Answer until the commands end; what galvi prints goes to stderr."""
-    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)
+def answer(order: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[str, Any]:
+    """Do what one question asks; a case that this process has not run is run before it is timed."""
+    case = order["case"]
+    if order["do"] == "run":
+        return run(case, calls)
+    if case["name"] not in calls:
+        run(case, calls)
+    return sample(calls[case["name"]], order["repeats"], order["attempts"])
+
+
+def serve(pipe: Connection) -> None:
+    """Answer until the other end is closed."""
     calls: dict[str, Callable[[], Any]] = {}
-    for line in sys.stdin:
+    while True:
         try:
-            told = answer(json.loads(line), calls)
+            order = pipe.recv()
+        except EOFError:
+            return
+        try:
+            pipe.send(answer(order, calls))
         except Exception as error:
-            told = {"raised": f"{type(error).__name__}: {' '.join(str(error).split())}"}
-        out.write(json.dumps(_finite(told)) + "\n")
-        out.flush()
-
-
-def _finite(value: Any) -> Any:
-    """The same with None for what is not finite, which JSON lacks."""
-    if isinstance(value, dict):
-        return {key: _finite(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [_finite(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+            pipe.send({"raised": f"{type(error).__name__}: {' '.join(str(error).split())}"})
 
 
 if __name__ == "__main__":
-    serve()
+    serve(Connection(int(sys.argv[1])))

@@ -174,11 +174,10 @@ def application(load: Load, command: str) -> typer.Typer:
         quick: bool = QUICK,
         out: Path = FOLDER,
     ) -> int:
-        from reports.tracking.command import track_command
+        from reports.cli.track import track_command
 
         suite = load()
-        asked = order(suite, quick, out)
-        return track_command(asked, suite.provenance(command), against, only, isolate)
+        return track_command(out, suite.provenance(command), against, only, quick, isolate)
 
     @app.command("readme", help="Renew the results table and the picture of README.md.")
     def renew_readme(out: Path = FOLDER) -> int:

@@ -19,8 +19,13 @@ HERE = Path(__file__).parent
 
 def render(content: dict[str, Any]) -> str:
     """Fill the template; a name that the content lacks is an error."""
+    return page_environment(HERE).get_template("page.html.j2").render(css=style(), **content)
+
+
+def page_environment(folder: Path) -> Environment:
+    """For the templates of a folder."""
     environment = Environment(
-        loader=FileSystemLoader(HERE),
+        loader=FileSystemLoader(folder),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -30,8 +35,12 @@ def render(content: dict[str, Any]) -> str:
         data_uri=_data_uri, measured=_measured, seconds=seconds, typeset=typeset
     )
     environment.globals["zip"] = zip
-    css = (HERE / "page.css").read_text(encoding="utf-8")
-    return environment.get_template("page.html.j2").render(css=Markup(css), **content)
+    return environment
+
+
+def style() -> Markup:
+    """The style sheet of every page."""
+    return Markup((HERE / "page.css").read_text(encoding="utf-8"))
 
 
 def _data_uri(picture: Picture) -> str:

@@ -1,4 +1,4 @@
-"""What got worse: status, counts and errors beyond their tolerances, times by rank and size.
+"""The gates: a run fails, a count or an error grew beyond its tolerance, a time by rank and size.
 
 A problem that is not the same on both sides is an alarm too. References solve the head's problem,
 so that a wrong force in it would be in the truth as well, and the base would look wrong.
@@ -7,168 +7,177 @@ so that a wrong force in it would be in the truth as well, and the base would lo
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from benchmarks.statistics.rank_test import chance, growth, slower
+from benchmarks.statistics.rank_test import p_value, relative_growth, slower
 from benchmarks.timings.truth import error_of
-from reports.tables.number_format import plain
-from reports.tracking.rounds import Pair
+from reports.tables.number_format import capital, plain
+from reports.tracking.rounds import SIDES, Pair
 
 FAILS, PROBLEM, COUNTS, ERROR, TIME = "status", "problem", "counts", "error", "time"
-SAME_WORK = ("steps",)  # counts that are what was asked for, not what it cost
+NOTE = ""  # no gate, so that its sentence is no alarm
+SAME_WORK = ("steps",)  # counts of the work that was asked for, not of what it cost
 # What rounding may change in a problem's functions: of the number, and of the largest beside it.
 ROUNDED, CANCELLED = 1e-9, 1e-13
 
 
-@dataclass
+@dataclass(frozen=True)
 class Finding:
-    """One benchmark: its numbers on both sides, and what got worse.
+    """One benchmark: its numbers on both sides, and what got worse. NaN is what is not known.
 
-    base_error, head_error  NaN where they are not known
-    moved     largest difference of a coordinate at the ends; 0 when equal to the bit
-    times     median seconds of base and head, NaN where not timed
-    growth    of the median time, of the first round
-    chance    that equal code looks so
-    alarms    gate -> sentence
-    notes     sentences that are no alarm
+    errors  of base and head against the truth
+    moved   largest difference of a coordinate at the ends; 0 when equal to the bit
+    growth  of the median time, in the first round, relative
+    p       the chance that equal code looks so slow
+    alarms  gate -> sentence
+    notes   sentences that are no alarm
     """
 
-    name: str
-    base_counts: dict[str, int] = field(default_factory=dict)
-    head_counts: dict[str, int] = field(default_factory=dict)
-    base_error: float = math.nan
-    head_error: float = math.nan
-    moved: float = math.nan
-    times: tuple[float, float] = (math.nan, math.nan)
-    growth: float = math.nan
-    chance: float = math.nan
-    compared: bool = False
-    alarms: dict[str, str] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
+    pair: Pair
+    errors: tuple[float, float]
+    moved: float
+    growth: float
+    p: float
+    alarms: Mapping[str, str]
+    notes: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """The benchmark's."""
+        return self.pair.case.name
+
+    @property
+    def compared(self) -> bool:
+        """Whether both sides ran it, or the head should have."""
+        return len(self.pair.reached) == len(SIDES) or bool(self.alarms)
 
 
-def suspects(pairs: Iterable[Pair], at: int = 0) -> set[str]:
-    """Cases whose head is slower by rank and size in that round of samples."""
-    timed = [pair for pair in pairs if pair.timed and len(pair.samples) > at]
-    samples = {pair.case.name: pair.samples[at] for pair in timed}
+def suspects(pairs: Iterable[Pair], at: int) -> set[str]:
+    """Names of the benchmarks whose head is slower by rank and size in that round of samples."""
+    timed = [pair for pair in pairs if len(pair.rounds) > at and not pair.why]
+    samples = {pair.case.name: _samples(pair, at) for pair in timed}
     return slower(samples, {pair.case.name: pair.case.slower for pair in timed})
 
 
 def judge(
-    pairs: Sequence[Pair], truths: Mapping[str, Sequence[Any] | str], confirmed: set[str]
-) -> list[Finding]:
+    pairs: Sequence[Pair], truths: Mapping[str, Sequence[np.ndarray] | str]
+) -> tuple[Finding, ...]:
     """A finding for each pair.
 
-    truths     by case: what its ends should be, or why that is not known
-    confirmed  cases that were slower in both rounds
+    truths  by benchmark: what its ends should be, or why that is not known
     """
-    findings = [_found(pair, truths[pair.case.name]) for pair in pairs]
-    first = suspects(pairs)
-    for pair, finding in zip(pairs, findings, strict=True):
-        if not pair.timed:
-            continue
-        base, head = pair.samples[0]
-        finding.times = (float(np.median(base)), float(np.median(head)))
-        finding.growth, finding.chance = growth(base, head), chance(base, head)
-        told = f"slower by {100 * finding.growth:.1f} % (p = {plain(finding.chance, 2)})"
-        if pair.case.name in confirmed:
-            again = growth(*pair.samples[-1])
-            finding.alarms[TIME] = f"{told}, in a second round by {100 * again:.1f} %."
-        elif pair.case.name in first:
-            finding.notes.append(f"It looked {told}, which a second round did not confirm.")
-    return findings
+    slow = (suspects(pairs, 0), suspects(pairs, 1))
+    return tuple(_finding(pair, truths[pair.case.name], slow) for pair in pairs)
 
 
-def _found(pair: Pair, truth: Sequence[Any] | str) -> Finding:
-    finding = Finding(pair.case.name)
-    base, head = pair.base, pair.head
-    if "head" in pair.why and "base" not in pair.why:
-        finding.alarms[FAILS] = f"The head cannot run it: {pair.why['head']}"
+def _finding(
+    pair: Pair, truth: Sequence[np.ndarray] | str, slow: tuple[set[str], set[str]]
+) -> Finding:
+    errors, moved, growth, p = (math.nan, math.nan), math.nan, math.nan, math.nan
+    said = list(_failures(pair))
+    if len(pair.reached) == len(SIDES):
+        base, head = (pair.reached[side] for side in SIDES)
+        changed = _changed(base["problem"], head["problem"])
+        if base["success"] and np.shape(base["ends"]) == np.shape(head["ends"]):
+            moved = _moved(base["ends"], head["ends"])
+            if not isinstance(truth, str):
+                errors = error_of(base["ends"], truth), error_of(head["ends"], truth)
+        if not base["success"]:
+            said.append((NOTE, f"The base's run fails: {base['status']}"))
+        elif not head["success"]:
+            said.append((FAILS, f"The head's run fails: {head['status']}"))
+        elif changed:
+            sentence = (
+                f"The problem itself is not the base's ({_named(changed)}), and the truth is that "
+                "of the head's problem: counts and errors do not compare."
+            )
+            said.append((PROBLEM, sentence))
+        else:
+            said += [*_counts(pair, base["counts"], head["counts"]), *_errors(pair, errors, truth)]
+    if pair.rounds and not pair.why:
+        growth, p = (how(*_samples(pair, 0)) for how in (relative_growth, p_value))
+        said += _times(pair, growth, p, slow)
+    alarms = {gate: sentence for gate, sentence in said if gate != NOTE}
+    notes = tuple(sentence for gate, sentence in said if gate == NOTE)
+    return Finding(pair, errors, moved, growth, p, alarms, notes)
+
+
+def _samples(pair: Pair, at: int) -> tuple[list[float], list[float]]:
+    return pair.rounds[at]["base"], pair.rounds[at]["head"]
+
+
+def _failures(pair: Pair) -> Iterator[tuple[str, str]]:
+    if set(pair.why) == {"head"}:
+        yield FAILS, f"The head cannot run it: {pair.why['head']}"
     elif pair.why:
-        told = "; ".join(f"the {side}: {why}" for side, why in sorted(pair.why.items()))
-        finding.notes.append(f"Not compared, as it cannot be run. {told[0].upper()}{told[1:]}")
-    if base is None or head is None:
-        finding.compared = bool(finding.alarms)
-        return finding
-    finding.compared = True
-    finding.base_counts, finding.head_counts = base["counts"], head["counts"]
-    if base["success"] and not head["success"]:
-        finding.alarms[FAILS] = f"The head's run fails: {head['status']}"
-    if not base["success"]:
-        finding.notes.append(f"The base's run fails: {base['status']}")
-        return finding
-    _compare_problems(finding, base.get("problem", {}), head.get("problem", {}))
-    _compare_counts(finding, pair)
-    _compare_errors(finding, pair, truth)
-    return finding
+        reasons = "; ".join(f"the {side}: {why}" for side, why in sorted(pair.why.items()))
+        yield NOTE, f"Not compared, as it cannot be run. {capital(reasons)}"
 
 
-def _compare_problems(
-    finding: Finding, base: Mapping[str, Sequence[Any]], head: Mapping[str, Sequence[Any]]
-) -> None:
-    """Numbers of the worker's `probed`, those that both sides have."""
-    other = [name for name in base if name in head and _differ(base[name], head[name])]
-    if other:
-        named = ", ".join(name.replace("_", " ") for name in other)
-        finding.alarms[PROBLEM] = (
-            f"The problem itself is not the base's ({named}), and the truth is that of the head's "
-            "problem: counts and errors do not compare."
-        )
+def _changed(base: Mapping[str, Any], head: Mapping[str, Any]) -> list[str]:
+    """Which of the worker's `probed` differ, of those that both sides have."""
+    return [name for name in base if name in head and _differ(base[name], head[name])]
 
 
-def _differ(one: Sequence[Any], other: Sequence[Any]) -> bool:
-    """None stands for what is not finite."""
-    if len(one) != len(other) or [x is None for x in one] != [x is None for x in other]:
+def _differ(base: Sequence[float], head: Sequence[float]) -> bool:
+    one, other = np.asarray(base), np.asarray(head)
+    if one.shape != other.shape or np.any(np.isfinite(one) != np.isfinite(other)):
         return True
-    pairs = [(x, y) for x, y in zip(one, other, strict=True) if x is not None]
-    scale = max((max(abs(x), abs(y)) for x, y in pairs), default=0.0)
-    return any(abs(x - y) > ROUNDED * max(abs(x), abs(y)) + CANCELLED * scale for x, y in pairs)
+    one, other = one[np.isfinite(one)], other[np.isfinite(other)]
+    size = np.maximum(np.abs(one), np.abs(other))
+    allowed = ROUNDED * size + CANCELLED * np.max(size, initial=0.0)
+    return bool(np.any(np.abs(one - other) > allowed))
 
 
-def _compare_counts(finding: Finding, pair: Pair) -> None:
-    more, alone = [], sorted(finding.head_counts.keys() ^ finding.base_counts.keys())
+def _counts(
+    pair: Pair, base: Mapping[str, int], head: Mapping[str, int]
+) -> Iterator[tuple[str, str]]:
+    more, alone = [], sorted(head.keys() ^ base.keys())
     if alone:
-        named = ", ".join(name.replace("_", " ") for name in alone)
-        finding.notes.append(f"Only one side counts {named}, so that cannot be compared.")
-    for name, count in finding.head_counts.items():
-        before = finding.base_counts.get(name, count)
+        yield NOTE, f"Only one side counts {_named(alone)}, so that cannot be compared."
+    for name, count in head.items():
+        before = base.get(name, count)
         if name in SAME_WORK or count <= before * (1.0 + pair.case.count_tolerance):
             continue
         share = f", {100 * (count / before - 1):.2g} % more" if before else ""
-        more.append(f"{name.replace('_', ' ')} {before} became {count}{share}")
+        more.append(f"{_named([name])} {before} became {count}{share}")
     if more:
-        finding.alarms[COUNTS] = f"{'; '.join(more)}."
+        yield COUNTS, f"{'; '.join(more)}."
 
 
-def _compare_errors(finding: Finding, pair: Pair, truth: Sequence[Any] | str) -> None:
-    assert pair.base and pair.head
-    base, head = pair.base["ends"], pair.head["ends"]
-    finding.moved = _moved(base, head)
+def _errors(
+    pair: Pair, errors: tuple[float, float], truth: Sequence[np.ndarray] | str
+) -> Iterator[tuple[str, str]]:
+    base, head = errors
+    allowed = max(base * (1.0 + pair.case.error_tolerance), pair.case.rounding)
     if isinstance(truth, str):
-        finding.notes.append(f"Its error is not known: {truth}")
-        return
-    finding.base_error, finding.head_error = error_of(base, truth), error_of(head, truth)
-    if not pair.head["success"]:
-        return
-    if math.isnan(finding.base_error):
-        finding.notes.append("The base's ends are not finite, so that errors do not compare.")
-        return
-    allowed = max(finding.base_error * (1.0 + pair.case.error_tolerance), pair.case.rounding)
-    if not finding.head_error <= allowed:
-        finding.alarms[ERROR] = (
-            f"error {plain(finding.base_error)} became {plain(finding.head_error)}, "
-            f"more than {plain(allowed)}."
-        )
+        yield NOTE, f"Its error is not known: {truth}"
+    elif math.isnan(base):
+        yield NOTE, "The base's ends are not finite, so that errors do not compare."
+    elif not head <= allowed:
+        now = plain(head) or "not a number"
+        yield ERROR, f"error {plain(base)} became {now}, more than {plain(allowed)}."
 
 
-def _moved(base: Sequence[Sequence[float | None]], head: Sequence[Sequence[float | None]]) -> float:
-    """Largest difference, NaN when a number is missing on one side."""
-    pairs = [pair for one, other in zip(base, head, strict=True) for pair in zip(one, other,
-             strict=True)]  # fmt: skip
-    if any(x is None or y is None for x, y in pairs):
-        return math.nan
-    return max((abs(x - y) for x, y in pairs), default=0.0)  # type: ignore[operator]
+def _times(
+    pair: Pair, growth: float, p: float, slow: tuple[set[str], set[str]]
+) -> Iterator[tuple[str, str]]:
+    name, text = pair.case.name, f"slower by {100 * growth:.1f} % (p = {plain(p, 2)})"
+    if name in slow[0] and name in slow[1]:
+        again = relative_growth(*_samples(pair, 1))
+        yield TIME, f"{text}, in a second round by {100 * again:.1f} %."
+    elif name in slow[0]:
+        yield NOTE, f"It looked {text}, which a second round did not confirm."
+
+
+def _moved(base: Sequence[Sequence[float]], head: Sequence[Sequence[float]]) -> float:
+    with np.errstate(invalid="ignore"):
+        return float(np.max(np.abs(np.subtract(base, head))))
+
+
+def _named(names: Iterable[str]) -> str:
+    return ", ".join(name.replace("_", " ") for name in names)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,23 +10,25 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.statistics import change_points
+from benchmarks.store.atomic import write
 from reports.figures.drawing import slug
 from reports.figures.figure import Figure, Picture, picture
 from reports.figures.plots.track_record import track_record
 from reports.figures.style.no_data import NoData
 from reports.page.grid import Grid, grid
-from reports.results.atomic import write
+from reports.page.render import page_environment, style
 from reports.tables.number_format import plain
 from reports.tables.writing import as_csv
 from reports.tracking.history import ERROR, TIME, read_history
-from reports.tracking.page import render
 from reports.tracking.series import Series, all_series
 
 STORE = "benchmarks"  # in the folder of the report
 PICTURED = ("step", "trajectory", "round-off")  # kinds of benchmarks that get a picture
-SHOWN = ("iterations", "force_evaluations")
-EMPTY = (
-    "There is no bench yet in {folder}: `make bench` makes one, and each further one adds a point."
+PANELS = (TIME, "iterations", ERROR)
+TEXT = (
+    "Times are medians in processor time, divided by those of a fixed workload that was timed just "
+    "before and after, so that a bench on a busy day does not look slower. Only benches of one "
+    "machine and the same versions are compared; counts and errors are those of the same runs. "
 )
 
 
@@ -41,21 +43,19 @@ class Place:
     changes: tuple[str, ...]
 
 
-def track(out: Path, provenance: dict[str, str], tell: Callable[[str], None] = print) -> int:
+def track(out: Path, provenance: Mapping[str, str], tell: Callable[[str], None] = print) -> int:
     """Read the history below `out`, write history.csv, track.html and pictures; 0."""
     said: list[str] = []
-
-    def report(sentence: str) -> None:
-        said.append(sentence)
-        tell(sentence)
-
-    frame = read_history(out / STORE, report)
+    frame = read_history(out / STORE, said.append)
     write(out / "history.csv", as_csv(frame))
     if frame.empty:
-        report(EMPTY.format(folder=out / STORE))
-    places = _places(frame, list(all_series(frame)))
+        said.append(
+            f"There is no bench yet in {out / STORE}: `make bench` makes one, and each further one "
+            "adds a point."
+        )
+    places = list(_places(frame))
     if len(places) > 1:
-        report(
+        said.append(
             f"Benches of {len(places)} machines or versions are shown apart: their times do not "
             "compare."
         )
@@ -63,46 +63,58 @@ def track(out: Path, provenance: dict[str, str], tell: Callable[[str], None] = p
         for one in place.pictures:
             write(out / "figures" / f"{one.name}.svg", one.svg)
             write(out / "figures" / f"{one.name}.png", one.png)
-        for change in place.changes:
-            tell(f"{change}.")
-    page = render(places, said, provenance, change_points.TEXT)
+    page = (
+        page_environment(Path(__file__).parent)
+        .get_template("track.html.j2")
+        .render(
+            css=style(),
+            text=TEXT + change_points.TEXT,
+            places=places,
+            said=said,
+            provenance=list(provenance.items()),
+        )
+    )
     write(out / "track.html", page)
-    tell(f"{frame['file'].nunique()} benches; the page is {out / 'track.html'}.")
+    for sentence in (*said, *(f"{change}." for place in places for change in place.changes)):
+        tell(sentence)
+    count = frame["file"].nunique()
+    tell(f"{count} bench{'' if count == 1 else 'es'}; the page is {out / 'track.html'}.")
     return 0
 
 
-def _places(frame: pd.DataFrame, series: list[Series]) -> list[Place]:
-    found = []
+def _places(frame: pd.DataFrame) -> Iterator[Place]:
+    series = list(all_series(frame))
     kinds = dict(zip(frame["benchmark"], frame["kind"], strict=True))
-    for name in dict.fromkeys(one.place for one in series):
+    for number, name in enumerate(dict.fromkeys(one.place for one in series), start=1):
         own = [one for one in series if one.place == name]
         by_benchmark: dict[str, dict[str, Series]] = {}
         for one in own:
             by_benchmark.setdefault(one.benchmark, {})[one.quantity] = one
+        table = pd.DataFrame([_row(*item) for item in by_benchmark.items()])
         pictures = [
-            drawn
+            _picture(benchmark, quantities, number)
             for benchmark, quantities in by_benchmark.items()
             if kinds[benchmark] in PICTURED
-            and (drawn := _picture(benchmark, quantities, len(found))) is not None
         ]
-        table = pd.DataFrame([_line(b, q) for b, q in by_benchmark.items()])
-        numbers = dict.fromkeys(table.columns[1:], "number")
-        benches = max(len(one.values) for one in own)
-        changes = tuple(told for one in own for told in one.told())
-        found.append(Place(name, benches, grid(table, numbers), tuple(pictures), changes))
-    return found
+        yield Place(
+            name=name,
+            benches=max(len(one.values) for one in own),
+            rows=grid(table, dict.fromkeys(table.columns[1:], "number")),
+            pictures=tuple(one for one in pictures if one is not None),
+            changes=tuple(sentence for one in own for sentence in one.sentences()),
+        )
 
 
-def _line(benchmark: str, quantities: dict[str, Series]) -> dict[str, str]:
+def _row(benchmark: str, quantities: Mapping[str, Series]) -> dict[str, str]:
     """The last bench of a benchmark, and how its time stands to the median of those before."""
     time, error = quantities.get(TIME), quantities.get(ERROR)
-    known = time.values[np.isfinite(time.values)] if time else np.array([])
-    ratio = known[-1] / np.median(known[:-1]) if known.size > 1 else np.nan
+    times = time.values[np.isfinite(time.values)] if time else np.array([])
+    ratio = times[-1] / np.median(times[:-1]) if times.size > 1 else np.nan
     iterations = quantities.get("iterations")
     return {
         "benchmark": benchmark,
         "benches": str(max(len(one.values) for one in quantities.values())),
-        "time / yardstick": plain(float(known[-1])) if known.size else "",
+        "time / yardstick": plain(float(times[-1])) if times.size else "",
         "over earlier ones": plain(float(ratio)),
         "iterations": f"{iterations.values[-1]:.0f}" if iterations else "",
         "error": plain(float(error.values[-1])) if error else "",
@@ -110,15 +122,15 @@ def _line(benchmark: str, quantities: dict[str, Series]) -> dict[str, str]:
     }
 
 
-def _picture(benchmark: str, quantities: dict[str, Series], place: int) -> Picture | None:
-    chosen = [quantities[name] for name in (TIME, *SHOWN[:1], ERROR) if name in quantities]
-    if not chosen:
+def _picture(benchmark: str, quantities: Mapping[str, Series], place: int) -> Picture | None:
+    """None where there is nothing to draw."""
+    shown = [quantities[name] for name in PANELS if name in quantities]
+    if not shown:
         return None
-    longest = max(chosen, key=lambda one: len(one.values))
-    panels = [(one.quantity, *one.among(longest.files), one.quantity == ERROR) for one in chosen]
-    ending = f"-{place + 1}" if place else ""
+    longest = max(shown, key=lambda one: len(one.values))
+    panels = [(one.quantity, *one.among(longest.files), one.quantity == ERROR) for one in shown]
     figure = Figure(
-        name=slug(benchmark).replace("work-precision", "track") + ending,
+        name=slug(benchmark).replace("work-precision", "track") + (f"-{place}" * (place > 1)),
         title=benchmark,
         draw=track_record,
         options={"panels": panels},

@@ -7,77 +7,67 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from benchmarks.statistics.rank_test import samples_needed
 from benchmarks.timings.case import ROUND_OFF, Case
-from reports.tracking.side import Failed, Side
+from reports.tracking.worker import Failed, Worker
 
-LEAST = 0.01  # seconds of a go
-GOES = 3  # in a sample, of which the quickest counts
+SIDES = ("base", "head")
+LEAST = 0.01  # seconds of an attempt
+ATTEMPTS = 3  # in a sample, of which the quickest counts
 LONG = 0.05  # seconds of a call of which one is enough: what disturbs it is short
+SAMPLES = 14  # a side at least: two that a busy machine spoils do not hide a slower head
 
-Told = Callable[[str], None]
+Report = Callable[[str], None]
 
 
 @dataclass
 class Pair:
-    """What both sides told of one case.
+    """A benchmark on both sides; each mapping is by side.
 
-    base, head  what their first calls reached, see the worker; None where they failed
-    why         a sentence for each side that failed
-    samples     for each round of samples, seconds of the base and of the head
-    walls       the same by the wall clock
+    reached  what first calls reached, see the worker's program; without a side that failed
+    why      the reason why a side failed
+    rounds   for each round, the samples in seconds
     """
 
     case: Case
-    base: dict[str, Any] | None = None
-    head: dict[str, Any] | None = None
+    reached: dict[str, dict[str, Any]] = field(default_factory=dict)
     why: dict[str, str] = field(default_factory=dict)
-    samples: list[tuple[list[float], list[float]]] = field(default_factory=list)
-    walls: list[tuple[list[float], list[float]]] = field(default_factory=list)
-
-    @property
-    def timed(self) -> bool:
-        """Whether both sides have samples worth comparing."""
-        return bool(self.samples) and not self.why and all(map(len, self.samples[0]))
+    rounds: list[dict[str, list[float]]] = field(default_factory=list)
 
 
-def prepare(sides: Mapping[str, Side], cases: Sequence[Case], report: Told) -> list[Pair]:
-    """Each case's first call on either side."""
+def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Report) -> list[Pair]:
+    """Each benchmark's first call on either side."""
     pairs = []
     for case in cases:
         report(f"first calls: {case.name}")
         pair = Pair(case)
-        for name, side in sides.items():
+        for side in SIDES:
             try:
-                setattr(pair, name, side.prepare(case))
+                pair.reached[side] = workers[side].run(case)
             except Failed as error:
-                pair.why[name] = str(error)
+                pair.why[side] = str(error)
         pairs.append(pair)
     return pairs
 
 
-def take_turns(sides: Mapping[str, Side], pairs: Sequence[Pair], count: int, report: Told) -> None:
+def take_turns(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:
     """Add a round of samples to each pair that both sides can run and that is timed at all."""
     able = [pair for pair in pairs if not pair.why and pair.case.kind != ROUND_OFF]
-    sizes = {}
     for pair in able:
-        assert pair.base and pair.head
-        quickest = min(pair.base["warm"], pair.head["warm"])
-        repeats = max(1, math.ceil(LEAST / max(quickest, 1e-7)))
-        sizes[pair.case.name] = (repeats, 1 if quickest > LONG else GOES)
-        pair.samples.append(([], []))
-        pair.walls.append(([], []))
+        pair.rounds.append({side: [] for side in SIDES})
+    count = max(SAMPLES, samples_needed(len(able)))
     for k in range(count):
         report(f"samples {k + 1} of {count}")
-        order = (("base", 0), ("head", 1)) if k % 2 == 0 else (("head", 1), ("base", 0))
         for pair in able:
-            name = pair.case.name
-            for side, place in order:
-                if pair.why:
-                    continue
-                try:
-                    told = sides[side].sample(name, *sizes[name])
-                except Failed as error:
-                    pair.why[side] = str(error)
-                    continue
-                pair.samples[-1][place].append(told["processor"])
-                pair.walls[-1][place].append(told["wall"])
+            for side in SIDES if k % 2 == 0 else SIDES[::-1]:
+                if not pair.why:
+                    _sample(workers[side], pair, side)
+
+
+def _sample(worker: Worker, pair: Pair, side: str) -> None:
+    seconds = max(min(reached["warm"] for reached in pair.reached.values()), 1e-7)
+    repeats, attempts = max(1, math.ceil(LEAST / seconds)), 1 if seconds > LONG else ATTEMPTS
+    try:
+        pair.rounds[-1][side].append(worker.time(pair.case, repeats, attempts))
+    except Failed as error:
+        pair.why[side] = str(error)

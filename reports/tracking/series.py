@@ -11,12 +11,15 @@ import pandas as pd
 from benchmarks.statistics.change_points import change_points, steps
 from reports.tracking.history import ERROR, PLACE, SECONDS, TIME, YARDSTICK
 
-NOT_COUNTS = (TIME, SECONDS, YARDSTICK, ERROR)
-
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """files, commits and values in the order of the benches; changes: positions of new levels."""
+    """One quantity of one benchmark on one machine.
+
+    place    the machine and the versions, which a series never mixes
+    files, commits, values  in the order of the benches
+    changes  positions of new levels
+    """
 
     place: str
     benchmark: str
@@ -28,48 +31,46 @@ class Series:
 
     def among(self, files: Sequence[str]) -> tuple[np.ndarray, list[int]]:
         """values and changes at the places of these files; NaN where the quantity is not known."""
-        places, values = {name: k for k, name in enumerate(files)}, np.full(len(files), np.nan)
-        own = [places.get(name) for name in self.files]
-        for place, value in zip(own, self.values, strict=True):
-            if place is not None:
-                values[place] = value
-        return values, [place for k in self.changes if (place := own[k]) is not None]
+        places = {name: k for k, name in enumerate(self.files)}
+        found = np.array([places.get(name, -1) for name in files])
+        values = np.where(found >= 0, self.values[found], np.nan)
+        return values, np.flatnonzero(np.isin(found, self.changes)).tolist()
 
-    def told(self) -> list[str]:
-        """A sentence for each change."""
-        sentences = []
+    def sentences(self) -> list[str]:
+        """One for each change."""
+        said = []
         bounds = [0, *self.changes, len(self.values)]
         for first, change, end in zip(bounds, bounds[1:], bounds[2:], strict=False):
             before = float(np.nanmedian(self.values[first:change]))
             after = float(np.nanmedian(self.values[change:end]))
-            share = (
-                f"{100 * (after / before - 1):+.1f} %" if before > 0
-                else f"{before:g} became {after:.3g}"
-            )  # fmt: skip
-            sentences.append(f"{self.benchmark}: {self.quantity} {share} at {self.commits[change]}")
-        return sentences
-
-
-def place_of(row: pd.Series) -> str:
-    """The machine and the versions, which a series never mixes."""
-    told = [f"Python {row['python']}", f"numba {row['numba']}", f"numpy {row['numpy']}"]
-    return f"{row['machine']}; {', '.join(told)}; yardstick: {row['yardstick']}"
+            share = f"{before:g} became {after:.3g}"
+            if before > 0:
+                share = f"{100 * (after / before - 1):+.1f} %"
+            said.append(f"{self.benchmark}: {self.quantity} {share} at {self.commits[change]}")
+        return said
 
 
 def all_series(frame: pd.DataFrame) -> Iterator[Series]:
-    """Of each machine apart; seconds and the yardstick itself are not looked at for changes."""
-    grouped = frame.groupby([*PLACE, "benchmark", "quantity"], sort=False)
-    for (*_, benchmark, quantity), rows in grouped:
+    """Of a history; changes are not searched for in seconds and in the yardstick's own time."""
+    for (*place, benchmark, quantity), rows in frame.groupby(
+        [*PLACE, "benchmark", "quantity"], sort=False
+    ):
+        machine, python, numba, numpy, yardstick = place
         values = rows["value"].to_numpy(float)
+        tolerance = float(rows["error_tolerance"].iloc[-1]) if quantity == ERROR else 0.0
         if quantity in (SECONDS, YARDSTICK):
             changes: list[int] = []
         elif quantity == TIME:
             changes = change_points(values.tolist())
-        elif quantity == ERROR:
-            changes = steps(values.tolist(), float(rows["error_tolerance"].iloc[-1]))
         else:
-            changes = steps(values.tolist(), 0.0)
+            changes = steps(values.tolist(), tolerance)
         yield Series(
-            place_of(rows.iloc[0]), str(benchmark), str(quantity), tuple(rows["file"]),
-            tuple(rows["commit"]), values, tuple(changes),
-        )  # fmt: skip
+            place=f"{machine}; Python {python}, numba {numba}, numpy {numpy}; "
+            f"yardstick: {yardstick}",
+            benchmark=str(benchmark),
+            quantity=str(quantity),
+            files=tuple(rows["file"]),
+            commits=tuple(rows["commit"]),
+            values=values,
+            changes=tuple(changes),
+        )

@@ -1,24 +1,27 @@
-"""A comparison as one sentence and one table: for a terminal, in Markdown, in JSON."""
+"""A comparison as one sentence and one table in Markdown, and everything in JSON."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
+import pandas as pd
 
 from benchmarks.statistics.rank_test import LEVEL
 from reports.tables.number_format import known, plain
+from reports.tables.writing import as_markdown
 from reports.tracking.gates import Finding
-from reports.tracking.rounds import Pair
 
-HEADINGS = ("benchmark", "time", "p", "counts", "error", "ends moved", "verdict")
-WIDTH = 130  # where output is not a terminal
+LEGEND = (
+    "Times are processor time, base and head in turns; p is the chance that equal code looks "
+    f"so (Mann and Whitney, below {LEVEL} after Holm's correction), and a time is worse when "
+    "its median grew by the benchmark's size too, in two rounds of fresh processes. Counts "
+    "are added up for the table and compared one by one. Ends moved: the largest difference "
+    "of a coordinate; 0 is equality to the bit."
+)
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,7 @@ class Verdict:
         return tuple(finding for finding in self.findings if finding.alarms)
 
     def __str__(self) -> str:
+        head = self.head.replace("the working", "The working", 1)
         count = sum(finding.compared for finding in self.findings)
         many = f"{count} benchmark" + ("" if count == 1 else "s")
         left = len(self.findings) - count
@@ -43,111 +47,63 @@ class Verdict:
             return f"Nothing of {self.head} could be compared with {self.base}.{rest}"
         if not self.worse:
             return (
-                f"{_capital(self.head)} is not worse than {self.base} in {many}: no count, no "
-                f"error beyond its tolerance, and no time by rank and size.{rest}"
+                f"{head} is not worse than {self.base} in {many}: no count or error grew beyond "
+                f"its tolerance, and no time by rank and size.{rest}"
             )
         named = ", ".join(f"{one.name} ({', '.join(one.alarms)})" for one in self.worse)
-        return (
-            f"{_capital(self.head)} is worse than {self.base} in {len(self.worse)} of {many}: "
-            f"{named}.{rest}"
-        )
+        return f"{head} is worse than {self.base} in {len(self.worse)} of {many}: {named}.{rest}"
+
+    def table(self) -> pd.DataFrame:
+        """A row of text for each benchmark, the worse ones first."""
+        ranked = sorted(self.findings, key=lambda finding: not finding.alarms)
+        return pd.DataFrame([_row(finding) for finding in ranked])
+
+    def report(self) -> str:
+        """The table, then alarms and notes with their benchmarks' names."""
+        said = [f"{one.name}: {text}" for one in self.worse for text in one.alarms.values()]
+        said += [f"{one.name}: {note}" for one in self.findings for note in one.notes]
+        return "\n".join([as_markdown(self.table()), *(f"- {sentence}" for sentence in said)])
 
 
-def lines(verdict: Verdict) -> list[tuple[str, ...]]:
-    """The table as text, one line for each benchmark, the worse ones first."""
-    ranked = sorted(verdict.findings, key=lambda finding: not finding.alarms)
-    return [
-        (
-            one.name,
-            f"{100 * one.growth:+.1f} %" if known(one.growth) else "-",
-            plain(one.chance, 2) or "-",
-            _change(*_sums(one.base_counts, one.head_counts)),
-            _change(one.base_error, one.head_error),
-            plain(one.moved, 2) or "-",
-            f"worse: {', '.join(one.alarms)}" if one.alarms
-            else "not worse" if one.compared else "not compared",
-        )
-        for one in ranked
-    ]  # fmt: skip
+def summary(verdict: Verdict, provenance: Mapping[str, str]) -> str:
+    """Markdown for the page of a change."""
+    origin = "; ".join(f"{key}: {value}" for key, value in provenance.items())
+    return "\n\n".join([f"**{verdict}**", verdict.report().strip(), LEGEND, origin]) + "\n"
 
 
-def remarks(verdict: Verdict) -> list[str]:
-    """Alarms, then notes, each with the benchmark's name."""
-    found = [f"{one.name}: {told}" for one in verdict.worse for told in one.alarms.values()]
-    return found + [f"{one.name}: {note}" for one in verdict.findings for note in one.notes]
-
-
-def show(verdict: Verdict, console: Console | None = None) -> None:
-    """Print table, remarks and the sentence."""
-    console = console or Console()
-    if not console.is_terminal:
-        console.width = WIDTH
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in HEADINGS:
-        table.add_column(heading, justify="right" if heading in HEADINGS[1:6] else "left")
-    for line in lines(verdict):
-        style = "bold red" if line[-1].startswith("worse") else ""
-        table.add_row(*line[:-1], Text(line[-1], style=style))
-    console.print(table)
-    for remark in remarks(verdict):
-        console.print(Text(remark))
-    console.print(Text(str(verdict)))
-
-
-def as_markdown(verdict: Verdict, provenance: dict[str, str]) -> str:
-    """For a forge's page of a change."""
-    told = [f"**{verdict}**", ""]
-    told += [f"| {' | '.join(HEADINGS)} |", "|" + " --- |" * len(HEADINGS)]
-    told += [f"| {' | '.join(_cell(text) for text in line)} |" for line in lines(verdict)]
-    told += ["", *(f"- {_cell(remark)}" for remark in remarks(verdict)), ""]
-    told += [
-        "Times are processor time, base and head in turns; p is the chance that equal code looks "
-        f"so (Mann and Whitney, below {LEVEL} after Holm's correction), and a time is worse when "
-        "its median grew by the benchmark's size too, in two rounds of fresh processes. Counts "
-        "are added up for the table and compared one by one. Ends moved: the largest difference "
-        "of a coordinate; 0 is equality to the bit.",
-        "",
-        "; ".join(f"{key}: {value}" for key, value in provenance.items()),
-        "",
-    ]
-    return "\n".join(told)
-
-
-def as_json(verdict: Verdict, pairs: Sequence[Pair], provenance: dict[str, str]) -> str:
+def as_json(verdict: Verdict, provenance: Mapping[str, str]) -> str:
     """Everything, raw samples too; null for what is not known."""
-    raw = {pair.case.name: pair for pair in pairs}
-    rows = []
-    for finding in verdict.findings:
-        pair = raw[finding.name]
-        rows.append(
-            asdict(finding)
-            | {"case": pair.case.as_data(), "why": pair.why}
-            | {
-                "processor_seconds": [{"base": b, "head": h} for b, h in pair.samples],
-                "wall_seconds": [{"base": b, "head": h} for b, h in pair.walls],
-                "first_call": {
-                    side: (told or {}).get("first_call")
-                    for side, told in (("base", pair.base), ("head", pair.head))
-                },
-            }
-        )
     whole = {
         "verdict": str(verdict),
         "worse": bool(verdict.worse),
         "base": verdict.base,
         "head": verdict.head,
-        "provenance": provenance,
-        "benchmarks": rows,
+        "provenance": dict(provenance),
+        "benchmarks": [{"name": one.name} | asdict(one) for one in verdict.findings],
     }
     return json.dumps(_finite(whole), indent=1) + "\n"
 
 
-def _sums(base: dict[str, int], head: dict[str, int]) -> tuple[float, float]:
+def _row(one: Finding) -> dict[str, str]:
+    verdict = "not worse" if one.compared else "not compared"
+    return {
+        "benchmark": one.name,
+        "time": f"{100 * one.growth:+.1f} %" if known(one.growth) else "-",
+        "p": plain(one.p, 2) or "-",
+        "counts": _change(*_sums(*(run["counts"] for run in one.pair.reached.values()))),
+        "error": _change(*one.errors),
+        "ends moved": plain(one.moved, 2) or "-",
+        "verdict": f"worse: {', '.join(one.alarms)}" if one.alarms else verdict,
+    }
+
+
+def _sums(*counts: Mapping[str, int]) -> tuple[float, float]:
     """Of the counts that both sides have; NaN when there are none."""
-    shared = base.keys() & head.keys()
+    shared = counts[0].keys() & counts[1].keys() if len(counts) == 2 else ()
     if not shared:
         return math.nan, math.nan
-    return float(sum(base[name] for name in shared)), float(sum(head[name] for name in shared))
+    base, head = (float(sum(side[name] for name in shared)) for side in counts)
+    return base, head
 
 
 def _change(base: float, head: float) -> str:
@@ -155,21 +111,13 @@ def _change(base: float, head: float) -> str:
         return "-"
     if base == head:
         return "same"
-    return f"{plain(base)} to {plain(head)}" if plain(base) != plain(head) else (
-        f"{100 * (head / base - 1):+.1g} %"
-    )  # fmt: skip
-
-
-def _capital(text: str) -> str:
-    """Names of commits stay as they are."""
-    return text.replace("the working", "The working", 1)
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
+    if plain(base) != plain(head):
+        return f"{plain(base)} to {plain(head)}"
+    return f"{100 * (head / base - 1):+.1g} %"
 
 
 def _finite(value: Any) -> Any:
+    """With None for what is not finite, which JSON lacks."""
     if isinstance(value, dict):
         return {key: _finite(one) for key, one in value.items()}
     if isinstance(value, (list, tuple)):

@@ -1,4 +1,4 @@
-"""Two revisions side by side, with a galvi of ten lines: trees, processes, hangs, interrupts."""
+"""Two revisions side by side, with a galvi of ten lines: folders, processes, hangs, interrupts."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from pathlib import Path
 import pytest
 
 from benchmarks.timings.case import TRAJECTORY, Case
+from benchmarks.timings.catalogue import CASES
+from reports.cli import track as command
 from reports.cli.commands import run
+from reports.cli.track import choose_cases, track_against
 from reports.results.suite import load
-from reports.tracking import against, command, side
-from reports.tracking.against import track_against
-from reports.tracking.command import choose_cases
-from reports.tracking.side import Failed, Side
-from reports.tracking.trees import CannotCompare, two_trees
+from reports.tracking import worker
+from reports.tracking.checkouts import CannotCompare, Checkout, checkouts
+from reports.tracking.worker import Failed, Worker
 
 ROOT = Path(__file__).parents[2]
 STUB = """
@@ -62,81 +63,82 @@ def write(folder: Path, text: str) -> None:
 
 @pytest.fixture
 def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A repository with one commit of the stub; temporary folders are made beside it."""
+    """A repository with one commit of the stub, entered; temporary folders are made beside it."""
     root, spare = tmp_path / "root", tmp_path / "spare"
     write(root, stub())
     spare.mkdir()
     git(root, "init", "--quiet")
     git(root, "add", ".")
     git(root, "commit", "--quiet", "-m", "first")
-    monkeypatch.setattr(against, "ROOT", root)
+    monkeypatch.setattr(command, "ROOT", root)
+    monkeypatch.chdir(root)
     monkeypatch.setattr("tempfile.tempdir", str(spare))
     return root
 
 
-def compared(root: Path, revision: str = "HEAD", **more: bool) -> int:
-    return track_against(revision, (CASE,), root.parent / "out", {"date": "d"}, False, **more)
+def compared(root: Path, revision: str = "HEAD") -> int:
+    return track_against(revision, (CASE,), root.parent / "out", {"date": "d"}, False)
 
 
-def told(root: Path) -> str:
+def sentence(root: Path) -> str:
     return str(json.loads((root.parent / "out" / "against.json").read_text())["verdict"])
 
 
 def test_a_clean_tree_is_green_by_its_commit(checkout: Path, capsys: pytest.CaptureFixture) -> None:
     assert compared(checkout) == 0
-    assert "is not worse than" in told(checkout) and "working tree" not in told(checkout)
-    assert told(checkout) in " ".join(capsys.readouterr().out.split())
+    assert "is not worse than" in sentence(checkout) and "working tree" not in sentence(checkout)
+    assert sentence(checkout) in " ".join(capsys.readouterr().out.split())
     assert list((checkout.parent / "spare").iterdir()) == []
 
 
 def test_a_changed_tree_is_compared_as_it_is_and_said_to_be(checkout: Path) -> None:
     write(checkout, stub(work=60_000, iterations=6))
     assert compared(checkout) == 1
-    assert told(checkout).startswith("The working tree (")
-    assert "with changes) is worse than" in told(checkout)
+    assert sentence(checkout).startswith("The working tree (")
+    assert "with changes) is worse than" in sentence(checkout)
     (row,) = json.loads((checkout.parent / "out" / "against.json").read_text())["benchmarks"]
     assert set(row["alarms"]) == {"counts", "time"}
     assert row["alarms"]["counts"] == "iterations 5 became 6, 20 % more."
-    assert len(row["processor_seconds"]) == 2
-    assert min(len(row["processor_seconds"][k][s]) for k in (0, 1) for s in ("base", "head")) >= 7
-    assert row["growth"] > 1.0
+    assert [min(map(len, samples.values())) >= 7 for samples in row["pair"]["rounds"]] == [True] * 2
 
 
-def test_an_unknown_revision_is_a_sentence(checkout: Path) -> None:
+def test_an_unknown_revision_and_one_without_galvi_are_sentences(checkout: Path) -> None:
     for revision in ("nope", "--help", "HEAD:galvi"):
         with pytest.raises(CannotCompare, match="expects a revision that git knows; received"):
             compared(checkout, revision)
-
-
-def test_a_revision_without_galvi_and_a_folder_without_git_are_sentences(
-    checkout: Path, tmp_path: Path
-) -> None:
     git(checkout, "rm", "-r", "--quiet", "galvi")
     (checkout / "a").touch()
     git(checkout, "add", ".")
     git(checkout, "commit", "--quiet", "-m", "none")
     with pytest.raises(CannotCompare, match="expects a revision that has galvi"):
         compared(checkout)
-    (tmp_path / "bare").mkdir()
-    with pytest.raises(CannotCompare, match="needs a git checkout"), two_trees(
-        "HEAD", tmp_path / "bare"
-    ):  # fmt: skip
+
+
+def test_a_folder_without_git_and_another_repository_are_sentences(
+    checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another repository's HEAD would be compared as if it were galvi's own."""
+    bare, other = tmp_path / "bare", tmp_path / "other"
+    bare.mkdir()
+    other.mkdir()
+    git(other, "init", "--quiet")
+    with pytest.raises(CannotCompare, match="needs a git checkout"), checkouts("HEAD", bare):
+        pass
+    for folder in (bare, other):
+        monkeypatch.chdir(folder)
+        with pytest.raises(CannotCompare, match=f"run in {checkout}, received {folder}; change to"):
+            compared(checkout)
+    (checkout / "galvi" / "inner").mkdir()
+    monkeypatch.chdir(checkout / "galvi" / "inner")
+    with checkouts("HEAD", checkout):
         pass
 
 
 def test_a_head_that_cannot_be_imported_is_red(checkout: Path) -> None:
     write(checkout, "raise RuntimeError('broken')")
     assert compared(checkout) == 1
-    assert "orbit (status)" in told(checkout)
+    assert "orbit (status)" in sentence(checkout)
     assert "RuntimeError: broken" in (checkout.parent / "out" / "against.md").read_text()
-
-
-def test_a_side_whose_process_was_lost_runs_other_cases_again(tmp_path: Path) -> None:
-    write(tmp_path, stub())
-    with Side(tmp_path) as one:
-        one.prepare(CASE)
-        one.stop()
-        assert one.sample("orbit", 1, 1)["processor"] > 0.0
 
 
 def test_an_empty_revision_is_refused_and_not_taken_for_none(capsys: pytest.CaptureFixture) -> None:
@@ -154,36 +156,36 @@ def test_a_base_that_lacks_everything_cannot_be_compared(checkout: Path) -> None
         compared(checkout)
 
 
-def test_a_side_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(
+def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(side, "SECONDS", 3.0)
     write(tmp_path, "import os\nclass problems:\n    kepler = staticmethod(lambda: os._exit(3))\n")
-    with Side(tmp_path) as one:
+    with Worker(Checkout(tmp_path, "base")) as one:
         with pytest.raises(Failed, match="ended with status 3"):
-            one.prepare(CASE)
+            one.run(CASE)
         write(tmp_path, "import time\nclass problems:\n    kepler = lambda: time.sleep(99)\n")
-        with pytest.raises(Failed, match="no answer within 3 seconds"):
-            one.prepare(CASE)
+        with monkeypatch.context() as patch, pytest.raises(Failed, match="no answer within 1 sec"):
+            patch.setattr(worker, "SECONDS", 1.0)
+            one.run(CASE)
         write(tmp_path, "class problems:\n    pass\n")
         with pytest.raises(Failed, match=r"AttributeError: .* no attribute 'kepler'"):
-            one.prepare(CASE)
+            one.run(CASE)
         one.stop()
         write(tmp_path, stub())
-        assert one.prepare(CASE)["counts"] == {"steps": 10, "iterations": 5}
-        assert 0.0 < one.sample("orbit", 2, 1)["processor"] < 1.0
+        assert one.time(CASE, 2, 1) > 0.0
+        assert one.run(CASE)["counts"] == {"steps": 10, "iterations": 5}
 
 
-def test_each_side_has_the_galvi_of_its_own_tree(checkout: Path) -> None:
+def test_each_worker_has_the_galvi_of_its_own_checkout(checkout: Path) -> None:
     write(checkout, stub(iterations=7))
-    with two_trees("HEAD", checkout) as (base, head):
-        for tree, iterations in ((base, 5), (head, 7)):
-            with Side(tree.folder) as one:
-                assert one.prepare(CASE)["counts"]["iterations"] == iterations
+    with checkouts("HEAD", checkout) as (base, head):
+        for side, iterations in ((base, 5), (head, 7)):
+            with Worker(side) as one:
+                assert one.run(CASE)["counts"]["iterations"] == iterations
         (base.folder / "galvi" / "__init__.py").unlink()
         (base.folder / "galvi").rmdir()
-        with Side(base.folder) as one, pytest.raises(Failed, match="not the one of its tree"):
-            one.prepare(CASE)
+        with Worker(base) as one, pytest.raises(Failed, match="not that of its own checkout"):
+            one.run(CASE)
 
 
 @pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="processes are not listed")
@@ -195,15 +197,16 @@ def test_an_interrupt_leaves_no_folder_and_no_process(checkout: Path, number: in
     program = (
         "import sys, tempfile; from pathlib import Path\n"
         "tempfile.tempdir = sys.argv[2]\n"
-        "from reports.tracking import against\n"
+        "from reports.cli import track\n"
         "from benchmarks.timings.case import Case\n"
-        "against.ROOT = Path(sys.argv[1])\n"
+        "track.ROOT = Path(sys.argv[1])\n"
         f"case = Case(*{(CASE.name, CASE.kind, CASE.problem, 4, 4, 0.1, 10)!r})\n"
-        "against.track_against('HEAD', (case,), Path(sys.argv[3]), {}, False)\n"
+        "track.track_against('HEAD', (case,), Path(sys.argv[3]), {}, False)\n"
     )
     spare, out = checkout.parent / "spare", checkout.parent / "out"
-    words = [sys.executable, "-c", program, str(checkout), str(spare), str(out)]
-    with subprocess.Popen(words, cwd=ROOT, stderr=subprocess.DEVNULL) as process:
+    words = [sys.executable, "-P", "-c", program, str(checkout), str(spare), str(out)]
+    path = os.environ | {"PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(words, cwd=checkout, env=path, stderr=subprocess.DEVNULL) as process:
         deadline = time.monotonic() + 60.0
         while not _workers(spare) and time.monotonic() < deadline:
             time.sleep(0.05)
@@ -233,4 +236,4 @@ def test_benchmarks_are_chosen_by_parts_of_their_names() -> None:
         "free body, rounding",
     }
     assert all(case.quick for case in choose_cases([], True))
-    assert len(choose_cases([], False)) == len(command.CASES)
+    assert len(choose_cases([], False)) == len(CASES)

@@ -15,75 +15,70 @@ import pytest
 
 from benchmarks.timings.case import ROUND_OFF, TRAJECTORY, Case
 from reports.tracking import against
-from reports.tracking.against import Places, compare
+from reports.tracking.against import compare
+from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import judge
 from reports.tracking.rounds import Pair
-from reports.tracking.side import Failed
-from reports.tracking.trees import Tree
-from reports.tracking.verdict import Verdict, as_json, as_markdown, lines
+from reports.tracking.verdict import Verdict, as_json, summary
+from reports.tracking.worker import Failed
 
 CASE = Case("orbit", TRAJECTORY, "kepler", 4, 4, 0.1, 10, rounding=1e-14)
 OTHER = replace(CASE, name="other")
-TRUTH = np.array([1.0, 0.0])
+COUNTS = {"steps": 10, "iterations": 50, "force_evaluations": 200}
+HANGS = "It gave no answer within 600 seconds and was ended."
 
 
 class Fake:
-    """A side with these times, and what its first call reaches; fails where it says so."""
+    """A worker with these times, and what its first call reaches; fails where it says so."""
 
     def __init__(
-        self, factor: float = 1.0, why: str = "", hangs: bool = False, **told: Any
+        self, factor: float = 1.0, why: str = "", hangs: bool = False, **reached: Any
     ) -> None:
-        self.factor, self.why, self.hangs, self.told = factor, why, hangs, told
+        self.factor, self.why, self.hangs, self.reached = factor, why, hangs, reached
         self.random = np.random.default_rng(3)
-        self.prepared: list[str] = []
+        self.samples = 0
 
-    def prepare(self, case: Case) -> dict[str, Any]:
+    def run(self, case: Case) -> dict[str, Any]:
         if self.why:
             raise Failed(self.why)
-        self.prepared.append(case.name)
-        counts = {"steps": 10, "iterations": 50, "force_evaluations": 200}
-        reached = {"ends": [[1.0 + 1e-9, 0.0]], "counts": counts, "success": True, "status": "ok"}
-        return reached | {"first_call": 1.0, "warm": 0.01} | self.told
+        reached = {"ends": [[1.0 + 1e-9, 0.0]], "counts": COUNTS, "success": True, "status": "ok"}
+        return reached | {"first_call": 1.0, "warm": 0.01, "problem": {}} | self.reached
 
-    def sample(self, name: str, repeats: int, goes: int) -> dict[str, float]:
+    def time(self, case: Case, repeats: int, attempts: int) -> float:
         if self.hangs:
-            raise Failed("It gave no answer within 120 seconds and was ended.")
-        time = self.factor * (1.0 + 0.01 * float(self.random.standard_normal()))
-        return {"processor": time, "wall": 3.0 * time}
+            raise Failed(HANGS)
+        self.samples += 1
+        return self.factor * (1.0 + 0.01 * float(self.random.standard_normal()))
+
+
+@contextmanager
+def studies(name: str, title: str) -> Iterator[Any]:
+    yield lambda text: None
 
 
 @pytest.fixture
-def compared(monkeypatch: pytest.MonkeyPatch, studies: Any) -> Any:
-    """Compare two fakes, or two of the first and two of the second round."""
+def compared(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Compare two fakes; `again` is the head of the second round."""
 
     def do(base: Fake, head: Fake, again: Fake | None = None, cases: Any = (CASE,)) -> Verdict:
         heads = iter([head, again or head])
 
         @contextmanager
-        def both(places: Places) -> Iterator[dict[str, Any]]:
+        def workers(*checkouts: Checkout) -> Iterator[dict[str, Any]]:
             yield {"base": base, "head": next(heads)}
 
-        monkeypatch.setattr(against, "both", both)
-        monkeypatch.setattr(against, "true_ends", lambda case: [TRUTH])
-        places = Places(Tree(Path("b"), "base"), Tree(Path("h"), "head"))
-        verdict, pairs = compare(places, cases, studies)
-        json.loads(as_json(verdict, pairs, {}))
+        monkeypatch.setattr(against, "workers", workers)
+        monkeypatch.setattr(against, "true_ends", lambda case: [np.array([1.0, 0.0])])
+        sides = Checkout(Path("b"), "base"), Checkout(Path("h"), "head")
+        verdict = compare(*sides, cases, studies)
+        json.loads(as_json(verdict, {}))
         return verdict
 
     return do
 
 
-@pytest.fixture
-def studies() -> Any:
-    @contextmanager
-    def study(name: str, title: str) -> Iterator[Any]:
-        yield lambda text: None
-
-    return study
-
-
 def alarms(verdict: Verdict) -> dict[str, str]:
-    return verdict.findings[0].alarms
+    return dict(verdict.findings[0].alarms)
 
 
 def test_equal_sides_are_green_in_one_sentence(compared: Any) -> None:
@@ -101,8 +96,10 @@ def test_a_slower_head_is_red_at_the_gate_of_time_alone(compared: Any, factor: f
     assert str(verdict) == "head is worse than base in 1 of 1 benchmark: orbit (time)."
 
 
-def test_five_percent_slower_is_below_the_size(compared: Any) -> None:
-    assert not compared(Fake(), Fake(1.05)).worse
+def test_five_percent_slower_is_below_the_size_and_runs_no_second_round(compared: Any) -> None:
+    again = Fake()
+    assert not compared(Fake(), Fake(1.05), again).worse
+    assert again.samples == 0
 
 
 def test_what_a_second_round_does_not_confirm_is_a_note(compared: Any) -> None:
@@ -111,76 +108,77 @@ def test_what_a_second_round_does_not_confirm_is_a_note(compared: Any) -> None:
     assert "which a second round did not confirm" in verdict.findings[0].notes[0]
 
 
-def test_only_suspects_run_a_second_time(compared: Any) -> None:
-    base, again = Fake(), Fake()
-    compared(base, Fake(), again=again)
-    assert again.prepared == []
+KNOWN = {"start": [0.0, 1.0], "acceleration": [-1.0, 1e-17, math.nan]}
+EXACT = {"ends": [[1.0, 0.0]]}
+JUDGED: dict[str, tuple[dict[str, Any], dict[str, Any], set[str]]] = {
+    "one more iteration": ({}, {"counts": COUNTS | {"iterations": 51}}, {"counts"}),
+    "one more evaluation": ({}, {"counts": COUNTS | {"force_evaluations": 201}}, {"counts"}),
+    "one iteration less": ({"counts": COUNTS | {"iterations": 51}}, {}, set()),
+    "an error beyond its tolerance": ({}, {"ends": [[1.0 + 1.02e-9, 0.0]]}, {"error"}),
+    "an error within its tolerance": ({}, {"ends": [[1.0 + 1.005e-9, 0.0]]}, set()),
+    "a smaller error": ({}, {"ends": [[1.0 + 0.5e-9, 0.0]]}, set()),
+    "an error that is rounding": (EXACT, {"ends": [[1.0, 9e-15]]}, set()),
+    "an error above rounding": (EXACT, {"ends": [[1.0, 2e-14]]}, {"error"}),
+    "an end that is not finite": ({}, {"ends": [[math.nan, 0.0]]}, {"error"}),
+    "a force that the truth would hide": (
+        {"ends": [[5.0, 0.0]], "problem": KNOWN},
+        {"problem": KNOWN | {"acceleration": [1.0, 0.0, math.nan]}},
+        {"problem"},
+    ),
+    "a problem of another dimension": (
+        {"problem": KNOWN},
+        {"ends": [[1.0, 0.0, 0.0]], "problem": KNOWN | {"start": [0.0, 1.0, 2.0]}},
+        {"problem"},
+    ),
+    "a force that was rounded otherwise": (
+        {"problem": KNOWN},
+        {"problem": {"acceleration": [-1.0 - 2e-16, -1e-17, math.nan], "more": [1.0]}},
+        set(),
+    ),
+}
 
 
-@pytest.mark.parametrize("name", ["iterations", "force_evaluations"])
-def test_one_more_of_a_count_is_red(compared: Any, name: str) -> None:
-    counts = {"steps": 10, "iterations": 50, "force_evaluations": 200}
-    more = counts | {name: counts[name] + 1}
-    assert set(alarms(compared(Fake(), Fake(counts=more)))) == {"counts"}
-    assert alarms(compared(Fake(counts=more), Fake())) == {}
+@pytest.mark.parametrize("change", JUDGED)
+def test_a_change_is_red_at_its_gate_alone(compared: Any, change: str) -> None:
+    base, head, gates = JUDGED[change]
+    assert set(alarms(compared(Fake(**base), Fake(**head)))) == gates
+
+
+def test_an_alarm_names_what_changed(compared: Any) -> None:
+    changed = [JUDGED["one more iteration"], JUDGED["a force that the truth would hide"]]
+    counts, problem = (alarms(compared(Fake(**base), Fake(**head))) for base, head, _ in changed)
+    assert counts == {"counts": "iterations 50 became 51, 2 % more."}
+    assert "not the base's (acceleration)" in problem["problem"]
 
 
 def test_a_count_that_one_side_lacks_is_a_note(compared: Any) -> None:
     verdict = compared(Fake(), Fake(counts={"steps": 10, "force_evaluations": 200, "passes": 9}))
-    assert not verdict.worse and lines(verdict)[0][3] == "same"
-    assert verdict.findings[0].notes == [
-        "Only one side counts iterations, passes, so that cannot be compared."
-    ]
-
-
-def test_a_problem_that_changed_is_red_where_the_truth_would_hide_it(compared: Any) -> None:
-    known = {"start": [0.0, 1.0], "acceleration": [-1.0, 1e-17, None]}
-    far = Fake(ends=[[5.0, 0.0]], problem=known)
-    wrong = Fake(problem=known | {"acceleration": [1.0, 0.0, None]})
-    assert "not the base's (acceleration)" in alarms(compared(far, wrong))["problem"]
-    rounded = Fake(problem=known | {"acceleration": [-1.0 - 2e-16, -1e-17, None], "more": [1.0]})
-    assert alarms(compared(Fake(problem=known), rounded)) == {}
+    assert not verdict.worse and verdict.table()["counts"].tolist() == ["same"]
+    assert verdict.findings[0].notes == (
+        "Only one side counts iterations, passes, so that cannot be compared.",
+    )
 
 
 def test_a_base_whose_ends_are_not_finite_does_not_accuse_the_head(compared: Any) -> None:
-    verdict = compared(Fake(ends=[[None, 0.0]]), Fake())
-    assert not verdict.worse and "not finite" in verdict.findings[0].notes[0]
-
-
-def test_a_head_that_hangs_in_the_second_round_is_red(compared: Any) -> None:
-    verdict = compared(Fake(), Fake(1.3), again=Fake(hangs=True))
-    assert alarms(verdict)["status"].startswith("The head cannot run it: It gave no answer")
-
-
-def test_an_error_beyond_its_tolerance_is_red_and_within_it_is_not(compared: Any) -> None:
-    assert set(alarms(compared(Fake(), Fake(ends=[[1.0 + 1.02e-9, 0.0]])))) == {"error"}
-    assert alarms(compared(Fake(), Fake(ends=[[1.0 + 1.005e-9, 0.0]]))) == {}
-    assert alarms(compared(Fake(), Fake(ends=[[1.0 + 0.5e-9, 0.0]]))) == {}
-
-
-def test_an_error_that_is_rounding_is_no_alarm(compared: Any) -> None:
-    base, head = Fake(ends=[[1.0, 0.0]]), Fake(ends=[[1.0, 9e-15]])
-    assert alarms(compared(base, head)) == {}
-    assert set(alarms(compared(base, Fake(ends=[[1.0, 2e-14]])))) == {"error"}
-
-
-def test_an_end_that_is_not_finite_is_red(compared: Any) -> None:
-    assert set(alarms(compared(Fake(), Fake(ends=[[None, 0.0]])))) == {"error"}
+    verdict = compared(Fake(ends=[[math.nan, 0.0]]), Fake())
+    assert not verdict.worse and "errors do not compare" in verdict.findings[0].notes[0]
 
 
 def test_a_run_that_fails_is_red_once_and_a_base_that_fails_is_a_note(compared: Any) -> None:
-    failed = {"success": False, "status": "Newton failed.", "ends": [[None, None]]}
+    failed = {"success": False, "status": "Newton failed.", "ends": [[math.nan, math.nan]]}
     verdict = compared(Fake(), Fake(**failed))
-    assert alarms(verdict)["status"] == "The head's run fails: Newton failed."
+    assert alarms(verdict) == {"status": "The head's run fails: Newton failed."}
     other = compared(Fake(**failed), Fake())
-    assert not other.worse and other.findings[0].notes == ["The base's run fails: Newton failed."]
+    assert not other.worse and other.findings[0].notes == ("The base's run fails: Newton failed.",)
 
 
-def test_a_head_that_cannot_run_or_hangs_is_red_and_the_rest_goes_on(compared: Any) -> None:
+def test_a_head_that_cannot_run_or_hangs_in_either_round_is_red(compared: Any) -> None:
     for broken in (Fake(why="AttributeError: no kepler"), Fake(hangs=True)):
         verdict = compared(Fake(), broken)
         assert alarms(verdict)["status"].startswith("The head cannot run it: ")
         assert math.isnan(verdict.findings[0].growth)
+    verdict = compared(Fake(), Fake(1.3), again=Fake(hangs=True))
+    assert alarms(verdict) == {"status": f"The head cannot run it: {HANGS}"}
 
 
 def test_a_benchmark_that_the_base_lacks_is_not_compared(compared: Any) -> None:
@@ -201,17 +199,34 @@ def test_a_benchmark_may_ask_for_a_larger_size(compared: Any) -> None:
 
 
 def test_a_truth_that_is_not_known_leaves_the_other_gates() -> None:
-    pair = Pair(CASE, Fake().prepare(CASE), Fake().prepare(CASE))
-    (finding,) = judge([pair], {"orbit": "no engine."}, set())
-    assert finding.compared and finding.notes == ["Its error is not known: no engine."]
-    assert math.isnan(finding.head_error) and finding.alarms == {}
+    pair = Pair(CASE, {"base": Fake().run(CASE), "head": Fake().run(CASE)})
+    (finding,) = judge([pair], {"orbit": "no engine."})
+    assert finding.compared and finding.notes == ("Its error is not known: no engine.",)
+    assert math.isnan(finding.errors[1]) and finding.alarms == {}
 
 
 def test_markdown_has_the_sentence_the_table_and_the_alarms(compared: Any) -> None:
-    text = as_markdown(compared(Fake(), Fake(1.3), cases=(CASE, OTHER)), {"commit": "c"})
+    text = summary(compared(Fake(), Fake(1.3), cases=(CASE, OTHER)), {"commit": "c"})
     lines = text.splitlines()
     assert lines[0].startswith("**head is worse than base in 2 of 2 benchmarks: orbit (time)")
-    assert lines[2].startswith("| benchmark | time | p |")
-    assert sum(line.startswith("| orbit |") for line in lines) == 1
+    assert lines[2].split() == [
+        "|",
+        "benchmark",
+        "|",
+        "time",
+        "|",
+        "p",
+        "|",
+        "counts",
+        "|",
+        "error",
+        "|",
+        "ends",
+        "moved",
+        "|",
+        "verdict",
+        "|",
+    ]
+    assert sum(line.startswith("| orbit ") for line in lines) == 1
     assert any(line.startswith("- orbit: slower by ") for line in lines)
     assert lines[-1] == "commit: c"

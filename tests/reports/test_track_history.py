@@ -1,9 +1,8 @@
-"""The history of benches: read from many files, damaged ones set aside, machines kept apart."""
+"""The history of benches: read from many files, unreadable ones left out, machines kept apart."""
 
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from reports.tracking.history import COLUMNS, DAMAGED, TIME, YOUNG, read_history
+from reports.tracking.history import COLUMNS, TIME, read_history
 from reports.tracking.record import track
 from reports.tracking.series import all_series
 
@@ -38,25 +37,23 @@ def bench(k: int, time: float = 1.0, cpu: str = "A", **extra: Any) -> dict[str, 
     }
 
 
-def store(folder: Path, name: str, content: Any, old: bool = True) -> Path:
+def store(folder: Path, name: str, content: Any) -> Path:
     path = folder / "benchmarks" / "machine" / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(content if isinstance(content, str) else json.dumps(content))
-    if old:
-        os.utime(path, (1, 1))
     return path
 
 
 def read(folder: Path) -> tuple[pd.DataFrame, list[str]]:
-    told: list[str] = []
-    return read_history(folder / "benchmarks", told.append), told
+    said: list[str] = []
+    return read_history(folder / "benchmarks", said.append), said
 
 
 def test_each_quantity_of_each_bench_is_a_row(tmp_path: Path) -> None:
     store(tmp_path, "2.json", bench(1, 3.0))
     store(tmp_path, "1.json", bench(2, 1.0))
-    frame, told = read(tmp_path)
-    assert told == [] and tuple(frame.columns) == COLUMNS
+    frame, said = read(tmp_path)
+    assert said == [] and tuple(frame.columns) == COLUMNS
     times = frame[frame["quantity"] == TIME]
     assert list(times["value"]) == [6.0, 2.0]
     assert list(times["commit"]) == ["000000000001+", "000000000002"]
@@ -64,50 +61,38 @@ def test_each_quantity_of_each_bench_is_a_row(tmp_path: Path) -> None:
     assert {"iterations", "error", "seconds"} < set(frame["quantity"])
 
 
-def test_a_damaged_file_is_moved_with_a_sentence_and_the_rest_is_read(tmp_path: Path) -> None:
-    store(tmp_path, "good.json", bench(1))
-    for _ in range(2):
-        store(tmp_path, "half.json", json.dumps(bench(2))[:100])
-        frame, told = read(tmp_path)
-        assert frame["file"].unique().tolist() == ["good.json"]
-        assert len(told) == 1 and told[0].startswith("half.json is damaged: it is not JSON")
-    kept = sorted((tmp_path / "benchmarks" / DAMAGED / "machine").iterdir())
-    assert [path.name for path in kept] == ["half.json", "half.json.1"]
-    assert all(path.read_text() == json.dumps(bench(2))[:100] for path in kept)
-    assert read(tmp_path)[1] == []
-
-
-def test_a_file_that_may_still_be_written_is_left_where_it_is(tmp_path: Path) -> None:
-    path = store(tmp_path, "new.json", "{", old=False)
-    assert YOUNG >= 60.0
-    assert "may be on its way" in read(tmp_path)[1][0]
-    path.write_text(json.dumps(bench(1)))
-    assert not read(tmp_path)[0].empty
-
-
 @pytest.mark.parametrize(
     "content",
     [
+        json.dumps(bench(2))[:100],
         {"version": "0.1", "things": []},
         [],
         bench(1) | {"benchmarks": [{"name": "x"}]},
         bench(1, time=-1.0),
     ],
 )
-def test_json_of_another_version_is_left_out_with_a_sentence(tmp_path: Path, content: Any) -> None:
+def test_a_file_that_is_no_bench_is_left_out_with_a_sentence(tmp_path: Path, content: Any) -> None:
     path = store(tmp_path, "other.json", content)
     store(tmp_path, "good.json", bench(1))
-    frame, told = read(tmp_path)
+    frame, said = read(tmp_path)
     assert set(frame["file"]) == {"good.json"} and path.exists()
-    assert len(told) == 1 and told[0].startswith("other.json is left out: it is JSON, but not")
+    assert len(said) == 1 and said[0].startswith("other.json is left out: it is not a bench")
+
+
+def test_rows_of_a_bench_that_did_not_end_are_no_bench(tmp_path: Path) -> None:
+    path = tmp_path / "benchmarks" / "unfinished" / "of-these-sources" / "row.json"
+    path.parent.mkdir(parents=True)
+    path.write_text("{}")
+    frame, said = read(tmp_path)
+    assert frame.empty and said == []
 
 
 def test_a_bench_of_somebody_else_has_seconds_and_nothing_invented(tmp_path: Path) -> None:
     plain = bench(1)
     plain["benchmarks"][0]["extra_info"] = {}
     store(tmp_path, "plain.json", plain)
-    frame, told = read(tmp_path)
-    assert list(frame["quantity"]) == ["seconds"] and told == []
+    frame, said = read(tmp_path)
+    assert list(frame["quantity"]) == ["seconds"] and said == []
 
 
 @pytest.mark.parametrize(
@@ -128,12 +113,12 @@ def test_another_machine_or_version_is_another_series(tmp_path: Path, other: Any
     assert found[0].place != found[1].place
 
 
-def test_changes_are_told_with_the_commit_they_came_with(tmp_path: Path) -> None:
+def test_changes_are_stated_with_the_commit_they_came_with(tmp_path: Path) -> None:
     for k in range(20):
         late = {"counts": {"iterations": 101}, "error": 2e-9} if k >= 15 else {}
         store(tmp_path, f"{k}.json", bench(k, (1.0 if k < 10 else 1.3) + 1e-3 * (k % 3), **late))
-    told = [line for one in all_series(read(tmp_path)[0]) for line in one.told()]
-    assert told == [
+    said = [line for one in all_series(read(tmp_path)[0]) for line in one.sentences()]
+    assert said == [
         "Kepler, degree 8: time over yardstick +30.0 % at 000000000010",
         "Kepler, degree 8: iterations +1.0 % at 000000000015+",
         "Kepler, degree 8: error +100.0 % at 000000000015+",
@@ -147,15 +132,15 @@ def test_a_quantity_that_some_benches_lack_stands_at_its_own(tmp_path: Path) -> 
     values, changes = series["error"].among(series[TIME].files)
     assert np.array_equal(values, [np.nan, 0.0, 0.0, np.nan, 0.0, 1.0], equal_nan=True)
     assert changes == [5]
-    assert series["error"].told() == [
+    assert series["error"].sentences() == [
         "Kepler, degree 8: error 0 became 1 at 000000000005+",
     ]
 
 
 def test_an_empty_history_is_a_sentence_and_still_a_page(tmp_path: Path) -> None:
-    told: list[str] = []
-    assert track(tmp_path, {"command": "x"}, told.append) == 0
-    assert told[0].startswith("There is no bench yet in ")
+    said: list[str] = []
+    assert track(tmp_path, {"command": "x"}, said.append) == 0
+    assert said[0].startswith("There is no bench yet in ")
     assert "There is no bench yet" in (tmp_path / "track.html").read_text()
     assert (tmp_path / "history.csv").read_text().startswith("file,date,commit,benchmark")
 
@@ -165,10 +150,10 @@ def test_the_page_has_each_machine_its_table_and_its_pictures(tmp_path: Path) ->
         store(tmp_path, f"{k}.json", bench(k))
     store(tmp_path, "other.json", bench(1, cpu="Quite another"))
     store(tmp_path, "bad.json", "{")
-    told: list[str] = []
-    track(tmp_path, {"command": "x"}, told.append)
+    said: list[str] = []
+    track(tmp_path, {"command": "x"}, said.append)
     page = (tmp_path / "track.html").read_text()
-    assert "Quite another" in page and "bad.json is damaged" in page
+    assert "Quite another" in page and "bad.json is left out" in page
     assert page.count("<img ") == 2 and "shown apart" in page
     assert (tmp_path / "figures" / "track-kepler-degree-8.svg").exists()
     frame = pd.read_csv(tmp_path / "history.csv")

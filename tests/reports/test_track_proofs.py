@@ -19,11 +19,10 @@ from benchmarks.store.provenance import ROOT
 from benchmarks.timings.case import Case
 from benchmarks.timings.catalogue import CASES
 from reports.results.progress import Studies
-from reports.tracking.against import Places, compare
-from reports.tracking.trees import Tree, working_tree
+from reports.tracking.against import compare
+from reports.tracking.checkouts import Checkout, working_tree
 from reports.tracking.verdict import Verdict
 
-pytestmark = pytest.mark.slow
 COMPARISONS = int(os.environ.get("COMPARISONS", "20"))
 
 
@@ -38,28 +37,31 @@ class Fault:
 
 
 def slowed(times: int) -> tuple[tuple[str, str, str], ...]:
-    """Kepler's pull with so many roots of squares more, which change no bit of it."""
+    """Kepler's force with so many roots of squares more, which change no bit of it.
+
+    Four took 10 % of the run on an Intel Xeon, which is the size that the gate asks for.
+    """
     line = "        pull = constants[0] / (square * np.sqrt(square))\n        for i in range(Q.shape[0]):\n            out[i, k] = pull"  # noqa: E501
     before, after = line.split("\n", 1)
     more = f"        for _ in range({times}):\n            pull = np.sqrt(pull * pull)"
-    return (("kernels/central_force.py", line, f"{before}\n{more}\n{after}"),)
+    return (("kernels/forces/central_force.py", line, f"{before}\n{more}\n{after}"),)
 
 
 KEPLER, BODIES = ("Kepler, degree 8",), ("3D pendulum, degree 4", "heavy top, degree 5")
 FAULTS = (
-    Fault("a kernel slowed by 15 %", slowed(4), KEPLER, ("time",)),
-    Fault("a kernel slowed by 30 %", slowed(6), KEPLER, ("time",)),
+    Fault("a kernel slowed by 15 % or more", slowed(6), KEPLER, ("time",)),
+    Fault("a kernel slowed by 25 % or more", slowed(9), KEPLER, ("time",)),
     Fault("a kernel slowed to half", slowed(18), KEPLER, ("time",)),
     Fault(
         "one more solver iteration",
         (
             (
-                "kernels/solve.py",
-                "    forget(history)\n    for _passes in range(FIXED_POINT_PASSES):",
-                "    forget(history)\n    more = 1\n    for _passes in range(FIXED_POINT_PASSES):",
+                "kernels/nystrom/solve.py",
+                "    for _passes in range(FIXED_POINT_PASSES):",
+                "    more = 1\n    for _passes in range(FIXED_POINT_PASSES):",
             ),
             (
-                "kernels/solve.py",
+                "kernels/nystrom/solve.py",
                 "        if code != GOING:\n            return code\n    return DIVERGED\n"
                 "\n\n@jit\ndef solve_newton",
                 "        if code != GOING:\n            if more == 0:\n"
@@ -74,7 +76,7 @@ FAULTS = (
         "a coefficient off by 1e-12",
         (
             (
-                "table.py",
+                "tableau.py",
                 "        A = psi @ C\n",
                 "        A = psi @ C\n        b[0] *= 1 + decimals([1e-12])[0]\n",
             ),
@@ -86,7 +88,7 @@ FAULTS = (
         "a lost compensated sum",
         (
             (
-                "kernels/step.py",
+                "kernels/nystrom/step.py",
                 "state[2, i], state[3, i] = two_sum(v, v_low + h * kick)",
                 "state[2, i], state[3, i] = v + h * kick, 0.0",
             ),
@@ -98,7 +100,7 @@ FAULTS = (
         "a wrong sign in a torque",
         (
             (
-                "kernels/body_lanes.py",
+                "kernels/lanes/body_formulas.py",
                 "torque = cross(centre, _rotate(radial, -1, xi, weight))",
                 "torque = cross(_rotate(radial, -1, xi, weight), centre)",
             ),
@@ -130,7 +132,7 @@ def chosen(names: tuple[str, ...]) -> tuple[Case, ...]:
 
 def compared(base: Path, head: Path, cases: tuple[Case, ...]) -> Verdict:
     with Studies(3) as studies:
-        return compare(Places(Tree(base, "base"), Tree(head, "head")), cases, studies)[0]
+        return compare(Checkout(base, "base"), Checkout(head, "head"), cases, studies)
 
 
 @pytest.fixture(scope="module")
@@ -139,19 +141,32 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return working_tree(ROOT, tmp_path_factory.mktemp("tree")).folder
 
 
+def plant(fault: Fault, folder: Path) -> None:
+    for name, text, other in fault.edits:
+        path = folder / "galvi" / name
+        source = path.read_text()
+        assert source.count(text) == 1, f"{name} has changed; it should hold once: {text!r}"
+        path.write_text(source.replace(text, other))
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_a_planted_fault_finds_its_place(tmp_path: Path, fault: Fault) -> None:
+    for name in {edit[0] for edit in fault.edits}:
+        (tmp_path / "galvi" / name).parent.mkdir(parents=True)
+        shutil.copyfile(ROOT / "galvi" / name, tmp_path / "galvi" / name)
+    plant(fault, tmp_path)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 def test_a_planted_fault_goes_red_at_its_gate(tree: Path, tmp_path: Path, fault: Fault) -> None:
     head = Path(shutil.copytree(tree, tmp_path / "head"))
-    for name, text, other in fault.edits:
-        path = head / "galvi" / name
-        source = path.read_text()
-        assert source.count(text) == 1, f"{name} has moved: {text!r}"
-        path.write_text(source.replace(text, other))
+    plant(fault, head)
     verdict = compared(tree, head, chosen(fault.cases))
     print()
     for finding in verdict.findings:
         print(f"{fault.name} | {finding.name} | {'; '.join(finding.alarms.values()) or '-'} | "
-              f"time {100 * finding.growth:+.1f} %, p = {finding.chance:.1e} | "
+              f"time {100 * finding.growth:+.1f} %, p = {finding.p:.1e} | "
               f"{' '.join(finding.notes)}")  # fmt: skip
     assert verdict.worse, str(verdict)
     for gate in fault.gates:
@@ -161,6 +176,7 @@ def test_a_planted_fault_goes_red_at_its_gate(tree: Path, tmp_path: Path, fault:
     assert all(set(finding.alarms) == {"time"} for finding in verdict.worse), str(verdict)
 
 
+@pytest.mark.slow
 def test_equal_code_under_load_is_never_red(tree: Path, tmp_path: Path) -> None:
     other = Path(shutil.copytree(tree, tmp_path / "other"))
     cases = tuple(case for case in CASES if case.quick)
@@ -176,7 +192,7 @@ def test_equal_code_under_load_is_never_red(tree: Path, tmp_path: Path) -> None:
                     "red": len(verdict.worse),
                     "looked slower once": sum(bool(f.notes) for f in verdict.findings),
                     "largest growth": max(growths),
-                    "least p": min(f.chance for f in verdict.findings if f.chance == f.chance),
+                    "least p": min(f.p for f in verdict.findings if f.p == f.p),
                     "seconds": time.perf_counter() - start,
                 }
             )

@@ -1,0 +1,88 @@
+"""`track`: the history of benches; with `--against`, what got worse."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+import typer
+
+from benchmarks.store.atomic import write
+from benchmarks.store.provenance import ROOT
+from benchmarks.timings.case import Case
+from benchmarks.timings.catalogue import CASES
+from references.setting import nearest
+from reports.build.markdown_summary import write_job_summary
+from reports.results.progress import Studies
+from reports.tracking.against import compare
+from reports.tracking.checkouts import CannotCompare, checkouts
+from reports.tracking.isolation import isolated
+from reports.tracking.record import track
+from reports.tracking.verdict import as_json, summary
+
+
+def track_command(
+    out: Path,
+    provenance: Mapping[str, str],
+    against: str | None,
+    only: Sequence[str],
+    quick: bool,
+    isolate: bool,
+) -> int:
+    """The history, or a comparison with a revision; 1 when that got worse, 2 when it cannot be.
+
+    Raises typer.BadParameter for options that do not go together and for an unknown benchmark.
+    """
+    if against is None:
+        if only or isolate:
+            raise typer.BadParameter("--only and --isolate go with --against REV.")
+        return track(out, provenance)
+    if not against.strip():
+        raise typer.BadParameter(
+            "--against expects a commit, a branch or a tag; received nothing: is a variable empty?"
+        )
+    try:
+        return track_against(against, choose_cases(only, quick), out, provenance, isolate)
+    except CannotCompare as error:
+        print(error, file=sys.stderr)
+        return 2
+
+
+def choose_cases(only: Sequence[str], quick: bool) -> tuple[Case, ...]:
+    """Those whose name contains one of the texts; without texts, the quick ones or all."""
+    for text in only:
+        if not any(text.lower() in case.name.lower() for case in CASES):
+            raise typer.BadParameter(
+                f"there is no benchmark with {text!r} in its name; "
+                f"did you mean {nearest(text, [case.name for case in CASES])!r}?"
+            )
+    if not only:
+        return tuple(case for case in CASES if case.quick or not quick)
+    return tuple(case for case in CASES if any(text.lower() in case.name.lower() for text in only))
+
+
+def track_against(
+    revision: str, cases: Sequence[Case], out: Path, provenance: Mapping[str, str], isolate: bool
+) -> int:
+    """Compare the working tree with a revision; prints, and writes against.md and against.json.
+
+    Returns 0 when nothing got worse, 1 when something did. Raises CannotCompare.
+    """
+    with ExitStack() as stack:
+        # A request to end is an interrupt here, so that folders and processes are removed.
+        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+        stack.callback(signal.signal, signal.SIGTERM, before)
+        sides = stack.enter_context(checkouts(revision, ROOT))
+        base, head = map(isolated, sides) if isolate else sides
+        verdict = compare(base, head, cases, stack.enter_context(Studies(3)))
+    write(out / "against.json", as_json(verdict, provenance))
+    text = summary(verdict, provenance)
+    write(out / "against.md", text)
+    write_job_summary(text)
+    print(verdict.report(), verdict, sep="\n")
+    if not any(finding.compared for finding in verdict.findings):
+        raise CannotCompare("Nothing could be compared: no benchmark runs on both sides.")
+    return int(bool(verdict.worse))

@@ -1,0 +1,128 @@
+"""Two states of galvi in folders of their own: a revision, and the working tree as it is.
+
+Each has its own cache of kernels. It starts with what the working tree has compiled; galvi loads of
+it only what was compiled from the same sources, byte for byte.
+"""
+
+from __future__ import annotations
+
+import io
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+PACKAGE = "galvi"
+FOR_AN_INSTALLATION = ("pyproject.toml", "README.md", "constraints.txt")
+KERNELS = "__pycache__/galvi-kernels-*"
+
+
+class CannotCompare(Exception):
+    """Nothing can be compared; the message says why, and the remedy."""
+
+
+@dataclass(frozen=True)
+class Checkout:
+    """A state of galvi.
+
+    folder  holds the package
+    name    for people, e.g. "a1b2c3d4e5f6"
+    python  the interpreter to run it with
+    """
+
+    folder: Path
+    name: str
+    python: str = sys.executable
+
+
+@contextmanager
+def checkouts(revision: str, root: Path) -> Iterator[tuple[Checkout, Checkout]]:
+    """The revision and the working tree of the repository at root; both are removed afterwards.
+
+    Raises CannotCompare for a revision that git does not know, for one without galvi, and when the
+    current folder belongs to another repository.
+    """
+    _check_current_folder(root)
+    commit = _commit(revision, root)
+    with tempfile.TemporaryDirectory(prefix="galvi-track-") as place:
+        base = committed(commit, root, Path(place) / "base")
+        yield base, working_tree(root, Path(place) / "head")
+
+
+def committed(commit: str, root: Path, folder: Path) -> Checkout:
+    """The files of a commit."""
+    with tarfile.open(fileobj=io.BytesIO(_git(root, "archive", "--format=tar", commit))) as archive:
+        archive.extractall(folder, filter="data")
+    if not (folder / PACKAGE).is_dir():
+        raise CannotCompare(
+            f"--against expects a revision that has {PACKAGE}; {commit[:12]} has none."
+        )
+    seed_kernels(root, folder)
+    return Checkout(folder, commit[:12])
+
+
+def working_tree(root: Path, folder: Path) -> Checkout:
+    """A copy of galvi as it stands, so that edits made meanwhile do not reach a comparison."""
+    kept = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(root / PACKAGE, folder / PACKAGE, ignore=kept)
+    for name in FOR_AN_INSTALLATION:
+        with suppress(FileNotFoundError):
+            shutil.copyfile(root / name, folder / name)
+    seed_kernels(root, folder)
+    commit = _git(root, "rev-parse", "HEAD").decode().strip()[:12]
+    changed = _git(root, "status", "--porcelain", "--", PACKAGE)
+    return Checkout(folder, f"the working tree ({commit} with changes)" if changed else commit)
+
+
+def seed_kernels(root: Path, folder: Path) -> None:
+    """Copy compiled kernels; another process may remove some of them meanwhile."""
+    for cache in (root / PACKAGE).rglob(KERNELS):
+        to = folder / cache.relative_to(root)
+        if to.parent.parent.is_dir():
+            with suppress(OSError):  # shutil.Error is one
+                shutil.copytree(cache, to, dirs_exist_ok=True)
+
+
+def _check_current_folder(root: Path) -> None:
+    """In another repository, HEAD would be taken for that of the checkout: galvi against itself."""
+    own, here = _top(root), _top(Path.cwd())
+    if own is None:
+        raise CannotCompare(f"track --against needs a git checkout of galvi; {root} is none.")
+    if own != here:
+        raise CannotCompare(
+            f"track --against compares revisions of its own checkout: expected to be run in {own}, "
+            f"received {here or Path.cwd()}; change to {own} first."
+        )
+
+
+def _top(folder: Path) -> Path | None:
+    """The root of the repository that a folder belongs to."""
+    try:
+        return Path(_git(folder, "rev-parse", "--show-toplevel").decode().strip())
+    except subprocess.CalledProcessError:
+        return None
+
+
+def _commit(revision: str, root: Path) -> str:
+    name = f"{revision}^{{commit}}"
+    try:
+        found = _git(root, "rev-parse", "--verify", "--quiet", "--end-of-options", name)
+    except subprocess.CalledProcessError:
+        raise CannotCompare(
+            f"--against expects a revision that git knows; received {revision!r}. "
+            "Name a commit, a branch or a tag; in a shallow clone, fetch it first."
+        ) from None
+    return found.decode().strip()
+
+
+def _git(folder: Path, *arguments: str) -> bytes:
+    try:
+        done = subprocess.run(["git", *arguments], cwd=folder, capture_output=True, check=True)
+    except FileNotFoundError:
+        raise CannotCompare("track --against needs git, which is not installed.") from None
+    return done.stdout

@@ -1,0 +1,97 @@
+"""A process that runs benchmarks with the galvi of one checkout, and answers over a pipe."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from dataclasses import asdict
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from benchmarks.timings import worker
+from benchmarks.timings.case import Case
+from reports.tracking.checkouts import Checkout
+
+SECONDS = 600.0  # that an answer may take, a first call compiles; longer is a hang
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+CALLERS_OWN = ("NUMBA_CACHE_DIR", "PYTHONHOME")
+
+
+class Failed(Exception):
+    """A worker could not do what it was asked; the message says why."""
+
+
+class Worker:
+    """`with Worker(checkout) as worker` ends the process afterwards.
+
+    Both sides run the same program, the worker of this suite, which needs of galvi only what is
+    public: a revision whose own suite lies elsewhere is measured alike. The process starts with the
+    first question; one that died or hung is replaced at the next.
+    """
+
+    pipe: Connection  # to the process, while there is one
+
+    def __init__(self, checkout: Checkout) -> None:
+        self.checkout = checkout
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def __enter__(self) -> Worker:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.stop()
+
+    def run(self, case: Case) -> dict[str, Any]:
+        """A first call, which compiles: what it reached, see the program. Raises Failed."""
+        answer = self._ask({"do": "run", "case": asdict(case)})
+        found = Path(answer.pop("galvi"))
+        if self.checkout.folder.resolve() not in found.resolve().parents:
+            raise Failed(f"It ran the galvi of {found.parent}, not that of its own checkout.")
+        return answer
+
+    def time(self, case: Case, repeats: int, attempts: int) -> float:
+        """Processor seconds of one call, see the program. Raises Failed."""
+        order = {"do": "time", "case": asdict(case), "repeats": repeats, "attempts": attempts}
+        return float(self._ask(order)["processor"])
+
+    def stop(self) -> None:
+        """End the process, if there is one."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+            self.pipe.close()
+            self.process = None
+
+    def _ask(self, order: dict[str, Any]) -> dict[str, Any]:
+        process = self.process or self._start()
+        try:
+            self.pipe.send(order)
+            if not self.pipe.poll(SECONDS):
+                self.stop()
+                raise Failed(f"It gave no answer within {SECONDS:.0f} seconds and was ended.")
+            answer: dict[str, Any] = self.pipe.recv()
+        except (EOFError, OSError):
+            status = process.wait()
+            self.stop()
+            raise Failed(f"Its process ended with status {status}.") from None
+        if "raised" in answer:
+            raise Failed(str(answer["raised"]))
+        return answer
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        self.pipe, other = Pipe()
+        kept = {key: value for key, value in os.environ.items() if key not in CALLERS_OWN}
+        own = dict.fromkeys(ONE_THREAD, "1") | {"PYTHONPATH": str(self.checkout.folder.resolve())}
+        self.process = subprocess.Popen(
+            [self.checkout.python, "-P", str(worker.__file__), str(other.fileno())],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env=kept | own,
+            pass_fds=[other.fileno()],
+            start_new_session=True,
+        )
+        other.close()
+        return self.process
