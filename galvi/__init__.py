@@ -27,6 +27,7 @@ from galvi.rules.lobatto import lobatto
 from galvi.rules.newton_cotes import newton_cotes
 from galvi.rules.radau import radau
 from galvi.rules.rule import Rule
+from galvi.run.compilation import watch_compilation
 from galvi.run.ensemble import integrate_many
 from galvi.run.files import load, save
 from galvi.run.integrate import integrate, resume
@@ -52,6 +53,7 @@ from galvi.systems.rigid_body import RigidBody
 from galvi.trajectory import Trajectory
 
 PendulumWeight = CosinePotential  # the old name, kept for one version
+watch_compilation()
 Galerkin.theory_of = staticmethod(theory)  # it stands above the method, which must not import it
 
 __all__ = [

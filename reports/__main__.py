@@ -1,4 +1,4 @@
-"""``python -m reports [verify | compare | build | studies | export | track | readme]``."""
+"""``python -m reports [verify | compare | build | studies | export | track | warm | readme]``."""
 
 import sys
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -19,6 +21,8 @@ LATE = (
     "tests/references/test_chains.py",
     "tests/references/test_forces.py",
 )
+
+SLOW = 3600  # seconds; the time-out of other tests is in pyproject.toml
 
 # The first call of a kernel compiles it, which no deadline of an example should count.
 settings.register_profile("galvi", deadline=None, max_examples=40, derandomize=True)
@@ -37,9 +41,20 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.nodeid.startswith(LATE))
+    for item in items:
+        if item.get_closest_marker("slow"):
+            item.add_marker(pytest.mark.timeout(SLOW))
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Importing such a package raises ModuleNotFoundError."""
     modules: dict[str, Any] = sys.modules
     modules.update(dict.fromkeys(config.getoption("without")))
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Ctrl-C raises, also where it was ignored when the tests were started, as nohup does."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

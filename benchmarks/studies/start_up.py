@@ -7,7 +7,9 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,7 +33,8 @@ STEPS, MANY_STEPS, QUICK_STEPS = 10**4, 10**6, 10**5
 EXPLANATION = (
     "Seconds in a fresh process: to import galvi, then to the end of a first run of ten steps. "
     "Cold is with nothing compiled before (for the user's functions: with galvi's kernels compiled "
-    "and these not), warm with all of it in the cache on disk. Seconds of different machines do "
+    "and these not), in seconds of one processor, and is paid once for each kernel; warm is with "
+    "all of it in the cache on disk. Seconds of different machines do "
     "not compare: beside them stands how often numpy could have been imported in that time. "
     f"Memory is the most that the process had after {STEPS:,} steps, and after a second run of "
     f"{MANY_STEPS:,} ({QUICK_STEPS:,} in the quick form), of which only the ends are kept."
@@ -47,8 +50,29 @@ def potential(q):
 def gradient(q):
     return np.sin(q)
 
+@numba.njit(cache=True)
+def drag(q, v):
+    return -0.1 * v
+
+@numba.njit(cache=True)
+def slopes(R, w):
+    found = np.zeros(12)
+    found[0], found[1], found[2], found[11] = w[0], 2.0 * w[1], 3.0 * w[2], -1.0
+    return found
+
+def swinging(**force):
+    return galvi.Problem(galvi.Canonical(1.0, potential, gradient, **force), [3.0], [0.0])
+
 def pendulum():
-    return galvi.Problem(galvi.Canonical(1.0, potential, gradient), [3.0], [0.0])
+    return swinging()
+
+def damped():
+    return swinging(force=drag)
+
+def top():
+    def L(R, w):
+        return 0.5 * (w[0] ** 2 + 2.0 * w[1] ** 2 + 3.0 * w[2] ** 2) - R[2, 2]
+    return galvi.Problem(galvi.Lagrangian(L, galvi.SO3(), slopes), np.eye(3), [0.1, 1.0, 0.2])
 """
 TIMED = """
 import json, resource, sys, time
@@ -68,18 +92,21 @@ def peak():  # MiB; rusage may count the memory of the process that started this
         most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         return most / (2**20 if sys.platform == "darwin" else 1024)
 
-clock = time.perf_counter()
+clock, processors = time.perf_counter(), time.process_time()
 {imports}
 problem = {problem}
 run = galvi.integrate(problem, method, {step}, 10)
-first = time.perf_counter() - clock
+first, processor = time.perf_counter() - clock, time.process_time() - processors
 assert run.success, run.status
 peaks = []
 for steps in {steps}:
     assert galvi.integrate(problem, method, {step}, steps, save_every=steps).success
     peaks.append(peak())
-print(json.dumps([numpys, imported, first, peaks]))
+print(json.dumps([numpys, imported, first, processor, peaks]))
 """
+
+
+ALL, USERS, NOTHING = "all", "users", "nothing"
 
 
 @dataclass(frozen=True)
@@ -90,31 +117,36 @@ class Start:
     problem  an expression that makes it
     step     of a run
     imports  what the expression needs besides galvi
-    cold     whether it is worth compiling everything for: once for each kernel
+    cold     what is compiled for it: ALL, only the USERS functions, or NOTHING, as another did
     """
 
     label: str
     problem: str
     step: float
     imports: str = ""
-    cold: bool = True
+    cold: str = ALL
 
 
 STARTS = (
     Start("point masses: outer solar system", "galvi.problems.outer_solar_system()", 200.0),
-    Start("central force: Kepler, e = 0.6", "galvi.problems.kepler(0.6)", 0.1),
-    Start("spring: harmonic oscillator", "galvi.problems.harmonic_oscillator()", 0.1, cold=False),
-    Start("user's jitted functions: pendulum", "own.pendulum()", 0.1, "import own"),
+    Start("central force: Kepler, e = 0.6", "galvi.problems.kepler(0.6)", 0.1, cold=NOTHING),
+    Start("spring: harmonic oscillator", "galvi.problems.harmonic_oscillator()", 0.1),
+    Start("rigid body: free", "galvi.problems.free_rigid_body()", 0.1),
+    Start("Lagrangian on SO(3): heavy body", "own.top()", 0.1, "import own"),
+    Start("force: damped pendulum", "own.damped()", 0.1, "import own"),
+    Start("user's jitted functions: pendulum", "own.pendulum()", 0.1, "import own", USERS),
 )
 
 
 @dataclass(frozen=True)
 class Started:
-    """One process: seconds to import numpy and galvi, to the first result; peaks of memory, MiB."""
+    """One process: seconds to import numpy and galvi, to the first result, the latter also of
+    processor time; peaks of memory, MiB."""
 
     numpys: float
     imported: float
     first: float
+    processor: float
     peaks: tuple[float, ...]
 
 
@@ -135,8 +167,8 @@ def started(start: Start, folder: Path, steps: tuple[int, ...] = (), cache: str 
     )
     if done.returncode:
         raise RuntimeError(f"{start.label} could not be started: {done.stderr.strip()}")
-    numpys, imported, first, peaks = json.loads(done.stdout)
-    return Started(numpys, imported, first, tuple(peaks))
+    *seconds, peaks = json.loads(done.stdout)
+    return Started(*seconds, tuple(peaks))
 
 
 def start_up_table(
@@ -144,23 +176,40 @@ def start_up_table(
 ) -> pd.DataFrame:
     """One row for each problem.
 
-    import, cold, warm                seconds; cold is NaN where it is not measured, as in --quick
+    import, cold, warm                seconds, cold of processor time; cold is NaN where it is not
+                                      measured, as in --quick
     import_in_numpys, warm_in_numpys  the same over what numpy takes to import in that process
     few_steps, many_steps             MiB, the process's peak after STEPS and after MANY_STEPS more
     """
+
+    def cold(start: Start) -> float:
+        if quick or start.cold == NOTHING:
+            return float("nan")
+        report(f"{start.label}, cold")
+        with own_folder() as folder:
+            cache = str(folder / "cache") if start.cold == ALL else ""
+            return started(start, folder, cache=cache).processor
+
+    with ThreadPoolExecutor(2) as pool:
+        colds = list(pool.map(cold, STARTS))
     rows = []
-    for start in STARTS:
+    for start, seconds in zip(STARTS, colds, strict=True):
         report(start.label)
-        with tempfile.TemporaryDirectory() as name:
-            rows.append(_row(start, Path(name), quick))
+        with own_folder() as folder:
+            rows.append(_row(start, folder, seconds, quick))
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def _row(start: Start, folder: Path, quick: bool) -> dict[str, Any]:
-    (folder / "own.py").write_text(OWN)
-    cold = float("nan")
-    if start.cold and not quick:
-        cold = started(start, folder, cache="" if start.imports else str(folder / "cache")).first
+@contextmanager
+def own_folder() -> Iterator[Path]:
+    """A folder with the user's functions, none of them compiled."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "own.py").write_text(OWN)
+        yield folder
+
+
+def _row(start: Start, folder: Path, cold: float, quick: bool) -> dict[str, Any]:
     times, many = (QUICK_TIMES, QUICK_STEPS) if quick else (TIMES, MANY_STEPS)
     warm = [started(start, folder) for _ in range(times - 1)]
     warm.append(started(start, folder, (STEPS, many)))

@@ -42,7 +42,7 @@ def recommend(
     duration  of the run
     degrees   from 1 to 60, in the order in which they are tried
     by        "time", from interleaved runs on this machine, or "evaluations" of the force, which
-              gives the same answer every time
+              gives the same answer every time on one machine
     budget    seconds, or evaluations, that the scan may take; default 10 s or 2e7
     measured  length of the part of the run over which errors are measured; by default all of it, or
               as much as the budget allows, and the choice is then checked over all of it if that

@@ -15,7 +15,8 @@ from galvi.trajectory import Trajectory
 def defer_interrupts() -> Iterator[Callable[[], bool]]:
     """Yields a function that says whether Ctrl-C was pressed; a second Ctrl-C raises at once.
 
-    Only replaces Python's own handler, and only in the main thread, where signals arrive.
+    Only replaces Python's own handler, and only in the main thread, where signals arrive: a handler
+    of the program's stays, and so does Ctrl-C being ignored, as under nohup.
     """
     pressed = False
 

@@ -179,6 +179,13 @@ def application(load: Load, command: str) -> typer.Typer:
         suite = load()
         return track_command(out, suite.provenance(command), against, only, quick, isolate)
 
+    @app.command("warm", help="Compile every kernel beforehand: some two minutes, once.")
+    def warm_kernels() -> int:
+        from reports.build.warm import warm
+
+        warm()
+        return 0
+
     @app.command("readme", help="Renew the results table and the picture of README.md.")
     def renew_readme(out: Path = FOLDER) -> int:
         from reports.tables.readme import renew

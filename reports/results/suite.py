@@ -136,7 +136,7 @@ def load() -> Suite:
         {
             "problem": "problem",
             "import": "import galvi [s]",
-            "cold": "first run, cold [s]",
+            "cold": "first run, cold [s of processor]",
             "warm": "first run, warm [s]",
             "import_in_numpys": "import galvi / import numpy",
             "warm_in_numpys": "warm / import numpy",

@@ -75,6 +75,13 @@ def test_commands_of_the_page_and_of_ci_exist() -> None:
     assert len(lines) >= 4 and [line for line in lines if unknown(line)] == []
 
 
+def test_ci_runs_tests_for_other_processors_that_exist() -> None:
+    script = (ROOT / ".ci" / "run").read_text()
+    named = re.findall(r"^ +(tests/\S+)$", script, re.M)
+    assert {"generic", "haswell"} == set(re.findall(r"NUMBA_CPU_NAME=(\w+)", script))
+    assert len(named) > 2 and [name for name in named if not (ROOT / name).is_file()] == []
+
+
 @pytest.mark.parametrize(
     "line", ["make instal", ".venv/bin/python -m reports verfy", "rm -r x",
              ".venv/bin/python -m reports verify --requires rebound"],

@@ -21,6 +21,7 @@ def same(one, two):
     return np.array_equal(one.q, two.q) and np.array_equal(one.p, two.p)
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_keeps_what_was_computed():
     timer = threading.Timer(0.5, signal.raise_signal, args=[signal.SIGINT])
     galvi.integrate(KEPLER, FOUR, 0.01, 2)
@@ -35,6 +36,19 @@ def test_ctrl_c_keeps_what_was_computed():
     assert more.success and more.t[0] == pytest.approx(0.01 * run.counts["steps"])
     done = run.counts["steps"] // 1000
     assert np.isfinite(run.q[: done + 1]).all() and np.isnan(run.q[done + 1 :]).all()
+
+
+def test_where_ctrl_c_is_ignored_it_stays_so():
+    """As nohup and the shell do for what runs in the background."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        timer = threading.Timer(0.01, signal.raise_signal, args=[signal.SIGINT])
+        timer.start()
+        run = galvi.integrate(KEPLER, FOUR, 0.01, 20_000, save_every=1000)
+        timer.join()
+        assert run.success and signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @given(first=st.integers(1, 59), save_every=st.integers(1, 7))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import shutil
 import subprocess
 import sys
+import threading
 import time
 import zipfile
 from pathlib import Path
@@ -20,6 +20,7 @@ from numba.core.serialize import dumps
 import galvi
 from galvi.kernels.compile import cache
 from galvi.kernels.compile.jit import jit
+from galvi.run import compilation
 
 RUN = """
 import hashlib, galvi
@@ -46,6 +47,7 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     only = [caching.UserProvidedCacheLocator]
     monkeypatch.setattr(caching.CacheImpl, "_locator_classes", only)
+    monkeypatch.setattr(cache, "_locks", None)
     return tmp_path
 
 
@@ -78,39 +80,24 @@ def test_what_other_sources_left_is_neither_loaded_nor_kept(folder, monkeypatch,
     monkeypatch.setattr(cache, "stamp", stamp)
     assert compiled_anew(kernel)
     (stale,) = kept(folder)
-    monkeypatch.undo()
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(folder))
+    code = stale.read_bytes()
+    monkeypatch.setattr(cache, "stamp", REAL)
     assert compiled_anew(kernel) and not compiled_anew(kernel)
-    assert len(kept(folder)) == 1 and not stale.exists()
-    assert len(list(folder.glob("*/*"))) == 1
+    (path,) = kept(folder)
+    assert path.read_bytes() != code and len(list(folder.glob("*/*"))) == 1
 
 
-def test_what_a_function_left_that_moved_or_went_is_not_kept(tmp_path):
+def test_folders_of_other_kernels_are_removed_and_nothing_else(tmp_path):
     def saved(name, kernels, source):
-        files = cache.StampedFiles(tmp_path, name, kernels * 64, source * 64)
-        files.save("int", name)
-        return files.path("int")
+        files = cache.KernelFiles(tmp_path, name, kernels * 64, source * 64)
+        files.save(("int", "x86"), name)
+        return files.path(("int", "x86"))
 
-    saved("laws.gone-3.py311", "0", "a"), saved("laws.moved-9.py311", "0", "a")
-    saved("laws.moved-7.py311", "1", "b"), saved("laws.other-20.py311", "1", "b")
-    assert [path.name[:9] for path in sorted(kept(tmp_path))] == ["laws.move", "laws.othe"]
-    others = [saved("maps.one-1.py311", "1", "c"), saved("laws2.one-1.py311", "1", "d")]
-    last = saved("laws.moved-8.py311", "1", "e")
-    assert sorted(kept(tmp_path)) == sorted([*others, last])
     module = tmp_path / "galvi-kernels.cpython-311.pyc"
     module.touch()
-    saved("laws.moved-8.py311", "2", "e")
-    assert len(kept(tmp_path)) == 2 and module.exists()
-
-
-def test_what_an_ended_process_left_half_written_is_removed_after_an_hour(tmp_path):
-    files = cache.StampedFiles(tmp_path, "laws.one-1.py311", "0" * 64, "0" * 64)
-    files.save("int", 1)
-    old, new = (files.place / f"maps.one-1.py311.{name}.part" for name in ("old", "new"))
-    old.touch(), new.touch()
-    os.utime(old, (time.time() - cache.HOUR - 60,) * 2)
-    files.save("int", 2)
-    assert sorted(kept(tmp_path)) == sorted([files.path("int"), new])
+    saved("laws.one", "0", "a"), saved("laws.other", "0", "a")
+    found = [saved("laws.one", "1", "b"), saved("maps.one", "1", "c"), saved("laws.one", "1", "d")]
+    assert sorted(kept(tmp_path)) == sorted({*found, module})
 
 
 def test_the_stamp_is_of_every_kernel(tmp_path, monkeypatch):
@@ -160,10 +147,11 @@ WHOLE = {
 
 
 @pytest.mark.parametrize("code", WHOLE)
-def test_what_is_whole_and_cannot_be_read_is_compiled_anew_and_mended(folder, code):
+def test_what_is_whole_and_cannot_be_read_is_compiled_anew_and_mended(folder, monkeypatch, code):
     compiled_anew(kernel)
     (path,) = kept(folder)
-    path.write_bytes(hashlib.sha256(WHOLE[code]).digest() + WHOLE[code])
+    monkeypatch.setattr(cache.KernelFiles, "_digest", lambda *given: bytes(cache.DIGEST))
+    path.write_bytes(bytes(cache.DIGEST) + WHOLE[code])
     assert compiled_anew(kernel)
     assert not compiled_anew(kernel)
 
@@ -224,23 +212,88 @@ def test_a_folder_that_is_lost_before_the_first_call_stops_nothing(folder):
 
 
 def test_a_write_that_fails_half_way_leaves_nothing(folder, monkeypatch):
-    def full(path, target):
+    def full(path, content):
+        with path.open("wb") as file:
+            file.write(content[:100])
         raise OSError("no space left on device")
 
-    monkeypatch.setattr(Path, "replace", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     assert compiled_anew(kernel)
     assert kept(folder) == []
 
 
-def test_two_who_write_at_once_do_not_exchange_their_code(tmp_path):
-    name, stamps = "kernel.one-1.py311", ("0" * 64, "1" * 64)
-    one, two = (cache.StampedFiles(tmp_path, name, *stamps) for _ in range(2))
-    assert one.load("int") is None and two.load("float") is None
-    one.save("int", "code for int")
-    two.save("float", "code for float")
-    assert [one.load("float"), two.load("int")] == ["code for float", "code for int"]
-    one.flush()
-    assert two.load("int") is None and kept(tmp_path) == []
+def test_each_signature_and_kind_of_processor_has_its_own_file(tmp_path):
+    one, two = (cache.KernelFiles(tmp_path, "kernel.one", "0" * 64, "1" * 64) for _ in range(2))
+    keys = [("int", "haswell", 1), ("float", "haswell", 1), ("int", "generic", 1)]
+    for key in keys:
+        one.save(key, key)
+    assert [two.load(key) for key in keys] == keys
+    assert one.load(("int", "haswell", 2)) is None  # another bytecode
+    assert len(kept(tmp_path)) == 3
+
+
+HOLDER = """
+import sys
+from pathlib import Path
+from galvi.run.compilation import file_lock
+lock = file_lock(Path(sys.argv[1]))
+lock.acquire()
+print("taken", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.mark.parametrize("ends", ["released", "killed"])
+def test_who_comes_second_waits_for_the_first_and_loads_what_it_kept(folder, monkeypatch, ends):
+    """The code appears, and is loaded once the first has let go or was killed."""
+    assert compiled_anew(kernel)
+    (path,) = kept(folder)
+    code = path.read_bytes()
+    path.unlink()
+    monkeypatch.setattr(cache, "_locks", compilation.file_lock)
+    words = [sys.executable, "-c", HOLDER, str(path.with_suffix(".lock"))]
+    with subprocess.Popen(
+        words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as holder:
+        assert holder.stdout is not None and holder.stdout.readline() == "taken\n"
+
+        def end():
+            path.write_bytes(code)
+            holder.kill() if ends == "killed" else holder.stdin.close()
+
+        timer = threading.Timer(0.3, end)
+        timer.start()
+        begun = time.monotonic()
+        assert not compiled_anew(kernel)
+        assert time.monotonic() - begun >= 0.29
+        timer.join()
+
+
+def test_nobody_waits_longer_than_patience(folder, monkeypatch):
+    monkeypatch.setattr(cache, "_locks", compilation.file_lock)
+    monkeypatch.setattr(compilation, "PATIENCE", 0.1)
+    first = jit(kernel)
+    assert first(3.0) == 10.0
+    (path,) = folder.rglob("*.nbc")
+    path.unlink()
+    lock = compilation.file_lock(path.with_suffix(".lock"))
+    lock.acquire()
+    assert compiled_anew(kernel) and path.exists()
+    lock.release()
+
+
+def test_a_function_that_cannot_be_compiled_holds_nobody_up(folder, monkeypatch):
+    taken = []
+
+    class Lock:
+        def __init__(self, path):
+            self.acquire, self.release = lambda: taken.append(path), taken.clear
+
+    monkeypatch.setattr(cache, "_locks", Lock)
+    wrong = jit(lambda x: x.no_such_attribute)
+    with pytest.raises(numba.TypingError):
+        wrong(1.0)
+    assert taken == []
 
 
 def at_once(code, cache_folder, **more):
@@ -263,10 +316,10 @@ def test_two_processes_compile_at_once(tmp_path):
     (tmp_path / "small.py").write_text(source)
     code = SMALL.format(folder=str(tmp_path))
     assert at_once(code, tmp_path / "cache") == ["5.0 10.0\n"] * 2
-    files = sorted(kept(tmp_path / "cache"))
+    files = {path: path.stat().st_mtime_ns for path in (tmp_path / "cache").rglob("*.nbc")}
     assert len(files) == 2  # one for each type
     assert at_once(code, tmp_path / "cache") == ["5.0 10.0\n"] * 2
-    assert sorted(kept(tmp_path / "cache")) == files
+    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "cache").rglob("*.nbc")} == files
 
 
 @pytest.mark.slow

@@ -29,7 +29,7 @@ def apocentre(e):
 
 
 def recommend(problem, error, duration, **options):
-    """By evaluations, so that every machine and run finds the same."""
+    """By evaluations, so that every run on one machine finds the same."""
     return galvi.recommend(problem, error, duration, by="evaluations", **options)
 
 

@@ -20,8 +20,18 @@ def apocentre(e):
     return galvi.Problem(ORBIT.system, [-(1.0 + e), 0.0], [0.0, -speed])
 
 
+def hilltop():
+    """q = cosh(t) / 100: an error grows as e^t on any processor, whichever step is chosen."""
+    system = galvi.Canonical(1.0, lambda q: -0.5 * q[0] ** 2, lambda q: -q)
+    return galvi.Problem(system, [0.01], [0.0])
+
+
 def recommend(problem, error, duration, **options):
-    """By evaluations, so that every machine and run finds the same."""
+    """By evaluations, as times differ from run to run.
+
+    Errors near the one asked for differ between processors, too, by the order in which BLAS adds:
+    what is expected here holds for any choice.
+    """
     return galvi.recommend(problem, error, duration, by="evaluations", **options)
 
 
@@ -35,7 +45,7 @@ def recommend(problem, error, duration, **options):
         (apocentre(0.9), 1000.0, {"measured": 1.0}, "no error is taken to "),
         (apocentre(0.9), 100.0, {"measured": 1.0}, "turning points of a coordinate, and 6 are"),
         (apocentre(0.9), 200.0, {"measured": 10.0}, "turning points of a coordinate, and 6 are"),
-        (galvi.problems.kepler(0.9), 200.0, {"measured": 20.0}, "it grew as t^"),
+        (hilltop(), 50.0, {"measured": 8.0, "degrees": (2,)}, "it grew as t^"),  # 5.3, of at most 3
         (ORBIT, 1e4, {"budget": 1e6, "measured": 200.0}, "does not fit into the budget"),
     ],
 )

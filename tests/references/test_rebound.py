@@ -30,6 +30,7 @@ def error(run):
     return float(np.abs(run.q[-1] - truth().q[-1]).max())
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_reaches_the_program_after_a_run_too():
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     IAS15.run(SOLAR, 10.0, {})

@@ -10,6 +10,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+import galvi
 from reports.cli.commands import run
 
 ROOT = Path(__file__).parents[2]
@@ -159,3 +160,13 @@ def test_the_module_is_the_command_and_help_succeeds():
     assert "did you mean 'build'" in wrong.stderr
     for word in ("verify", "compare", "build", "--quick", "--claims", "--out"):
         assert word in help.stdout
+
+
+def test_warm_compiles_for_every_problem_and_says_how_far_it_is(make_suite, monkeypatch, capsys):
+    done = []
+    monkeypatch.setattr("reports.build.warm.run_all", done.append)
+    assert run(make_suite, ["warm"]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert len(said) == len(galvi.problems.__all__) + 3
+    assert said[0].startswith(f"1 of {len(said) - 1}: {galvi.problems.__all__[0]}, ")
+    assert len(done) > len(said) and "took" in said[-1]  # planets in the plane, too

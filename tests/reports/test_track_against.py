@@ -188,6 +188,7 @@ def test_each_worker_has_the_galvi_of_its_own_checkout(checkout: Path) -> None:
             one.run(CASE)
 
 
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="processes are not listed")
 @pytest.mark.parametrize(
     "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)]

@@ -27,8 +27,7 @@ def jit(function, **options):
     if hasattr(dispatcher, "_cache"):  # not so when numba is told not to compile
         # no folder to keep it in, or no sources to stamp: every process compiles anew
         with suppress(RuntimeError, OSError):
-            dispatcher._cache = KernelCache(function)
-            dispatcher._cache.watch(dispatcher._compiler)
+            KernelCache(function).serve(dispatcher)
     return dispatcher
 
 
@@ -42,12 +41,12 @@ def jit_inline(function):
 
 
 def jit_noalloc(function):
-    """As ``bare``, but called: for what is long, or called from many places."""
+    """As ``jit_inline``, but called: for what is long, or called from many places."""
     return jit(function, _nrt=False)
 
 
 def compiled_for(dispatcher, signature, compiler=jit):
-    """A dispatcher of the same function, by ``jit`` or ``bare``, for these types and no others."""
+    """A dispatcher of the same function, by ``jit`` or another, for these types and no others."""
     with _ONE_AT_A_TIME:
         return _compiled_for(dispatcher, signature, compiler)
 

@@ -1,0 +1,51 @@
+"""Every kernel of galvi compiled beforehand, so that nothing later waits for it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+import galvi
+
+CHARTS = (galvi.Cayley(), galvi.Exponential())
+SOLVERS = ("auto", "newton")
+
+
+def warm(report: Callable[[str], None] = print) -> None:
+    """Run each problem of galvi for two steps by each kernel, and say how long it took."""
+    known = {name: getattr(galvi.problems, name) for name in galvi.problems.__all__}
+    known["functions in Python"] = in_python
+    known["a force in Python"] = lambda: in_python(force=lambda q, v: -0.1 * v)
+    began = time.perf_counter()
+    for k, (name, problem) in enumerate(known.items(), 1):
+        clock = time.perf_counter()
+        for variant in variants(problem()):
+            run_all(variant)
+        report(f"{k} of {len(known)}: {name}, {time.perf_counter() - clock:.1f} s")
+    report(f"All kernels are compiled; it took {time.perf_counter() - began:.0f} s.")
+
+
+def in_python(**force: Any) -> galvi.Problem:
+    """A pendulum whose functions cannot be compiled: of its kernel, the rest is."""
+    system = galvi.Canonical(1.0, lambda q: -np.cos(q[0]), lambda q: np.sin(q), **force)
+    return galvi.Problem(system, [3.0], [0.0])
+
+
+def variants(problem: galvi.Problem) -> Iterator[galvi.Problem]:
+    """The problem, and point masses also in the plane, where they have a kernel of their own."""
+    yield problem
+    if isinstance(problem.system, galvi.NBody):
+        yield galvi.Problem(problem.system, problem.q0[:, :2], problem.v0[:, :2])
+
+
+def run_all(problem: galvi.Problem) -> None:
+    """With every chart and solver, and its energy, also between steps."""
+    step = 1e-2 / max(1.0, abs(problem.v0).max())
+    for chart, solver in product(CHARTS, SOLVERS):
+        method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart)
+        run = galvi.integrate(problem, method, step, 2, solver=solver)
+        galvi.energy(run), galvi.energy(run, run.t[0] + 0.5 * step)

@@ -1,0 +1,53 @@
+"""What a user is told while kernels are compiled."""
+
+from __future__ import annotations
+
+import importlib
+import logging
+from types import SimpleNamespace
+
+import pytest
+
+from galvi.run.compilation import LOG, SECONDS, CompilationNotice
+
+
+def called(name):
+    module, _, function = name.rpartition(".")
+    return SimpleNamespace(py_func=getattr(importlib.import_module(module), function).py_func)
+
+
+def compiled(notice, *nested):
+    """As numba does with functions of which each calls the next."""
+    for name in nested:
+        notice.on_start(SimpleNamespace(data={"dispatcher": called(name)}))
+    for _ in nested:
+        notice.on_end(None)
+
+
+@pytest.mark.parametrize("name", SECONDS)
+def test_a_kernel_that_is_compiled_is_announced_once_with_how_long_it_takes(name, caplog):
+    notice = CompilationNotice()
+    compiled(notice, name), compiled(notice, name)
+    (record,) = caplog.records
+    assert record.name == "galvi" and record.levelno == logging.WARNING
+    assert f"about {SECONDS[name]} s of processor time, once" in record.getMessage()
+
+
+def test_what_is_compiled_within_another_or_in_no_time_is_not_announced(caplog):
+    notice, (first, second, *_) = CompilationNotice(), SECONDS
+    compiled(notice, "galvi.kernels.nystrom.step.copy_into")
+    compiled(notice, first, second)
+    assert len(caplog.records) == 1
+    compiled(notice, second)
+    assert len(caplog.records) == 2
+
+
+def test_the_notice_goes_to_stderr_and_can_be_silenced(caplog, capsys, monkeypatch):
+    monkeypatch.setattr(logging.root, "handlers", [])
+    name = next(iter(SECONDS))
+    compiled(CompilationNotice(), name)
+    said = capsys.readouterr().err
+    assert said.startswith("galvi is compiling a kernel") and said.count("\n") == 1
+    with caplog.at_level("ERROR", logger=LOG.name):
+        compiled(CompilationNotice(), name)
+    assert capsys.readouterr().err == ""
