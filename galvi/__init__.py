@@ -51,7 +51,7 @@ from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.trajectory import Trajectory
 
-PendulumWeight = CosinePotential  # the old name, for one version
+PendulumWeight = CosinePotential  # the old name, kept for one version
 Galerkin.theory_of = staticmethod(theory)  # it stands above the method, which must not import it
 
 __all__ = [

@@ -53,7 +53,7 @@ def starts(problem: Any, count: int) -> list[Any]:
     if count == 1:
         return [problem]
     factors = [1.0 + SPREAD * k for k in range(count)]
-    return [problem.with_initial_state(problem.q0 * factor, problem.v0) for factor in factors]
+    return [problem.starting_at(problem.q0 * factor, problem.v0) for factor in factors]
 
 
 def described(runs: list[Any]) -> dict[str, Any]:

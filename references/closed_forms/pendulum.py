@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from galvi import CosinePotential, Problem, Trajectory
+from galvi import PendulumWeight, Problem, Trajectory
 from references.as_trajectory import outcome
 from references.closed_forms.decimal_trigonometry import DIGITS, PI, angle, sine_cosine
 from references.closed_forms.elliptic import Modulus, first_integral
@@ -20,7 +20,7 @@ from references.setting import check_keys, described, sample_times
 
 @dataclass(frozen=True)
 class Pendulum:
-    """A CosinePotential on a scalar or diagonal mass; every angle is a pendulum of its own.
+    """A PendulumWeight on a scalar or diagonal mass; every angle is a pendulum of its own.
 
     With k^2 = m v^2 / (4 weight) + sin^2(q / 2) at the start and rate^2 = weight / m:
       k < 1  q = 2 asin(k sn u),     u = u0 + rate t, modulus k
@@ -37,7 +37,7 @@ class Pendulum:
 
     def supports(self, problem: Problem) -> bool:
         """Canonical systems whose only force is the pendulum's weight."""
-        return is_moved_by(problem, CosinePotential)
+        return is_moved_by(problem, PendulumWeight)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""

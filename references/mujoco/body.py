@@ -16,9 +16,9 @@ from scipy.spatial.transform import Rotation
 
 from galvi import (
     Canonical,
-    CosinePotential,
     FreeBody,
     Lagrangian,
+    PendulumWeight,
     Problem,
     RigidBody,
     UniformGravity,
@@ -77,7 +77,7 @@ def supports(problem: Problem) -> bool:
         return known and system.gradient is None
     return (
         isinstance(system, Canonical)
-        and isinstance(system.potential, CosinePotential)
+        and isinstance(system.potential, PendulumWeight)
         and system.gradient is None
         and problem.q0.size == 1
     )

@@ -1,4 +1,4 @@
-"""The potential of a plane pendulum."""
+"""The gravitational potential of plane pendulums."""
 
 from __future__ import annotations
 
@@ -37,5 +37,5 @@ class CosinePotential:
         return np.diag(self.weight * np.cos(q))
 
     def law(self) -> Law:
-        """The same for the kernels."""
+        """Compiled derivatives and their constants."""
         return Law(pendulum.gradient, pendulum.hessian, np.array([self.weight]))
