@@ -65,7 +65,7 @@ class Problem:
         """The same problem from another configuration and velocity, for `galvi.integrate_many`."""
         return replace(self, q0=q0, v0=v0)
 
-    starting_at = with_initial_state  # the old name, for one version
+    starting_at = with_initial_state  # the old name, kept for one version
 
     @property
     def p0(self) -> Array:

@@ -48,7 +48,7 @@ class Curves:
         index, tau, single = self._locate(t)
         slope = self.space.derivative(tau)[:, 1:]
         rate = np.einsum("kdi,ki->kd", self.coefficients[index], slope) / self.step
-        velocities = self.chart.velocity(self._coordinates(index, tau), rate)
+        velocities = self.chart.velocity(lambda: self._coordinates(index, tau), rate)
         return velocities[0] if single else velocities
 
     def _coordinates(self, index: Any, tau: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -19,8 +20,8 @@ class LocalChart(Protocol):
     def place(self, base: Array, xi: Array) -> Array:
         """The configurations at xi about base (..., *shape)."""
 
-    def velocity(self, xi: Array, rate: Array) -> Array:
-        """The velocities at xi where xi' is ``rate``, both (..., d)."""
+    def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
+        """The velocities at xi where xi' is ``rate``; xi is a call, which a flat space saves."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class IdentityChart:
         """base + xi, (..., *shape)."""
         return base + self._shaped(xi)
 
-    def velocity(self, xi: Array, rate: Array) -> Array:
+    def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
         """xi', (..., *shape)."""
         return self._shaped(rate)
 
@@ -52,7 +53,7 @@ class GroupChart:
         """base Phi(xi), (..., *group.shape)."""
         return place(self.chart, self.group, base, xi)
 
-    def velocity(self, xi: Array, rate: Array) -> Array:
+    def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
         """The body velocity T(xi) xi', (..., d)."""
-        result: Array = np.einsum("...ab,...b->...a", tangent(self.chart, self.group, xi), rate)
+        result: Array = np.einsum("...ab,...b->...a", tangent(self.chart, self.group, xi()), rate)
         return result

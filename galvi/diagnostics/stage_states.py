@@ -25,4 +25,4 @@ def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
     rate = np.einsum("kdi,si->ksd", coefficients, table.slope) / step
     t = curves.t0 + (np.arange(len(xi))[:, None] + table.c) * step
     bases = np.repeat(curves.bases[:, None], table.c.size, axis=1)
-    return t, curves.chart.place(bases, xi), curves.chart.velocity(xi, rate), step * table.b
+    return t, curves.chart.place(bases, xi), curves.chart.velocity(lambda: xi, rate), step * table.b
