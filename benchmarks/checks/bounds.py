@@ -1,14 +1,19 @@
-"""From a measurement to a verdict: pure functions, in which NaN never holds."""
+"""Bounds: what a measured number is compared with, as values that give a text and a verdict.
+
+Each bound states its comparisons, in numbers and in words; `Bound.verdict` is the one rule that
+makes a verdict of them. NaN never holds.
+"""
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
-
-from benchmarks.statistics.convergence_fits import Fit
-from galvi.arrays import Array
+from benchmarks.statistics.convergence_fits import Fall, Fit
+from benchmarks.statistics.drift import Drift, drift  # noqa: F401
+from benchmarks.statistics.estimate import Measurement, estimate
 
 HOLDS = "holds"
 EXCEEDS = "exceeds"
@@ -19,6 +24,316 @@ INFORMATIVE = "informative"  # of a number that nobody claims anything about
 ORDER_RESOLUTION = 0.25  # the papers print orders as multiples of a half
 GROWTH = 1.5  # how much larger than in the first quarter an error that does not grow may become
 SIGMAS = 3.0
+ABOVE, BELOW = 1, -1
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A number and the closed interval that it should lie in.
+
+    better  the side of the interval on which the number is better than claimed: ABOVE, BELOW or 0
+    """
+
+    number: float
+    low: float = -math.inf
+    high: float = math.inf
+    better: int = 0
+
+    @property
+    def verdict(self) -> str:
+        """NOT_RUN where a number is missing."""
+        if math.isnan(self.number) or math.isnan(self.low) or math.isnan(self.high):
+            return NOT_RUN
+        if self.low <= self.number <= self.high:
+            return HOLDS
+        return (
+            EXCEEDS
+            if self.better == (ABOVE if self.number > self.high else BELOW)
+            else CONTRADICTED
+        )
+
+
+class Bound(ABC):
+    """What a measurement is compared with."""
+
+    @property
+    @abstractmethod
+    def text(self) -> str:
+        """The bound in words, as in a row of claims.csv."""
+
+    @abstractmethod
+    def comparisons(self, measured: Any) -> tuple[Comparison, ...]:
+        """What the text says, in numbers."""
+
+    def verdict(self, measured: Measurement) -> str:
+        """The worst of the comparisons; NOT_RUN unless the measured number is finite."""
+        seen = estimate(measured)
+        if seen.refuted:
+            return CONTRADICTED
+        if not math.isfinite(seen.value):
+            return NOT_RUN
+        verdicts = {one.verdict for one in self.comparisons(measured)}
+        return next((word for word in (NOT_RUN, CONTRADICTED, EXCEEDS) if word in verdicts), HOLDS)
+
+
+@dataclass(frozen=True)
+class AtMost(Bound):
+    """measured <= limit.
+
+    round_off    what rounding may add to it
+    uncertainty  standard error of a limit that is measured itself: then two standard errors of
+                 both are allowed
+    """
+
+    limit: float
+    round_off: float = 0.0
+    uncertainty: float | None = None
+
+    @property
+    def text(self) -> str:
+        return f"at most {_number(self.limit)}{_allowed('+', self.round_off, self.uncertainty)}"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        room = self.round_off + _errors(measured, self.uncertainty)
+        return (Comparison(estimate(measured).value, high=self.limit + room),)
+
+
+@dataclass(frozen=True)
+class AtLeast(Bound):
+    """measured >= limit; round_off and uncertainty as in `AtMost`."""
+
+    limit: float
+    round_off: float = 0.0
+    uncertainty: float | None = None
+
+    @property
+    def text(self) -> str:
+        return f"at least {_number(self.limit)}{_allowed('-', self.round_off, self.uncertainty)}"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        room = self.round_off + _errors(measured, self.uncertainty)
+        return (Comparison(estimate(measured).value, low=self.limit - room),)
+
+
+@dataclass(frozen=True)
+class Above(Bound):
+    """measured > limit."""
+
+    limit: float
+
+    @property
+    def text(self) -> str:
+        return f"above {_number(self.limit)}"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        low = math.nextafter(self.limit, math.inf)
+        return (Comparison(estimate(measured).value, low=low),)
+
+
+@dataclass(frozen=True)
+class Within(Bound):
+    """low <= measured <= high, both ends moved outwards by `round_off`."""
+
+    low: float
+    high: float
+    round_off: float = 0.0
+
+    @property
+    def text(self) -> str:
+        ends = f"{_number(self.low)} to {_number(self.high)}"
+        return ends + _allowed("-+", self.round_off, None)
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        low, high = self.low - self.round_off, self.high + self.round_off
+        return (Comparison(estimate(measured).value, low, high),)
+
+
+@dataclass(frozen=True)
+class Exactly(Bound):
+    """measured == value: for counts and shares."""
+
+    value: float
+
+    @property
+    def text(self) -> str:
+        return f"exactly {_number(self.value)}"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        return (Comparison(estimate(measured).value, self.value, self.value),)
+
+
+@dataclass(frozen=True)
+class Near(Bound):
+    """claimed -+ resolution.
+
+    uncertainty  standard error of the claimed number, 0 for a printed one: two standard errors of
+                 both are allowed; None allows none
+    better       the side on which a measured number is better than claimed: ABOVE, BELOW or 0
+    """
+
+    claimed: float
+    resolution: float
+    uncertainty: float | None = None
+    better: int = 0
+
+    @property
+    def text(self) -> str:
+        return f"{_number(self.claimed)}{_allowed('-+', self.resolution, self.uncertainty)}"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        room = self.resolution + _errors(measured, self.uncertainty)
+        ends = self.claimed - room, self.claimed + room
+        return (Comparison(estimate(measured).value, *ends, self.better),)
+
+
+@dataclass(frozen=True)
+class Order(Bound):
+    """error = O(h^claimed), of a Fit: a larger order is better.
+
+    The printed number stands for claimed -+ resolution; uncertainty as in `Near`.
+    """
+
+    claimed: float
+    resolution: float = ORDER_RESOLUTION
+    uncertainty: float = 0.0
+
+    @property
+    def text(self) -> str:
+        return f"order {Near(self.claimed, self.resolution, self.uncertainty).text}"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        near = Near(self.claimed, self.resolution, self.uncertainty, ABOVE)
+        return near.comparisons(measured)
+
+
+@dataclass(frozen=True)
+class Base(Bound):
+    """error = O(claimed^n), of a Fit: a smaller base is better; otherwise as `Order`."""
+
+    claimed: float
+    resolution: float
+    uncertainty: float = 0.0
+
+    @property
+    def text(self) -> str:
+        return f"base {Near(self.claimed, self.resolution, self.uncertainty).text}"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        near = Near(self.claimed, self.resolution, self.uncertainty, BELOW)
+        return near.comparisons(measured)
+
+
+@dataclass(frozen=True)
+class Converges(Bound):
+    """The order of a Fit is positive, by two standard errors."""
+
+    @property
+    def text(self) -> str:
+        return "order above 0 by 2 standard errors"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        low = math.nextafter(_errors(measured, 0.0), math.inf)
+        return (Comparison(estimate(measured).value, low=low),)
+
+
+@dataclass(frozen=True)
+class Geometric(Bound):
+    """Errors of a Fall shrink by a factor with each n, and that factor does not tend to 1.
+
+    An error that fell like a power of n would have a later half that is worse than the earlier.
+    """
+
+    @property
+    def text(self) -> str:
+        return "base below 1 by 2 standard errors, later half of the window not slower"
+
+    def comparisons(self, measured: Fall) -> tuple[Comparison, ...]:
+        early, late = measured.early, measured.late
+        room = 2.0 * math.hypot(early.uncertainty, late.uncertainty)
+        below_one = math.nextafter(1.0 - _errors(measured, 0.0), -math.inf)
+        return (
+            Comparison(measured.fit.rate, high=below_one),
+            Comparison(late.rate, high=early.rate + room),
+        )
+
+
+@dataclass(frozen=True)
+class EachGains(Bound):
+    """Each further n multiplies the error of a Fall by at most `limit`, below 1, until round-off.
+
+    A power of n would bring the worst of these factors near 1.
+    """
+
+    limit: float
+
+    @property
+    def text(self) -> str:
+        return f"each n multiplies the error by at most {_number(self.limit)}, until round-off"
+
+    def comparisons(self, measured: Fall) -> tuple[Comparison, ...]:
+        return (Comparison(measured.worst, high=self.limit),)
+
+
+@dataclass(frozen=True)
+class NoGrowth(Bound):
+    """The largest error of a Drift is at most `limit`, and it neither grows nor has a trend.
+
+    round_off  a level, stated by the study, below which growth is that of rounding errors
+    """
+
+    limit: float
+    round_off: float = 0.0
+
+    @property
+    def text(self) -> str:
+        where = f"above {_number(self.round_off)} " if self.round_off else ""
+        return (
+            f"at most {_number(self.limit)}; {where}no trend beyond {SIGMAS:g} sigma, last quarter "
+            f"at most {_number(GROWTH)} times the first"
+        )
+
+    def comparisons(self, measured: Drift) -> tuple[Comparison, ...]:
+        largest = Comparison(measured.largest, high=self.limit)
+        if measured.largest <= self.round_off:
+            return (largest,)
+        return (
+            largest,
+            Comparison(measured.trend, high=SIGMAS * measured.uncertainty),
+            Comparison(measured.growth, high=GROWTH),
+        )
+
+
+@dataclass(frozen=True)
+class NoBound(Bound):
+    """Nothing is claimed of the number."""
+
+    @property
+    def text(self) -> str:
+        return "none"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        return ()
+
+
+def _errors(measured: Measurement, uncertainty: float | None) -> float:
+    """Two standard errors of the measured number and of the claimed one; 0 where it has none."""
+    own = estimate(measured).uncertainty
+    return 0.0 if uncertainty is None else 2.0 * ((0.0 if own is None else own) + uncertainty)
+
+
+def _allowed(sign: str, room: float, uncertainty: float | None) -> str:
+    """What is allowed beyond a number, in words."""
+    fixed = f" {sign} {_number(room)}" if room else ""
+    if uncertainty is None:
+        return fixed
+    return f"{fixed} {sign} 2 standard errors{'' if uncertainty == 0.0 else ' of both'}"
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}"
+
+
+# The claims that are not yet written with the values above.
 
 
 def base(fit: Fit, claimed: float, resolution: float) -> str:
@@ -94,41 +409,6 @@ def within(measured: float, low: float, high: float) -> str:
     if not math.isfinite(measured):
         return NOT_RUN
     return HOLDS if low <= measured <= high else CONTRADICTED
-
-
-@dataclass(frozen=True)
-class Drift:
-    """Does |error| grow?
-
-    trend        slope of |error| over the run, times its length, over its largest value
-    uncertainty  standard error of that
-    growth       largest |error| in the last quarter of the run, over that in the first quarter
-    largest      largest |error|
-    """
-
-    trend: float
-    uncertainty: float
-    growth: float
-    largest: float
-
-
-def drift(t: Array, errors: Array) -> Drift:
-    """Of an error at times t (increasing), both (k,); NaN unless all are finite and k >= 8."""
-    t, size = np.asarray(t, dtype=np.float64), np.abs(np.asarray(errors, dtype=np.float64))
-    nan = float("nan")
-    if t.size < 8 or not np.all(np.isfinite(size)):
-        return Drift(nan, nan, nan, nan)
-    largest = float(size.max())
-    if largest == 0.0:
-        return Drift(0.0, 0.0, 1.0, 0.0)
-    x = (t - t.mean()) / (t[-1] - t[0])
-    y = size / largest
-    trend = float(x @ y / (x @ x))
-    rest = y - y.mean() - trend * x
-    spread = float(np.sqrt(rest @ rest / (t.size - 2) / (x @ x)))
-    quarter = t.size // 4
-    first, last = float(size[1 : quarter + 1].max()), float(size[-quarter:].max())
-    return Drift(trend, spread, last / first if first > 0.0 else np.inf, largest)
 
 
 def no_growth(seen: Drift, limit: float, round_off: float = 0.0) -> str:
