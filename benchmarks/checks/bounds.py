@@ -11,8 +11,8 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.statistics.convergence_fits import Fall, Fit
-from benchmarks.statistics.drift import Drift, drift  # noqa: F401
+from benchmarks.statistics.convergence_fits import Fall
+from benchmarks.statistics.drift import Drift
 from benchmarks.statistics.estimate import Measurement, estimate
 
 HOLDS = "holds"
@@ -20,6 +20,7 @@ EXCEEDS = "exceeds"
 CONTRADICTED = "contradicted"
 NOT_RUN = "not run"
 INFORMATIVE = "informative"  # of a number that nobody claims anything about
+WORST_FIRST = (NOT_RUN, CONTRADICTED, EXCEEDS, HOLDS, INFORMATIVE)
 
 ORDER_RESOLUTION = 0.25  # the papers print orders as multiples of a half
 GROWTH = 1.5  # how much larger than in the first quarter an error that does not grow may become
@@ -66,14 +67,17 @@ class Bound(ABC):
         """What the text says, in numbers."""
 
     def verdict(self, measured: Measurement) -> str:
-        """The worst of the comparisons; NOT_RUN unless the measured number is finite."""
+        """The worst of the comparisons; NOT_RUN unless the measured number is finite.
+
+        INFORMATIVE where there is nothing to compare with.
+        """
         seen = estimate(measured)
         if seen.refuted:
             return CONTRADICTED
         if not math.isfinite(seen.value):
             return NOT_RUN
-        verdicts = {one.verdict for one in self.comparisons(measured)}
-        return next((word for word in (NOT_RUN, CONTRADICTED, EXCEEDS) if word in verdicts), HOLDS)
+        verdicts = {one.verdict for one in self.comparisons(measured)} or {INFORMATIVE}
+        return next(word for word in WORST_FIRST if word in verdicts)
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,8 @@ class AtMost(Bound):
 
     @property
     def text(self) -> str:
-        return f"at most {_number(self.limit)}{_allowed('+', self.round_off, self.uncertainty)}"
+        limit = _number(self.limit, self.round_off)
+        return f"at most {limit}{_allowed('+', self.round_off, self.uncertainty)}"
 
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
         room = self.round_off + _errors(measured, self.uncertainty)
@@ -108,7 +113,8 @@ class AtLeast(Bound):
 
     @property
     def text(self) -> str:
-        return f"at least {_number(self.limit)}{_allowed('-', self.round_off, self.uncertainty)}"
+        limit = _number(self.limit, self.round_off)
+        return f"at least {limit}{_allowed('-', self.round_off, self.uncertainty)}"
 
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
         room = self.round_off + _errors(measured, self.uncertainty)
@@ -128,6 +134,21 @@ class Above(Bound):
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
         low = math.nextafter(self.limit, math.inf)
         return (Comparison(estimate(measured).value, low=low),)
+
+
+@dataclass(frozen=True)
+class Below(Bound):
+    """measured < limit."""
+
+    limit: float
+
+    @property
+    def text(self) -> str:
+        return f"below {_number(self.limit)}"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        high = math.nextafter(self.limit, -math.inf)
+        return (Comparison(estimate(measured).value, high=high),)
 
 
 @dataclass(frozen=True)
@@ -178,7 +199,8 @@ class Near(Bound):
 
     @property
     def text(self) -> str:
-        return f"{_number(self.claimed)}{_allowed('-+', self.resolution, self.uncertainty)}"
+        claimed = _number(self.claimed, self.resolution)
+        return f"{claimed}{_allowed('-+', self.resolution, self.uncertainty)}"
 
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
         room = self.resolution + _errors(measured, self.uncertainty)
@@ -329,96 +351,9 @@ def _allowed(sign: str, room: float, uncertainty: float | None) -> str:
     return f"{fixed} {sign} 2 standard errors{'' if uncertainty == 0.0 else ' of both'}"
 
 
-def _number(value: float) -> str:
-    return f"{value:.4g}"
-
-
-# The claims that are not yet written with the values above.
-
-
-def base(fit: Fit, claimed: float, resolution: float) -> str:
-    """Of error = O(claimed^n): a smaller base is better."""
-    return _rate(fit, -fit.rate, -claimed, resolution)
-
-
-def order(fit: Fit, claimed: float, resolution: float = ORDER_RESOLUTION) -> str:
-    """Of error = O(h^claimed): a larger order is better."""
-    return _rate(fit, fit.rate, claimed, resolution)
-
-
-def _rate(fit: Fit, rate: float, claimed: float, resolution: float) -> str:
-    """Larger is better; the printed number stands for claimed -+ resolution."""
-    if not _known(fit):
-        return _without_rate(fit)
-    if rate > claimed + resolution + 2.0 * fit.uncertainty:
-        return EXCEEDS
-    if rate < claimed - resolution - 2.0 * fit.uncertainty:
-        return CONTRADICTED
-    return HOLDS
-
-
-def converges(fit: Fit) -> str:
-    """The order is positive, by two standard errors."""
-    if not _known(fit):
-        return _without_rate(fit)
-    return HOLDS if fit.rate > 2.0 * fit.uncertainty else CONTRADICTED
-
-
-def at_least_geometric(whole: Fit, early: Fit, late: Fit) -> str:
-    """Errors fall by a factor with each n, and that factor does not tend to 1.
-
-    whole, early, late  fits to all errors of a window and to its two halves; an error that fell
-                        like a power of n would have a later half that is worse than the earlier
-    """
-    if not (_known(whole) and _known(early) and _known(late)):
-        return _without_rate(whole)
-    falls = whole.rate + 2.0 * whole.uncertainty < 1.0
-    slack = 2.0 * math.hypot(early.uncertainty, late.uncertainty)
-    return HOLDS if falls and late.rate <= early.rate + slack else CONTRADICTED
-
-
-def every_n_gains(whole: Fit, worst: float, limit: float) -> str:
-    """Each further n multiplies the error by at most ``limit``, below 1, until round-off.
-
-    worst  of `benchmarks.statistics.convergence_fits.worst_ratio`; a power of n would bring it
-           near 1
-    """
-    if not (_known(whole) and math.isfinite(worst)):
-        return _without_rate(whole)
-    return HOLDS if worst <= limit else CONTRADICTED
-
-
-def _known(fit: Fit) -> bool:
-    return math.isfinite(fit.rate) and math.isfinite(fit.uncertainty) and not fit.relapse
-
-
-def _without_rate(fit: Fit) -> str:
-    """Errors that stay large, or become so again, contradict any rate; others are missing."""
-    return CONTRADICTED if fit.stays_large or fit.relapse else NOT_RUN
-
-
-def bound(measured: float, limit: float) -> str:
-    """measured <= limit."""
-    if not math.isfinite(measured):
-        return NOT_RUN
-    return HOLDS if measured <= limit else CONTRADICTED
-
-
-def within(measured: float, low: float, high: float) -> str:
-    """low <= measured <= high."""
-    if not math.isfinite(measured):
-        return NOT_RUN
-    return HOLDS if low <= measured <= high else CONTRADICTED
-
-
-def no_growth(seen: Drift, limit: float, round_off: float = 0.0) -> str:
-    """Bounded by ``limit``, and with no trend beyond its 3 sigma and no late growth.
-
-    ``round_off`` is a level, stated by the study, below which growth is that of rounding errors.
-    """
-    if not math.isfinite(seen.largest):
-        return NOT_RUN
-    if seen.largest > limit:
-        return CONTRADICTED
-    flat = seen.trend <= SIGMAS * seen.uncertainty and seen.growth <= GROWTH
-    return HOLDS if flat or seen.largest <= round_off else CONTRADICTED
+def _number(value: float, resolution: float = 0.0) -> str:
+    """Four digits, or as many as the resolution asks for."""
+    digits = 4
+    if resolution > 0.0 and abs(value) > resolution:
+        digits = max(digits, 1 + math.ceil(math.log10(abs(value) / resolution)))
+    return f"{value:.{digits}g}"

@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import HOLDS, NOT_RUN, AtMost
 from benchmarks.checks.claim import AGREEMENT as SOURCE
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row, judged
 from benchmarks.store.frames import frame, number, pick, row
 from benchmarks.work_precision.galvi_methods import Variational
 from galvi import Problem
@@ -72,21 +72,18 @@ class AgreementCase:
         """The row of the agreement `name`; one whose engine is absent is expected not to run."""
         told = [text for text in pick(table, quantity=self.quantity).get("label", ()) if text]
         absent = self.contender.missing if self.contender.missing in told else ""
-        measured = number(table, quantity=self.quantity)
-        return Row(
-            id=name,
-            quantity=self.quantity,
+        return judged(
+            name,
+            self.quantity,
+            AtMost(self.limit),
+            number(table, quantity=self.quantity),
             source=SOURCE,
             setup=f"{self.problem.name or 'problem'}; T = {self.duration:g}; "
             f"Polynomials({DEGREE}), gauss({DEGREE}), {self.steps} steps",
             claimed="the same motion",
-            bound=f"at most {self.limit:g}",
-            measured=measured,
-            uncertainty=None,
-            expected=bounds.NOT_RUN if absent else bounds.HOLDS,
+            expected=NOT_RUN if absent else HOLDS,
             reason=absent or self.note,
             reference=self.contender.name if absent or not told else told[0],
-            verdict=bounds.bound(measured, self.limit),
         )
 
 

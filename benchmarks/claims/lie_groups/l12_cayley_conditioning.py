@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import ABOVE, EXCEEDS, Exactly, Near, Order, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.statistics import convergence_fits
+from benchmarks.statistics import convergence_fits, readings
 from benchmarks.store.frames import frame, number, row, series
 from galvi.arrays import Array
 from galvi.charts.maps import coordinates, place, tangent
@@ -33,6 +33,7 @@ SETUP = (
     "Phi(eta) = (I - eta)(I + eta)^-1, spectral norms; random eta and nu of rotations by up to the "
     "angle, apart by 1e-3 to 1 of the largest, and about one axis near 0"
 )
+STEPS_SETUP = f"SO(3), Cayley; steps by Polynomials({N - 1}), gauss({N})"
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
@@ -106,43 +107,57 @@ def _steps(make_method: MakeMethod) -> list[dict[str, Any]]:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """The constant and its reach; the derivative; what degenerates; that it is seen."""
-    inside = _largest(table, RATIO, H_ENDS)
-    everywhere = _largest(table, DERIVATIVE, 180.0)
     gaps, norms = series(table, "step", study="inverse chart", quantity=NORM)
-    fit = convergence_fits.algebraic(gaps, 1.0 / norms, floor=0.0)
     missed = [number(table, study="steps", quantity=MISSED, t=turn) for turn in TURNS]
-    reach = _reach(table)
     return [
-        _row("constant of the chart, angles up to 37 degrees", "conditioning inequality with C_G",
-             "1.9 to 2", inside, bounds.HOLDS, f"{PROOF}: C_G = 2.",
-             bounds.within(inside, 1.9, CONSTANT + SLACK)),
-        _row("angle up to which the constant is 2 [degrees]",
-             "so long as 2 |eta| + |nu| < 1: up to 37 degrees for equal sizes",
-             f"{H_ENDS:.1f} -+ 0.1; all up to {ANGLES[-1]:g} are tried", reach, bounds.EXCEEDS,
-             f"{PROOF}; H's estimate of that norm, 1 / (1 - |eta|), is what blows up.",
-             _reaches(reach)),
-        _row("largest derivative over 4 |nu'| |eta - nu| + 2 |eta' - nu'|, all angles",
-             "conditioning inequality for the derivative, C_g and C_g^G", "0.5 to 1", everywhere,
-             bounds.HOLDS, f"{PROOF}; likewise D Phi(eta) eta' = -2 (I + eta)^-1 eta' "
-             "(I + eta)^-1: C_g = 4 |nu'| and C_g^G = 2.",
-             bounds.within(everywhere, 0.5, 1.0 + SLACK)),
-        _row("order at which 1 / |xi| vanishes towards a turn by pi",
-             "the natural chart degenerates at the limit", "1 -+ 0.25 -+ 2 standard errors",
-             fit.rate, bounds.HOLDS,
-             "|xi| = tan(theta / 2) of the inverse chart is infinite at pi, like 2 / (pi - theta).",
-             bounds.order(fit, 1.0), fit.uncertainty),
-        _row("steady turnings by 0.5 to 6 rad in a step that end otherwise than they should",
-             "steps beyond the chart are not taken", "none", float(np.sum(missed)), bounds.HOLDS,
-             "By up to 2 rad a step must succeed, by more than pi it must stop with a status: the "
-             "norm of xi or the failure of Newton's method shows it.",
-             bounds.bound(float(np.sum(missed)), 0.0)),
-    ]  # fmt: skip
+        L12.row(
+            "constant of the chart, angles up to 37 degrees",
+            Within(1.9, CONSTANT, SLACK),
+            _largest(table, RATIO, H_ENDS),
+            claimed="conditioning inequality with C_G",
+            reason=f"{PROOF}: C_G = 2.",
+        ),
+        L12.row(
+            "angle up to which the constant is 2 [degrees]",
+            Near(H_ENDS, 1.0, better=ABOVE),
+            _reach(table),
+            claimed="so long as 2 |eta| + |nu| < 1: up to 37 degrees for equal sizes",
+            expected=EXCEEDS,
+            reason=f"{PROOF}; H's estimate of that norm, 1 / (1 - |eta|), is what blows up. Angles "
+            f"up to {ANGLES[-1]:g} are tried.",
+        ),
+        L12.row(
+            "largest derivative over 4 |nu'| |eta - nu| + 2 |eta' - nu'|, all angles",
+            Within(0.5, 1.0, SLACK),
+            _largest(table, DERIVATIVE, 180.0),
+            claimed="conditioning inequality for the derivative, C_g and C_g^G",
+            reason=f"{PROOF}; likewise D Phi(eta) eta' = -2 (I + eta)^-1 eta' (I + eta)^-1: C_g = "
+            "4 |nu'| and C_g^G = 2.",
+        ),
+        L12.row(
+            "order at which 1 / |xi| vanishes towards a turn by pi",
+            Order(1),
+            convergence_fits.algebraic(gaps, 1.0 / norms, floor=0.0),
+            setup=STEPS_SETUP,
+            claimed="the natural chart degenerates at the limit",
+            reason="|xi| = tan(theta / 2) of the inverse chart is infinite at pi, like "
+            "2 / (pi - theta).",
+        ),
+        L12.row(
+            "steady turnings by 0.5 to 6 rad in a step that end otherwise than they should",
+            Exactly(0),
+            float(np.sum(missed)),
+            setup=STEPS_SETUP,
+            claimed="steps beyond the chart are not taken",
+            reason="By up to 2 rad a step must succeed, by more than pi it must stop with a "
+            "status: the norm of xi or the failure of Newton's method shows it.",
+        ),
+    ]
 
 
 def _largest(table: pd.DataFrame, quantity: str, degrees: float) -> float:
     angles, values = series(table, "t", study="conditioning", quantity=quantity)
-    values = values[angles <= degrees]
-    return float(values.max()) if values.size else float("nan")
+    return readings.largest(values[angles <= degrees])
 
 
 def _reach(table: pd.DataFrame) -> float:
@@ -155,34 +170,12 @@ def _reach(table: pd.DataFrame) -> float:
     return float(max(angles[angles < low], default=0.0))
 
 
-def _reaches(reach: float) -> str:
-    if not math.isfinite(reach):
-        return bounds.NOT_RUN
-    if reach > H_ENDS + 0.1:
-        return bounds.EXCEEDS
-    return bounds.HOLDS if reach >= H_ENDS - 1.0 else bounds.CONTRADICTED
-
-
-def _row(
-    quantity: str, claimed: str, bound: str, measured: float, expected: str, reason: str,
-    verdict: str, uncertainty: float | None = None,
-) -> Row:  # fmt: skip
-    return Row(
-        id="L12",
-        quantity=quantity,
-        source="H lemma 3.4.1",
-        setup=SETUP
-        if "turn" not in quantity
-        else f"SO(3), Cayley; steps by Polynomials({N - 1}), gauss({N})",
-        claimed=claimed,
-        bound=bound,
-        measured=measured,
-        uncertainty=uncertainty,
-        expected=expected,
-        reason=reason,
-        reference="proof, in the reason",
-        verdict=verdict,
-    )
-
-
-L12 = Claim("L12", "Cayley's chart: the conditioning inequality, and where it ends", study, judge)
+L12 = Claim(
+    "L12",
+    "Cayley's chart: the conditioning inequality, and where it ends",
+    study,
+    judge,
+    source="H lemma 3.4.1",
+    setup=SETUP,
+    reference="proof, in the reason",
+)

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import Exactly, Order, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups import pendulum_motion
-from benchmarks.statistics import convergence_fits
+from benchmarks.statistics import readings
 from benchmarks.store.frames import frame, pick, row, series
 from benchmarks.test_problems import thrown_point
 from galvi import Problem
@@ -137,54 +137,54 @@ def _limits(make_method: MakeMethod, chart: str) -> list[dict[str, Any]]:
 def judge(table: pd.DataFrame) -> list[Row]:
     """Orders of each case against 2 (n - 1); how far each chart reaches, and how it ends."""
     rows = [_order(table, name, case, n) for name, case in CASES.items() for n in case.ns]
-    for chart, limit in CHARTS.items():
-        rows += _ends(table, chart, limit.limit)
+    for name, chart in CHARTS.items():
+        rows += _ends(table, name, chart.limit)
     return rows
 
 
 def _order(table: pd.DataFrame, name: str, case: Case, n: int) -> Row:
-    h, errors = series(table, "step", study=name, quantity=QUANTITY, n=n)
-    fit = convergence_fits.algebraic(h, errors, floor=FLOOR)
     order = 2 * (n - 1)
-    return Row(
-        id="L14",
-        quantity=f"order of the {QUANTITY}, {name}, n = {n}",
+    return L14.row(
+        f"order of the {QUANTITY}, {name}, n = {n}",
+        Order(order),
+        readings.order(table, FLOOR, study=name, quantity=QUANTITY, n=n),
         source="H 3.6.1",
         setup=f"{case.setup}; Polynomials(n - 1), gauss(n), n = {n}; T = {DURATION:g}, "
         "h = T / round(2^(j/4)), j = 10, 11, ...",
         claimed=f"future work; the same order as Cayley's chart on SO(3), {order}",
-        bound=f"order {order} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
-        measured=fit.rate,
-        uncertainty=fit.uncertainty,
-        expected=bounds.HOLDS,
         reason="The order comes from space and rule; any smooth chart and any group keeps it.",
         reference=case.reference,
-        verdict=bounds.order(fit, order),
     )
 
 
 def _ends(table: pd.DataFrame, chart: str, limit: float) -> list[Row]:
     turn, error = series(table, "step", study=chart, quantity=TURNED)
-    right = turn[error < CORRECT]
-    reached = float(right.max() / limit) if right.size else float("nan")
-    past = pick(table, study=chart, quantity=STOPPED)
-    past = past[past["step"] > limit]
-    told = float(past["value"].mean())
+    stopped = pick(table, study=chart, quantity=STOPPED)
+    past_the_limit = stopped[stopped["step"] > limit]
     name = "pi" if limit < 4.0 else "2 pi"
-    setup = (
-        f"steady turn about the third axis, J = diag(2, 1.5, 1.3), by 0.1, 0.2, ... 7.5 rad in one "
-        f"step; Polynomials({SPIN - 1}), gauss({SPIN})"
-    )
+    texts = {
+        "setup": "steady turn about the third axis, J = diag(2, 1.5, 1.3), by 0.1, 0.2, ... 7.5 "
+        f"rad in one step; Polynomials({SPIN - 1}), gauss({SPIN})",
+        "claimed": f"the chart ends at {name}",
+    }
     return [
-        Row("L14", f"largest turn of one step done right, over {name}, {chart} chart",
-            "H 3.4.2, 3.6.1", setup, f"the chart ends at {name}", f"{LEAST[chart]:g} to 1",
-            reached, None, bounds.HOLDS, REASONS[chart], "closed form of a steady turn",
-            bounds.within(reached, LEAST[chart], 1.0)),
-        Row("L14", f"share of turns beyond {name} that end the run with a status, {chart} chart",
-            "H 3.4.2, 3.6.1", setup, f"the chart ends at {name}", "1", told, None,
-            bounds.HOLDS, "A step that the chart cannot take ends the run, never in a wrong "
-            "turn.", "status of the run", bounds.within(told, 1.0, 1.0)),
-    ]  # fmt: skip
+        L14.row(
+            f"largest turn of one step done right, over {name}, {chart} chart",
+            Within(LEAST[chart], 1.0),
+            readings.largest(turn[error < CORRECT]) / limit,
+            reason=REASONS[chart],
+            reference="closed form of a steady turn",
+            **texts,
+        ),
+        L14.row(
+            f"share of turns beyond {name} that end the run with a status, {chart} chart",
+            Exactly(1),
+            past_the_limit["value"].mean(),
+            reason="A step that the chart cannot take ends the run, never in a wrong turn.",
+            reference="status of the run",
+            **texts,
+        ),
+    ]
 
 
 L14 = Claim(
@@ -193,4 +193,5 @@ L14 = Claim(
     study,
     judge,
     ("H 3.6.1",),
+    source="H 3.4.2, 3.6.1",
 )

@@ -12,9 +12,10 @@ import pandas as pd
 from scipy.linalg import eigvalsh, null_space
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import Above, AtLeast, AtMost, Near
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.independent_space import all_of_degree, gauss_points, grams, values
+from benchmarks.statistics import readings
 from benchmarks.store.frames import frame, number, row, series
 from galvi import Problem
 from galvi.arrays import Array
@@ -31,6 +32,7 @@ SLACK = 1e-9
 ROUND_OFF = 1e-12  # 2e-15 was measured
 EXACT, ZERO = "s = 7, exact integrals", "first step without a positive least eigenvalue"
 HALVINGS = 40
+ONE_STEP = f"; one step, Polynomials({N - 1}), gauss({N}), end points fixed"
 
 
 @dataclass(frozen=True)
@@ -168,83 +170,94 @@ def _exact_rayleigh(degree: int) -> float:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Signs below the bounds, where they are lost, and what the rule must do."""
-    rows = []
-    for name, case in cases().items():
-        h, least = _rising(table, name, LEAST)
-        below, short = h < case.minimum, h < math.sqrt(0.5) * case.minimum
-        rows += [
-            _row(case.setup, f"least eigenvalue over all steps below the bound, {name}",
-                 "thm. 2.3.5", "minimum for h < pi sqrt(m / (D C_R))", "above 0",
-                 _least(least[below]), "Poincare's inequality holds in the space, and the rule is "
-                 "exact for squares of its functions.", 0.0),
-            _row(case.setup, f"step where the least eigenvalue is 0, over the bound, {name}",
-                 "thm. 2.3.5", "at least 1", f"at least 1 - {SLACK:g}",
-                 number(table, study=name, quantity=ZERO) / case.minimum,
-                 "Sharp for the oscillator, whose V'' is C_R everywhere; the quartic's V'' is "
-                 "smaller along most of the motion.", 1.0 - SLACK),
-            _row(case.setup, f"second variation over H (2.22), least below the coercive bound, "
-                 f"{name}", "thm. 2.3.8", "D2S at least (2.22) below pi sqrt(m / (2 D C_R))",
-                 "at least 1", _least(_rising(table, name, FORM)[1][short]),
-                 "Half of the kinetic part pays for the potential one.", 1.0 - SLACK),
-            _row(case.setup, f"second variation over C_f |dq|^2 in W11, least below the coercive "
-                 f"bound, {name}", "thm. 2.3.8", "D2S at least C_f |dq|^2, C_f = min(m / 4 h, "
-                 "(m pi^2 / 2 h^2 - D C_r) / 2 h)", "at least 1",
-                 _least(_rising(table, name, NORM)[1][short]),
-                 "Holder's inequality and a square completed, both safe.", 1.0),
-        ]  # fmt: skip
-        if name == QUARTIC:
-            rows.append(_row(case.setup, "largest |q| at the stages, all steps", "thm. 2.3.5",
-                             "on the stated interval", f"at most {REACH:g}",
-                             -_least(-_rising(table, name, FARTHEST)[1]),
-                             "The energy keeps the motion in [-1, 1], but for the step's error.",
-                             0.0, REACH))  # fmt: skip
+    rows = [row for name, case in cases().items() for row in _signs(table, name, case)]
     found, exact = (number(table, study=one, quantity=LEAST) for one in ("s = 7, Gauss 8", EXACT))
-    rows.append(_row(
-        cases()[OSCILLATOR].setup, "that step over the one of exact integrals, less 1, oscillator",
-        "thm. 2.3.5", "the rule is exact for squares of functions of the space",
-        f"between -+{ROUND_OFF:g}", found / exact - 1.0,
-        "The same eigenvalue, in Legendre polynomials by numpy.", -ROUND_OFF, ROUND_OFF,
-    ))  # fmt: skip
-    rows.append(_row(
-        "oscillator; polynomials of degree 2, Lobatto 3 (degree 3)", "step where the least "
-        "eigenvalue is 0, over the bound, a rule of degree 2 s - 1", "thm. 2.3.5",
-        "asks for a rule of degree 2 s", "below 1: it cannot be dropped",
-        number(table, study="s = 2, Lobatto 3", quantity=LEAST),
-        "Simpson's rule makes the integral of t^2 (1 - t)^2 5/4 of what it is: sqrt(8) / pi.",
-        0.5, 1.0 - SLACK,
-    ))  # fmt: skip
-    return rows
+    return [
+        *rows,
+        V13.row(
+            "that step over the one of exact integrals, less 1, oscillator",
+            Near(0.0, ROUND_OFF),
+            found / exact - 1.0,
+            setup=cases()[OSCILLATOR].setup + ONE_STEP,
+            claimed="the rule is exact for squares of functions of the space",
+            reason="The same eigenvalue, in Legendre polynomials by numpy.",
+        ),
+        V13.row(
+            "step where the least eigenvalue is 0, over the bound, a rule of degree 2 s - 1",
+            Near(math.sqrt(8.0) / math.pi, SLACK),
+            number(table, study="s = 2, Lobatto 3", quantity=LEAST),
+            setup="oscillator; polynomials of degree 2, Lobatto 3 (degree 3)",
+            claimed="asks for a rule of degree 2 s",
+            reason="Below 1: it cannot be dropped. Simpson's rule makes the integral of "
+            "t^2 (1 - t)^2 5/4 of what it is: sqrt(8) / pi.",
+        ),
+    ]
 
 
-def _rising(table: pd.DataFrame, name: str, quantity: str) -> tuple[Array, Array]:
-    h, found = series(table, "step", study=name, quantity=quantity)
-    return h[::-1], found[::-1]
+def _signs(table: pd.DataFrame, name: str, case: Case) -> list[Row]:
+    """What is positive below the bounds, and how far."""
 
+    def least(quantity: str, below: float) -> float:
+        h, found = series(table, "step", study=name, quantity=quantity)
+        return readings.least(found[h < below])
 
-def _least(found: Array) -> float:
-    return float(found.min()) if found.size else float("nan")
-
-
-def _row(
-    setup: str, quantity: str, source: str, claimed: str, bound: str, measured: float, reason: str,
-    low: float, high: float = np.inf,
-) -> Row:  # fmt: skip
-    return Row(
-        id="V13",
-        quantity=quantity,
-        source=f"H {source}",
-        setup=setup
-        if "Lobatto" in setup
-        else f"{setup}; one step, Polynomials({N - 1}), gauss({N}), end points fixed",
-        claimed=claimed,
-        bound=bound,
-        measured=measured,
-        uncertainty=None,
-        expected=bounds.HOLDS,
-        reason=reason,
-        reference="V'' of the textbook along the step's curve",
-        verdict=bounds.within(measured, low, high),
+    setup = case.setup + ONE_STEP
+    coercive = {"source": "H thm. 2.3.8", "setup": setup}
+    shortest = math.sqrt(0.5) * case.minimum
+    rows = [
+        V13.row(
+            f"least eigenvalue over all steps below the bound, {name}",
+            Above(0.0),
+            least(LEAST, case.minimum),
+            setup=setup,
+            claimed="minimum for h < pi sqrt(m / (D C_R))",
+            reason="Poincare's inequality holds in the space, and the rule is exact for squares of "
+            "its functions.",
+        ),
+        V13.row(
+            f"step where the least eigenvalue is 0, over the bound, {name}",
+            AtLeast(1.0, SLACK),
+            number(table, study=name, quantity=ZERO) / case.minimum,
+            setup=setup,
+            claimed="at least 1",
+            reason="Sharp for the oscillator, whose V'' is C_R everywhere; the quartic's V'' is "
+            "smaller along most of the motion.",
+        ),
+        V13.row(
+            f"second variation over H (2.22), least below the coercive bound, {name}",
+            AtLeast(1.0, SLACK),
+            least(FORM, shortest),
+            claimed="D2S at least (2.22) below pi sqrt(m / (2 D C_R))",
+            reason="Half of the kinetic part pays for the potential one.",
+            **coercive,
+        ),
+        V13.row(
+            f"second variation over C_f |dq|^2 in W11, least below the coercive bound, {name}",
+            AtLeast(1.0),
+            least(NORM, shortest),
+            claimed="D2S at least C_f |dq|^2, C_f = min(m / 4 h, (m pi^2 / 2 h^2 - D C_r) / 2 h)",
+            reason="Holder's inequality and a square completed, both safe.",
+            **coercive,
+        ),
+    ]
+    if name == OSCILLATOR:
+        return rows
+    farthest = V13.row(
+        "largest |q| at the stages, all steps",
+        AtMost(REACH),
+        readings.largest(readings.values(table, study=name, quantity=FARTHEST)),
+        setup=setup,
+        claimed="on the stated interval",
+        reason="The energy keeps the motion in [-1, 1], but for the step's error.",
     )
+    return [*rows, farthest]
 
 
-V13 = Claim("V13", "Curves of steps are minima, the action coercive", study, judge)
+V13 = Claim(
+    "V13",
+    "Curves of steps are minima, the action coercive",
+    study,
+    judge,
+    source="H thm. 2.3.5",
+    reference="V'' of the textbook along the step's curve",
+)
