@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from benchmarks.statistics.convergence_fits import Fall
@@ -80,178 +80,176 @@ class Bound(ABC):
         return next(word for word in WORST_FIRST if word in verdicts)
 
 
-@dataclass(frozen=True)
-class AtMost(Bound):
-    """measured <= limit.
+@dataclass(frozen=True, kw_only=True)
+class Interval(Bound):
+    """A closed interval for one number.
 
-    round_off    what rounding may add to it
-    uncertainty  standard error of a limit that is measured itself: then two standard errors of
-                 both are allowed
+    round_off    what rounding may add beyond either end
+    uncertainty  standard error of the ends, 0 for printed ones: two standard errors of theirs and
+                 of the measured number are allowed besides; None allows none
+    better       the side on which a number is better than claimed: ABOVE, BELOW or 0
     """
 
-    limit: float
     round_off: float = 0.0
     uncertainty: float | None = None
+    better: int = 0
+
+    @property
+    @abstractmethod
+    def words(self) -> str:
+        """The ends, without what is allowed beyond them."""
+
+    @property
+    @abstractmethod
+    def ends(self) -> tuple[float, float]:
+        """(low, high)."""
 
     @property
     def text(self) -> str:
-        limit = _number(self.limit, self.round_off)
-        return f"at most {limit}{_allowed('+', self.round_off, self.uncertainty)}"
+        low, high = self.ends
+        sign = "+" if low == -math.inf else "-" if high == math.inf else "-+"
+        rounded = f" {sign} {_number(self.round_off)}" if self.round_off else ""
+        errors = "" if self.uncertainty is None else f" {sign} 2 standard errors"
+        return f"{self.words}{rounded}{errors}{' of both' if self.uncertainty else ''}"
 
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        room = self.round_off + _errors(measured, self.uncertainty)
-        return (Comparison(estimate(measured).value, high=self.limit + room),)
+        (low, high), room = self.ends, self.round_off + _errors(measured, self.uncertainty)
+        return (Comparison(estimate(measured).value, low - room, high + room, self.better),)
 
 
 @dataclass(frozen=True)
-class AtLeast(Bound):
-    """measured >= limit; round_off and uncertainty as in `AtMost`."""
+class AtMost(Interval):
+    """measured <= limit."""
 
     limit: float
-    round_off: float = 0.0
-    uncertainty: float | None = None
 
     @property
-    def text(self) -> str:
-        limit = _number(self.limit, self.round_off)
-        return f"at least {limit}{_allowed('-', self.round_off, self.uncertainty)}"
+    def words(self) -> str:
+        return f"at most {_number(self.limit, self.round_off)}"
 
-    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        room = self.round_off + _errors(measured, self.uncertainty)
-        return (Comparison(estimate(measured).value, low=self.limit - room),)
+    @property
+    def ends(self) -> tuple[float, float]:
+        return -math.inf, self.limit
 
 
 @dataclass(frozen=True)
-class Above(Bound):
+class AtLeast(Interval):
+    """measured >= limit."""
+
+    limit: float
+
+    @property
+    def words(self) -> str:
+        return f"at least {_number(self.limit, self.round_off)}"
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.limit, math.inf
+
+
+@dataclass(frozen=True)
+class Above(Interval):
     """measured > limit."""
 
     limit: float
 
     @property
-    def text(self) -> str:
+    def words(self) -> str:
         return f"above {_number(self.limit)}"
 
-    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        low = math.nextafter(self.limit, math.inf)
-        return (Comparison(estimate(measured).value, low=low),)
+    @property
+    def ends(self) -> tuple[float, float]:
+        return math.nextafter(self.limit, math.inf), math.inf
 
 
 @dataclass(frozen=True)
-class Below(Bound):
+class Below(Interval):
     """measured < limit."""
 
     limit: float
 
     @property
-    def text(self) -> str:
+    def words(self) -> str:
         return f"below {_number(self.limit)}"
 
-    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        high = math.nextafter(self.limit, -math.inf)
-        return (Comparison(estimate(measured).value, high=high),)
+    @property
+    def ends(self) -> tuple[float, float]:
+        return -math.inf, math.nextafter(self.limit, -math.inf)
 
 
 @dataclass(frozen=True)
-class Within(Bound):
-    """low <= measured <= high, both ends moved outwards by `round_off`."""
+class Within(Interval):
+    """low <= measured <= high."""
 
     low: float
     high: float
-    round_off: float = 0.0
 
     @property
-    def text(self) -> str:
-        ends = f"{_number(self.low)} to {_number(self.high)}"
-        return ends + _allowed("-+", self.round_off, None)
+    def words(self) -> str:
+        return f"{_number(self.low)} to {_number(self.high)}"
 
-    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        low, high = self.low - self.round_off, self.high + self.round_off
-        return (Comparison(estimate(measured).value, low, high),)
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.low, self.high
 
 
 @dataclass(frozen=True)
-class Exactly(Bound):
+class Exactly(Interval):
     """measured == value: for counts and shares."""
 
     value: float
 
     @property
-    def text(self) -> str:
+    def words(self) -> str:
         return f"exactly {_number(self.value)}"
 
-    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        return (Comparison(estimate(measured).value, self.value, self.value),)
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.value, self.value
 
 
 @dataclass(frozen=True)
-class Near(Bound):
-    """claimed -+ resolution.
-
-    uncertainty  standard error of the claimed number, 0 for a printed one: two standard errors of
-                 both are allowed; None allows none
-    better       the side on which a measured number is better than claimed: ABOVE, BELOW or 0
-    """
+class Near(Interval):
+    """The claimed number stands for claimed -+ resolution."""
 
     claimed: float
     resolution: float
-    uncertainty: float | None = None
-    better: int = 0
+    noun: str = field(default="", kw_only=True)
 
     @property
-    def text(self) -> str:
+    def words(self) -> str:
         claimed = _number(self.claimed, self.resolution)
-        return f"{claimed}{_allowed('-+', self.resolution, self.uncertainty)}"
+        return f"{self.noun} {claimed} -+ {_number(self.resolution)}".lstrip()
 
-    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        room = self.resolution + _errors(measured, self.uncertainty)
-        ends = self.claimed - room, self.claimed + room
-        return (Comparison(estimate(measured).value, *ends, self.better),)
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.claimed - self.resolution, self.claimed + self.resolution
 
 
 @dataclass(frozen=True)
-class Order(Bound):
-    """error = O(h^claimed), of a Fit: a larger order is better.
+class Order(Near):
+    """error = O(h^claimed), of a Fit: a larger order is better."""
 
-    The printed number stands for claimed -+ resolution; uncertainty as in `Near`.
-    """
-
-    claimed: float
     resolution: float = ORDER_RESOLUTION
-    uncertainty: float = 0.0
-
-    @property
-    def text(self) -> str:
-        return f"order {Near(self.claimed, self.resolution, self.uncertainty).text}"
-
-    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        near = Near(self.claimed, self.resolution, self.uncertainty, ABOVE)
-        return near.comparisons(measured)
+    uncertainty: float | None = field(default=0.0, kw_only=True)
+    better: int = field(default=ABOVE, kw_only=True)
+    noun: str = field(default="order", kw_only=True)
 
 
 @dataclass(frozen=True)
-class Base(Bound):
-    """error = O(claimed^n), of a Fit: a smaller base is better; otherwise as `Order`."""
+class Base(Near):
+    """error = O(claimed^n), of a Fit: a smaller base is better."""
 
-    claimed: float
-    resolution: float
-    uncertainty: float = 0.0
-
-    @property
-    def text(self) -> str:
-        return f"base {Near(self.claimed, self.resolution, self.uncertainty).text}"
-
-    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        near = Near(self.claimed, self.resolution, self.uncertainty, BELOW)
-        return near.comparisons(measured)
+    uncertainty: float | None = field(default=0.0, kw_only=True)
+    better: int = field(default=BELOW, kw_only=True)
+    noun: str = field(default="base", kw_only=True)
 
 
 @dataclass(frozen=True)
 class Converges(Bound):
     """The order of a Fit is positive, by two standard errors."""
 
-    @property
-    def text(self) -> str:
-        return "order above 0 by 2 standard errors"
+    text = "order above 0 by 2 standard errors"
 
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
         low = math.nextafter(_errors(measured, 0.0), math.inf)
@@ -265,9 +263,7 @@ class Geometric(Bound):
     An error that fell like a power of n would have a later half that is worse than the earlier.
     """
 
-    @property
-    def text(self) -> str:
-        return "base below 1 by 2 standard errors, later half of the window not slower"
+    text = "base below 1 by 2 standard errors, later half of the window not slower"
 
     def comparisons(self, measured: Fall) -> tuple[Comparison, ...]:
         early, late = measured.early, measured.late
@@ -329,9 +325,7 @@ class NoGrowth(Bound):
 class NoBound(Bound):
     """Nothing is claimed of the number."""
 
-    @property
-    def text(self) -> str:
-        return "none"
+    text = "none"
 
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
         return ()
@@ -341,14 +335,6 @@ def _errors(measured: Measurement, uncertainty: float | None) -> float:
     """Two standard errors of the measured number and of the claimed one; 0 where it has none."""
     own = estimate(measured).uncertainty
     return 0.0 if uncertainty is None else 2.0 * ((0.0 if own is None else own) + uncertainty)
-
-
-def _allowed(sign: str, room: float, uncertainty: float | None) -> str:
-    """What is allowed beyond a number, in words."""
-    fixed = f" {sign} {_number(room)}" if room else ""
-    if uncertainty is None:
-        return fixed
-    return f"{fixed} {sign} 2 standard errors{'' if uncertainty == 0.0 else ' of both'}"
 
 
 def _number(value: float, resolution: float = 0.0) -> str:

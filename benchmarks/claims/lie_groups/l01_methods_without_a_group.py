@@ -14,7 +14,7 @@ from benchmarks.claims.lie_groups.free_body import BODY, STEP, problem
 from benchmarks.measures.refinement import method_on_group
 from benchmarks.measures.rigid_invariants import orthogonality_defect
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, row
+from benchmarks.store.frames import failure, frame, history
 from galvi import Trajectory
 from references.contender import Contender
 from references.scipy.rigid_ivp import RIGID_ODE45
@@ -68,16 +68,11 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 def _rows(label: str, run: Trajectory) -> list[dict[str, Any]]:
     place = run.p / np.linalg.norm(run.problem.p0)
     away = np.abs(np.linalg.norm(place, axis=-1) - 1.0)
-    status = "" if run.success else run.status
-    rows = []
-    for quantity, values in ((SPHERE, away), (GROUP, orthogonality_defect(run.q))):
-        rows += [
-            row(study=label, quantity=quantity, t=t, value=value, status=status)
-            for t, value in zip(run.t, values, strict=True)
-        ]
-    return rows + [
-        row(study=label, quantity="momentum", t=t, x=x, y=y, z=z, status=status)
-        for t, (x, y, z) in zip(run.t, place, strict=True)
+    where = {"study": label, "status": failure(run)}
+    return [
+        *history(SPHERE, run.t, away, **where),
+        *history(GROUP, run.t, orthogonality_defect(run.q), **where),
+        *history("momentum", run.t, place, **where),
     ]
 
 

@@ -57,8 +57,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     cases = [Case(n, STEP, steps) for n in range(3, 16)]
     rows = []
     for chart, method in METHODS.items():
-        rows += refine(STUDIES[chart], problem(), FREE_TOP, cases, (ENDS, CURVE), make_method,
-                       report, method)  # fmt: skip
+        options = (make_method, report, method)
+        rows += refine(STUDIES[chart], problem(), FREE_TOP, cases, (ENDS, CURVE), *options)
     return frame(rows)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import pandas as pd
 
@@ -11,11 +10,11 @@ import galvi
 from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, ORDER_RESOLUTION, Near, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.free_body import BODY, DURATION, FLOOR, METHOD, problem
-from benchmarks.measures.refinement import at_fixed_time, method_on_group, refine
+from benchmarks.measures.refinement import at_fixed_time, method_on_group, refine, refine_at_end
 from benchmarks.statistics import readings
 from benchmarks.statistics.convergence_fits import Fit
 from benchmarks.statistics.estimate import Estimate
-from benchmarks.store.frames import frame, row
+from benchmarks.store.frames import frame
 from references.closed_forms.free_top import FREE_TOP
 from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
@@ -35,29 +34,13 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 5' of H's body, and 'h-refinement, pendulum', whose errors reach
     the asymptotic order before round-off, for n = 3 to 6."""
     counts = [round(2.0 ** (j / 2)) for j in range(6, 15 if quick else 17)]
-    cases = [case for n in NS for case in at_fixed_time(n, DURATION, counts)]
-    rows = refine(BODY_STUDY, problem(), FREE_TOP, cases, [QUANTITY], make_method, report,
-                  method_on_group)  # fmt: skip
-    return frame(rows + _pendulum(make_method, quick, report))
-
-
-def _pendulum(make_method: MakeMethod, quick: bool, report: Report) -> list[dict[str, Any]]:
+    cases, options = at_fixed_time(NS, DURATION, counts), (make_method, report, method_on_group)
+    rows = refine(BODY_STUDY, problem(), FREE_TOP, cases, [QUANTITY], *options)
     pendulum = galvi.problems.pendulum_3d(WEIGHT)
-    truth = RIGID_DOP853.run(pendulum, DURATION, {"samples": 1, **TIGHT}).q[-1]
-    rows = []
-    for n in NS:
-        for j in range(3, 11 if quick else 17):
-            steps = 4 * round(2.0 ** (j / 2))
-            report(f"pendulum, n = {n}, {steps} steps")
-            run = galvi.integrate(pendulum, method_on_group(make_method, n), DURATION / steps,
-                                  steps)  # fmt: skip
-            rows.append(row(
-                study=PENDULUM, quantity=AT_END, n=n, step=DURATION / steps, steps=steps,
-                value=float(abs(run.q[-1] - truth).max()),
-                status="" if run.success else run.status,
-                force_evaluations=run.counts["force_evaluations"],
-            ))  # fmt: skip
-    return rows
+    exact = RIGID_DOP853.run(pendulum, DURATION, {"samples": 1, **TIGHT}).q[-1]
+    counts = [4 * round(2.0 ** (j / 2)) for j in range(3, 11 if quick else 17)]
+    cases = at_fixed_time(NS, DURATION, counts)
+    return frame(rows + refine_at_end(PENDULUM, AT_END, pendulum, exact, cases, *options))
 
 
 def claimed_order(n: int) -> int:

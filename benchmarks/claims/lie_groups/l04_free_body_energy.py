@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pandas as pd
 
 import galvi
@@ -13,7 +11,7 @@ from benchmarks.claims.lie_groups.free_body import BODY, STEP, problem
 from benchmarks.measures import rigid_invariants
 from benchmarks.measures.refinement import method_on_group
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, row
+from benchmarks.store.frames import failure, frame, history
 
 N, COARSE = 12, 8
 STEPS, QUICK_STEPS, EVERY = 10000, 2000, 4
@@ -32,23 +30,16 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'history' of the relative energy error at every fourth step end, n = 12 and 8; 10000
     steps, 2000 in the quick form."""
     steps = QUICK_STEPS if quick else STEPS
-    rows = []
+    body, rows = problem(), []
+    exact = float(rigid_invariants.energy(body, body.q0[None], body.p0[None])[0])
     for n, quantity in QUANTITIES.items():
         report(f"n = {n}, {steps} steps of {STEP:g}")
-        rows += _history(method_on_group(make_method, n), n, quantity, steps)
+        method = method_on_group(make_method, n)
+        run = galvi.integrate(body, method, STEP, steps, save_every=EVERY)
+        errors = rigid_invariants.energy(body, run.q, run.p) / exact - 1.0
+        where = {"study": "history", "n": n, "step": STEP, "steps": steps, "status": failure(run)}
+        rows += history(quantity, run.t, errors, **where)
     return frame(rows)
-
-
-def _history(method: Any, n: int, quantity: str, steps: int) -> list[dict[str, Any]]:
-    body = problem()
-    run = galvi.integrate(body, method, STEP, steps, save_every=EVERY)
-    energy = rigid_invariants.energy(body, run.q, run.p)
-    exact = float(rigid_invariants.energy(body, body.q0[None], body.p0[None])[0])
-    return [
-        row(study="history", quantity=quantity, n=n, step=STEP, steps=steps, t=t, value=error,
-            status="" if run.success else run.status)
-        for t, error in zip(run.t, energy / exact - 1.0, strict=True)
-    ]  # fmt: skip
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,7 +12,7 @@ from benchmarks.checks.bounds import CONTRADICTED, AtMost, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.refinement import method_on_group
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, row
+from benchmarks.store.frames import failure, frame, history, number, row, rows
 from galvi import Problem
 from galvi.arrays import Array
 from galvi.problems.free_rigid_body import INERTIA
@@ -61,7 +60,7 @@ def problem(y0: Array) -> Problem:
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """'momentum' in x, y, z at every eighth step end, its start's number in `label`; for each start
     the three measures; and the largest sum y_i^2 / I_i, at all of those places."""
-    rows, largest = [], 0.0
+    observed, largest = [], 0.0
     for k, y0 in enumerate(starts()):
         report(f"start {k + 1}")
         body = problem(y0)
@@ -74,22 +73,12 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
             ELLIPSOID: np.abs(twice / np.sum(y0**2 / np.array(INERTIA)) - 1.0),
             DISTANCE: np.linalg.norm(run.p[::stride] - truth.p, axis=-1),
         }
-        status = "" if run.success else run.status
         largest = max(largest, float(np.max(twice)))
-        rows += [
-            row(study="sphere", quantity=name, label=str(k), n=N, step=STEP, steps=STEPS,
-                value=float(np.max(each)), status=status)
-            for name, each in values.items()
-        ]  # fmt: skip
-        rows += _path(str(k), run)
-    return frame([*rows, row(study="sphere", quantity=PRINTED, value=largest)])
-
-
-def _path(label: str, run: Any) -> list[dict[str, Any]]:
-    return [
-        row(study="sphere", quantity="momentum", label=label, t=t, x=x, y=y, z=z)
-        for t, (x, y, z) in zip(run.t, run.p, strict=True)
-    ]
+        worst = {name: float(np.max(each)) for name, each in values.items()}
+        run_of = {"n": N, "step": STEP, "steps": STEPS, "status": failure(run)}
+        observed += rows(worst, study="sphere", label=str(k), **run_of)
+        observed += history("momentum", run.t, run.p, study="sphere", label=str(k))
+    return frame([*observed, row(study="sphere", quantity=PRINTED, value=largest)])
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

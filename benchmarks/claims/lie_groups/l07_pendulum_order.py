@@ -25,13 +25,9 @@ def step_counts(quick: bool) -> list[int]:
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 5' of the one-step and the curve error for n = 3 to 6."""
-    rows = []
-    for n in NS:
-        cases = at_fixed_time(n, DURATION, step_counts(quick))
-        rows += refine(
-            FIXED_TIME, problem(), TRUTH, cases, QUANTITIES, make_method, report, method_on_group
-        )
-    return frame(rows)
+    cases = at_fixed_time(NS, DURATION, step_counts(quick))
+    options = (make_method, report, method_on_group)
+    return frame(refine(FIXED_TIME, problem(), TRUTH, cases, QUANTITIES, *options))
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

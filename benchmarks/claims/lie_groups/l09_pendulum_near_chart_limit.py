@@ -11,10 +11,11 @@ import galvi
 from benchmarks.checks.bounds import CONTRADICTED, AtLeast, AtMost, Bound, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.pendulum_motion import BODY, TRUTH
-from benchmarks.measures.errors import curve_times, energy_errors
+from benchmarks.measures.errors import PER_STEP, curve_times, energy_errors
+from benchmarks.measures.refinement import method_on_group
 from benchmarks.measures.rotation_angle import turns
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, pick, row
+from benchmarks.store.frames import failure, frame, history, number, pick, row, rows
 from galvi import Problem, Trajectory
 
 N, STEP, STEPS = 20, 0.6, 200
@@ -59,62 +60,48 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     'one step, ... chart' has the turn and the change of energy, over |energy|, of single steps
     from states of DOP853's run for m g = 29.43, by their time.
     """
-    rows = []
+    found = []
     for weight in (LIGHT, HEAVY):
-        for name in CHARTS:
+        for name, chart in CHARTS.items():
             report(named(weight, name))
-            method = _method(make_method, name)
+            method = method_on_group(make_method, N, chart)
             run = galvi.integrate(problem(weight), method, STEP, STEPS)
-            rows += _run(named(weight, name), name, run)
+            found += _run(named(weight, name), name, run)
     report("single steps")
-    return frame(rows + _single_steps(make_method, 80 if quick else STEPS))
-
-
-def _method(make_method: MakeMethod, chart: str) -> Any:
-    space, rule = galvi.Polynomials(N - 1), galvi.gauss(N)
-    return make_method(space, rule) if chart == "Cayley" else make_method(
-        space, rule, CHARTS[chart]
-    )  # fmt: skip
+    return frame(found + _single_steps(make_method, 80 if quick else STEPS))
 
 
 def _run(study: str, chart: str, run: Trajectory) -> list[dict[str, Any]]:
     done = int(np.sum(np.isfinite(run.p[:, 0]))) - 1
-    status = "" if run.success else run.status
-    where = {"study": study, "label": chart, "n": N, "step": STEP, "status": status}
-    energy, turned = energy_errors(run)[: done + 1], turns(run.q[:done], run.q[1 : done + 1])
-    rows = [row(quantity=DONE, value=float(done), **where)]
-    rows += [row(quantity=ENERGY, t=t, value=e, **where)
-             for t, e in zip(run.t, energy, strict=False)]  # fmt: skip
-    rows += [row(quantity=TURN, t=t, value=a, **where)
-             for t, a in zip(run.t[1:], turned, strict=False)]  # fmt: skip
-    shown = min(done, SHOWN)
-    fine = curve_times(run)[: shown * 20 + 1]
-    places = ((ENDS, run.t[: shown + 1], run.q[: shown + 1]),)
-    if shown:
-        places += ((CURVE, fine, run(fine)),)
-    for quantity, times, attitudes in places:
-        rows += [row(quantity=quantity, t=t, x=x, y=y, z=z, **where)
-                 for t, (x, y, z) in zip(times, attitudes[:, :, 2], strict=True)]  # fmt: skip
-    return rows
+    where = {"study": study, "label": chart, "n": N, "step": STEP, "status": failure(run)}
+    t, q, shown = run.t[: done + 1], run.q[: done + 1], min(done, SHOWN)
+    fine = curve_times(run)[: shown * PER_STEP + 1]
+    return [
+        row(quantity=DONE, value=float(done), **where),
+        *history(ENERGY, t, energy_errors(run)[: done + 1], **where),
+        *history(TURN, t[1:], turns(q[:-1], q[1:]), **where),
+        *history(ENDS, t[: shown + 1], q[: shown + 1, :, 2], **where),
+        *(history(CURVE, fine, run(fine)[:, :, 2], **where) if shown else ()),
+    ]
 
 
 def _single_steps(make_method: MakeMethod, count: int) -> list[dict[str, Any]]:
     start = problem(HEAVY)
     exact = TRUTH.run(start, STEP * STEPS, {"samples": STEPS})
     v = start.system.velocity(exact.p)
-    rows = []
-    for name in CHARTS:
-        method = _method(make_method, name)
+    found = []
+    for name, chart in CHARTS.items():
+        method = method_on_group(make_method, N, chart)
         for k in range(0, STEPS, STEPS // count):
             here = Problem(start.system, exact.q[k], v[k])
             run = galvi.integrate(here, method, STEP, 1)
-            where = {"study": f"one step, {name} chart", "label": name, "n": N, "step": STEP,
-                     "t": exact.t[k], "status": "" if run.success else run.status}  # fmt: skip
-            turned = float(turns(exact.q[k : k + 1], exact.q[k + 1 : k + 2])[0])
-            change = abs(float(energy_errors(run)[-1])) if run.success else float("nan")
-            rows += [row(quantity=TURN, value=turned, **where),
-                     row(quantity=CHANGE, value=change, **where)]  # fmt: skip
-    return rows
+            where = {"study": f"one step, {name} chart", "label": name, "n": N, "step": STEP}
+            values = {
+                TURN: float(turns(exact.q[k : k + 1], exact.q[k + 1 : k + 2])[0]),
+                CHANGE: abs(float(energy_errors(run)[-1])) if run.success else float("nan"),
+            }
+            found += rows(values, t=exact.t[k], status=failure(run), **where)
+    return found
 
 
 def single_steps(table: pd.DataFrame, chart: str) -> pd.DataFrame:

@@ -11,7 +11,7 @@ import galvi
 from benchmarks.checks.bounds import AtMost
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.matrix_group import MatrixGroup
-from benchmarks.store.frames import frame, number, row
+from benchmarks.store.frames import frame, number, rows
 from galvi import Problem
 from galvi.arrays import Array
 from galvi.charts import CHARTS
@@ -48,23 +48,21 @@ BODIES = {
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """'equivariance', with group and chart in `label`: largest differences over random curves,
     and over the curves of runs."""
-    rng, rows = np.random.default_rng(SEED), []
+    rng, found = np.random.default_rng(SEED), []
     trials = QUICK_TRIALS if quick else TRIALS
     for group in GROUPS:
         for chart in CHARTS:
             report(_label(group, chart))
             worst = np.max([_one(group, chart, rng) for _ in range(trials)], axis=0)
-            rows += [
-                row(study="equivariance", quantity=name, label=_label(group, chart), value=value)
-                for name, value in zip((CURVE, THROUGH), worst, strict=True)
-            ]
+            values = dict(zip((CURVE, THROUGH), worst, strict=True))
+            found += rows(values, study="equivariance", label=_label(group, chart))
     for name, make in BODIES.items():
         for chart in CHARTS:
             method = make_method(galvi.Polynomials(N - 1), galvi.gauss(N), chart)
             apart, status = _runs(make(), method, rng)
-            rows.append(row(study="equivariance", quantity=RUN, label=f"{name}, {_name(chart)}",
-                            value=apart, status=status))  # fmt: skip
-    return frame(rows)
+            where = {"study": "equivariance", "label": f"{name}, {_name(chart)}"}
+            found += rows({RUN: apart}, status=status, **where)
+    return frame(found)
 
 
 def interpolated(chart: Chart, group: Group, points: Array, t: Array) -> Array:

@@ -13,7 +13,7 @@ from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.pendulum_motion import MOTION, problem
 from benchmarks.measures.second_variation import constants, one_step, over_lower_form, smallest
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, row, series
+from benchmarks.store.frames import failure, frame, number, rows, series
 from galvi import Problem
 from galvi.arrays import Array
 
@@ -37,14 +37,14 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each case and step: the least eigenvalue of the discrete second variation against the
     integral of |dxi'|^2, H's two bounds on the step, and the second variation over H's lower form.
     """
-    rows = []
+    found = []
     sizes = np.round(np.arange(0.1, 2.41, 0.1 if quick else 0.05), 10).tolist()
     for name in SETUPS:
         report(name)
         start, method = _case(name, make_method)
         for h in sizes:
-            rows += _step(name, start, method, h)
-    return frame(rows)
+            found += _step(name, start, method, h)
+    return frame(found)
 
 
 def _case(name: str, make_method: MakeMethod) -> tuple[Problem, Any]:
@@ -59,13 +59,13 @@ def _step(name: str, start: Problem, method: Any, h: float) -> list[dict[str, An
     values = dict.fromkeys((LEAST, MINIMUM, COERCIVE, FORM), float("nan"))
     if run.success:
         known = constants(run)
-        values = {LEAST: smallest(run), MINIMUM: known.minimum, COERCIVE: known.coercive,
-                  FORM: over_lower_form(run, known)}  # fmt: skip
-    status = "" if run.success else run.status
-    return [
-        row(study=name, quantity=quantity, n=N, step=h, steps=1, value=value, status=status)
-        for quantity, value in values.items()
-    ]
+        values = {
+            LEAST: smallest(run),
+            MINIMUM: known.minimum,
+            COERCIVE: known.coercive,
+            FORM: over_lower_form(run, known),
+        }
+    return rows(values, study=name, n=N, step=h, steps=1, status=failure(run))
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

@@ -14,7 +14,7 @@ from benchmarks.claims.lie_groups.free_body import BODY, CAYLEY, METHODS, STEP, 
 from benchmarks.measures.discrete_momenta import discrete_momenta
 from benchmarks.measures.rigid_invariants import spatial_momentum
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, row
+from benchmarks.store.frames import failure, frame, history
 from galvi import Trajectory
 from galvi.arrays import Array
 
@@ -71,11 +71,8 @@ def _change(run: Trajectory, R: Array, p: Array) -> Array:
 
 
 def _rows(run: Trajectory, quantity: str, t: Array, values: Array) -> list[dict[str, Any]]:
-    return [
-        row(study="history", quantity=quantity, n=N, step=STEP, steps=len(run.t) - 1, t=s, value=v,
-            status="" if run.success else run.status)
-        for s, v in zip(t, values, strict=True)
-    ]  # fmt: skip
+    where = {"study": "history", "n": N, "step": STEP, "steps": len(run.t) - 1}
+    return history(quantity, t, values, status=failure(run), **where)
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

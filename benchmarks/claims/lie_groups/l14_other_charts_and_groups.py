@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,9 @@ import galvi
 from benchmarks.checks.bounds import Exactly, Order, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups import pendulum_motion
+from benchmarks.measures.refinement import at_fixed_time, method_on_group, refine_at_end
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, pick, row, series
+from benchmarks.store.frames import failure, frame, pick, rows, series
 from benchmarks.test_problems import thrown_point
 from galvi import Problem
 from galvi.arrays import Array
@@ -93,45 +95,30 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each case the series 'one-step error', largest entry at T = 5, n = 3 to 6; for each chart
     'error after a turn' of one step of a body that turns steadily, by its turn in `step`, and
     'run stopped', 1 or 0."""
-    rows = []
+    found = []
     for name, case in CASES.items():
-        report(name)
+        ladder = [round(2.0 ** (j / 4)) for j in range(10, 26 if quick else 30)]
+        options = (make_method, report, partial(method_on_group, chart=CHARTS[case.chart]))
+        cases = at_fixed_time(case.ns, DURATION, ladder)
         last = case.exact(1)[-1]
-        ladder = range(10, 26 if quick else 30)
-        for n in case.ns:
-            method = _method(make_method, n, case.chart)
-            for steps in (round(2.0 ** (j / 4)) for j in ladder):
-                run = galvi.integrate(case.problem(), method, DURATION / steps, steps)
-                value = float(np.max(np.abs(run.q[-1] - last))) if run.success else float("nan")
-                rows.append(row(study=name, quantity=QUANTITY, n=n, step=DURATION / steps,
-                                steps=steps, value=value,
-                                status="" if run.success else run.status))  # fmt: skip
+        found += refine_at_end(name, QUANTITY, case.problem(), last, cases, *options)
     for chart in CHARTS:
         report(f"limit of the {chart} chart")
-        rows += _limits(make_method, chart)
-    return frame(rows)
-
-
-def _method(make_method: MakeMethod, n: int, chart: str) -> Any:
-    space, rule = galvi.Polynomials(n - 1), galvi.gauss(n)
-    return make_method(space, rule) if chart == "Cayley" else make_method(
-        space, rule, CHARTS[chart]
-    )  # fmt: skip
+        found += _limits(make_method, chart)
+    return frame(found)
 
 
 def _limits(make_method: MakeMethod, chart: str) -> list[dict[str, Any]]:
-    method, rows = _method(make_method, SPIN, chart), []
+    method, found = method_on_group(make_method, SPIN, CHARTS[chart]), []
     for turn in TURNS.tolist():
         body = Problem(galvi.RigidBody((2.0, 1.5, 1.3)), np.eye(3), np.array([0.0, 0.0, turn]))
         run = galvi.integrate(body, method, 1.0, 1)
         c, s = np.cos(turn), np.sin(turn)
         exact = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         error = float(np.max(np.abs(run.q[-1] - exact))) if run.success else float("nan")
-        status = "" if run.success else run.status
-        where = {"study": chart, "n": SPIN, "step": turn, "status": status}
-        rows += [row(quantity=TURNED, value=error, **where),
-                 row(quantity=STOPPED, value=float(not run.success), **where)]  # fmt: skip
-    return rows
+        values = {TURNED: error, STOPPED: float(not run.success)}
+        found += rows(values, study=chart, n=SPIN, step=turn, status=failure(run))
+    return found
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

@@ -16,7 +16,7 @@ from benchmarks.claims.lie_groups.pendulum_motion import METHOD, MOTION, TRUTH, 
 from benchmarks.measures.curve_between_ends import distance
 from benchmarks.measures.refinement import method_on_group
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, row
+from benchmarks.store.frames import failure, frame, rows
 
 IN_N, IN_H = "n-refinement, one step", "h-refinement, one step"
 ENDS, CURVE = "error of one step", "distance of the curve in W^{1,1}"
@@ -32,18 +32,18 @@ SETUP = (
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Both quantities for one step, against n at h = 1 and against h for n = 3 to 6."""
     report(IN_N)
-    rows = _steps(IN_N, make_method, range(3, 14 if quick else 17), [STEP])
+    found = _steps(IN_N, make_method, range(3, 14 if quick else 17), [STEP])
     for n in NS:
         report(f"{IN_H}, n = {n}")
         sizes = [2.0 ** (-j / 2) for j in range(9 if quick else 14)]
-        rows += _steps(IN_H, make_method, [n], sizes)
-    return frame(rows)
+        found += _steps(IN_H, make_method, [n], sizes)
+    return frame(found)
 
 
 def _steps(
     study: str, make_method: MakeMethod, ns: Iterable[int], sizes: Iterable[float]
 ) -> list[dict[str, Any]]:
-    rows = []
+    found = []
     for n in ns:
         for h in sizes:
             run = galvi.integrate(problem(), method_on_group(make_method, n), h, 1)
@@ -52,11 +52,9 @@ def _steps(
                 exact = TRUTH.run(problem(), h, {"samples": 1}).q[-1]
                 error = float(np.max(np.abs(run.q[-1] - exact)))
                 far = distance(run, TRUTH)
-            where = {"study": study, "n": n, "step": h, "steps": 1,
-                     "status": "" if run.success else run.status}  # fmt: skip
-            rows += [row(quantity=ENDS, value=error, **where),
-                     row(quantity=CURVE, value=far, **where)]  # fmt: skip
-    return rows
+            where = {"study": study, "n": n, "step": h, "steps": 1, "status": failure(run)}
+            found += rows({ENDS: error, CURVE: far}, **where)
+    return found
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

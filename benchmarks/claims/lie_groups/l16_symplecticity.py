@@ -12,7 +12,7 @@ from benchmarks.checks.bounds import AtMost
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.symplectic_form import StepMap, form_defect
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, row
+from benchmarks.store.frames import failure, frame, rows
 from benchmarks.test_problems.body_on_cart import body_on_cart
 from galvi import Problem
 from galvi.arrays import Array
@@ -48,7 +48,7 @@ def step_of(problem: Problem, method: Any) -> StepMap:
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """'defect' of each problem, in `label`, and chart and rule, in `quantity`."""
-    rows = []
+    found = []
     for label, problem in PROBLEMS.items():
         report(label)
         group: Any = problem.system.group  # type: ignore[attr-defined]
@@ -59,11 +59,9 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
                 value = float("nan")
                 if run.success:
                     value = form_defect(step_of(problem, method), group, problem.q0, problem.p0)
-                rows.append(row(
-                    study="defect", quantity=type(chart).__name__, label=label, n=degree + 1,
-                    step=STEP, value=value, status="" if run.success else run.status,
-                ))  # fmt: skip
-    return frame(rows)
+                where = {"study": "defect", "label": label, "n": degree + 1, "step": STEP}
+                found += rows({type(chart).__name__: value}, status=failure(run), **where)
+    return frame(found)
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

@@ -40,14 +40,15 @@ def step_sizes(quick: bool) -> list[float]:
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 2' and 'h-refinement, 10 steps' for n = 3 to 6."""
-    rows = []
-    for n in NS:
-        for name, cases in (
-            (FIXED_TIME, at_fixed_time(n, DURATION, step_counts(quick))),
-            (FIXED_NUMBER, with_fixed_number(n, NUMBER, step_sizes(quick))),
-        ):
-            rows += refine(name, problem(), KEPLER, cases, QUANTITIES, make_method, report)
-    return frame(rows)
+    cases = {
+        FIXED_TIME: at_fixed_time(NS, DURATION, step_counts(quick)),
+        FIXED_NUMBER: with_fixed_number(NS, NUMBER, step_sizes(quick)),
+    }
+    return frame(
+        row
+        for name, those in cases.items()
+        for row in refine(name, problem(), KEPLER, those, QUANTITIES, make_method, report)
+    )
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

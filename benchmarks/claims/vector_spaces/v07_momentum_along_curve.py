@@ -25,15 +25,12 @@ FIXED_TIME = "h-refinement, T = 2"
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 2' of both, '... 10 steps' of the energy, '... 100 steps' of the
     angular momentum, for n = 3 to 8; relative errors from (q, q') at 20 times a step."""
-    rows = []
-    for n in NS:
-        cases = at_fixed_time(n, DURATION, step_counts(quick))
-        names = (ENERGY, ANGULAR)
-        rows += refine(FIXED_TIME, problem(), KEPLER, cases, names, make_method, report)
-        for quantity, number in NUMBER.items():
-            cases = with_fixed_number(n, number, step_sizes(quick))
-            name = f"h-refinement, {number} steps"
-            rows += refine(name, problem(), KEPLER, cases, [quantity], make_method, report)
+    cases = at_fixed_time(NS, DURATION, step_counts(quick))
+    rows = refine(FIXED_TIME, problem(), KEPLER, cases, NUMBER, make_method, report)
+    for quantity, number in NUMBER.items():
+        cases = with_fixed_number(NS, number, step_sizes(quick))
+        name = f"h-refinement, {number} steps"
+        rows += refine(name, problem(), KEPLER, cases, [quantity], make_method, report)
     return frame(rows)
 
 

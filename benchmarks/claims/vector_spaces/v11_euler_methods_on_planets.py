@@ -12,7 +12,7 @@ from benchmarks.checks.bounds import AtLeast, AtMost, Exactly, Order, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.errors import energy_errors
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, row
+from benchmarks.store.frames import failure, frame, history, number, row
 from galvi import Problem, Trajectory
 from references.contender import Contender
 from references.rebound import ias15
@@ -81,22 +81,19 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 def _run(label: str, run: Trajectory) -> list[dict[str, Any]]:
     done = np.isfinite(run.q).all(axis=(1, 2))
     t, energy = run.t[done], energy_errors(run)[done]
-    status = "" if run.success else run.status
-    rows = [row(study=label, quantity=ENERGY, t=s, value=e) for s, e in zip(t, energy, strict=True)]
-    rows += [
-        row(study=label, quantity=FALLS, value=energy[-1], status=status),
+    found = [
+        *history(ENERGY, t, energy, study=label),
+        row(study=label, quantity=FALLS, value=energy[-1], status=failure(run)),
         row(study=label, quantity=RISES, value=float(np.mean(np.diff(energy) > 0.0))),
     ]
     if run.failed_step is not None:
-        rows.append(row(study=label, quantity=STOP, value=run.failed_step * STEP, status=status))
+        stop = run.failed_step * STEP
+        found.append(row(study=label, quantity=STOP, value=stop, status=failure(run)))
     place = (run.q - run.q[:, :1])[done]
     for body in INNER:
         k = run.problem.parameters["bodies"].index(body)
-        rows += [
-            row(study=label, quantity="position", label=body, t=s, x=x, y=y, z=z)
-            for s, (x, y, z) in zip(t[::EVERY], place[::EVERY, k], strict=True)
-        ]
-    return rows + _at_end(label, run)
+        found += history("position", t[::EVERY], place[::EVERY, k], study=label, label=body)
+    return found + _at_end(label, run)
 
 
 def _at_end(label: str, run: Trajectory) -> list[dict[str, Any]]:
@@ -110,14 +107,14 @@ def _at_end(label: str, run: Trajectory) -> list[dict[str, Any]]:
 
 def _refined(label: str, contender: Contender, system: Problem) -> list[dict[str, Any]]:
     truth = ias15.IAS15.run(system, REFINED * DAYS, {"samples": 1}).q[-1]
-    rows = []
+    found = []
     for k in range(HALVINGS):
         steps = round(REFINED / STEP) * 2**k
         run = contender.run(system, REFINED * DAYS, {"step": REFINED * DAYS / steps})
         error = float(np.max(np.linalg.norm(run.q[-1] - truth, axis=-1)))
-        rows.append(row(study=label, quantity=ORDER, step=REFINED / steps, steps=steps,
-                        value=error, status="" if run.success else run.status))  # fmt: skip
-    return rows
+        where = {"step": REFINED / steps, "steps": steps, "status": failure(run)}
+        found.append(row(study=label, quantity=ORDER, value=error, **where))
+    return found
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

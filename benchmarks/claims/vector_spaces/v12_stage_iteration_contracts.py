@@ -17,7 +17,7 @@ from benchmarks.measures.independent_space import (
     values,
 )
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, row
+from benchmarks.store.frames import frame, number, rows
 from galvi.arrays import Array
 
 NS = (3, 4, 6, 8, 12, 16, 20)
@@ -37,13 +37,12 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     With m = k = 1 the pass w -> A^-1 f(w) is linear; what multiplies w is h^2 D, the same at any h.
     Row 0 of A is the start, rows 1 to n - 1 test with all basis functions but the last.
     """
-    rows = []
+    found = []
     for n in NS:
         report(f"n = {n}")
         method = make_method(galvi.Polynomials(n - 1), galvi.gauss(2 * n))
-        rows += [row(study=STUDY, quantity=quantity, n=n, value=value)
-                 for quantity, value in _numbers(method, n).items()]  # fmt: skip
-    return frame(rows)
+        found += rows(_numbers(method, n), study=STUDY, n=n)
+    return frame(found)
 
 
 def _numbers(method: Any, n: int) -> dict[str, float]:

@@ -16,7 +16,7 @@ from benchmarks.checks.bounds import Above, AtLeast, AtMost, Near
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.independent_space import all_of_degree, gauss_points, grams, values
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, row, series
+from benchmarks.store.frames import failure, frame, number, rows, series
 from galvi import Problem
 from galvi.arrays import Array
 
@@ -71,17 +71,16 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each case and step, along the step's curve: the least eigenvalue of the discrete second
     variation, its least ratio to H (2.22)'s form, and to the bound in W^{1,1}."""
     method = make_method(galvi.Polynomials(N - 1), galvi.gauss(N))
-    rows = []
+    found = []
     for name, case in cases().items():
         report(name)
         for h in case.minimum * (RATIOS[::2] if quick else RATIOS):
-            rows += _step(name, case, method, float(h))
-        rows.append(row(study=name, quantity=ZERO, n=N, value=_zero(case, method)))
+            found += _step(name, case, method, float(h))
+        found += rows({ZERO: _zero(case, method)}, study=name, n=N)
     few = make_method(galvi.Polynomials(2), galvi.lobatto(3))
     for name, one in (("s = 2, Lobatto 3", few), ("s = 7, Gauss 8", method)):
-        rows.append(row(study=name, quantity=LEAST, value=_rayleigh(one)))
-    rows.append(row(study=EXACT, quantity=LEAST, value=_exact_rayleigh(N - 1)))
-    return frame(rows)
+        found += rows({LEAST: _rayleigh(one)}, study=name)
+    return frame(found + rows({LEAST: _exact_rayleigh(N - 1)}, study=EXACT))
 
 
 def _zero(case: Case, method: Any) -> float:
@@ -105,11 +104,7 @@ def _step(name: str, case: Case, method: Any, h: float) -> list[dict[str, Any]]:
         q = run.curves.bases[0, 0] + table.psi @ run.curves.coefficients[0, 0]
         found = _variation(table, method.space, h, case.second(q), case.widest)
         found[FARTHEST] = float(np.max(np.abs(q)))
-    status = "" if run.success else run.status
-    return [
-        row(study=name, quantity=quantity, n=N, step=h, steps=1, value=value, status=status)
-        for quantity, value in found.items()
-    ]
+    return rows(found, study=name, n=N, step=h, steps=1, status=failure(run))
 
 
 def _variation(table: Any, space: Any, h: float, second: Array, widest: float) -> dict[str, float]:
@@ -170,10 +165,10 @@ def _exact_rayleigh(degree: int) -> float:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Signs below the bounds, where they are lost, and what the rule must do."""
-    rows = [row for name, case in cases().items() for row in _signs(table, name, case)]
+    signs = [row for name, case in cases().items() for row in _signs(table, name, case)]
     found, exact = (number(table, study=one, quantity=LEAST) for one in ("s = 7, Gauss 8", EXACT))
     return [
-        *rows,
+        *signs,
         V13.row(
             "that step over the one of exact integrals, less 1, oscillator",
             Near(0.0, ROUND_OFF),
@@ -204,7 +199,7 @@ def _signs(table: pd.DataFrame, name: str, case: Case) -> list[Row]:
     setup = case.setup + ONE_STEP
     coercive = {"source": "H thm. 2.3.8", "setup": setup}
     shortest = math.sqrt(0.5) * case.minimum
-    rows = [
+    signs = [
         V13.row(
             f"least eigenvalue over all steps below the bound, {name}",
             Above(0.0),
@@ -216,7 +211,7 @@ def _signs(table: pd.DataFrame, name: str, case: Case) -> list[Row]:
         ),
         V13.row(
             f"step where the least eigenvalue is 0, over the bound, {name}",
-            AtLeast(1.0, SLACK),
+            AtLeast(1.0, round_off=SLACK),
             number(table, study=name, quantity=ZERO) / case.minimum,
             setup=setup,
             claimed="at least 1",
@@ -225,7 +220,7 @@ def _signs(table: pd.DataFrame, name: str, case: Case) -> list[Row]:
         ),
         V13.row(
             f"second variation over H (2.22), least below the coercive bound, {name}",
-            AtLeast(1.0, SLACK),
+            AtLeast(1.0, round_off=SLACK),
             least(FORM, shortest),
             claimed="D2S at least (2.22) below pi sqrt(m / (2 D C_R))",
             reason="Half of the kinetic part pays for the potential one.",
@@ -241,7 +236,7 @@ def _signs(table: pd.DataFrame, name: str, case: Case) -> list[Row]:
         ),
     ]
     if name == OSCILLATOR:
-        return rows
+        return signs
     farthest = V13.row(
         "largest |q| at the stages, all steps",
         AtMost(REACH),
@@ -250,7 +245,7 @@ def _signs(table: pd.DataFrame, name: str, case: Case) -> list[Row]:
         claimed="on the stated interval",
         reason="The energy keeps the motion in [-1, 1], but for the step's error.",
     )
-    return [*rows, farthest]
+    return [*signs, farthest]
 
 
 V13 = Claim(

@@ -16,7 +16,7 @@ from benchmarks.measures.boundary_motion import BoundaryValueMotion
 from benchmarks.measures.refinement import method_of
 from benchmarks.statistics import readings
 from benchmarks.statistics.convergence_fits import Fit
-from benchmarks.store.frames import frame, pick, row
+from benchmarks.store.frames import failure, frame, pick, rows
 from references.closed_forms.kepler import KEPLER
 
 IN_N, IN_H = "n-refinement, one step", "h-refinement, one step"
@@ -38,29 +38,27 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """The three quantities for one step, against n at h = 2 and against h for n = 3 to 6."""
     ns = range(6, 31, 4) if quick else range(5, 34)
     report(IN_N)
-    rows = _steps(IN_N, make_method, ns, STEP)
+    found = _steps(IN_N, make_method, ns, STEP)
     for j in range(3, 11) if quick else range(15):
         h = 2.0 ** (-j / 2)
         report(f"{IN_H}, h = {h:.4g}")
-        rows += _steps(IN_H, make_method, NS, h)
-    return frame(rows)
+        found += _steps(IN_H, make_method, NS, h)
+    return frame(found)
 
 
 def _steps(
     study: str, make_method: MakeMethod, ns: Iterable[int], h: float
 ) -> list[dict[str, Any]]:
     exact = BoundaryValueMotion(problem(), h, KEPLER)
-    rows = []
+    found = []
     for n in ns:
         run = galvi.integrate(problem(), method_of(make_method, n), h, 1)
-        where = {"study": study, "n": n, "step": h, "steps": 1,
-                 "status": "" if run.success else run.status}  # fmt: skip
         values = [float("nan")] * 3
         if run.success:
             values = [exact.error(run), *exact.distances(run)]
-        for quantity, value in zip((ENDS, CURVE, LARGEST), values, strict=True):
-            rows.append(row(quantity=quantity, value=value, **where))
-    return rows
+        named = dict(zip((ENDS, CURVE, LARGEST), values, strict=True))
+        found += rows(named, study=study, n=n, step=h, steps=1, status=failure(run))
+    return found
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
@@ -88,7 +86,7 @@ def _base(table: pd.DataFrame, steps: Fit, quantity: str, source: str) -> Row:
     root = math.sqrt(steps.rate) if steps.rate > 0.0 else math.nan
     return V14.row(
         f"base of the {quantity}",
-        Base(root, RESOLUTION, 0.5 * root * steps.uncertainty / steps.rate),
+        Base(root, RESOLUTION, uncertainty=0.5 * root * steps.uncertainty / steps.rate),
         readings.base(table, FLOOR[quantity], study=IN_N, quantity=quantity),
         source=source,
         setup=SETUP % f" of h = {STEP:g}",

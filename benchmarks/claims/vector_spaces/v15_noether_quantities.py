@@ -16,7 +16,7 @@ from benchmarks.measures.errors import angular_momentum_errors
 from benchmarks.measures.refinement import method_of
 from benchmarks.measures.space_rule_pairs import MANY, kinds, pairs
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, row
+from benchmarks.store.frames import failure, frame, history, row
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 
@@ -93,8 +93,8 @@ def _row(
     kind: str, quantity: str, run: Trajectory, measure: Callable[[Trajectory], Array], n: int = 7
 ) -> dict[str, Any]:
     value = float(np.max(np.abs(measure(run)))) if run.success else float("nan")
-    return row(study=kind, quantity=quantity, n=n, value=value, steps=len(run.t) - 1,
-               status="" if run.success else run.status)  # fmt: skip
+    where = {"n": n, "steps": len(run.t) - 1, "status": failure(run)}
+    return row(study=kind, quantity=quantity, value=value, **where)
 
 
 def _along(make_method: MakeMethod, steps: int) -> list[dict[str, Any]]:
@@ -107,11 +107,8 @@ def _along(make_method: MakeMethod, steps: int) -> list[dict[str, Any]]:
         t = (np.arange(steps)[:, None] + np.linspace(0.0, 1.0, PER_STEP + 1)) * LONG_STEP
         along = angular_momentum_errors(run, t.ravel()).reshape(t.shape)
         errors = np.max(np.abs(along), axis=1)
-    return [
-        row(study="history", quantity=ALONG, n=N, step=LONG_STEP, t=t, value=error,
-            status="" if run.success else run.status)
-        for t, error in zip(run.t[1:], errors, strict=True)
-    ]  # fmt: skip
+    where = {"study": "history", "n": N, "step": LONG_STEP, "status": failure(run)}
+    return history(ALONG, run.t[1:], errors, **where)
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

@@ -14,7 +14,7 @@ from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.space_rule_pairs import MANY, kinds, pairs
 from benchmarks.measures.step_jacobian import canonical_defect, map_derivative
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, row
+from benchmarks.store.frames import failure, frame, rows
 from galvi import Problem
 
 DEFECT, APART = "defect of DF^T J DF = J", "DF against central differences"
@@ -46,7 +46,7 @@ SETUP = (
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """'defect' of each method, and for the first of each family how far DF is from differences."""
     numbers, points = (QUICK_NUMBERS, QUICK_POINTS) if quick else (NUMBERS, POINTS)
-    rows: list[dict[str, Any]] = []
+    found: list[dict[str, Any]] = []
     seen: set[tuple[str, str]] = set()
     for pair in pairs(numbers, points):
         try:
@@ -59,7 +59,6 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
         for name, (problem, h) in PROBLEMS.items():
             where = {"study": name, "label": pair.kind, "n": pair.space.dimension, "step": h}
             run = galvi.integrate(problem, method, h, 1)
-            told = "" if run.success else run.status
             values = {DEFECT: float("nan")}
             if run.success:
                 DF = galvi.step_derivative(problem, method, h)
@@ -67,14 +66,14 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
                 if family not in seen:
                     gap = DF - map_derivative(problem, method, h)
                     values[APART] = float(np.max(np.abs(gap)))
-            rows += [row(quantity=q, value=v, status=told, **where) for q, v in values.items()]
+            found += rows(values, status=failure(run), **where)
         seen.add(family)
     report(MIXED)
     mixed = make_method(galvi.ComponentPolynomials((6, 4)), galvi.gauss(6))
     for name, (problem, h) in PROBLEMS.items():
         defect = canonical_defect(map_derivative(problem, mixed, h))
-        rows.append(row(study=name, quantity=DEFECT, label=MIXED, n=7, step=h, value=defect))
-    return frame(rows)
+        found += rows({DEFECT: defect}, study=name, label=MIXED, n=7, step=h)
+    return frame(found)
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

@@ -36,12 +36,9 @@ def step_counts(quick: bool) -> list[int]:
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 8' for N = 1 to 5."""
-    rows = []
-    for degree in DEGREES:
-        cases = at_fixed_time(degree + 1, DURATION, step_counts(quick))
-        options = (make_method, report, method_of)
-        rows += refine(STUDY, problem(), TRUTH, cases, (QUANTITY,), *options)
-    return frame(rows)
+    cases = at_fixed_time([degree + 1 for degree in DEGREES], DURATION, step_counts(quick))
+    options = (make_method, report, method_of)
+    return frame(refine(STUDY, problem(), TRUTH, cases, (QUANTITY,), *options))
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

@@ -14,7 +14,7 @@ from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.independent_functions import Functions, broken_powers, powers, table, waves
 from benchmarks.measures.independent_space import gauss_points, lobatto_points
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, row
+from benchmarks.store.frames import frame, rows
 from galvi.arrays import Array
 
 NORM, SOLVABLE = "|.|_{X,N} is a norm", "free particle has a unique motion"
@@ -68,16 +68,14 @@ def _repeated(points: tuple[Array, Array], pieces: int) -> tuple[Array, Array]:
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each pair, one row a quantity, its name in ``label``."""
-    rows = []
+    observed = []
     for name, (space, functions, pieces) in spaces().items():
         report(name)
         for rule_name, (rule, points) in rules(pieces).items():
             found = {**_by_hand(functions, *points), **_by_galvi(make_method, space, rule)}
             found[SAID] = _agrees(space, rule, found)
-            pair = f"{name}, {rule_name}"
-            rows += [row(study="pairs", label=pair, quantity=quantity, value=value)
-                     for quantity, value in found.items()]  # fmt: skip
-    return frame(rows)
+            observed += rows(found, study="pairs", label=f"{name}, {rule_name}")
+    return frame(observed)
 
 
 def _by_hand(functions: Functions, t: Array, b: Array) -> dict[str, float]:
@@ -108,12 +106,12 @@ def _by_galvi(make_method: MakeMethod, space: Any, rule: Any) -> dict[str, float
     try:
         method = make_method(space, rule)
     except ValueError as refusal:
-        return {ACCEPTED: 0.0, AS_ILL_POSED: float("is ill-posed" in str(refusal)),
-                TABLE_DEFECT: float("nan")}  # fmt: skip
+        ill_posed = float("is ill-posed" in str(refusal))
+        return {ACCEPTED: 0.0, AS_ILL_POSED: ill_posed, TABLE_DEFECT: float("nan")}
     known = method.table
     stages = np.max(abs(known.psi @ known.lead - known.c))
-    return {ACCEPTED: 1.0, AS_ILL_POSED: 0.0,
-            TABLE_DEFECT: float(max(stages, abs(known.end @ known.lead - 1.0)))}  # fmt: skip
+    defect = float(max(stages, abs(known.end @ known.lead - 1.0)))
+    return {ACCEPTED: 1.0, AS_ILL_POSED: 0.0, TABLE_DEFECT: defect}
 
 
 def _agrees(space: Any, rule: Any, found: Mapping[str, float]) -> float:

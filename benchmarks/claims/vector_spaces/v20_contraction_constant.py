@@ -22,7 +22,7 @@ from benchmarks.measures.independent_space import (
     values,
 )
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, row
+from benchmarks.store.frames import frame, number, rows
 from galvi.arrays import Array
 
 DEGREES = (1, 2, 3, 4, 6, 8, 12, 16)
@@ -47,7 +47,7 @@ def points(name: str, degree: int) -> int | None:
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each rule and degree N: C_N by numpy, the contraction of the method's own pass in
     |.|_{X,N}, the inf-sup constant of proposition 1, and runs by fixed-point iteration."""
-    rows = [row(study=EXACT, quantity="z0", value=_friedrichs())]
+    found = rows({"z0": _friedrichs()}, study=EXACT)
     for name in RULES:
         report(name)
         for degree in DEGREES:
@@ -56,9 +56,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
                 continue
             rule = (galvi.lobatto if "Lobatto" in name else galvi.gauss)(count)
             method = make_method(galvi.Polynomials(degree), rule)
-            for quantity, value in _numbers(method, name, degree, count).items():
-                rows.append(row(study=name, quantity=quantity, n=degree + 1, value=value))
-    return frame(rows)
+            found += rows(_numbers(method, name, degree, count), study=name, n=degree + 1)
+    return frame(found)
 
 
 def _friedrichs() -> float:

@@ -14,7 +14,7 @@ from benchmarks.checks.bounds import CONTRADICTED, AtLeast, AtMost
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.independent_space import all_of_degree, gauss_points, slopes, values
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, number, row, series
+from benchmarks.store.frames import frame, number, rows, series
 from galvi.arrays import Array
 
 DEGREES = (2, 3, 4, 5, 6, 7, 8)
@@ -34,15 +34,14 @@ def rule(name: str, degree: int) -> galvi.Rule:
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each rule and degree N the extremes of the ratio over polynomials of degree N."""
-    rows = []
+    found = []
     for name in (*EXACT, LOBATTO):
         report(name)
         for degree in DEGREES:
             method = make_method(galvi.Polynomials(degree), rule(name, degree))
             least, largest = _extremes(method, degree)
-            for quantity, value in ((LEAST, least), (LARGEST, largest)):
-                rows.append(row(study=name, quantity=quantity, n=degree + 1, value=value))
-    return frame(rows)
+            found += rows({LEAST: least, LARGEST: largest}, study=name, n=degree + 1)
+    return frame(found)
 
 
 def _extremes(method: Any, degree: int) -> tuple[float, float]:
@@ -82,7 +81,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
         ),
         V21.row(
             f"least ratio over all N, {LOBATTO}",
-            AtLeast(1.0, ROUND_OFF),
+            AtLeast(1.0, round_off=ROUND_OFF),
             readings.least(_ratios(table, LOBATTO, LEAST)),
             claimed="at least 1",
             reason="The rule is exact but for that square, which it makes larger.",
@@ -93,7 +92,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
 def _printed(table: pd.DataFrame, degree: int) -> Row:
     return V21.row(
         f"largest ratio, {LOBATTO}, N = {degree}",
-        AtMost(math.sqrt(2.0 + 1.0 / degree), ROUND_OFF),
+        AtMost(math.sqrt(2.0 + 1.0 / degree), round_off=ROUND_OFF),
         number(table, study=LOBATTO, quantity=LARGEST, n=degree + 1),
         claimed="at most sqrt(2 + 1 / N)",
         expected=CONTRADICTED,

@@ -16,7 +16,7 @@ from benchmarks.claims.vector_spaces import oscillator
 from benchmarks.measures.best_approximation import Motion, best_errors, step_error
 from benchmarks.measures.refinement import at_fixed_time, refine
 from benchmarks.statistics import readings
-from benchmarks.store.frames import frame, row
+from benchmarks.store.frames import failure, frame, rows
 from benchmarks.test_problems.two_springs import DURATION, KINK, SMOOTHNESS, motion, two_springs
 from galvi import Problem
 from references.closed_forms.kepler import KEPLER
@@ -71,25 +71,24 @@ RULES = {
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """e_max, e_mean and the error of one step for each case; errors at step ends for each rule."""
-    rows: list[dict[str, Any]] = []
+    found: list[dict[str, Any]] = []
     counts = sorted({2 * round(2.5 * 2.0 ** (j / 2)) + 1 for j in range(1, 11 if quick else 15)})
     for name, case in CASES.items():
         report(name)
         for degree in DEGREES:
             method = make_method(galvi.Polynomials(degree), galvi.gauss(degree + 1))
             for count in counts:
-                rows += _approximations(name, case, method, degree, count)
+                found += _approximations(name, case, method, degree, count)
     for label, rule in RULES.items():
         steps = [round(2.0 ** (j / 2)) for j in range(5, 15 if quick else 20)]
-        for degree in RULED:
-            cases = at_fixed_time(degree + 1, 4.0, steps)
+        cases = at_fixed_time([degree + 1 for degree in RULED], 4.0, steps)
 
-            def method_of(make: MakeMethod, n: int, rule: Any = rule) -> Any:
-                return make(galvi.Polynomials(n - 1), rule(n - 1))
+        def method_of(make: MakeMethod, n: int, rule: Any = rule) -> Any:
+            return make(galvi.Polynomials(n - 1), rule(n - 1))
 
-            orbit = galvi.problems.kepler(eccentricity=0.3)
-            rows += refine(label, orbit, KEPLER, cases, (ENDS,), make_method, report, method_of)
-    return frame(rows)
+        orbit = galvi.problems.kepler(eccentricity=0.3)
+        found += refine(label, orbit, KEPLER, cases, (ENDS,), make_method, report, method_of)
+    return frame(found)
 
 
 def _approximations(
@@ -102,11 +101,9 @@ def _approximations(
     start = Problem(case.problem.system, q, v, float(t))
     run = galvi.integrate(start, method, case.duration / count, 1)
     path = step_error(run, case.motion, case.kinks) if run.success else float("nan")
-    return [
-        row(study=name, quantity=quantity, n=degree + 1, step=case.duration / count, steps=count,
-            value=value, status="" if run.success else run.status)
-        for quantity, value in ((LARGEST, best.max()), (MEAN, best.mean()), (PATH, path))
-    ]  # fmt: skip
+    values = {LARGEST: best.max(), MEAN: best.mean(), PATH: path}
+    where = {"n": degree + 1, "step": case.duration / count, "steps": count}
+    return rows(values, study=name, status=failure(run), **where)
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

@@ -21,6 +21,7 @@ from benchmarks.claims.vector_spaces.brownout_particle import (
     trajectory_error,
     truth,
 )
+from benchmarks.measures.refinement import outcome
 from benchmarks.statistics import readings
 from benchmarks.statistics.estimate import Estimate
 from benchmarks.store.frames import frame, number, row, series
@@ -108,8 +109,7 @@ def _row(study: str, degree: int, k: int, run: Trajectory, start: str) -> dict[s
         steps=k,
         label=start,
         value=trajectory_error(run, truth(start)),
-        status="" if run.success else run.status,
-        force_evaluations=run.counts["force_evaluations"],
+        **outcome(run),
     )
 
 

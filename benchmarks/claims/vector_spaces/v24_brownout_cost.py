@@ -24,7 +24,7 @@ from benchmarks.claims.vector_spaces.brownout_particle import (
 )
 from benchmarks.claims.vector_spaces.v23_brownout_order import ERROR, EULER
 from benchmarks.statistics.timing import interleaved, warmed
-from benchmarks.store.frames import frame, pick, row
+from benchmarks.store.frames import failure, frame, pick, rows
 from benchmarks.work_precision.fronts import seconds_at
 from galvi.arrays import Array
 from references.scipy.ivp import DOP853
@@ -60,14 +60,11 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
             warm.append(seconds)
             found.append((label, size, run))
     timings = interleaved(calls, ROUNDS, 0.003 if quick else 0.03, warm)
-    rows = []
+    observed = []
     for (label, size, run), timing in zip(found, timings, strict=True):
-        rest = {"study": label, "steps": PIECES * size, "status": "" if run.success else run.status}
-        rows += [
-            row(quantity=ERROR, value=trajectory_error(run, exact), **rest),
-            row(quantity=SECONDS, value=timing.seconds, **rest),
-        ]
-    return frame(rows)
+        values = {ERROR: trajectory_error(run, exact), SECONDS: timing.seconds}
+        observed += rows(values, study=label, steps=PIECES * size, status=failure(run))
+    return frame(observed)
 
 
 def label_of(degree: int) -> str:
