@@ -47,11 +47,8 @@ class Comparison:
             return NOT_RUN
         if self.low <= self.number <= self.high:
             return HOLDS
-        return (
-            EXCEEDS
-            if self.better == (ABOVE if self.number > self.high else BELOW)
-            else CONTRADICTED
-        )
+        beyond = ABOVE if self.number > self.high else BELOW
+        return EXCEEDS if beyond == self.better else CONTRADICTED
 
 
 class Bound(ABC):

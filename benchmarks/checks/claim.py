@@ -33,7 +33,7 @@ class Row:
     expected     the verdict expected when the row was written
     reason       why that is expected
     reference    the independent truth, with its version where it is an engine
-    verdict      "holds", "exceeds", "contradicted" or "not run"
+    verdict      "holds", "exceeds", "contradicted", "not run" or "informative"
     """
 
     id: str
@@ -75,12 +75,13 @@ class Claim:
     id       e.g. "V3"
     title    one line for a heading
     study    (make_method, quick, report) -> tidy frame; make_method is `galvi.Galerkin` unless a
-             test hands in a broken one; report(sentence) tells progress
+             test hands in a broken one; report(sentence) reports progress
     judge    frame -> rows
     figures  of the paper, e.g. "H fig. 2.6"
     timed    whether the study takes times, and has to be alone
     source, setup, claimed, reason, reference
-             of each `row` of the claim that does not state its own; see `Row`
+             of each `row` of the claim that does not state its own; see `Row`. The source is
+             that of the figures where none is stated
     """
 
     id: str
@@ -101,4 +102,5 @@ class Claim:
         own  any of source, setup, claimed, reason, reference and expected, which is "holds"
         """
         shared = {name: getattr(self, name) for name in SHARED}
+        shared["source"] = self.source or ", ".join(self.figures)
         return judged(self.id, quantity, bound, measured, **{**shared, **own})

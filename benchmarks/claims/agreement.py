@@ -70,8 +70,8 @@ class AgreementCase:
 
     def judged(self, name: str, table: pd.DataFrame) -> Row:
         """The row of the agreement `name`; one whose engine is absent is expected not to run."""
-        told = [text for text in pick(table, quantity=self.quantity).get("label", ()) if text]
-        absent = self.contender.missing if self.contender.missing in told else ""
+        labels = [text for text in pick(table, quantity=self.quantity).get("label", ()) if text]
+        absent = self.contender.missing if self.contender.missing in labels else ""
         return judged(
             name,
             self.quantity,
@@ -83,29 +83,29 @@ class AgreementCase:
             claimed="the same motion",
             expected=NOT_RUN if absent else HOLDS,
             reason=absent or self.note,
-            reference=self.contender.name if absent or not told else told[0],
+            reference=self.contender.name if absent or not labels else labels[0],
         )
 
 
-def agreement(name: str, title: str, meetings: tuple[AgreementCase, ...]) -> Claim:
-    """Meetings with one family of references as something `verify` runs like a claim."""
-    return Claim(name, title, partial(_study, meetings), partial(_judge, name, meetings))
+def agreement(name: str, title: str, cases: tuple[AgreementCase, ...]) -> Claim:
+    """Comparisons with one family of references as something `verify` runs like a claim."""
+    return Claim(name, title, partial(_study, cases), partial(_judge, name, cases))
 
 
 def _study(
-    meetings: tuple[AgreementCase, ...], make_method: MakeMethod, quick: bool, report: Report
+    cases: tuple[AgreementCase, ...], make_method: MakeMethod, quick: bool, report: Report
 ) -> pd.DataFrame:
-    """One row for each meeting; one that raises says so in its own row alone."""
+    """One row for each case; one that raises says so in its own row alone."""
     rows = []
-    for meeting in meetings:
-        report(meeting.quantity)
+    for case in cases:
+        report(case.quantity)
         try:
-            rows.append(meeting.measured(make_method))
+            rows.append(case.measured(make_method))
         except Exception as error:
             why = f"{type(error).__name__}: {error}"
-            rows.append(row(study=SOURCE, quantity=meeting.quantity, status=why))
+            rows.append(row(study=SOURCE, quantity=case.quantity, status=why))
     return frame(rows)
 
 
-def _judge(name: str, meetings: tuple[AgreementCase, ...], table: pd.DataFrame) -> list[Row]:
-    return [meeting.judged(name, table) for meeting in meetings]
+def _judge(name: str, cases: tuple[AgreementCase, ...], table: pd.DataFrame) -> list[Row]:
+    return [case.judged(name, table) for case in cases]

@@ -99,6 +99,5 @@ L1 = Claim(
     study,
     judge,
     ("H fig. 1.2",),
-    source="H fig. 1.2",
     reference="|y| = |y0| and R^T R = I, exact",
 )

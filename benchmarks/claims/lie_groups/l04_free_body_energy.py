@@ -63,7 +63,6 @@ L4 = Claim(
     study,
     judge,
     ("H fig. 3.3",),
-    source="H fig. 3.3",
     claimed="oscillates and remains bounded",
     reference="exact energy, v0 . J v0 / 2",
 )

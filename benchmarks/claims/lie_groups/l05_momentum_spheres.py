@@ -114,6 +114,5 @@ L5 = Claim(
     study,
     judge,
     ("H fig. 3.4",),
-    source="H fig. 3.4",
     setup=SETUP,
 )

@@ -69,7 +69,6 @@ L6 = Claim(
     study,
     judge,
     ("H fig. 3.5",),
-    source="H fig. 3.5",
     setup=SETUP,
     reason="The motion is analytic in t, with singularities off the real axis: polynomials "
     "converge to it geometrically, and step ends with the square of their base.",

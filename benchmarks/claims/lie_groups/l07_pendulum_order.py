@@ -77,6 +77,5 @@ L7 = Claim(
     study,
     judge,
     ("H fig. 3.6",),
-    source="H fig. 3.6",
     reference=TRUTH.name,
 )

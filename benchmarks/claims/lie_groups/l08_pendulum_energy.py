@@ -38,7 +38,6 @@ L8 = Claim(
     study,
     judge,
     ("H fig. 3.7",),
-    source="H fig. 3.7",
     setup=SETUP,
     claimed="small and oscillating, not increasing",
     reason="The method is symplectic and the step is constant: it conserves a modified energy, "

@@ -146,7 +146,7 @@ def _rising(table: pd.DataFrame, name: str, quantity: str) -> tuple[Array, Array
 
 
 def _least(values: Array) -> float:
-    """Of those that are known; NaN when none is."""
+    """The least of the known values; NaN when none is known."""
     return readings.least(values[np.isfinite(values)])
 
 

@@ -81,14 +81,22 @@ SE3 = (
 )
 CASES = {
     "3D pendulum, exponential chart": Case(
-        pendulum_motion.problem, _pendulum, "exponential", pendulum_motion.MOTION,
-        pendulum_motion.TRUTH.name),
+        pendulum_motion.problem,
+        _pendulum,
+        "exponential",
+        pendulum_motion.MOTION,
+        pendulum_motion.TRUTH.name,
+    ),
     "SE(3), Cayley chart": Case(_thrown, _thrown_exactly, "Cayley", SE3, FALLS, (3, 4)),
     "SE(3), exponential chart": Case(_thrown, _thrown_exactly, "exponential", SE3, FALLS),
     "SO(3) x R^3, exponential chart": Case(
-        thrown_point.problem, lambda samples: thrown_point.exact(DURATION, samples), "exponential",
-        thrown_point.SETUP, FALLS),
-}  # fmt: skip
+        thrown_point.problem,
+        lambda samples: thrown_point.exact(DURATION, samples),
+        "exponential",
+        thrown_point.SETUP,
+        FALLS,
+    ),
+}
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:

@@ -54,7 +54,6 @@ V1 = Claim(
     study,
     judge,
     ("H fig. 2.3",),
-    source="H fig. 2.3",
     setup=SETUP,
     reason="The solution is entire, so the best polynomial, and with it the method, converges "
     "faster than any geometric rate once a step of three periods is resolved; below n = 12 the "

@@ -31,7 +31,6 @@ V3 = Claim(
     study,
     judge,
     ("H fig. 2.6",),
-    source="H fig. 2.6",
     setup=SETUP,
     claimed="O(0.56^n)",
     reason=f"{THEORY}, times an algebraic factor n^-g that makes a fit over finite n a little "

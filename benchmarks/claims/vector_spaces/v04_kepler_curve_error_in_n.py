@@ -69,6 +69,5 @@ V4 = Claim(
     study,
     judge,
     ("H fig. 2.6",),
-    source="H fig. 2.6",
     reference=KEPLER.name,
 )

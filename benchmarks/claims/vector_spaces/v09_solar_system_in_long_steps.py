@@ -81,7 +81,6 @@ V9 = Claim(
     study,
     judge,
     ("H fig. 2.14",),
-    source="H fig. 2.14",
     claimed="closed, stable orbits although h exceeds Mercury's period",
     reference=ias15.IAS15.name,
 )

@@ -87,7 +87,6 @@ V10 = Claim(
     study,
     judge,
     ("H fig. 2.15",),
-    source="H fig. 2.15",
     setup=SETUP,
     claimed="closed, stable, precession-free orbits in steps of five years",
     reference=ias15.IAS15.name,

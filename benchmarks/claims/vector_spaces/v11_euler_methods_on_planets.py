@@ -43,7 +43,7 @@ def problem() -> Problem:
 
 
 def methods() -> dict[str, tuple[Contender, dict[str, Any]]]:
-    """Label: contender and what it is told besides the step."""
+    """Label: contender and its setting besides the step."""
     return {
         EXPLICIT: (EXPLICIT_EULER, {}),
         IMPLICIT: (IMPLICIT_EULER, {}),
@@ -205,7 +205,6 @@ V11 = Claim(
     study,
     judge,
     ("H fig. 1.1",),
-    source="H fig. 1.1",
     setup=SETUP,
     reference="initial energy",
 )

@@ -56,15 +56,26 @@ class Case:
 
 def cases() -> dict[str, Case]:
     """The oscillator from q = 1 and V = q^4 / 4 from q = 1, both at rest."""
-    quartic = galvi.Canonical(1.0, lambda q: 0.25 * q[0] ** 4, lambda q: q**3,
-                              lambda q: np.array([[3.0 * q[0] ** 2]]))  # fmt: skip
+    quartic = galvi.Canonical(
+        1.0,
+        lambda q: 0.25 * q[0] ** 4,
+        lambda q: q**3,
+        lambda q: np.array([[3.0 * q[0] ** 2]]),
+    )
     return {
-        OSCILLATOR: Case(galvi.problems.harmonic_oscillator(), np.ones_like, 1.0,
-                         "oscillator, m = k = 1, from q = 1 at rest, C_R = 1"),
-        QUARTIC: Case(Problem(quartic, [1.0], [0.0]), lambda q: 3.0 * q**2, 3.0 * REACH**2,
-                      f"V = q^4 / 4, from q = 1 at rest, |q| <= {REACH:g}, "
-                      f"C_R = {3.0 * REACH**2:.4g}"),
-    }  # fmt: skip
+        OSCILLATOR: Case(
+            galvi.problems.harmonic_oscillator(),
+            np.ones_like,
+            1.0,
+            "oscillator, m = k = 1, from q = 1 at rest, C_R = 1",
+        ),
+        QUARTIC: Case(
+            Problem(quartic, [1.0], [0.0]),
+            lambda q: 3.0 * q**2,
+            3.0 * REACH**2,
+            f"V = q^4 / 4, from q = 1 at rest, |q| <= {REACH:g}, C_R = {3.0 * REACH**2:.4g}",
+        ),
+    }
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
@@ -120,8 +131,8 @@ def _variation(table: Any, space: Any, h: float, second: Array, widest: float) -
     if level > 0.0:
         lower = 0.5 * slopes + level * places
         found[FORM] = float(eigvalsh(whole, lower, subset_by_index=[0, 0])[0])
-        directions = np.hstack([vectors, np.random.default_rng(13).normal(
-            size=(len(whole), DIRECTIONS))])  # fmt: skip
+        random = np.random.default_rng(13).normal(size=(len(whole), DIRECTIONS))
+        directions = np.hstack([vectors, random])
         norm = _w11(space, free, h) @ directions
         size = h / FINE * np.sum(np.abs(norm), axis=(0, 1))
         spent = np.einsum("ik,ij,jk->k", directions, whole, directions)

@@ -66,8 +66,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     for start, known in STARTS.items():
         report(start)
         problem, exact = known.problem(), truth(start)
-        rows.append(row(study=CHECKED, quantity=ERROR, label=start,
-                        value=float(np.abs(truth(start, RADAU) - exact).max())))  # fmt: skip
+        apart = float(np.abs(truth(start, RADAU) - exact).max())
+        rows.append(row(study=CHECKED, quantity=ERROR, label=start, value=apart))
         for k in step_counts(quick):
             h = known.duration / (FINER * k)
             run = SEMI_IMPLICIT_EULER.run(problem, known.duration, {"step": h})
@@ -91,13 +91,15 @@ def stopped_at(tolerance: float) -> str:
 
 
 def _galvi(
-    make_method: MakeMethod, problem: Any, start: str, degree: int, k: int,
+    make_method: MakeMethod,
+    problem: Any,
+    start: str,
+    degree: int,
+    k: int,
     tolerance: float | None = None,
-) -> Trajectory:  # fmt: skip
-    h = STARTS[start].duration / k
-    return galvi.integrate(
-        problem, method_of_degree(make_method, degree), h, k, tolerance=tolerance
-    )
+) -> Trajectory:
+    method, h = method_of_degree(make_method, degree), STARTS[start].duration / k
+    return galvi.integrate(problem, method, h, k, tolerance=tolerance)
 
 
 def _row(study: str, degree: int, k: int, run: Trajectory, start: str) -> dict[str, Any]:
