@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import Any
 
-from benchmarks.statistics.convergence_fits import Fall
+from benchmarks.statistics.convergence_fits import Decay
 from benchmarks.statistics.drift import Drift
 from benchmarks.statistics.estimate import Measurement, estimate
 
@@ -262,7 +262,7 @@ class Geometric(Bound):
 
     text = "base below 1 by 2 standard errors, later half of the window not slower"
 
-    def comparisons(self, measured: Fall) -> tuple[Comparison, ...]:
+    def comparisons(self, measured: Decay) -> tuple[Comparison, ...]:
         early, late = measured.early, measured.late
         room = 2.0 * math.hypot(early.uncertainty, late.uncertainty)
         below_one = math.nextafter(1.0 - _errors(measured, 0.0), -math.inf)
@@ -273,7 +273,7 @@ class Geometric(Bound):
 
 
 @dataclass(frozen=True)
-class EachGains(Bound):
+class FactorPerN(Bound):
     """Each further n multiplies the error of a Fall by at most `limit`, below 1, until round-off.
 
     A power of n would bring the worst of these factors near 1.
@@ -285,7 +285,7 @@ class EachGains(Bound):
     def text(self) -> str:
         return f"each n multiplies the error by at most {_number(self.limit)}, until round-off"
 
-    def comparisons(self, measured: Fall) -> tuple[Comparison, ...]:
+    def comparisons(self, measured: Decay) -> tuple[Comparison, ...]:
         return (Comparison(measured.worst, high=self.limit),)
 
 

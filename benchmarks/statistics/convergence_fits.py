@@ -60,8 +60,8 @@ class Fit:
 
 
 @dataclass(frozen=True)
-class Fall:
-    """How errors fall with n.
+class Decay:
+    """How errors decay with n.
 
     fit          the geometric fit
     early, late  geometric fits to the coarse and the fine half of the window
@@ -76,10 +76,10 @@ class Fall:
     smallest: float
 
 
-def fall(n: Sequence[float], errors: Sequence[float], *, floor: float) -> Fall:
-    """All of a `Fall`; n increasing."""
+def decay(n: Sequence[float], errors: Sequence[float], *, floor: float) -> Decay:
+    """Of errors in n, which increases."""
     smallest = float(np.min(errors)) if len(errors) else float("nan")
-    return Fall(
+    return Decay(
         geometric(n, errors, floor=floor),
         *halves(n, errors, floor=floor),
         worst_ratio(errors, floor=floor),

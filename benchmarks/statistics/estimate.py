@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from benchmarks.statistics.convergence_fits import Fall, Fit
+from benchmarks.statistics.convergence_fits import Decay, Fit
 from benchmarks.statistics.drift import Drift
 
 
@@ -21,7 +21,7 @@ class Estimate:
     refuted: bool = False
 
 
-Measurement = float | Estimate | Fit | Fall | Drift
+Measurement = float | Estimate | Fit | Decay | Drift
 
 
 def estimate(measured: Measurement) -> Estimate:
@@ -29,7 +29,7 @@ def estimate(measured: Measurement) -> Estimate:
     match measured:
         case Estimate():
             return measured
-        case Fall():
+        case Decay():
             return estimate(measured.fit)
         case Fit():
             refuted = measured.stays_large or measured.relapse

@@ -12,7 +12,7 @@ import pandas as pd
 
 from benchmarks.statistics import convergence_fits
 from benchmarks.statistics import drift as drifts
-from benchmarks.statistics.convergence_fits import Fall, Fit
+from benchmarks.statistics.convergence_fits import Decay, Fit
 from benchmarks.statistics.drift import Drift
 from benchmarks.store.frames import pick, series
 from galvi.arrays import Array
@@ -29,10 +29,10 @@ def base(table: pd.DataFrame, floor: float, since: float = 0.0, **where: Any) ->
     return convergence_fits.geometric(n[n >= since], errors[n >= since], floor=floor)
 
 
-def fall(table: pd.DataFrame, floor: float, since: float = 0.0, **where: Any) -> Fall:
+def decay(table: pd.DataFrame, floor: float, since: float = 0.0, **where: Any) -> Decay:
     """Of the errors of a series in n, from n = since on."""
     n, errors = series(table, "n", **where)
-    return convergence_fits.fall(n[n >= since], errors[n >= since], floor=floor)
+    return convergence_fits.decay(n[n >= since], errors[n >= since], floor=floor)
 
 
 def drift(table: pd.DataFrame, **where: Any) -> Drift:

@@ -28,8 +28,8 @@ from benchmarks.checks.bounds import (
     Below,
     Bound,
     Converges,
-    EachGains,
     Exactly,
+    FactorPerN,
     Geometric,
     Near,
     NoBound,
@@ -37,14 +37,14 @@ from benchmarks.checks.bounds import (
     Order,
     Within,
 )
-from benchmarks.statistics.convergence_fits import Fall, Fit
+from benchmarks.statistics.convergence_fits import Decay, Fit
 from benchmarks.statistics.drift import Drift, drift
 from benchmarks.statistics.estimate import Estimate, Measurement
 
 NAN = math.nan
 BOUNDS: tuple[Bound, ...] = (
     AtMost(1.0), AtLeast(1.0), Above(1.0), Below(1.0), Within(0.5, 1.0), Exactly(1.0),
-    Near(1.0, 0.1), Order(1.0), Base(0.5, 0.1), Converges(), Geometric(), EachGains(0.5),
+    Near(1.0, 0.1), Order(1.0), Base(0.5, 0.1), Converges(), Geometric(), FactorPerN(0.5),
     NoGrowth(1.0), NoBound(),
 )  # fmt: skip
 
@@ -53,8 +53,8 @@ def fit(rate: float, uncertainty: float = 0.001) -> Fit:
     return Fit("geometric", rate, uncertainty, (1.0, 9.0), 9, 1.0)
 
 
-def fall(whole: Fit, early: Fit, late: Fit, worst: float = 0.5) -> Fall:
-    return Fall(whole, early, late, worst, 1e-12)
+def decay(whole: Fit, early: Fit, late: Fit, worst: float = 0.5) -> Decay:
+    return Decay(whole, early, late, worst, 1e-12)
 
 
 def test_every_bound_is_among_those_that_are_tested() -> None:
@@ -175,11 +175,11 @@ def test_growth_is_judged_by_the_numbers_of_its_text(limit: float, share: float)
 
 @given(limit=st.integers(1, 999).map(lambda k: k / 1000))
 def test_every_n_has_to_gain_what_the_text_says(limit: float) -> None:
-    bound, rate = EachGains(limit), fit(0.05)
+    bound, rate = FactorPerN(limit), fit(0.05)
     (printed,) = map(float, re.findall(NUMBER, bound.text))
 
     def verdict(worst: float, whole: Fit = rate) -> str:
-        return bound.verdict(fall(whole, rate, rate, worst))
+        return bound.verdict(decay(whole, rate, rate, worst))
 
     assert verdict(printed) == HOLDS
     assert verdict(printed * 1.001) == CONTRADICTED
@@ -205,7 +205,7 @@ def unknown() -> list[Measurement]:
     known, nothing = fit(0.5), fit(NAN, NAN)
     return [
         NAN, math.inf, -math.inf, Estimate(NAN), Estimate(NAN, 0.1), nothing, fit(NAN),
-        fall(nothing, nothing, nothing, NAN), fall(nothing, known, known),
+        decay(nothing, nothing, nothing, NAN), decay(nothing, known, known),
         Drift(NAN, NAN, NAN, NAN), Drift(0.0, 0.1, 1.0, NAN),
     ]  # fmt: skip
 
@@ -224,8 +224,8 @@ def test_what_was_not_measured_never_holds(bound: Bound) -> None:
         (Base(0.56, 0.005), fit(0.5, NAN)),
         (Base(NAN, 0.005), fit(0.5)),
         (Converges(), fit(1.0, NAN)),
-        (Geometric(), fall(fit(0.5), fit(NAN), fit(0.5))),
-        (Geometric(), fall(fit(0.5), fit(0.5), fit(0.5, NAN))),
+        (Geometric(), decay(fit(0.5), fit(NAN), fit(0.5))),
+        (Geometric(), decay(fit(0.5), fit(0.5), fit(0.5, NAN))),
         (NoGrowth(1.0), Drift(NAN, 0.1, 1.0, 0.5)),
     ],
 )
@@ -241,7 +241,7 @@ def test_a_bound_that_is_not_known_and_a_rate_without_uncertainty_never_hold(
 def test_errors_that_stay_or_become_large_contradict_any_rate(large: Fit) -> None:
     for bound in (Order(4.0), Base(0.56, 0.005), Converges(), AtMost(9.0), Near(4.0, 1.0)):
         assert bound.verdict(large) == CONTRADICTED
-    assert Geometric().verdict(fall(large, fit(0.5), fit(0.5))) == CONTRADICTED
+    assert Geometric().verdict(decay(large, fit(0.5), fit(0.5))) == CONTRADICTED
 
 
 def test_a_number_that_nobody_claims_anything_about_is_informative() -> None:
@@ -293,7 +293,7 @@ def test_what_converges_has_an_order_above_zero() -> None:
 def test_a_geometric_fall_is_below_one_and_does_not_slow_down(
     whole: float, late: float, verdict: str
 ) -> None:
-    assert Geometric().verdict(fall(fit(whole), fit(0.7), fit(late))) == verdict
+    assert Geometric().verdict(decay(fit(whole), fit(0.7), fit(late))) == verdict
 
 
 # Growth.

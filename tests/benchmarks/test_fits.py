@@ -146,11 +146,11 @@ def test_the_halves_tell_a_power_from_a_geometric_fall() -> None:
 def test_a_fall_holds_all_that_is_said_of_errors_in_n() -> None:
     n = np.arange(4.0, 20.0)
     errors = 0.5**n
-    fall = convergence_fits.fall(n, errors, floor=FLOOR)
-    assert fall.fit == convergence_fits.geometric(n, errors, floor=FLOOR)
-    assert (fall.early, fall.late) == convergence_fits.halves(n, errors, floor=FLOOR)
-    assert math.isclose(fall.worst, 0.5) and fall.smallest == errors[-1]
-    assert math.isnan(convergence_fits.fall([], [], floor=FLOOR).smallest)
+    decay = convergence_fits.decay(n, errors, floor=FLOOR)
+    assert decay.fit == convergence_fits.geometric(n, errors, floor=FLOOR)
+    assert (decay.early, decay.late) == convergence_fits.halves(n, errors, floor=FLOOR)
+    assert math.isclose(decay.worst, 0.5) and decay.smallest == errors[-1]
+    assert math.isnan(convergence_fits.decay([], [], floor=FLOOR).smallest)
 
 
 def test_the_worst_ratio_is_that_of_errors_in_the_window() -> None:

@@ -73,8 +73,8 @@ def judge(table: pd.DataFrame) -> list[Row]:
 
 def _convergence(table: pd.DataFrame, chart: str) -> list[Row]:
     where = {"study": STUDIES[chart]}
-    ends = readings.fall(table, FLOOR, quantity=ENDS, **where)
-    curve = readings.fall(table, FLOOR, FROM[chart], quantity=CURVE, **where)
+    ends = readings.decay(table, FLOOR, quantity=ENDS, **where)
+    curve = readings.decay(table, FLOOR, FROM[chart], quantity=CURVE, **where)
     error = number(table, quantity=ENDS, n=REACHED_AT, **where)
     texts = {**OF_CHART[chart], "claimed": "geometric convergence"}
     return [

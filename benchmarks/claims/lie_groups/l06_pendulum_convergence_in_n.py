@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.checks.bounds import CONTRADICTED, AtMost, EachGains
+from benchmarks.checks.bounds import CONTRADICTED, AtMost, FactorPerN
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.pendulum_motion import (
     DURATION,
@@ -37,13 +37,16 @@ def judge(table: pd.DataFrame) -> list[Row]:
     """For each quantity: is the fall geometric, and does it reach round-off?"""
     rows = []
     for quantity in QUANTITIES:
-        fall = readings.fall(table, FLOOR, study="n-refinement", quantity=quantity)
+        decay = readings.decay(table, FLOOR, study="n-refinement", quantity=quantity)
         rows += [
             L6.row(
-                f"base of the {quantity}", EachGains(GAIN), fall, claimed="geometric convergence"
+                f"base of the {quantity}", FactorPerN(GAIN), decay, claimed="geometric convergence"
             ),
             L6.row(
-                f"smallest {quantity}", AtMost(REACHED), fall.smallest, claimed="very high accuracy"
+                f"smallest {quantity}",
+                AtMost(REACHED),
+                decay.smallest,
+                claimed="very high accuracy",
             ),
         ]
     ends, curve = (

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks.bounds import AtLeast, AtMost, EachGains
+from benchmarks.checks.bounds import AtLeast, AtMost, FactorPerN
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.pendulum_motion import METHOD, MOTION, TRUTH, problem
 from benchmarks.measures.curve_between_ends import distance
@@ -59,13 +59,13 @@ def _steps(
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """The curve's base against the square root of the step's; its order against half the step's."""
-    ends = readings.fall(table, FLOOR[ENDS], study=IN_N, quantity=ENDS)
+    ends = readings.decay(table, FLOOR[ENDS], study=IN_N, quantity=ENDS)
     steps, setup = ends.fit, SETUP % f" of h = {STEP:g}"
     root = math.sqrt(steps.rate) if steps.rate > 0.0 else math.nan
     return [
         L15.row(
             "base of the step's error",
-            EachGains(GAIN),
+            FactorPerN(GAIN),
             ends,
             source="H thm. 3.3.3",
             setup=setup,

@@ -35,13 +35,13 @@ def judge(table: pd.DataFrame) -> list[Row]:
     """For each quantity: is the fall geometric, and does it reach round-off?"""
     rows = []
     for quantity in QUANTITIES:
-        fall = readings.fall(table, FLOOR, study="n-refinement", quantity=quantity)
+        decay = readings.decay(table, FLOOR, study="n-refinement", quantity=quantity)
         rows += [
-            V1.row(f"base of the {quantity}", Geometric(), fall, claimed="geometric convergence"),
+            V1.row(f"base of the {quantity}", Geometric(), decay, claimed="geometric convergence"),
             V1.row(
                 f"smallest {quantity}",
                 AtMost(REACHED),
-                fall.smallest,
+                decay.smallest,
                 claimed="attains very high accuracy",
             ),
         ]

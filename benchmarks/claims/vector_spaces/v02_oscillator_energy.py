@@ -37,7 +37,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
         V2.row(
             "base of the energy error",
             Geometric(),
-            readings.fall(table, FLOOR, study="n-refinement", quantity=QUANTITY),
+            readings.decay(table, FLOOR, study="n-refinement", quantity=QUANTITY),
             source="H fig. 2.4",
             setup=f"{SETUP}; |H - 1/2| / (1/2), largest over step ends",
             claimed="geometric convergence",

@@ -8,41 +8,34 @@ import pandas as pd
 
 from benchmarks.checks.bounds import EXCEEDS, HOLDS, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.claims.vector_spaces.kepler_orbit import METHOD, ORBIT, problem
-from benchmarks.measures.refinement import at_fixed_time, refine, with_fixed_number
+from benchmarks.claims.vector_spaces.kepler_orbit import (
+    FIXED_TIME,
+    METHOD,
+    ORBIT,
+    at_one_time,
+    fixed_number,
+    in_as_many_steps,
+    problem,
+    protocols,
+)
+from benchmarks.measures.refinement import refine
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame
 from references.closed_forms.kepler import KEPLER
 
 NS = (3, 4, 5, 6)
-DURATION, NUMBER = 2.0, 10
+NUMBER = 10
 FLOOR = 1e-13  # of positions of size 1; 4e-14 was measured at n = 6
 QUANTITIES = ("one-step error", "curve error")
-FIXED_TIME, FIXED_NUMBER = "h-refinement, T = 2", "h-refinement, 10 steps"
-PROTOCOLS = {
-    FIXED_TIME: ("fixed T", f"T = {DURATION:g}, h = T / round(2^(j/2)), j = 4, 5, ..."),
-    FIXED_NUMBER: (
-        "fixed number of steps",
-        f"{NUMBER} steps of h = 2^(-j/2), j = 2, 3, ...",
-    ),
-}
-
-
-def step_counts(quick: bool) -> list[int]:
-    """Steps to the fixed final time, growing by the square root of 2."""
-    return [round(2.0 ** (j / 2)) for j in range(4, 16 if quick else 19)]
-
-
-def step_sizes(quick: bool) -> list[float]:
-    """Step sizes of a fixed number of steps, shrinking by the square root of 2."""
-    return [2.0 ** (-j / 2) for j in range(2, 14 if quick else 18)]
+FIXED_NUMBER = fixed_number(NUMBER)
+PROTOCOLS = protocols(NUMBER)
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 2' and 'h-refinement, 10 steps' for n = 3 to 6."""
     cases = {
-        FIXED_TIME: at_fixed_time(NS, DURATION, step_counts(quick)),
-        FIXED_NUMBER: with_fixed_number(NS, NUMBER, step_sizes(quick)),
+        FIXED_TIME: at_one_time(NS, quick),
+        FIXED_NUMBER: in_as_many_steps(NS, NUMBER, quick),
     }
     return frame(
         row

@@ -6,58 +6,59 @@ import pandas as pd
 
 from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, HOLDS, Converges, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.claims.vector_spaces.kepler_orbit import METHOD, ORBIT, problem
-from benchmarks.claims.vector_spaces.v06_kepler_order import step_counts, step_sizes
-from benchmarks.measures.refinement import at_fixed_time, refine, with_fixed_number
+from benchmarks.claims.vector_spaces.kepler_orbit import (
+    FIXED_TIME,
+    METHOD,
+    ORBIT,
+    at_one_time,
+    fixed_number,
+    in_as_many_steps,
+    problem,
+    protocols,
+)
+from benchmarks.measures.refinement import refine
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame
 from references.closed_forms.kepler import KEPLER
 
 NS = (3, 4, 5, 6, 7, 8)
-DURATION = 2.0
 FLOOR = 1e-13
 ENERGY, ANGULAR = "energy error along the curve", "angular momentum error along the curve"
 NUMBER = {ENERGY: 10, ANGULAR: 100}
 EXACT = {ENERGY: "exact energy -1/2", ANGULAR: "exact angular momentum 0.8"}
-FIXED_TIME = "h-refinement, T = 2"
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 2' of both, '... 10 steps' of the energy, '... 100 steps' of the
     angular momentum, for n = 3 to 8; relative errors from (q, q') at 20 times a step."""
-    cases = at_fixed_time(NS, DURATION, step_counts(quick))
+    cases = at_one_time(NS, quick)
     rows = refine(FIXED_TIME, problem(), KEPLER, cases, NUMBER, make_method, report)
     for quantity, number in NUMBER.items():
-        cases = with_fixed_number(NS, number, step_sizes(quick))
-        name = f"h-refinement, {number} steps"
-        rows += refine(name, problem(), KEPLER, cases, [quantity], make_method, report)
+        cases = in_as_many_steps(NS, number, quick)
+        rows += refine(
+            fixed_number(number), problem(), KEPLER, cases, [quantity], make_method, report
+        )
     return frame(rows)
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """For each n and protocol: does the energy converge; angular momentum against n / 2 + 2."""
     return [
-        _row(table, n, quantity, fixed)
-        for quantity in (ENERGY, ANGULAR)
+        _row(table, n, quantity, study)
+        for quantity, number in NUMBER.items()
         for n in NS
-        for fixed in (True, False)
+        for study in protocols(number)
     ]
 
 
-def _row(table: pd.DataFrame, n: int, quantity: str, fixed: bool) -> Row:
-    number = NUMBER[quantity]
-    if fixed:
-        name, protocol = FIXED_TIME, "fixed T"
-        steps = f"T = {DURATION:g}, h = T / round(2^(j/2)), j = 4, 5, ..."
-    else:
-        name, protocol = f"h-refinement, {number} steps", "fixed number of steps"
-        steps = f"{number} steps of h = 2^(-j/2), j = 2, 3, ..."
+def _row(table: pd.DataFrame, n: int, quantity: str, study: str) -> Row:
+    protocol, steps = protocols(NUMBER[quantity])[study]
     how = {
         "setup": f"{ORBIT}; {METHOD}, n = {n}; relative, from (q, q') at 20 times a step; {steps}",
         "reference": EXACT[quantity],
     }
     quantity_of = f"order of the {quantity}, n = {n}, {protocol}"
-    fit = readings.order(table, FLOOR, study=name, quantity=quantity, n=n)
+    fit = readings.order(table, FLOOR, study=study, quantity=quantity, n=n)
     order, claimed = n - 1, n / 2 + 2
     reason = (
         f"The curve's velocity, a polynomial of degree n - 2 = {n - 2}, has order n - 1 = {order}, "

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 import galvi
-from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, AtMost, Base, EachGains, Order
+from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, AtMost, Base, FactorPerN, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces.kepler_orbit import METHOD, ORBIT, problem
 from benchmarks.measures.boundary_motion import BoundaryValueMotion
@@ -63,11 +63,11 @@ def _steps(
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """The curve's base against the root of the step's; its order against half the step's."""
-    steps = readings.fall(table, FLOOR[ENDS], study=IN_N, quantity=ENDS)
+    steps = readings.decay(table, FLOOR[ENDS], study=IN_N, quantity=ENDS)
     return [
         V14.row(
             "base of the step's error",
-            EachGains(GAIN),
+            FactorPerN(GAIN),
             steps,
             source="H thm. 2.3.6",
             setup=SETUP % f" of h = {STEP:g}",

@@ -40,7 +40,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
         V18.row(
             f"base of the error, h = {h:g}",
             Geometric(),
-            readings.fall(table, FLOOR, study=name, quantity=QUANTITY),
+            readings.decay(table, FLOOR, study=name, quantity=QUANTITY),
             setup=f"{OSCILLATION}; {METHOD}; T = {DURATION:g}, h = {h:g}",
         )
         for name, h in STUDIES.items()
