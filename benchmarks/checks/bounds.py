@@ -33,21 +33,24 @@ class Comparison:
     """A number and the closed interval that it should lie in.
 
     better  the side of the interval on which the number is better than claimed: ABOVE, BELOW or 0
+    room    what is allowed beyond either end
     """
 
     number: float
     low: float = -math.inf
     high: float = math.inf
     better: int = 0
+    room: float = 0.0
 
     @property
     def verdict(self) -> str:
         """NOT_RUN where a number is missing."""
-        if math.isnan(self.number) or math.isnan(self.low) or math.isnan(self.high):
+        low, high = self.low - self.room, self.high + self.room
+        if any(math.isnan(x) for x in (self.number, low, high)):
             return NOT_RUN
-        if self.low <= self.number <= self.high:
+        if low <= self.number <= high:
             return HOLDS
-        beyond = ABOVE if self.number > self.high else BELOW
+        beyond = ABOVE if self.number > high else BELOW
         return EXCEEDS if beyond == self.better else CONTRADICTED
 
 
@@ -110,8 +113,8 @@ class Interval(Bound):
         return f"{self.words}{rounded}{errors}{' of both' if self.uncertainty else ''}"
 
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        (low, high), room = self.ends, self.round_off + _errors(measured, self.uncertainty)
-        return (Comparison(estimate(measured).value, low - room, high + room, self.better),)
+        room = self.round_off + _errors(measured, self.uncertainty)
+        return (Comparison(estimate(measured).value, *self.ends, self.better, room),)
 
 
 @dataclass(frozen=True)
@@ -268,7 +271,7 @@ class Geometric(Bound):
         below_one = math.nextafter(1.0 - _errors(measured, 0.0), -math.inf)
         return (
             Comparison(measured.fit.rate, high=below_one),
-            Comparison(late.rate, high=early.rate + room),
+            Comparison(late.rate, high=early.rate, room=room),
         )
 
 

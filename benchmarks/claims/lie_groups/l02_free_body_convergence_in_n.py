@@ -76,7 +76,7 @@ def _convergence(table: pd.DataFrame, chart: str) -> list[Row]:
     ends = readings.decay(table, FLOOR, quantity=ENDS, **where)
     curve = readings.decay(table, FLOOR, FROM[chart], quantity=CURVE, **where)
     error = number(table, quantity=ENDS, n=REACHED_AT, **where)
-    texts = {**OF_CHART[chart], "claimed": "geometric convergence"}
+    texts = OF_CHART[chart]
     return [
         L2.row(
             f"base of the {ENDS}, {chart} chart", Geometric(), ends, reason=REASONS[ENDS], **texts
@@ -93,7 +93,8 @@ def _convergence(table: pd.DataFrame, chart: str) -> list[Row]:
             AtMost(REACHED),
             error,
             reason=REASONS[ENDS],
-            **{**texts, "claimed": "attains high accuracy"},
+            claimed="attains high accuracy",
+            **texts,
         ),
     ]
 
@@ -139,5 +140,6 @@ L2 = Claim(
     study,
     judge,
     ("H fig. 3.1",),
+    claimed="geometric convergence",
     reference=FREE_TOP.name,
 )

@@ -53,7 +53,9 @@ def judge(table: pd.DataFrame) -> list[Row]:
         _row(N, mercury, 2e-4, distance_at_end(table, N, "Mercury"), long_step),
         _row(N, earth, 1e-9, distance_at_end(table, N, "Earth"), long_step),
         _energy(
-            *(table, N, 1e-9),
+            table,
+            N,
+            1e-9,
             "The method is symplectic; what is left is Mercury's truncation error, weighted by its "
             "small mass.",
         ),

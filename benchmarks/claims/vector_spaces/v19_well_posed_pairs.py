@@ -187,14 +187,20 @@ def judge(found: pd.DataFrame) -> list[Row]:
             reason="The same elimination.",
         ),
         _not_enough(
-            *(wide, PERIODIC, END, Near(1.0, STRAIGHT)),
+            wide,
+            PERIODIC,
+            END,
+            Near(1.0, STRAIGHT),
             "how far a free particle comes in a step, over h v0",
             "A method of any order comes to 1. M's words for lemma 1, which holds: the motion is "
             "unique. But it is no solution: beta_p = 0, what has the step as its period is where "
             "it was, and q never moves.",
         ),
         _not_enough(
-            *(wide, MIXED, DEFECT, AtMost(STRAIGHT)),
+            wide,
+            MIXED,
+            DEFECT,
+            AtMost(STRAIGHT),
             "how far a free particle is off a straight line, over h v0",
             "With a method of any order it is on it. The motion is unique, but bent: Gauss 5 does "
             "not integrate cos 4 pi t. The error is a part of every step, however short: order 0.",
