@@ -11,15 +11,15 @@ from benchmarks.claims.lie_groups.pendulum_motion import (
     FLOOR,
     METHOD,
     MOTION,
+    QUANTITIES,
     STEP,
     TRUTH,
-    problem,
+    refinement,
 )
-from benchmarks.measures.refinement import Case, method_on_group, refine
+from benchmarks.measures.refinement import Case
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame, number
 
-QUANTITIES = ("one-step error", "curve error")
 REACHED, GAIN = 1e-14, 0.15
 SETUP = f"{MOTION}; {METHOD}; h = {STEP:g}, T = {DURATION:g}; entries of R"
 
@@ -27,10 +27,7 @@ SETUP = f"{MOTION}; {METHOD}; h = {STEP:g}, T = {DURATION:g}; entries of R"
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'n-refinement' of the one-step and the curve error."""
     cases = [Case(n, STEP, round(DURATION / STEP)) for n in range(2, 15 if quick else 19)]
-    rows = refine(
-        "n-refinement", problem(), TRUTH, cases, QUANTITIES, make_method, report, method_on_group
-    )
-    return frame(rows)
+    return frame(refinement("n-refinement", cases, make_method, report))
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

@@ -6,14 +6,20 @@ import pandas as pd
 
 from benchmarks.checks.bounds import EXCEEDS, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.claims.lie_groups.pendulum_motion import DURATION, METHOD, MOTION, TRUTH, problem
-from benchmarks.measures.refinement import at_fixed_time, method_on_group, refine
+from benchmarks.claims.lie_groups.pendulum_motion import (
+    DURATION,
+    METHOD,
+    MOTION,
+    QUANTITIES,
+    TRUTH,
+    refinement,
+)
+from benchmarks.measures.refinement import at_fixed_time
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame
 
 NS = (3, 4, 5, 6)
 FLOOR = 2e-14  # entries of R; 1.2e-14 was measured after 256 steps
-QUANTITIES = ("one-step error", "curve error")
 FIXED_TIME = "h-refinement, T = 5"
 SETUP = f"{MOTION}; {METHOD}, n = %d; T = {DURATION:g}, h = T / round(2^(j/4)), j = 10, 11, ..."
 
@@ -26,8 +32,7 @@ def step_counts(quick: bool) -> list[int]:
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 5' of the one-step and the curve error for n = 3 to 6."""
     cases = at_fixed_time(NS, DURATION, step_counts(quick))
-    options = (make_method, report, method_on_group)
-    return frame(refine(FIXED_TIME, problem(), TRUTH, cases, QUANTITIES, *options))
+    return frame(refinement(FIXED_TIME, cases, make_method, report))
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

@@ -14,10 +14,9 @@ from benchmarks.claims.vector_spaces.oscillator import (
     OSCILLATION,
     QUANTITY,
     TRUTH,
-    method_of,
-    problem,
+    refinement,
 )
-from benchmarks.measures.refinement import at_fixed_time, refine
+from benchmarks.measures.refinement import at_fixed_time
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame
 
@@ -37,8 +36,7 @@ def step_counts(quick: bool) -> list[int]:
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 8' for N = 1 to 5."""
     cases = at_fixed_time([degree + 1 for degree in DEGREES], DURATION, step_counts(quick))
-    options = (make_method, report, method_of)
-    return frame(refine(STUDY, problem(), TRUTH, cases, (QUANTITY,), *options))
+    return frame(refinement(STUDY, cases, make_method, report))
 
 
 def judge(table: pd.DataFrame) -> list[Row]:

@@ -14,10 +14,9 @@ from benchmarks.claims.vector_spaces.oscillator import (
     OSCILLATION,
     QUANTITY,
     TRUTH,
-    method_of,
-    problem,
+    refinement,
 )
-from benchmarks.measures.refinement import Case, refine
+from benchmarks.measures.refinement import Case
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame
 
@@ -29,8 +28,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     rows = []
     for name, h in STUDIES.items():
         cases = [Case(n, h, round(DURATION / h)) for n in range(2, 9 if h == LARGEST else 19)]
-        options = (make_method, report, method_of)
-        rows += refine(name, problem(), TRUTH, cases, (QUANTITY,), *options)
+        rows += refinement(name, cases, make_method, report)
     return frame(rows)
 
 
