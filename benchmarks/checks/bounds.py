@@ -1,144 +1,345 @@
-"""From a measurement to a verdict: pure functions, in which NaN never holds."""
+"""Bounds: what a measured number is compared with, as values that give a text and a verdict.
+
+Each bound states its comparisons, in numbers and in words; `Bound.verdict` is the one rule that
+makes a verdict of them. NaN never holds.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from typing import Any
 
-import numpy as np
-
-from benchmarks.statistics.convergence_fits import Fit
-from galvi.arrays import Array
+from benchmarks.statistics.convergence_fits import Decay
+from benchmarks.statistics.drift import Drift
+from benchmarks.statistics.estimate import Measurement, estimate
 
 HOLDS = "holds"
 EXCEEDS = "exceeds"
 CONTRADICTED = "contradicted"
 NOT_RUN = "not run"
 INFORMATIVE = "informative"  # of a number that nobody claims anything about
+WORST_FIRST = (NOT_RUN, CONTRADICTED, EXCEEDS, HOLDS, INFORMATIVE)
 
 ORDER_RESOLUTION = 0.25  # the papers print orders as multiples of a half
 GROWTH = 1.5  # how much larger than in the first quarter an error that does not grow may become
 SIGMAS = 3.0
-
-
-def base(fit: Fit, claimed: float, resolution: float) -> str:
-    """Of error = O(claimed^n): a smaller base is better."""
-    return _rate(fit, -fit.rate, -claimed, resolution)
-
-
-def order(fit: Fit, claimed: float, resolution: float = ORDER_RESOLUTION) -> str:
-    """Of error = O(h^claimed): a larger order is better."""
-    return _rate(fit, fit.rate, claimed, resolution)
-
-
-def _rate(fit: Fit, rate: float, claimed: float, resolution: float) -> str:
-    """Larger is better; the printed number stands for claimed -+ resolution."""
-    if not _known(fit):
-        return _without_rate(fit)
-    if rate > claimed + resolution + 2.0 * fit.uncertainty:
-        return EXCEEDS
-    if rate < claimed - resolution - 2.0 * fit.uncertainty:
-        return CONTRADICTED
-    return HOLDS
-
-
-def converges(fit: Fit) -> str:
-    """The order is positive, by two standard errors."""
-    if not _known(fit):
-        return _without_rate(fit)
-    return HOLDS if fit.rate > 2.0 * fit.uncertainty else CONTRADICTED
-
-
-def at_least_geometric(whole: Fit, early: Fit, late: Fit) -> str:
-    """Errors fall by a factor with each n, and that factor does not tend to 1.
-
-    whole, early, late  fits to all errors of a window and to its two halves; an error that fell
-                        like a power of n would have a later half that is worse than the earlier
-    """
-    if not (_known(whole) and _known(early) and _known(late)):
-        return _without_rate(whole)
-    falls = whole.rate + 2.0 * whole.uncertainty < 1.0
-    slack = 2.0 * math.hypot(early.uncertainty, late.uncertainty)
-    return HOLDS if falls and late.rate <= early.rate + slack else CONTRADICTED
-
-
-def every_n_gains(whole: Fit, worst: float, limit: float) -> str:
-    """Each further n multiplies the error by at most ``limit``, below 1, until round-off.
-
-    worst  of `benchmarks.statistics.convergence_fits.worst_ratio`; a power of n would bring it
-           near 1
-    """
-    if not (_known(whole) and math.isfinite(worst)):
-        return _without_rate(whole)
-    return HOLDS if worst <= limit else CONTRADICTED
-
-
-def _known(fit: Fit) -> bool:
-    return math.isfinite(fit.rate) and math.isfinite(fit.uncertainty) and not fit.relapse
-
-
-def _without_rate(fit: Fit) -> str:
-    """Errors that stay large, or become so again, contradict any rate; others are missing."""
-    return CONTRADICTED if fit.stays_large or fit.relapse else NOT_RUN
-
-
-def bound(measured: float, limit: float) -> str:
-    """measured <= limit."""
-    if not math.isfinite(measured):
-        return NOT_RUN
-    return HOLDS if measured <= limit else CONTRADICTED
-
-
-def within(measured: float, low: float, high: float) -> str:
-    """low <= measured <= high."""
-    if not math.isfinite(measured):
-        return NOT_RUN
-    return HOLDS if low <= measured <= high else CONTRADICTED
+ABOVE, BELOW = 1, -1
 
 
 @dataclass(frozen=True)
-class Drift:
-    """Does |error| grow?
+class Comparison:
+    """A number and the closed interval that it should lie in.
 
-    trend        slope of |error| over the run, times its length, over its largest value
-    uncertainty  standard error of that
-    growth       largest |error| in the last quarter of the run, over that in the first quarter
-    largest      largest |error|
+    better  the side of the interval on which the number is better than claimed: ABOVE, BELOW or 0
+    room    what is allowed beyond either end
     """
 
-    trend: float
-    uncertainty: float
-    growth: float
-    largest: float
+    number: float
+    low: float = -math.inf
+    high: float = math.inf
+    better: int = 0
+    room: float = 0.0
+
+    @property
+    def verdict(self) -> str:
+        """NOT_RUN where a number is missing."""
+        low, high = self.low - self.room, self.high + self.room
+        if any(math.isnan(x) for x in (self.number, low, high)):
+            return NOT_RUN
+        if low <= self.number <= high:
+            return HOLDS
+        beyond = ABOVE if self.number > high else BELOW
+        return EXCEEDS if beyond == self.better else CONTRADICTED
 
 
-def drift(t: Array, errors: Array) -> Drift:
-    """Of an error at times t (increasing), both (k,); NaN unless all are finite and k >= 8."""
-    t, size = np.asarray(t, dtype=np.float64), np.abs(np.asarray(errors, dtype=np.float64))
-    nan = float("nan")
-    if t.size < 8 or not np.all(np.isfinite(size)):
-        return Drift(nan, nan, nan, nan)
-    largest = float(size.max())
-    if largest == 0.0:
-        return Drift(0.0, 0.0, 1.0, 0.0)
-    x = (t - t.mean()) / (t[-1] - t[0])
-    y = size / largest
-    trend = float(x @ y / (x @ x))
-    rest = y - y.mean() - trend * x
-    spread = float(np.sqrt(rest @ rest / (t.size - 2) / (x @ x)))
-    quarter = t.size // 4
-    first, last = float(size[1 : quarter + 1].max()), float(size[-quarter:].max())
-    return Drift(trend, spread, last / first if first > 0.0 else np.inf, largest)
+class Bound(ABC):
+    """What a measurement is compared with."""
+
+    @property
+    @abstractmethod
+    def text(self) -> str:
+        """The bound in words, as in a row of claims.csv."""
+
+    @abstractmethod
+    def comparisons(self, measured: Any) -> tuple[Comparison, ...]:
+        """What the text says, in numbers."""
+
+    def verdict(self, measured: Measurement) -> str:
+        """The worst of the comparisons; NOT_RUN unless the measured number is finite.
+
+        INFORMATIVE where there is nothing to compare with.
+        """
+        seen = estimate(measured)
+        if seen.refuted:
+            return CONTRADICTED
+        if not math.isfinite(seen.value):
+            return NOT_RUN
+        verdicts = {one.verdict for one in self.comparisons(measured)} or {INFORMATIVE}
+        return next(word for word in WORST_FIRST if word in verdicts)
 
 
-def no_growth(seen: Drift, limit: float, round_off: float = 0.0) -> str:
-    """Bounded by ``limit``, and with no trend beyond its 3 sigma and no late growth.
+@dataclass(frozen=True, kw_only=True)
+class Interval(Bound):
+    """A closed interval for one number.
 
-    ``round_off`` is a level, stated by the study, below which growth is that of rounding errors.
+    round_off    what rounding may add beyond either end
+    uncertainty  standard error of the ends, 0 for printed ones: two standard errors of theirs and
+                 of the measured number are allowed besides; None allows none
+    better       the side on which a number is better than claimed: ABOVE, BELOW or 0
     """
-    if not math.isfinite(seen.largest):
-        return NOT_RUN
-    if seen.largest > limit:
-        return CONTRADICTED
-    flat = seen.trend <= SIGMAS * seen.uncertainty and seen.growth <= GROWTH
-    return HOLDS if flat or seen.largest <= round_off else CONTRADICTED
+
+    round_off: float = 0.0
+    uncertainty: float | None = None
+    better: int = 0
+
+    @property
+    @abstractmethod
+    def words(self) -> str:
+        """The ends, without what is allowed beyond them."""
+
+    @property
+    @abstractmethod
+    def ends(self) -> tuple[float, float]:
+        """(low, high)."""
+
+    @property
+    def text(self) -> str:
+        low, high = self.ends
+        sign = "+" if low == -math.inf else "-" if high == math.inf else "-+"
+        rounded = f" {sign} {_number(self.round_off)}" if self.round_off else ""
+        errors = "" if self.uncertainty is None else f" {sign} 2 standard errors"
+        return f"{self.words}{rounded}{errors}{' of both' if self.uncertainty else ''}"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        room = self.round_off + _errors(measured, self.uncertainty)
+        return (Comparison(estimate(measured).value, *self.ends, self.better, room),)
+
+
+@dataclass(frozen=True)
+class AtMost(Interval):
+    """measured <= limit."""
+
+    limit: float
+
+    @property
+    def words(self) -> str:
+        return f"at most {_number(self.limit, self.round_off)}"
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return -math.inf, self.limit
+
+
+@dataclass(frozen=True)
+class AtLeast(Interval):
+    """measured >= limit."""
+
+    limit: float
+
+    @property
+    def words(self) -> str:
+        return f"at least {_number(self.limit, self.round_off)}"
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.limit, math.inf
+
+
+@dataclass(frozen=True)
+class Above(Interval):
+    """measured > limit."""
+
+    limit: float
+
+    @property
+    def words(self) -> str:
+        return f"above {_number(self.limit)}"
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return math.nextafter(self.limit, math.inf), math.inf
+
+
+@dataclass(frozen=True)
+class Below(Interval):
+    """measured < limit."""
+
+    limit: float
+
+    @property
+    def words(self) -> str:
+        return f"below {_number(self.limit)}"
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return -math.inf, math.nextafter(self.limit, -math.inf)
+
+
+@dataclass(frozen=True)
+class Within(Interval):
+    """low <= measured <= high."""
+
+    low: float
+    high: float
+
+    @property
+    def words(self) -> str:
+        return f"{_number(self.low)} to {_number(self.high)}"
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.low, self.high
+
+
+@dataclass(frozen=True)
+class Exactly(Interval):
+    """measured == value: for counts and shares."""
+
+    value: float
+
+    @property
+    def words(self) -> str:
+        return f"exactly {_number(self.value)}"
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.value, self.value
+
+
+@dataclass(frozen=True)
+class Near(Interval):
+    """The claimed number stands for claimed -+ resolution."""
+
+    claimed: float
+    resolution: float
+    noun: str = field(default="", kw_only=True)
+
+    @property
+    def words(self) -> str:
+        claimed = _number(self.claimed, self.resolution)
+        return f"{self.noun} {claimed} -+ {_number(self.resolution)}".lstrip()
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.claimed - self.resolution, self.claimed + self.resolution
+
+
+@dataclass(frozen=True)
+class Order(Near):
+    """error = O(h^claimed), of a Fit: a larger order is better."""
+
+    resolution: float = ORDER_RESOLUTION
+    uncertainty: float | None = field(default=0.0, kw_only=True)
+    better: int = field(default=ABOVE, kw_only=True)
+    noun: str = field(default="order", kw_only=True)
+
+
+@dataclass(frozen=True)
+class Base(Near):
+    """error = O(claimed^n), of a Fit: a smaller base is better."""
+
+    uncertainty: float | None = field(default=0.0, kw_only=True)
+    better: int = field(default=BELOW, kw_only=True)
+    noun: str = field(default="base", kw_only=True)
+
+
+@dataclass(frozen=True)
+class Converges(Bound):
+    """The order of a Fit is positive, by two standard errors."""
+
+    text = "order above 0 by 2 standard errors"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        low = math.nextafter(_errors(measured, 0.0), math.inf)
+        return (Comparison(estimate(measured).value, low=low),)
+
+
+@dataclass(frozen=True)
+class Geometric(Bound):
+    """Errors of a Fall shrink by a factor with each n, and that factor does not tend to 1.
+
+    An error that fell like a power of n would have a later half that is worse than the earlier.
+    """
+
+    text = "base below 1 by 2 standard errors, later half of the window not slower"
+
+    def comparisons(self, measured: Decay) -> tuple[Comparison, ...]:
+        early, late = measured.early, measured.late
+        room = 2.0 * math.hypot(early.uncertainty, late.uncertainty)
+        below_one = math.nextafter(1.0 - _errors(measured, 0.0), -math.inf)
+        return (
+            Comparison(measured.fit.rate, high=below_one),
+            Comparison(late.rate, high=early.rate, room=room),
+        )
+
+
+@dataclass(frozen=True)
+class FactorPerN(Bound):
+    """Each further n multiplies the error of a Fall by at most `limit`, below 1, until round-off.
+
+    A power of n would bring the worst of these factors near 1.
+    """
+
+    limit: float
+
+    @property
+    def text(self) -> str:
+        return f"each n multiplies the error by at most {_number(self.limit)}, until round-off"
+
+    def comparisons(self, measured: Decay) -> tuple[Comparison, ...]:
+        return (Comparison(measured.worst, high=self.limit),)
+
+
+@dataclass(frozen=True)
+class NoGrowth(Bound):
+    """The largest error of a Drift is at most `limit`, and it neither grows nor has a trend.
+
+    round_off  a level, stated by the study, below which growth is that of rounding errors
+    """
+
+    limit: float
+    round_off: float = 0.0
+
+    @property
+    def text(self) -> str:
+        where = f"above {_number(self.round_off)} " if self.round_off else ""
+        return (
+            f"at most {_number(self.limit)}; {where}no trend beyond {SIGMAS:g} sigma, last quarter "
+            f"at most {_number(GROWTH)} times the first"
+        )
+
+    def comparisons(self, measured: Drift) -> tuple[Comparison, ...]:
+        largest = Comparison(measured.largest, high=self.limit)
+        if measured.largest <= self.round_off:
+            return (largest,)
+        return (
+            largest,
+            Comparison(measured.trend, high=SIGMAS * measured.uncertainty),
+            Comparison(measured.growth, high=GROWTH),
+        )
+
+
+@dataclass(frozen=True)
+class NoBound(Bound):
+    """Nothing is claimed of the number."""
+
+    text = "none"
+
+    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
+        return ()
+
+
+def _errors(measured: Measurement, uncertainty: float | None) -> float:
+    """Two standard errors of the measured number and of the claimed one; 0 where it has none."""
+    own = estimate(measured).uncertainty
+    return 0.0 if uncertainty is None else 2.0 * ((0.0 if own is None else own) + uncertainty)
+
+
+def _number(value: float, resolution: float = 0.0) -> str:
+    """Four digits, or as many as the resolution asks for."""
+    digits = 4
+    if resolution > 0.0 and abs(value) > resolution:
+        digits = max(digits, 1 + math.ceil(math.log10(abs(value) / resolution)))
+    return f"{value:.{digits}g}"

@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import HOLDS, NOT_RUN, AtMost
 from benchmarks.checks.claim import AGREEMENT as SOURCE
-from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.checks.claim import Claim, MakeMethod, Report, Row, judged
 from benchmarks.store.frames import frame, number, pick, row
 from benchmarks.work_precision.galvi_methods import Variational
 from galvi import Problem
@@ -70,45 +70,42 @@ class AgreementCase:
 
     def judged(self, name: str, table: pd.DataFrame) -> Row:
         """The row of the agreement `name`; one whose engine is absent is expected not to run."""
-        told = [text for text in pick(table, quantity=self.quantity).get("label", ()) if text]
-        absent = self.contender.missing if self.contender.missing in told else ""
-        measured = number(table, quantity=self.quantity)
-        return Row(
-            id=name,
-            quantity=self.quantity,
+        labels = [text for text in pick(table, quantity=self.quantity).get("label", ()) if text]
+        absent = self.contender.missing if self.contender.missing in labels else ""
+        return judged(
+            name,
+            self.quantity,
+            AtMost(self.limit),
+            number(table, quantity=self.quantity),
             source=SOURCE,
             setup=f"{self.problem.name or 'problem'}; T = {self.duration:g}; "
             f"Polynomials({DEGREE}), gauss({DEGREE}), {self.steps} steps",
             claimed="the same motion",
-            bound=f"at most {self.limit:g}",
-            measured=measured,
-            uncertainty=None,
-            expected=bounds.NOT_RUN if absent else bounds.HOLDS,
+            expected=NOT_RUN if absent else HOLDS,
             reason=absent or self.note,
-            reference=self.contender.name if absent or not told else told[0],
-            verdict=bounds.bound(measured, self.limit),
+            reference=self.contender.name if absent or not labels else labels[0],
         )
 
 
-def agreement(name: str, title: str, meetings: tuple[AgreementCase, ...]) -> Claim:
-    """Meetings with one family of references as something `verify` runs like a claim."""
-    return Claim(name, title, partial(_study, meetings), partial(_judge, name, meetings))
+def agreement(name: str, title: str, cases: tuple[AgreementCase, ...]) -> Claim:
+    """Comparisons with one family of references as something `verify` runs like a claim."""
+    return Claim(name, title, partial(_study, cases), partial(_judge, name, cases))
 
 
 def _study(
-    meetings: tuple[AgreementCase, ...], make_method: MakeMethod, quick: bool, report: Report
+    cases: tuple[AgreementCase, ...], make_method: MakeMethod, quick: bool, report: Report
 ) -> pd.DataFrame:
-    """One row for each meeting; one that raises says so in its own row alone."""
+    """One row for each case; one that raises says so in its own row alone."""
     rows = []
-    for meeting in meetings:
-        report(meeting.quantity)
+    for case in cases:
+        report(case.quantity)
         try:
-            rows.append(meeting.measured(make_method))
+            rows.append(case.measured(make_method))
         except Exception as error:
             why = f"{type(error).__name__}: {error}"
-            rows.append(row(study=SOURCE, quantity=meeting.quantity, status=why))
+            rows.append(row(study=SOURCE, quantity=case.quantity, status=why))
     return frame(rows)
 
 
-def _judge(name: str, meetings: tuple[AgreementCase, ...], table: pd.DataFrame) -> list[Row]:
-    return [meeting.judged(name, table) for meeting in meetings]
+def _judge(name: str, cases: tuple[AgreementCase, ...], table: pd.DataFrame) -> list[Row]:
+    return [case.judged(name, table) for case in cases]

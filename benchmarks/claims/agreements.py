@@ -56,6 +56,8 @@ HANGING, PLANETS = galvi.problems.pendulum_3d(), galvi.problems.solar_system()
 CHAIN = galvi.problems.double_pendulum()
 OF_SECOND, OF_FIRST = "Its error of second order in its step.", "Its error of first order."
 OWN = "Its own error at this setting."
+LONG = "Rounding over 500 steps of two days."
+POINTS = "Point masses without relativity, Moon and asteroids."
 
 CLOSED = (
     AgreementCase(OSCILLATOR, SPRING, 1.0, 2e-15),  # 1e-16
@@ -64,11 +66,10 @@ CLOSED = (
     AgreementCase(FREE_TOP, TURN, 1.0, 4e-15),  # 3e-16
 )
 STORED = (
-    AgreementCase(STORED_TRUTH, PLANETS, 1000.0, 2e-13, 500,
-            note="Rounding over 500 steps of two days."),  # 1e-14
+    AgreementCase(STORED_TRUTH, PLANETS, 1000.0, 2e-13, 500, note=LONG),  # 1e-14
     AgreementCase(STORED_CHAIN, CHAIN, 1.0, 1e-14),  # 5e-16
     AgreementCase(STORED_ATTITUDE, HANGING, 1.0, 2e-15),  # 6e-17
-)  # fmt: skip
+)
 REBOUND = (
     AgreementCase(IAS15, PAIR, 1.0, 2e-15),  # 1e-16
     AgreementCase(BULIRSCH_STOER, PAIR, 1.0, 1e-13, setting=bulirsch_stoer.BEST, note=OWN),  # 2e-15
@@ -121,10 +122,7 @@ TEXTBOOK = (
         QUATERNION_DOP853, TURN, 1.0, 1e-13, setting={"tolerance": 1e-14}, note=OWN
     ),  # 6e-15
 )
-SKY = (
-    AgreementCase(JPL_EPHEMERIS, PLANETS, 100.0, 1e-6, 50,
-            note="Point masses without relativity, Moon and asteroids."),  # 1e-7
-)  # fmt: skip
+SKY = (AgreementCase(JPL_EPHEMERIS, PLANETS, 100.0, 1e-6, 50, note=POINTS),)  # 1e-7
 
 AGREEMENTS: tuple[Claim, ...] = (
     agreement("A1", "galvi and the closed forms", CLOSED),
@@ -136,7 +134,7 @@ AGREEMENTS: tuple[Claim, ...] = (
     agreement("A7", "galvi and the textbook's methods", TEXTBOOK),
     agreement("A8", "galvi and JPL's ephemeris", SKY),
 )
-MEETINGS = (*CLOSED, *STORED, *REBOUND, *MUJOCO, *HEYOKAS, *SCIPY, *TEXTBOOK, *SKY)
+CASES = (*CLOSED, *STORED, *REBOUND, *MUJOCO, *HEYOKAS, *SCIPY, *TEXTBOOK, *SKY)
 # What `verify --require` knows: the engines that may be absent, by the name of what is installed.
 ENGINES: Mapping[str, Contender] = {
     "rebound": IAS15,
@@ -153,5 +151,5 @@ def engines() -> dict[str, str]:
 
 def unavailable() -> tuple[str, ...]:
     """What contenders say whose engine is absent."""
-    said = (meeting.contender.missing for meeting in MEETINGS)
+    said = (case.contender.missing for case in CASES)
     return tuple(dict.fromkeys(sentence for sentence in said if sentence))

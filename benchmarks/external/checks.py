@@ -25,6 +25,7 @@ from benchmarks.external.check_runs import CLAIMED, ERROR, FAILED, OFF, ORDER, c
 from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.external.loading import CONSERVED
 from benchmarks.statistics.convergence_fits import algebraic, window
+from benchmarks.statistics.drift import drift
 from benchmarks.store.frames import number, pick
 
 GAIN = 0.7  # of the coarsest setting's error, at most at the finest
@@ -122,7 +123,7 @@ class Judge:
     def _failures(self, check: CheckProblem, seen: pd.DataFrame) -> Row:
         count, (why, *_) = number(seen, quantity=FAILED), pick(seen, quantity=FAILED)["status"]
         return self._row(
-            check, "runs and answers that failed", count, bounds.bound(count, 0.0),
+            check, "runs and answers that failed", count, bounds.AtMost(0.0).verdict(count),
             claimed="runs as they were asked for", bound="at most 0", reference="the protocol",
             reason=why or "Each setting that it offers must run to its end.",
         )  # fmt: skip
@@ -193,7 +194,7 @@ class Judge:
             verdict = bounds.NOT_RUN
             reason = failures[0] if failures else "Fewer than three errors are above round-off."
         elif 2.0 * fit.uncertainty <= slack:
-            verdict = bounds.within(fit.rate, order - spread, order + spread)
+            verdict = bounds.Near(order, slack, uncertainty=0.0).verdict(fit)
         elif _rises(runs["value"], check.floor) >= RISES or fit.rate < order - spread:
             verdict, reason = bounds.CONTRADICTED, "Its errors follow no power of the step."
         else:
@@ -212,13 +213,13 @@ class Judge:
             series = pick(seen, quantity=name)
             if series.empty:
                 continue
-            found = bounds.drift(series["t"].to_numpy(), series["value"].to_numpy())
+            found = drift(series["t"].to_numpy(), series["value"].to_numpy())
             limit = self.external.conserves.get(name)
             if limit is None:
                 expected = verdict = bounds.INFORMATIVE
             else:
                 expected = bounds.HOLDS
-                verdict = bounds.no_growth(found, limit, ROUND_OFF)
+                verdict = bounds.NoGrowth(limit, ROUND_OFF).verdict(found)
             if not np.isfinite(found.largest):
                 verdict = bounds.CONTRADICTED
             label, why = series["label"].iloc[0], series["status"].iloc[0]

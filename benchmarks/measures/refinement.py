@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 import galvi
 from benchmarks.checks.claim import MakeMethod, Report
 from benchmarks.measures.errors import PER_STEP, QUANTITIES
-from benchmarks.store.frames import row
+from benchmarks.store import frames
+from benchmarks.store.frames import failure, rows
 from galvi import Problem, Trajectory
+from galvi.arrays import Array
 from references import Contender
 
 MethodOf = Callable[[MakeMethod, int], Any]
+CAYLEY = galvi.Cayley()
 
 
 @dataclass(frozen=True)
@@ -24,15 +29,25 @@ class Case:
     step: float
     steps: int
 
+    @property
+    def columns(self) -> dict[str, Any]:
+        """As a tidy row has them."""
+        return {"n": self.n, "step": self.step, "steps": self.steps}
 
-def at_fixed_time(n: int, duration: float, steps: Iterable[int]) -> list[Case]:
-    """h-refinement with the final time fixed: steps of duration / k for each k."""
-    return [Case(n, duration / k, k) for k in steps]
+
+def outcome(run: Trajectory) -> dict[str, Any]:
+    """What a tidy row tells of the run that it is from."""
+    return {"status": failure(run), "force_evaluations": run.counts["force_evaluations"]}
 
 
-def with_fixed_number(n: int, steps: int, step_sizes: Iterable[float]) -> list[Case]:
-    """h-refinement as H does it: always as many steps, so that the final time shrinks."""
-    return [Case(n, h, steps) for h in step_sizes]
+def at_fixed_time(ns: Iterable[int], duration: float, steps: Sequence[int]) -> list[Case]:
+    """h-refinement for each n with the final time fixed: steps of duration / k for each k."""
+    return [Case(n, duration / k, k) for n in ns for k in steps]
+
+
+def with_fixed_number(ns: Iterable[int], steps: int, sizes: Sequence[float]) -> list[Case]:
+    """h-refinement for each n as H does it: as many steps, so that the final time shrinks."""
+    return [Case(n, h, steps) for n in ns for h in sizes]
 
 
 def method_of(make_method: MakeMethod, n: int) -> Any:
@@ -40,9 +55,9 @@ def method_of(make_method: MakeMethod, n: int) -> Any:
     return make_method(galvi.Polynomials(n - 1), galvi.gauss(2 * n))
 
 
-def method_on_group(make_method: MakeMethod, n: int) -> Any:
+def method_on_group(make_method: MakeMethod, n: int, chart: Any = CAYLEY) -> Any:
     """H 3.4.2: polynomials of degree n - 1 with a Gauss rule, of n points; Cayley's chart."""
-    return make_method(galvi.Polynomials(n - 1), galvi.gauss(n))
+    return make_method(galvi.Polynomials(n - 1), galvi.gauss(n), chart)
 
 
 def refine(
@@ -60,29 +75,39 @@ def refine(
     quantities = tuple(quantities)
     needs_truth = {"one-step error", "curve error"} & set(quantities)
     per_step = PER_STEP if "curve error" in quantities else 1
-    rows = []
+    found = []
     for case in cases:
         report(f"n = {case.n}, {case.steps} steps of {case.step:.4g}")
         run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
         span = (case.step * case.steps, case.steps * per_step)
         if needs_truth and run.success and span not in exact:
             exact[span] = truth.run(problem, span[0], {"samples": span[1]})
-        for quantity in quantities:
-            rows.append(
-                row(
-                    study=study,
-                    quantity=quantity,
-                    n=case.n,
-                    step=case.step,
-                    steps=case.steps,
-                    value=QUANTITIES[quantity](run, exact.get(span))
-                    if run.success
-                    else float("nan"),
-                    status="" if run.success else run.status,
-                    force_evaluations=run.counts["force_evaluations"],
-                )
-            )
-    return rows
+        values = {
+            quantity: QUANTITIES[quantity](run, exact.get(span)) if run.success else float("nan")
+            for quantity in quantities
+        }
+        found += rows(values, study=study, **case.columns, **outcome(run))
+    return found
+
+
+def refine_at_end(
+    study: str,
+    quantity: str,
+    problem: Problem,
+    exact: Array,
+    cases: Iterable[Case],
+    make_method: MakeMethod,
+    report: Report,
+    method: MethodOf = method_of,
+) -> list[dict[str, Any]]:
+    """One row for each case: the largest entry of q - exact at the final time."""
+    found = []
+    for case in cases:
+        report(f"{study}, n = {case.n}, {case.steps} steps")
+        run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
+        error = float(np.max(np.abs(run.q[-1] - exact))) if run.success else float("nan")
+        found += rows({quantity: error}, study=study, **case.columns, **outcome(run))
+    return found
 
 
 def history(
@@ -96,18 +121,9 @@ def history(
     """One row for each step end and quantity; ``measures`` maps its name to a function of the run
     that returns one number for each step end."""
     run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
+    where = {"study": study, **case.columns, **outcome(run)}
     return [
-        row(
-            study=study,
-            quantity=quantity,
-            n=case.n,
-            step=case.step,
-            steps=case.steps,
-            t=t,
-            value=value,
-            status="" if run.success else run.status,
-            force_evaluations=run.counts["force_evaluations"],
-        )
+        one
         for quantity, measure in measures.items()
-        for t, value in zip(run.t, measure(run), strict=True)
+        for one in frames.history(quantity, run.t, measure(run), **where)
     ]

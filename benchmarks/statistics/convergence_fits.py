@@ -59,6 +59,34 @@ class Fit:
         return line
 
 
+@dataclass(frozen=True)
+class Decay:
+    """How errors decay with n.
+
+    fit          the geometric fit
+    early, late  geometric fits to the coarse and the fine half of the window
+    worst        the largest ratio of an error to the one before, inside the window
+    smallest     the smallest error; NaN when there is none
+    """
+
+    fit: Fit
+    early: Fit
+    late: Fit
+    worst: float
+    smallest: float
+
+
+def decay(n: Sequence[float], errors: Sequence[float], *, floor: float) -> Decay:
+    """Of errors in n, which increases."""
+    smallest = float(np.min(errors)) if len(errors) else float("nan")
+    return Decay(
+        geometric(n, errors, floor=floor),
+        *halves(n, errors, floor=floor),
+        worst_ratio(errors, floor=floor),
+        smallest,
+    )
+
+
 def geometric(
     n: Sequence[float], errors: Sequence[float], *, floor: float, ceiling: float = 0.1
 ) -> Fit:

@@ -37,6 +37,25 @@ def row(**values: Any) -> dict[str, Any]:
     return {**blank, **values}
 
 
+def rows(values: Mapping[str, float], **where: Any) -> list[dict[str, Any]]:
+    """One observation for each quantity and its value."""
+    return [row(quantity=quantity, value=value, **where) for quantity, value in values.items()]
+
+
+def history(quantity: str, t: Array, values: Array, **where: Any) -> list[dict[str, Any]]:
+    """One observation for each time; values (k,), or places (k, 3)."""
+    if np.ndim(values) == 1:
+        pairs = zip(t, values, strict=True)
+        return [row(quantity=quantity, t=s, value=value, **where) for s, value in pairs]
+    places = zip(t, values, strict=True)
+    return [row(quantity=quantity, t=s, x=x, y=y, z=z, **where) for s, (x, y, z) in places]
+
+
+def failure(run: Any) -> str:
+    """Why a run failed, for the column `status`; empty when it succeeded."""
+    return "" if run.success else run.status
+
+
 def frame(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
     """Rows as a frame with exactly the columns above, in their order and of their types."""
     table = pd.DataFrame(list(rows), columns=list(COLUMNS))

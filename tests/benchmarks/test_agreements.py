@@ -11,7 +11,7 @@ import galvi
 from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.claims import agreement
-from benchmarks.claims.agreements import AGREEMENTS, ENGINES, MEETINGS, STORED, engines, unavailable
+from benchmarks.claims.agreements import AGREEMENTS, CASES, ENGINES, STORED, engines, unavailable
 from benchmarks.work_precision.galvi_methods import Variational
 from galvi import Problem
 from references import REFERENCES
@@ -24,9 +24,9 @@ def rows(claim: Claim, make: Any = galvi.Galerkin) -> list[Row]:
 
 
 def test_every_reference_is_met_once_on_a_problem_that_it_solves() -> None:
-    met = [meeting.contender.name for meeting in MEETINGS]
+    met = [case.contender.name for case in CASES]
     assert sorted(met) == sorted(contender.name for contender in REFERENCES)
-    assert all(meeting.contender.supports(meeting.problem) for meeting in MEETINGS)
+    assert all(case.contender.supports(case.problem) for case in CASES)
     assert [claim.id for claim in AGREEMENTS] == [f"A{k + 1}" for k in range(len(AGREEMENTS))]
 
 
@@ -35,9 +35,9 @@ def test_every_row_is_as_expected_and_says_what_it_was_held_against(claim: Claim
     for row in rows(claim):
         assert row.verdict == row.expected, row
         assert row.id == claim.id and row.bound and row.setup and row.reason
-        meeting = next(one for one in MEETINGS if one.quantity == row.quantity)
-        assert row.reference.startswith(meeting.contender.name)
-        assert row.verdict == (NOT_RUN if meeting.contender.missing else HOLDS)
+        case = next(one for one in CASES if one.quantity == row.quantity)
+        assert row.reference.startswith(case.contender.name)
+        assert row.verdict == (NOT_RUN if case.contender.missing else HOLDS)
 
 
 @BY_ID

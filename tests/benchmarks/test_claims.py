@@ -8,12 +8,14 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, HOLDS, NOT_RUN
+from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, HOLDS, NOT_RUN, AtMost
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.claims import CLAIMS
 from benchmarks.store.frames import COLUMNS
 
 NEVER_RUN = {"V25"}
+MADE_UP = Claim("V0", "title", lambda *given: pd.DataFrame(), lambda table: [], ("H fig. 1",),
+                setup="any", claimed="O(h)", reference="closed form")  # fmt: skip
 BY_ID = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
 
 
@@ -24,6 +26,18 @@ def quick(claim: Claim) -> pd.DataFrame:
 def test_the_claims_are_numbered_without_a_gap() -> None:
     on_groups = [f"L{k}" for k in range(1, 17)]
     assert [claim.id for claim in CLAIMS] == [*(f"V{k}" for k in range(1, 26)), *on_groups]
+
+
+def test_a_row_has_the_texts_of_its_claim_but_for_its_own() -> None:
+    row = MADE_UP.row("an error", AtMost(1.0), 0.5, claimed="O(h^2)", reason="none")
+    shared = (row.id, row.source, row.setup, row.reference, row.expected)
+    assert shared == ("V0", "H fig. 1", "any", "closed form", HOLDS)
+    assert (row.claimed, row.reason, row.bound) == ("O(h^2)", "none", "at most 1")
+    assert (row.measured, row.uncertainty, row.verdict) == (0.5, None, HOLDS)
+    missing = MADE_UP.row("an error", AtMost(1.0), float("nan"))
+    assert (missing.measured, missing.uncertainty, missing.verdict) == (None, None, NOT_RUN)
+    with pytest.raises(TypeError, match="colour"):
+        MADE_UP.row("an error", AtMost(1.0), 0.5, colour="blue")
 
 
 @BY_ID

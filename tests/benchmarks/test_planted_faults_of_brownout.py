@@ -11,45 +11,20 @@ import pytest
 
 import galvi
 from benchmarks.checks.bounds import CONTRADICTED
-from benchmarks.checks.claim import Claim, Row
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, STARTS
 from benchmarks.claims.vector_spaces.v23_brownout_order import TOLERANCES, V23
 from benchmarks.claims.vector_spaces.v24_brownout_cost import EULER, SECONDS, V24
 from galvi import Problem
 from galvi.kernels.forces.rotor_wind import rotor_wind
 from galvi.problems import brownout
+from tests.benchmarks.planted_tables import contradicted, faulty
 
 INTEGRATE = galvi.integrate
 
 
-def contradicted(claim: Claim, make: Any = galvi.Galerkin) -> list[str]:
-    """Quantities whose verdict is not the one expected; those that are expected to fail, apart."""
-    rows: list[Row] = claim.judge(claim.study(make, True, lambda sentence: None))
-    return [row.quantity for row in rows if row.verdict == CONTRADICTED != row.expected]
-
-
-def faulty(change: Callable[[Any], dict[str, Any]]) -> Callable[[Any, Any], Any]:
-    """Galerkin methods whose table is not the one of their space and rule."""
-
-    def make(space: Any, rule: Any) -> galvi.Galerkin:
-        method = galvi.Galerkin(space, replace(rule, name=f"{rule.name}, wrong {change.__name__}"))
-        vars(method)["table"] = replace(method.table, **change(method.table))
-        return method
-
-    return make
-
-
-def weights(table: Any) -> dict[str, Any]:
-    return {"b": table.b * (1.0 + 1e-6)}
-
-
-def derivatives(table: Any) -> dict[str, Any]:
-    return {"slope": table.slope * (1.0 + 1e-6)}
-
-
-@pytest.mark.parametrize("change", [weights, derivatives])
-def test_a_table_that_is_slightly_wrong_is_caught(change: Callable[[Any], dict[str, Any]]) -> None:
-    found = contradicted(V23, faulty(change))
+@pytest.mark.parametrize("array", ["b", "slope"])
+def test_a_table_that_is_slightly_wrong_is_caught(array: str) -> None:
+    found = contradicted(V23, faulty(**{array: 1.0 + 1e-6}))
     assert f"order, N = 4, {AWAY}" in found
     assert f"distance to DOP853 [m], M's reference, N = 12, {AWAY}" in found
 
@@ -78,7 +53,7 @@ def test_a_wrong_motion_is_caught_by_the_truth(
         galvi, "integrate", lambda problem, *rest, **how: INTEGRATE(change(problem), *rest, **how)
     )
     found = contradicted(V23)
-    assert {f"order, N = {N}, {AWAY}" for N in (3, 4)} <= set(found)
+    assert {f"order, N = {N}, {AWAY}" for N in (3, 4)} <= found
     assert f"distance to DOP853 [m], M's reference, N = 12, {ACROSS}" in found
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -24,28 +23,7 @@ from benchmarks.claims.vector_spaces.v18_oscillator_convergence_in_degree import
 from benchmarks.claims.vector_spaces.v22_best_approximation import V22
 from benchmarks.measures.space_rule_pairs import kinds
 from benchmarks.store.frames import frame, row
-
-
-def faulty(**scale: float) -> Callable[..., Any]:
-    """Methods with these arrays of their table multiplied; see `test_planted_faults.faulty`.
-
-    Those with a degree for each component stay as they are: their table is not what they step by.
-    """
-
-    def make(space: Any, rule: Any) -> galvi.Galerkin:
-        method = galvi.Galerkin(space, replace(rule, name=f"{rule.name}, wrong {scale}"))
-        if not hasattr(space, "degrees"):
-            wrong = {name: getattr(method.table, name) * by for name, by in scale.items()}
-            vars(method)["table"] = replace(method.table, **wrong)
-        return method
-
-    return make
-
-
-def contradicted(claim: Claim, make: Any = galvi.Galerkin) -> set[str]:
-    """What was not expected to be."""
-    found = claim.judge(claim.study(make, True, lambda sentence: None))
-    return {one.quantity for one in found if one.verdict == CONTRADICTED != one.expected}
+from tests.benchmarks.planted_tables import contradicted, faulty
 
 
 @pytest.mark.parametrize(

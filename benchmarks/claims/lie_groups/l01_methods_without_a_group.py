@@ -8,12 +8,13 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import AtLeast, AtMost
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.free_body import BODY, STEP, problem
 from benchmarks.measures.refinement import method_on_group
 from benchmarks.measures.rigid_invariants import orthogonality_defect
-from benchmarks.store.frames import frame, pick, row
+from benchmarks.statistics import readings
+from benchmarks.store.frames import failure, frame, history
 from galvi import Trajectory
 from references.contender import Contender
 from references.scipy.rigid_ivp import RIGID_ODE45
@@ -67,42 +68,28 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 def _rows(label: str, run: Trajectory) -> list[dict[str, Any]]:
     place = run.p / np.linalg.norm(run.problem.p0)
     away = np.abs(np.linalg.norm(place, axis=-1) - 1.0)
-    status = "" if run.success else run.status
-    rows = []
-    for quantity, values in ((SPHERE, away), (GROUP, orthogonality_defect(run.q))):
-        rows += [
-            row(study=label, quantity=quantity, t=t, value=value, status=status)
-            for t, value in zip(run.t, values, strict=True)
-        ]
-    return rows + [
-        row(study=label, quantity="momentum", t=t, x=x, y=y, z=z, status=status)
-        for t, (x, y, z) in zip(run.t, place, strict=True)
+    where = {"study": label, "status": failure(run)}
+    return [
+        *history(SPHERE, run.t, away, **where),
+        *history(GROUP, run.t, orthogonality_defect(run.q), **where),
+        *history("momentum", run.t, place, **where),
     ]
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Both leave both; galvi, beside them, stays."""
-    return [_judge(table, label, quantity) for label, quantity in REASONS]
+    return [_row(table, label, quantity) for label, quantity in REASONS]
 
 
-def _judge(table: pd.DataFrame, label: str, quantity: str) -> Row:
-    values = pick(table, study=label, quantity=quantity)["value"].to_numpy(float)
-    leaves = label != GALERKIN
-    measured = float(values.max()) if values.size else float("nan")
-    verdict = bounds.within(measured, LEAVES, np.inf) if leaves else bounds.bound(measured, STAYS)
-    return Row(
-        id="L1",
-        quantity=f"largest {quantity}, {label}",
-        source="H fig. 1.2",
+def _row(table: pd.DataFrame, label: str, quantity: str) -> Row:
+    stays = label == GALERKIN
+    return L1.row(
+        f"largest {quantity}, {label}",
+        AtMost(STAYS) if stays else AtLeast(LEAVES),
+        readings.largest(readings.values(table, study=label, quantity=quantity)),
         setup=SETUPS[label],
-        claimed="leaves it" if leaves else "geometric methods produce much better results",
-        bound=f"at least {LEAVES:g}" if leaves else f"at most {STAYS:g}",
-        measured=measured,
-        uncertainty=None,
-        expected=bounds.HOLDS,
+        claimed="geometric methods produce much better results" if stays else "leaves it",
         reason=REASONS[label, quantity],
-        reference="|y| = |y0| and R^T R = I, exact",
-        verdict=verdict,
     )
 
 
@@ -112,4 +99,5 @@ L1 = Claim(
     study,
     judge,
     ("H fig. 1.2",),
+    reference="|y| = |y0| and R^T R = I, exact",
 )

@@ -6,7 +6,7 @@ import math
 
 import pandas as pd
 
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import CONTRADICTED, AtMost, Base, Geometric
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.free_body import (
     BODY,
@@ -20,8 +20,8 @@ from benchmarks.claims.lie_groups.free_body import (
     problem,
 )
 from benchmarks.measures.refinement import Case, refine
-from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import frame, number, series
+from benchmarks.statistics import readings
+from benchmarks.store.frames import frame, number
 from references.closed_forms.free_top import FREE_TOP
 
 ENDS, CURVE = "one-step error", "curve error"
@@ -41,6 +41,14 @@ REASONS = {
     CURVE: "The best polynomial's own rate, half that of the step ends; for fewer n the ends' "
     "error dominates, as in V4. In Cayley's chart the rate is that of its pole at a turn by pi.",
 }
+OF_CHART = {
+    chart: {
+        "source": source,
+        "setup": f"{BODY}; {METHOD}; {chart} chart; h = {STEP:g}, T = {DURATION:g}; largest entry "
+        "of R - R_exact",
+    }
+    for chart, source in ((CAYLEY, "H fig. 3.1"), (EXPONENTIAL, "H 3.4.2, 3.6.1"))
+}
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
@@ -49,55 +57,65 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     cases = [Case(n, STEP, steps) for n in range(3, 16)]
     rows = []
     for chart, method in METHODS.items():
-        rows += refine(STUDIES[chart], problem(), FREE_TOP, cases, (ENDS, CURVE), make_method,
-                       report, method)  # fmt: skip
+        options = (make_method, report, method)
+        rows += refine(STUDIES[chart], problem(), FREE_TOP, cases, (ENDS, CURVE), *options)
     return frame(rows)
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Geometric, small enough; are the curves as good as the steps; and the other chart."""
-    rows = []
-    for chart in METHODS:
-        rows += [_geometric(table, chart, ENDS), _geometric(table, chart, CURVE)]
-        error = number(table, study=STUDIES[chart], quantity=ENDS, n=REACHED_AT)
-        rows.append(_row(
-            chart, f"one-step error, n = {REACHED_AT}", "attains high accuracy",
-            f"at most {REACHED:g}", error, None, bounds.HOLDS, REASONS[ENDS],
-            bounds.bound(error, REACHED),
-        ))  # fmt: skip
-    return [*rows, _curve_over_ends(table), _chart_over_chart(table)]
+    return [
+        *(row for chart in METHODS for row in _convergence(table, chart)),
+        _curve_over_ends(table),
+        _chart_over_chart(table),
+    ]
 
 
-def _geometric(table: pd.DataFrame, chart: str, quantity: str) -> Row:
-    n, errors = series(table, "n", study=STUDIES[chart], quantity=quantity)
-    if quantity == CURVE:
-        n, errors = n[n >= FROM[chart]], errors[n >= FROM[chart]]
-    fit = convergence_fits.geometric(n, errors, floor=FLOOR)
-    if chart == CAYLEY and quantity == CURVE:
-        bound = f"base {POLE:.3f} -+ {RESOLUTION} -+ 2 standard errors, from the chart's pole"
-        verdict = bounds.base(fit, POLE, RESOLUTION)
-    else:
-        bound = "base below 1 by 2 standard errors, later half of the window not slower"
-        verdict = bounds.at_least_geometric(fit, *convergence_fits.halves(n, errors, floor=FLOOR))
-    return _row(
-        chart, f"base of the {quantity}", "geometric convergence", bound, fit.rate,
-        fit.uncertainty, bounds.HOLDS, REASONS[quantity], verdict,
-    )  # fmt: skip
+def _convergence(table: pd.DataFrame, chart: str) -> list[Row]:
+    where = {"study": STUDIES[chart]}
+    ends = readings.decay(table, FLOOR, quantity=ENDS, **where)
+    curve = readings.decay(table, FLOOR, FROM[chart], quantity=CURVE, **where)
+    error = number(table, quantity=ENDS, n=REACHED_AT, **where)
+    texts = OF_CHART[chart]
+    return [
+        L2.row(
+            f"base of the {ENDS}, {chart} chart", Geometric(), ends, reason=REASONS[ENDS], **texts
+        ),
+        L2.row(
+            f"base of the {CURVE}, {chart} chart",
+            Base(POLE, RESOLUTION) if chart == CAYLEY else Geometric(),
+            curve,
+            reason=REASONS[CURVE],
+            **texts,
+        ),
+        L2.row(
+            f"{ENDS}, n = {REACHED_AT}, {chart} chart",
+            AtMost(REACHED),
+            error,
+            reason=REASONS[ENDS],
+            claimed="attains high accuracy",
+            **texts,
+        ),
+    ]
 
 
 def _curve_over_ends(table: pd.DataFrame) -> Row:
     """H: the curves have the same error, although theory gives them a lower rate."""
-    _, ends = series(table, "n", study=STUDIES[CAYLEY], quantity=ENDS)
-    _, curve = series(table, "n", study=STUDIES[CAYLEY], quantity=CURVE)
-    ratios = curve[ends > FLOOR] / ends[ends > FLOOR]
-    measured = float(ratios.max()) if ratios.size else float("nan")
-    return _row(
-        CAYLEY, "largest ratio of curve to one-step error", "curves have the same error as the map",
-        f"at most {SAME:g}", measured, None, bounds.CONTRADICTED,
-        "At T = 5 and h = 0.5 the two are equal up to n = 4 only; from n = 6 on the curve, whose "
-        "rate is half as large, is behind. H's own curve errors may have been taken at step ends.",
-        bounds.bound(measured, SAME),
-    )  # fmt: skip
+    ends, curve = (
+        readings.values(table, "n", study=STUDIES[CAYLEY], quantity=quantity)
+        for quantity in (ENDS, CURVE)
+    )
+    return L2.row(
+        "largest ratio of curve to one-step error, Cayley chart",
+        AtMost(SAME),
+        readings.largest(curve[ends > FLOOR] / ends[ends > FLOOR]),
+        claimed="curves have the same error as the map",
+        expected=CONTRADICTED,
+        reason="At T = 5 and h = 0.5 the two are equal up to n = 4 only; from n = 6 on the curve, "
+        "whose rate is half as large, is behind. H's own curve errors may have been taken at step "
+        "ends.",
+        **OF_CHART[CAYLEY],
+    )
 
 
 def _chart_over_chart(table: pd.DataFrame) -> Row:
@@ -105,34 +123,14 @@ def _chart_over_chart(table: pd.DataFrame) -> Row:
     cayley, exponential = (
         number(table, study=STUDIES[chart], quantity=ENDS, n=COMPARED) for chart in METHODS
     )
-    ratio = exponential / cayley
-    return _row(
-        EXPONENTIAL, f"one-step error over that with Cayley, n = {COMPARED}",
-        "other charts give equally valid methods", "at most 1", ratio, None, bounds.HOLDS,
-        "A free body turns almost steadily, and a steady turning is a straight line in the "
+    return L2.row(
+        f"one-step error over that with Cayley, n = {COMPARED}, exponential chart",
+        AtMost(1.0),
+        exponential / cayley,
+        claimed="other charts give equally valid methods",
+        reason="A free body turns almost steadily, and a steady turning is a straight line in the "
         "exponential chart, which every space holds; in Cayley's it is a tangent.",
-        bounds.bound(ratio, 1.0),
-    )  # fmt: skip
-
-
-def _row(
-    chart: str, quantity: str, claimed: str, bound: str, measured: float,
-    uncertainty: float | None, expected: str, reason: str, verdict: str,
-) -> Row:  # fmt: skip
-    return Row(
-        id="L2",
-        quantity=f"{quantity}, {chart} chart",
-        source="H fig. 3.1" if chart == CAYLEY else "H 3.4.2, 3.6.1",
-        setup=f"{BODY}; {METHOD}; {chart} chart; h = {STEP:g}, T = {DURATION:g}; largest entry of "
-        "R - R_exact",
-        claimed=claimed,
-        bound=bound,
-        measured=measured,
-        uncertainty=uncertainty,
-        expected=expected,
-        reason=reason,
-        reference=FREE_TOP.name,
-        verdict=verdict,
+        **OF_CHART[EXPONENTIAL],
     )
 
 
@@ -142,4 +140,6 @@ L2 = Claim(
     study,
     judge,
     ("H fig. 3.1",),
+    claimed="geometric convergence",
+    reference=FREE_TOP.name,
 )

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, ORDER_RESOLUTION, Near, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.free_body import BODY, DURATION, FLOOR, METHOD, problem
-from benchmarks.measures.refinement import at_fixed_time, method_on_group, refine
-from benchmarks.statistics import convergence_fits
+from benchmarks.measures.refinement import at_fixed_time, method_on_group, refine, refine_at_end
+from benchmarks.statistics import readings
 from benchmarks.statistics.convergence_fits import Fit
-from benchmarks.store.frames import frame, row, series
+from benchmarks.statistics.estimate import Estimate
+from benchmarks.store.frames import frame
 from references.closed_forms.free_top import FREE_TOP
 from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
@@ -34,29 +34,13 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 5' of H's body, and 'h-refinement, pendulum', whose errors reach
     the asymptotic order before round-off, for n = 3 to 6."""
     counts = [round(2.0 ** (j / 2)) for j in range(6, 15 if quick else 17)]
-    cases = [case for n in NS for case in at_fixed_time(n, DURATION, counts)]
-    rows = refine(BODY_STUDY, problem(), FREE_TOP, cases, [QUANTITY], make_method, report,
-                  method_on_group)  # fmt: skip
-    return frame(rows + _pendulum(make_method, quick, report))
-
-
-def _pendulum(make_method: MakeMethod, quick: bool, report: Report) -> list[dict[str, Any]]:
+    cases, options = at_fixed_time(NS, DURATION, counts), (make_method, report, method_on_group)
+    rows = refine(BODY_STUDY, problem(), FREE_TOP, cases, [QUANTITY], *options)
     pendulum = galvi.problems.pendulum_3d(WEIGHT)
-    truth = RIGID_DOP853.run(pendulum, DURATION, {"samples": 1, **TIGHT}).q[-1]
-    rows = []
-    for n in NS:
-        for j in range(3, 11 if quick else 17):
-            steps = 4 * round(2.0 ** (j / 2))
-            report(f"pendulum, n = {n}, {steps} steps")
-            run = galvi.integrate(pendulum, method_on_group(make_method, n), DURATION / steps,
-                                  steps)  # fmt: skip
-            rows.append(row(
-                study=PENDULUM, quantity=AT_END, n=n, step=DURATION / steps, steps=steps,
-                value=float(abs(run.q[-1] - truth).max()),
-                status="" if run.success else run.status,
-                force_evaluations=run.counts["force_evaluations"],
-            ))  # fmt: skip
-    return rows
+    exact = RIGID_DOP853.run(pendulum, DURATION, {"samples": 1, **TIGHT}).q[-1]
+    counts = [4 * round(2.0 ** (j / 2)) for j in range(3, 11 if quick else 17)]
+    cases = at_fixed_time(NS, DURATION, counts)
+    return frame(rows + refine_at_end(PENDULUM, AT_END, pendulum, exact, cases, *options))
 
 
 def claimed_order(n: int) -> int:
@@ -66,19 +50,12 @@ def claimed_order(n: int) -> int:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Against H's orders; H's parity; and both sides of 2 (n - 1)."""
-    known = {n: fit_of(table, n, BODY_STUDY) for n in NS}
+    known = {n: readings.order(table, FLOOR, study=BODY_STUDY, quantity=QUANTITY, n=n) for n in NS}
     return [
         *(_against_h(n, known[n]) for n in NS),
         _parity(known[4], known[5]),
-        *(_both_sides(n, fit_of(table, n, PENDULUM)) for n in NS),
+        *(_both_sides(table, n) for n in NS),
     ]
-
-
-def fit_of(table: pd.DataFrame, n: int, study: str) -> Fit:
-    """Of one n's errors."""
-    quantity, floor = (QUANTITY, FLOOR) if study == BODY_STUDY else (AT_END, END_FLOOR)
-    h, errors = series(table, "step", study=study, quantity=quantity, n=n)
-    return convergence_fits.algebraic(h, errors, floor=floor)
 
 
 def _against_h(n: int, fit: Fit) -> Row:
@@ -92,57 +69,45 @@ def _against_h(n: int, fit: Fit) -> Row:
             " Here the error is at round-off before the terms of higher order are small beside "
             "it, and falls faster than that."
         )
-    return _row(
-        quantity=f"order of the one-step error, n = {n}",
+    return L3.row(
+        f"order of the one-step error, n = {n}",
+        Order(claimed),
+        fit,
         setup=f"{BODY}; {METHOD}, n = {n}; Cayley; T = {DURATION:g}, h = T / round(2^(j/2)), "
         "j = 6, 7, ...",
         claimed=f"optimal for even n, n - 1 for odd: order {claimed}",
-        bound=f"order {claimed} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
-        measured=fit.rate,
-        uncertainty=fit.uncertainty,
-        expected=bounds.EXCEEDS,
+        expected=EXCEEDS,
         reason=reason,
-        verdict=bounds.order(fit, claimed),
     )
 
 
 def _parity(four: Fit, five: Fit) -> Row:
-    gain, spread = five.rate - four.rate, math.hypot(five.uncertainty, four.uncertainty)
-    limit = bounds.ORDER_RESOLUTION + 2.0 * spread
-    return _row(
-        quantity="order for n = 5 less that for n = 4",
+    uncertainty = math.hypot(five.uncertainty, four.uncertainty)
+    return L3.row(
+        "order for n = 5 less that for n = 4",
+        Near(0.0, ORDER_RESOLUTION, uncertainty=0.0),
+        Estimate(five.rate - four.rate, uncertainty),
         setup=f"{BODY}; {METHOD}; Cayley; T = {DURATION:g}",
         claimed="n - 1 = 4 for n = 5, as for n = 4: no gain",
-        bound=f"0 -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
-        measured=gain,
-        uncertainty=spread,
-        expected=bounds.CONTRADICTED,
+        expected=CONTRADICTED,
         reason="Each basis function gains two orders, whatever its parity. H has no explanation "
         "for the parity either; it could not be reproduced, with this rule or in the exponential "
         "chart.",
-        verdict=bounds.within(gain, -limit, limit) if math.isfinite(limit) else bounds.NOT_RUN,
     )
 
 
-def _both_sides(n: int, fit: Fit) -> Row:
+def _both_sides(table: pd.DataFrame, n: int) -> Row:
     order = 2 * (n - 1)
-    return _row(
-        quantity=f"order from both sides, n = {n}",
+    return L3.row(
+        f"order from both sides, n = {n}",
+        Order(order),
+        readings.order(table, END_FLOOR, study=PENDULUM, quantity=AT_END, n=n),
         setup=f"{PENDULUM_SETUP}; n = {n}",
         claimed=f"order-optimal; we say 2 (n - 1) = {order}, no less and no more",
-        bound=f"order {order} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
-        measured=fit.rate,
-        uncertainty=fit.uncertainty,
-        expected=bounds.HOLDS,
         reason="A motion of small turns, whose chart is nearly flat: the leading term of the error "
         "is all that is left of it well above round-off.",
-        verdict=bounds.order(fit, order),
         reference=f"{RIGID_DOP853.name}, rtol {TIGHT['rtol']:g}",
     )
-
-
-def _row(reference: str = FREE_TOP.name, **measured: Any) -> Row:
-    return Row(id="L3", source="H fig. 3.2, thm. 3.3.1", reference=reference, **measured)
 
 
 L3 = Claim(
@@ -151,4 +116,6 @@ L3 = Claim(
     study,
     judge,
     ("H fig. 3.2",),
+    source="H fig. 3.2, thm. 3.3.1",
+    reference=FREE_TOP.name,
 )

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import NoGrowth
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.free_body import BODY, STEP, problem
 from benchmarks.measures import rigid_invariants
 from benchmarks.measures.refinement import method_on_group
-from benchmarks.store.frames import frame, pick, row
+from benchmarks.statistics import readings
+from benchmarks.store.frames import failure, frame, history
 
 N, COARSE = 12, 8
 STEPS, QUICK_STEPS, EVERY = 10000, 2000, 4
@@ -31,52 +30,31 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'history' of the relative energy error at every fourth step end, n = 12 and 8; 10000
     steps, 2000 in the quick form."""
     steps = QUICK_STEPS if quick else STEPS
-    rows = []
+    body, rows = problem(), []
+    exact = float(rigid_invariants.energy(body, body.q0[None], body.p0[None])[0])
     for n, quantity in QUANTITIES.items():
         report(f"n = {n}, {steps} steps of {STEP:g}")
-        rows += _history(method_on_group(make_method, n), n, quantity, steps)
+        method = method_on_group(make_method, n)
+        run = galvi.integrate(body, method, STEP, steps, save_every=EVERY)
+        errors = rigid_invariants.energy(body, run.q, run.p) / exact - 1.0
+        where = {"study": "history", "n": n, "step": STEP, "steps": steps, "status": failure(run)}
+        rows += history(quantity, run.t, errors, **where)
     return frame(rows)
-
-
-def _history(method: Any, n: int, quantity: str, steps: int) -> list[dict[str, Any]]:
-    body = problem()
-    run = galvi.integrate(body, method, STEP, steps, save_every=EVERY)
-    energy = rigid_invariants.energy(body, run.q, run.p)
-    exact = float(rigid_invariants.energy(body, body.q0[None], body.p0[None])[0])
-    return [
-        row(study="history", quantity=quantity, n=n, step=STEP, steps=steps, t=t, value=error,
-            status="" if run.success else run.status)
-        for t, error in zip(run.t, energy / exact - 1.0, strict=True)
-    ]  # fmt: skip
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Bounded and without drift."""
-    return [_judge(table, n) for n in QUANTITIES]
-
-
-def _judge(table: pd.DataFrame, n: int) -> Row:
-    rows = pick(table, study="history", quantity=QUANTITIES[n]).sort_values("t")
-    seen = bounds.drift(rows["t"].to_numpy(), rows["value"].to_numpy())
-    round_off = ROUND_OFF if n == N else 0.0
-    bound = f"at most {LIMITS[n]:g}"
-    bound += f"; above {round_off:g}" if round_off else ""
-    bound += f"; no trend beyond 3 sigma; last quarter at most {bounds.GROWTH:g} x the first"
-    return Row(
-        id="L4",
-        quantity=QUANTITIES[n],
-        source="H fig. 3.3",
-        setup=f"{BODY}; Polynomials({n - 1}), gauss({n}), Cayley; h = {STEP:g}, {STEPS} steps "
-        f"({QUICK_STEPS} in the quick form); relative, at every fourth step end",
-        claimed="oscillates and remains bounded",
-        bound=bound,
-        measured=seen.largest,
-        uncertainty=None,
-        expected=bounds.HOLDS,
-        reason=REASONS[n],
-        reference="exact energy, v0 . J v0 / 2",
-        verdict=bounds.no_growth(seen, LIMITS[n], round_off),
-    )
+    return [
+        L4.row(
+            quantity,
+            NoGrowth(LIMITS[n], ROUND_OFF if n == N else 0.0),
+            readings.drift(table, study="history", quantity=quantity),
+            setup=f"{BODY}; Polynomials({n - 1}), gauss({n}), Cayley; h = {STEP:g}, {STEPS} steps "
+            f"({QUICK_STEPS} in the quick form); relative, at every fourth step end",
+            reason=REASONS[n],
+        )
+        for n, quantity in QUANTITIES.items()
+    ]
 
 
 L4 = Claim(
@@ -85,4 +63,6 @@ L4 = Claim(
     study,
     judge,
     ("H fig. 3.3",),
+    claimed="oscillates and remains bounded",
+    reference="exact energy, v0 . J v0 / 2",
 )

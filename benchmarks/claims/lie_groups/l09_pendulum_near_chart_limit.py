@@ -8,12 +8,14 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import CONTRADICTED, AtLeast, AtMost, Bound, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.pendulum_motion import BODY, TRUTH
-from benchmarks.measures.errors import curve_times, energy_errors
+from benchmarks.measures.errors import PER_STEP, curve_times, energy_errors
+from benchmarks.measures.refinement import method_on_group
 from benchmarks.measures.rotation_angle import turns
-from benchmarks.store.frames import frame, number, pick, row
+from benchmarks.statistics import readings
+from benchmarks.store.frames import failure, frame, history, number, pick, row, rows
 from galvi import Problem, Trajectory
 
 N, STEP, STEPS = 20, 0.6, 200
@@ -25,6 +27,10 @@ CHANGE = "change of energy in one step"
 SHOWN = 50  # steps whose curve is kept
 SMALL, LARGE = 2.0, 2.4  # rad: steps far from the limit pi of Cayley's chart, and near it
 LIMIT = 1e-12
+JUMP = (
+    f"energy change of single steps that turn by more than {LARGE:g} rad, largest, over that of "
+    f"steps below {SMALL:g}"
+)
 JUMPS = 1e-4  # of the energy, in steps that near the limit
 SETUP = (
     f"{BODY}, m g = %g (H gives none); R0 = diag(-1, 1, -1), body velocity (0.5, -0.5, 0.4); "
@@ -54,62 +60,48 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     'one step, ... chart' has the turn and the change of energy, over |energy|, of single steps
     from states of DOP853's run for m g = 29.43, by their time.
     """
-    rows = []
+    found = []
     for weight in (LIGHT, HEAVY):
-        for name in CHARTS:
+        for name, chart in CHARTS.items():
             report(named(weight, name))
-            method = _method(make_method, name)
+            method = method_on_group(make_method, N, chart)
             run = galvi.integrate(problem(weight), method, STEP, STEPS)
-            rows += _run(named(weight, name), name, run)
+            found += _run(named(weight, name), name, run)
     report("single steps")
-    return frame(rows + _single_steps(make_method, 80 if quick else STEPS))
-
-
-def _method(make_method: MakeMethod, chart: str) -> Any:
-    space, rule = galvi.Polynomials(N - 1), galvi.gauss(N)
-    return make_method(space, rule) if chart == "Cayley" else make_method(
-        space, rule, CHARTS[chart]
-    )  # fmt: skip
+    return frame(found + _single_steps(make_method, 80 if quick else STEPS))
 
 
 def _run(study: str, chart: str, run: Trajectory) -> list[dict[str, Any]]:
     done = int(np.sum(np.isfinite(run.p[:, 0]))) - 1
-    status = "" if run.success else run.status
-    where = {"study": study, "label": chart, "n": N, "step": STEP, "status": status}
-    energy, turned = energy_errors(run)[: done + 1], turns(run.q[:done], run.q[1 : done + 1])
-    rows = [row(quantity=DONE, value=float(done), **where)]
-    rows += [row(quantity=ENERGY, t=t, value=e, **where)
-             for t, e in zip(run.t, energy, strict=False)]  # fmt: skip
-    rows += [row(quantity=TURN, t=t, value=a, **where)
-             for t, a in zip(run.t[1:], turned, strict=False)]  # fmt: skip
-    shown = min(done, SHOWN)
-    fine = curve_times(run)[: shown * 20 + 1]
-    places = ((ENDS, run.t[: shown + 1], run.q[: shown + 1]),)
-    if shown:
-        places += ((CURVE, fine, run(fine)),)
-    for quantity, times, attitudes in places:
-        rows += [row(quantity=quantity, t=t, x=x, y=y, z=z, **where)
-                 for t, (x, y, z) in zip(times, attitudes[:, :, 2], strict=True)]  # fmt: skip
-    return rows
+    where = {"study": study, "label": chart, "n": N, "step": STEP, "status": failure(run)}
+    t, q, shown = run.t[: done + 1], run.q[: done + 1], min(done, SHOWN)
+    fine = curve_times(run)[: shown * PER_STEP + 1]
+    return [
+        row(quantity=DONE, value=float(done), **where),
+        *history(ENERGY, t, energy_errors(run)[: done + 1], **where),
+        *history(TURN, t[1:], turns(q[:-1], q[1:]), **where),
+        *history(ENDS, t[: shown + 1], q[: shown + 1, :, 2], **where),
+        *(history(CURVE, fine, run(fine)[:, :, 2], **where) if shown else ()),
+    ]
 
 
 def _single_steps(make_method: MakeMethod, count: int) -> list[dict[str, Any]]:
     start = problem(HEAVY)
     exact = TRUTH.run(start, STEP * STEPS, {"samples": STEPS})
     v = start.system.velocity(exact.p)
-    rows = []
-    for name in CHARTS:
-        method = _method(make_method, name)
+    found = []
+    for name, chart in CHARTS.items():
+        method = method_on_group(make_method, N, chart)
         for k in range(0, STEPS, STEPS // count):
             here = Problem(start.system, exact.q[k], v[k])
             run = galvi.integrate(here, method, STEP, 1)
-            where = {"study": f"one step, {name} chart", "label": name, "n": N, "step": STEP,
-                     "t": exact.t[k], "status": "" if run.success else run.status}  # fmt: skip
-            turned = float(turns(exact.q[k : k + 1], exact.q[k + 1 : k + 2])[0])
-            change = abs(float(energy_errors(run)[-1])) if run.success else float("nan")
-            rows += [row(quantity=TURN, value=turned, **where),
-                     row(quantity=CHANGE, value=change, **where)]  # fmt: skip
-    return rows
+            where = {"study": f"one step, {name} chart", "label": name, "n": N, "step": STEP}
+            values = {
+                TURN: float(turns(exact.q[k : k + 1], exact.q[k + 1 : k + 2])[0]),
+                CHANGE: abs(float(energy_errors(run)[-1])) if run.success else float("nan"),
+            }
+            found += rows(values, t=exact.t[k], status=failure(run), **where)
+    return found
 
 
 def single_steps(table: pd.DataFrame, chart: str) -> pd.DataFrame:
@@ -123,101 +115,105 @@ def single_steps(table: pd.DataFrame, chart: str) -> pd.DataFrame:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Energy, how far steps turn, how far the runs come, and what nearing the limit costs."""
-    far = _largest(table, named(HEAVY, "exponential"), TURN)
+    near_pi = {"claimed": "some steps are almost through an angle of pi"}
+    light, heavy, wide = (LIGHT, "Cayley"), (HEAVY, "Cayley"), (HEAVY, "exponential")
     return [
-        _bound(LIGHT, "Cayley", "largest energy error", _largest(
-            table, named(LIGHT, "Cayley"), ENERGY), LIMIT, "energy nearly conserved",
-            "No step comes near the limit: 20 basis functions resolve it to round-off."),
-        _within(LIGHT, "Cayley", "largest turn in a step [rad]", _largest(
-            table, named(LIGHT, "Cayley"), TURN), 2.8, np.pi,
-            "some steps are almost through an angle of pi", bounds.CONTRADICTED,
-            "This weight turns the body by at most 2.2 in a step: H's figure is of a larger m g."),
-        _within(HEAVY, "exponential", "largest turn in a step [rad]", far, 2.8, np.pi,
-            "some steps are almost through an angle of pi", bounds.HOLDS,
-            "With three times the weight steps reach half a turn; measured with the chart whose "
-            "limit is a whole one."),
-        _bound(HEAVY, "exponential", "largest energy error", _largest(
-            table, named(HEAVY, "exponential"), ENERGY), LIMIT, "energy nearly conserved",
-            "For this chart half a turn is far from the limit, 2 pi: no jumps."),
-        _bound(HEAVY, "Cayley", "largest energy error before the run ends", _largest(
-            table, named(HEAVY, "Cayley"), ENERGY), JUMPS, "energy nearly conserved",
-            "What is lost is lost in the steps that turn by more than 2.4."),
-        _within(HEAVY, "Cayley", "steps done", _done(table, named(HEAVY, "Cayley")), STEPS,
-            np.inf, "a long run of steps almost through an angle of pi", bounds.CONTRADICTED,
-            "The run ends at a step of 3.09 radians, also when it starts from a run with smaller "
-            "steps: near half a turn xi = 2 tan(angle / 2) grows without bound, here to 75."),
-        _within(HEAVY, "exponential", "steps done", _done(table, named(HEAVY, "exponential")),
-            20.0, np.inf, "not in H", bounds.HOLDS,
-            "The exponential chart goes on where Cayley's ends."),
-        *(_jump(table, name) for name in CHARTS),
-    ]  # fmt: skip
+        _row(
+            light,
+            "largest energy error",
+            AtMost(LIMIT),
+            _largest(table, light, ENERGY),
+            reason="No step comes near the limit: 20 basis functions resolve it to round-off.",
+        ),
+        _row(
+            light,
+            "largest turn in a step [rad]",
+            Within(2.8, np.pi),
+            _largest(table, light, TURN),
+            expected=CONTRADICTED,
+            reason="This weight turns the body by at most 2.2 in a step: H's figure is of a larger "
+            "m g.",
+            **near_pi,
+        ),
+        _row(
+            wide,
+            "largest turn in a step [rad]",
+            Within(2.8, np.pi),
+            _largest(table, wide, TURN),
+            reason="With three times the weight steps reach half a turn; measured with the chart "
+            "whose limit is a whole one.",
+            **near_pi,
+        ),
+        _row(
+            wide,
+            "largest energy error",
+            AtMost(LIMIT),
+            _largest(table, wide, ENERGY),
+            reason="For this chart half a turn is far from the limit, 2 pi: no jumps.",
+        ),
+        _row(
+            heavy,
+            "largest energy error before the run ends",
+            AtMost(JUMPS),
+            _largest(table, heavy, ENERGY),
+            reason="What is lost is lost in the steps that turn by more than 2.4.",
+        ),
+        _row(
+            heavy,
+            "steps done",
+            AtLeast(STEPS),
+            number(table, study=named(*heavy), quantity=DONE),
+            claimed="a long run of steps almost through an angle of pi",
+            expected=CONTRADICTED,
+            reason="The run ends at a step of 3.09 radians, also when it starts from a run with "
+            "smaller steps: near half a turn xi = 2 tan(angle / 2) grows without bound, here to "
+            "75.",
+        ),
+        _row(
+            wide,
+            "steps done",
+            AtLeast(20),
+            number(table, study=named(*wide), quantity=DONE),
+            claimed="not in H",
+            reason="The exponential chart goes on where Cayley's ends.",
+        ),
+        _row(
+            heavy,
+            JUMP,
+            AtLeast(1e3),
+            _jump(table, "Cayley"),
+            claimed="the large jumps belong to steps that almost exceed the chart",
+            reason="The nearer to half a turn, the worse polynomials approximate tan(angle / 2).",
+        ),
+        _row(
+            wide,
+            JUMP,
+            AtMost(100.0),
+            _jump(table, "exponential"),
+            claimed="not in H",
+            reason="Nothing happens to the exponential chart at half a turn: round-off in both.",
+        ),
+    ]
 
 
-def _jump(table: pd.DataFrame, chart: str) -> Row:
+def _row(run: tuple[float, str], quantity: str, bound: Bound, measured: float, **own: str) -> Row:
+    """Of the run with this weight and chart; of its energy, unless it says otherwise."""
+    texts = {"setup": SETUP % run, "claimed": "energy nearly conserved", **own}
+    if "energy" not in quantity:
+        texts = {"source": "H fig. 3.8", "reference": "angle between the ends of a step", **texts}
+    return L9.row(f"{quantity}, {named(*run)}", bound, measured, **texts)
+
+
+def _largest(table: pd.DataFrame, run: tuple[float, str], quantity: str) -> float:
+    return readings.largest(abs(readings.values(table, study=named(*run), quantity=quantity)))
+
+
+def _jump(table: pd.DataFrame, chart: str) -> float:
+    """The largest change of energy in a step that turns far, over that in one that does not."""
     steps = single_steps(table, chart)
     near = steps["change"][steps["turn"] > LARGE].max()
     far = steps["change"][steps["turn"] < SMALL].max()
-    quantity = (
-        f"energy change of single steps that turn by more than {LARGE:g} rad, largest, over that "
-        f"of steps below {SMALL:g}"
-    )
-    ratio = float(near / far) if far > 0.0 else float("nan")
-    if chart == "Cayley":
-        return _within(
-            HEAVY, chart, quantity, ratio, 1e3, np.inf,
-            "the large jumps belong to steps that almost exceed the chart", bounds.HOLDS,
-            "The nearer to half a turn, the worse polynomials approximate tan(angle / 2).",
-        )  # fmt: skip
-    return _within(
-        HEAVY, chart, quantity, ratio, 0.0, 100.0, "not in H", bounds.HOLDS,
-        "Nothing happens to the exponential chart at half a turn: round-off in both.",
-    )  # fmt: skip
-
-
-def _largest(table: pd.DataFrame, study: str, quantity: str) -> float:
-    return float(pick(table, study=study, quantity=quantity)["value"].abs().max())
-
-
-def _done(table: pd.DataFrame, study: str) -> float:
-    return number(table, study=study, quantity=DONE)
-
-
-def _bound(
-    weight: float, chart: str, quantity: str, measured: float, limit: float, claimed: str,
-    reason: str,
-) -> Row:  # fmt: skip
-    return _row(weight, chart, quantity, measured, f"at most {limit:g}", claimed, bounds.HOLDS,
-                reason, bounds.bound(measured, limit))  # fmt: skip
-
-
-def _within(
-    weight: float, chart: str, quantity: str, measured: float, low: float, high: float,
-    claimed: str, expected: str, reason: str,
-) -> Row:  # fmt: skip
-    bound = f"{low:.4g} to {high:.4g}" if np.isfinite(high) else f"at least {low:g}"
-    return _row(weight, chart, quantity, measured, bound, claimed, expected, reason,
-                bounds.within(measured, low, high))  # fmt: skip
-
-
-def _row(
-    weight: float, chart: str, quantity: str, measured: float, bound: str, claimed: str,
-    expected: str, reason: str, verdict: str,
-) -> Row:  # fmt: skip
-    energy = "energy" in quantity
-    return Row(
-        id="L9",
-        quantity=f"{quantity}, m g = {weight:g}, {chart} chart",
-        source="H fig. 3.9" if energy else "H fig. 3.8",
-        setup=SETUP % (weight, chart),
-        claimed=claimed,
-        bound=bound,
-        measured=measured,
-        uncertainty=None,
-        expected=expected,
-        reason=reason,
-        reference="initial energy" if energy else "angle between the ends of a step",
-        verdict=verdict,
-    )
+    return float(near / far) if far > 0.0 else float("nan")
 
 
 L9 = Claim(
@@ -226,4 +222,6 @@ L9 = Claim(
     study,
     judge,
     ("H fig. 3.8", "H fig. 3.9"),
+    source="H fig. 3.9",
+    reference="initial energy",
 )

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import AtMost
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.matrix_group import MatrixGroup
-from benchmarks.store.frames import frame, number, row
+from benchmarks.store.frames import frame, number, rows
 from galvi import Problem
 from galvi.arrays import Array
 from galvi.charts import CHARTS
@@ -48,23 +48,21 @@ BODIES = {
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """'equivariance', with group and chart in `label`: largest differences over random curves,
     and over the curves of runs."""
-    rng, rows = np.random.default_rng(SEED), []
+    rng, found = np.random.default_rng(SEED), []
     trials = QUICK_TRIALS if quick else TRIALS
     for group in GROUPS:
         for chart in CHARTS:
             report(_label(group, chart))
             worst = np.max([_one(group, chart, rng) for _ in range(trials)], axis=0)
-            rows += [
-                row(study="equivariance", quantity=name, label=_label(group, chart), value=value)
-                for name, value in zip((CURVE, THROUGH), worst, strict=True)
-            ]
+            values = dict(zip((CURVE, THROUGH), worst, strict=True))
+            found += rows(values, study="equivariance", label=_label(group, chart))
     for name, make in BODIES.items():
         for chart in CHARTS:
             method = make_method(galvi.Polynomials(N - 1), galvi.gauss(N), chart)
             apart, status = _runs(make(), method, rng)
-            rows.append(row(study="equivariance", quantity=RUN, label=f"{name}, {_name(chart)}",
-                            value=apart, status=status))  # fmt: skip
-    return frame(rows)
+            where = {"study": "equivariance", "label": f"{name}, {_name(chart)}"}
+            found += rows({RUN: apart}, status=status, **where)
+    return frame(found)
 
 
 def interpolated(chart: Chart, group: Group, points: Array, t: Array) -> Array:
@@ -119,35 +117,38 @@ def judge(table: pd.DataFrame) -> list[Row]:
         for chart in CHARTS:
             label = _label(group, chart)
             rows += [
-                _row(table, CURVE, label, "the curve is Lie group equivariant",
-                     "The chart is centred at the first point, and moves with it."),
-                _row(table, THROUGH, label, "the curve passes through its points",
-                     "Phi and its inverse are the inverse of each other."),
-            ]  # fmt: skip
+                L10.row(
+                    f"largest defect {CURVE}, {label}",
+                    AtMost(LIMIT),
+                    _found(table, CURVE, label),
+                    claimed="the curve is Lie group equivariant",
+                    reason="The chart is centred at the first point, and moves with it.",
+                ),
+                L10.row(
+                    f"largest distance {THROUGH}, {label}",
+                    AtMost(LIMIT),
+                    _found(table, THROUGH, label),
+                    claimed="the curve passes through its points",
+                    reason="Phi and its inverse are the inverse of each other.",
+                ),
+            ]
+    labels = [f"{name}, {_name(chart)}" for name in BODIES for chart in CHARTS]
     return rows + [
-        _row(table, RUN, f"{name}, {_name(chart)}", "discrete Lagrangians inherit the symmetry",
-             "The Lagrangian of a free body does not change with g, and so its curves move along.")
-        for name in BODIES
-        for chart in CHARTS
-    ]  # fmt: skip
+        L10.row(
+            f"largest defect {RUN}, {label}",
+            AtMost(LIMIT),
+            _found(table, RUN, label),
+            setup=RUN_SETUP,
+            claimed="discrete Lagrangians inherit the symmetry",
+            reason="The Lagrangian of a free body does not change with g, and so its curves move "
+            "along.",
+        )
+        for label in labels
+    ]
 
 
-def _row(table: pd.DataFrame, quantity: str, label: str, claimed: str, reason: str) -> Row:
-    measured = number(table, study="equivariance", quantity=quantity, label=label)
-    return Row(
-        id="L10",
-        quantity=f"largest {'distance' if quantity == THROUGH else 'defect'} {quantity}, {label}",
-        source="H lemma 3.2.1",
-        setup=RUN_SETUP if quantity == RUN else SETUP,
-        claimed=claimed,
-        bound=f"at most {LIMIT:g}",
-        measured=measured,
-        uncertainty=None,
-        expected=bounds.HOLDS,
-        reason=reason,
-        reference="products of matrices",
-        verdict=bounds.bound(measured, LIMIT),
-    )
+def _found(table: pd.DataFrame, quantity: str, label: str) -> float:
+    return number(table, study="equivariance", quantity=quantity, label=label)
 
 
 def _label(group: Group, chart: Chart) -> str:
@@ -163,4 +164,12 @@ def _name(chart: Chart) -> str:
     return type(chart).__name__
 
 
-L10 = Claim("L10", "Interpolating curves are equivariant under left translation", study, judge)
+L10 = Claim(
+    "L10",
+    "Interpolating curves are equivariant under left translation",
+    study,
+    judge,
+    source="H lemma 3.2.1",
+    setup=SETUP,
+    reference="products of matrices",
+)

@@ -8,11 +8,12 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import CONTRADICTED, Above, AtLeast
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.pendulum_motion import MOTION, problem
 from benchmarks.measures.second_variation import constants, one_step, over_lower_form, smallest
-from benchmarks.store.frames import frame, number, row, series
+from benchmarks.statistics import readings
+from benchmarks.store.frames import failure, frame, number, rows, series
 from galvi import Problem
 from galvi.arrays import Array
 
@@ -25,6 +26,7 @@ SETUPS = {
     PENDULUM: MOTION,
     FREE: "free rigid body, J = diag(3.3, 2.5, 3.4), R0 = I, body velocity (2, -1.9, 1)",
 }
+BELOW_BOUND = "minimum for h below the bound"
 FORMULA = (
     "C_xi' = C_p / 2, C_xi = C_d + C_m^2 / (2 C_p), C_V of H's proof, with the trace and the half "
     "that H's kinetic energy lacks and the factor 2 of the mixed term, maximised along the curve"
@@ -35,14 +37,14 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each case and step: the least eigenvalue of the discrete second variation against the
     integral of |dxi'|^2, H's two bounds on the step, and the second variation over H's lower form.
     """
-    rows = []
+    found = []
     sizes = np.round(np.arange(0.1, 2.41, 0.1 if quick else 0.05), 10).tolist()
     for name in SETUPS:
         report(name)
         start, method = _case(name, make_method)
         for h in sizes:
-            rows += _step(name, start, method, h)
-    return frame(rows)
+            found += _step(name, start, method, h)
+    return frame(found)
 
 
 def _case(name: str, make_method: MakeMethod) -> tuple[Problem, Any]:
@@ -57,46 +59,84 @@ def _step(name: str, start: Problem, method: Any, h: float) -> list[dict[str, An
     values = dict.fromkeys((LEAST, MINIMUM, COERCIVE, FORM), float("nan"))
     if run.success:
         known = constants(run)
-        values = {LEAST: smallest(run), MINIMUM: known.minimum, COERCIVE: known.coercive,
-                  FORM: over_lower_form(run, known)}  # fmt: skip
-    status = "" if run.success else run.status
-    return [
-        row(study=name, quantity=quantity, n=N, step=h, steps=1, value=value, status=status)
-        for quantity, value in values.items()
-    ]
+        values = {
+            LEAST: smallest(run),
+            MINIMUM: known.minimum,
+            COERCIVE: known.coercive,
+            FORM: over_lower_form(run, known),
+        }
+    return rows(values, study=name, n=N, step=h, steps=1, status=failure(run))
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Where the second variation loses its sign, against where H's proof stops."""
     zero = _crossing(*_rising(table, PENDULUM, LEAST))
-    rows = [
-        _ratio(table, PENDULUM, MINIMUM, zero, "lemma 3.3.1", "minimum for h below the bound"),
-        _ratio(table, PENDULUM, COERCIVE, zero, "lemma 3.3.2", "coercive for h below the bound"),
-        _row(
-            PENDULUM, f"least eigenvalue at h = {LONG:g}", "lemma 3.3.1",
-            "stationary points are minima (the statement has no bound on h)", "above 0",
-            number(table, study=PENDULUM, quantity=LEAST, step=LONG), bounds.CONTRADICTED,
-            "Past a conjugate point a motion is no minimum; the proof has the bound that the "
-            "statement lost.", 0.0,
+    minimum, coercive = (_reached(table, quantity) for quantity in (MINIMUM, COERCIVE))
+    setup = _setup(PENDULUM)
+    first, second = {"source": "H lemma 3.3.1"}, {"source": "H lemma 3.3.2"}
+    return [
+        *(
+            L11.row(
+                f"step where the least eigenvalue is 0, over H's {quantity}, {PENDULUM}",
+                AtLeast(1.0),
+                zero / reached,
+                setup=setup,
+                claimed=claimed,
+                reason=f"The bound, with constants along the curve of that step, is {reached:.3g}; "
+                f"the eigenvalue is 0 at {zero:.3g}.",
+                **lemma,
+            )
+            for quantity, reached, claimed, lemma in (
+                (MINIMUM, minimum, BELOW_BOUND, first),
+                (COERCIVE, coercive, "coercive for h below the bound", second),
+            )
         ),
-    ]  # fmt: skip
-    for name in SETUPS:
-        h, least = _rising(table, name, LEAST)
-        _, limit = _rising(table, name, MINIMUM)
-        below = least[h < limit]
-        rows.append(_row(
-            name, "least eigenvalue over all steps below the bound", "lemma 3.3.1",
-            "minimum for h below the bound", "above 0", _least(below), bounds.HOLDS,
-            "Each of the estimates is a safe one.", 0.0,
-        ))  # fmt: skip
-        _, form = _rising(table, name, FORM)
-        rows.append(_row(
-            name, "second variation over H's lower form, least over all steps below the coercive "
-            "bound", "lemma 3.3.2", "D2S at least (3.30)", "at least 1", _least(form),
-            bounds.HOLDS, "Completing the square gives away a factor 2 at small steps: "
-            "C_xi' = C_p / 2.", 1.0,
-        ))  # fmt: skip
-    return rows
+        L11.row(
+            f"least eigenvalue at h = {LONG:g}, {PENDULUM}",
+            Above(0.0),
+            number(table, study=PENDULUM, quantity=LEAST, step=LONG),
+            setup=setup,
+            claimed="stationary points are minima (the statement has no bound on h)",
+            expected=CONTRADICTED,
+            reason="Past a conjugate point a motion is no minimum; the proof has the bound that "
+            "the statement lost.",
+            **first,
+        ),
+        *(row for name in SETUPS for row in _below_the_bounds(table, name)),
+    ]
+
+
+def _below_the_bounds(table: pd.DataFrame, name: str) -> list[Row]:
+    h, least = _rising(table, name, LEAST)
+    _, limit = _rising(table, name, MINIMUM)
+    _, form = _rising(table, name, FORM)
+    return [
+        L11.row(
+            f"least eigenvalue over all steps below the bound, {name}",
+            Above(0.0),
+            _least(least[h < limit]),
+            source="H lemma 3.3.1",
+            setup=_setup(name),
+            claimed=BELOW_BOUND,
+            reason="Each of the estimates is a safe one.",
+        ),
+        L11.row(
+            "second variation over H's lower form, least over all steps below the coercive bound, "
+            f"{name}",
+            AtLeast(1.0),
+            _least(form),
+            source="H lemma 3.3.2",
+            setup=_setup(name),
+            claimed="D2S at least (3.30)",
+            reason="Completing the square gives away a factor 2 at small steps: C_xi' = C_p / 2.",
+        ),
+    ]
+
+
+def _setup(name: str) -> str:
+    return (
+        f"{SETUPS[name]}; Polynomials({N - 1}), gauss({N}); one step of h = 0.1 to 2.4; {FORMULA}"
+    )
 
 
 def _rising(table: pd.DataFrame, name: str, quantity: str) -> tuple[Array, Array]:
@@ -106,9 +146,8 @@ def _rising(table: pd.DataFrame, name: str, quantity: str) -> tuple[Array, Array
 
 
 def _least(values: Array) -> float:
-    """Of those that are known; NaN when none is."""
-    known = values[np.isfinite(values)]
-    return float(known.min()) if known.size else float("nan")
+    """The least of the known values; NaN when none is known."""
+    return readings.least(values[np.isfinite(values)])
 
 
 def _crossing(h: Array, values: Array) -> float:
@@ -121,38 +160,10 @@ def _crossing(h: Array, values: Array) -> float:
     return float(h[k - 1] + share * (h[k] - h[k - 1]))
 
 
-def _ratio(
-    table: pd.DataFrame, name: str, quantity: str, zero: float, lemma: str, claimed: str
-) -> Row:
-    h, limit = _rising(table, name, quantity)
-    reached = _crossing(h, limit - h)
-    return _row(
-        name, f"step where the least eigenvalue is 0, over H's {quantity}", lemma, claimed,
-        "at least 1", zero / reached, bounds.HOLDS,
-        f"The bound, with constants along the curve of that step, is {reached:.3g}; the eigenvalue "
-        f"is 0 at {zero:.3g}.", 1.0,
-    )  # fmt: skip
-
-
-def _row(
-    name: str, quantity: str, lemma: str, claimed: str, bound: str, measured: float, expected: str,
-    reason: str, low: float,
-) -> Row:  # fmt: skip
-    return Row(
-        id="L11",
-        quantity=f"{quantity}, {name}",
-        source=f"H {lemma}",
-        setup=f"{SETUPS[name]}; Polynomials({N - 1}), gauss({N}); one step of h = 0.1 to 2.4; "
-        f"{FORMULA}",
-        claimed=claimed,
-        bound=bound,
-        measured=measured,
-        uncertainty=None,
-        expected=expected,
-        reason=reason,
-        reference="second derivatives of the textbook's T and V, end points fixed",
-        verdict=bounds.within(measured, low, np.inf),
-    )
+def _reached(table: pd.DataFrame, quantity: str) -> float:
+    """The step that is as long as the bound on it."""
+    h, limit = _rising(table, PENDULUM, quantity)
+    return _crossing(h, limit - h)
 
 
 L11 = Claim(
@@ -160,4 +171,5 @@ L11 = Claim(
     "Stationary points are minima and coercive below a step",
     study,
     judge,
+    reference="second derivatives of the textbook's T and V, end points fixed",
 )

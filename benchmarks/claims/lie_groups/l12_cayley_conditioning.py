@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import ABOVE, EXCEEDS, Exactly, Near, Order, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import frame, number, row, series
+from benchmarks.statistics import convergence_fits, readings
+from benchmarks.store.frames import failure, frame, number, rows, series
 from galvi.arrays import Array
 from galvi.charts.maps import coordinates, place, tangent
 
@@ -33,26 +33,24 @@ SETUP = (
     "Phi(eta) = (I - eta)(I + eta)^-1, spectral norms; random eta and nu of rotations by up to the "
     "angle, apart by 1e-3 to 1 of the largest, and about one axis near 0"
 )
+STEPS_SETUP = f"SO(3), Cayley; steps by Polynomials({N - 1}), gauss({N})"
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series over the angle, in `t`, in degrees: the largest ratios; 'norm of xi' of the inverse
     chart over pi less the angle, in `step`; and single steps of a steady turning."""
-    rng, rows = np.random.default_rng(SEED), []
+    rng, found = np.random.default_rng(SEED), []
     for angle in ANGLES:
         report(f"angles up to {angle:g} degrees")
         ratio, derivative = _worst(angle, QUICK_PAIRS if quick else PAIRS, rng)
-        rows += [
-            row(study="conditioning", quantity=RATIO, t=angle, value=ratio),
-            row(study="conditioning", quantity=DERIVATIVE, t=angle, value=derivative),
-        ]
+        found += rows({RATIO: ratio, DERIVATIVE: derivative}, study="conditioning", t=angle)
     for k in range(1, 21):
         gap = 2.0**-k
-        turn = np.array([[-math.cos(gap), -math.sin(gap), 0.0], [math.sin(gap), -math.cos(gap), 0],
-                         [0.0, 0.0, 1.0]])  # by pi - gap  # fmt: skip
+        c, s = math.cos(gap), math.sin(gap)
+        turn = np.array([[-c, -s, 0.0], [s, -c, 0.0], [0.0, 0.0, 1.0]])  # by pi - gap
         size = float(np.linalg.norm(coordinates(CHART, GROUP, np.eye(3), turn)))
-        rows.append(row(study="inverse chart", quantity=NORM, step=gap, value=size / 2.0))
-    return frame([*rows, *_steps(make_method)])
+        found += rows({NORM: size / 2.0}, study="inverse chart", step=gap)
+    return frame([*found, *_steps(make_method)])
 
 
 def _worst(angle: float, pairs: int, rng: np.random.Generator) -> tuple[float, float]:
@@ -94,55 +92,68 @@ def _directions(count: int, rng: np.random.Generator) -> Array:
 
 def _steps(make_method: MakeMethod) -> list[dict[str, Any]]:
     """One step of a steady turning for each angle: 0 when it ends as it should, else 1."""
-    method, rows = make_method(galvi.Polynomials(N - 1), galvi.gauss(N)), []
+    method, found = make_method(galvi.Polynomials(N - 1), galvi.gauss(N)), []
     for turn, reachable in TURNS.items():
         body = galvi.problems.free_rigid_body(velocity=(0.0, 0.0, 1.0))
         run = galvi.integrate(body, method, turn, 1)
         wrong = run.success != reachable
-        rows.append(row(study="steps", quantity=MISSED, t=turn, value=float(wrong),
-                        status="" if run.success else run.status))  # fmt: skip
-    return rows
+        found += rows({MISSED: float(wrong)}, study="steps", t=turn, status=failure(run))
+    return found
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """The constant and its reach; the derivative; what degenerates; that it is seen."""
-    inside = _largest(table, RATIO, H_ENDS)
-    everywhere = _largest(table, DERIVATIVE, 180.0)
     gaps, norms = series(table, "step", study="inverse chart", quantity=NORM)
-    fit = convergence_fits.algebraic(gaps, 1.0 / norms, floor=0.0)
     missed = [number(table, study="steps", quantity=MISSED, t=turn) for turn in TURNS]
-    reach = _reach(table)
     return [
-        _row("constant of the chart, angles up to 37 degrees", "conditioning inequality with C_G",
-             "1.9 to 2", inside, bounds.HOLDS, f"{PROOF}: C_G = 2.",
-             bounds.within(inside, 1.9, CONSTANT + SLACK)),
-        _row("angle up to which the constant is 2 [degrees]",
-             "so long as 2 |eta| + |nu| < 1: up to 37 degrees for equal sizes",
-             f"{H_ENDS:.1f} -+ 0.1; all up to {ANGLES[-1]:g} are tried", reach, bounds.EXCEEDS,
-             f"{PROOF}; H's estimate of that norm, 1 / (1 - |eta|), is what blows up.",
-             _reaches(reach)),
-        _row("largest derivative over 4 |nu'| |eta - nu| + 2 |eta' - nu'|, all angles",
-             "conditioning inequality for the derivative, C_g and C_g^G", "0.5 to 1", everywhere,
-             bounds.HOLDS, f"{PROOF}; likewise D Phi(eta) eta' = -2 (I + eta)^-1 eta' "
-             "(I + eta)^-1: C_g = 4 |nu'| and C_g^G = 2.",
-             bounds.within(everywhere, 0.5, 1.0 + SLACK)),
-        _row("order at which 1 / |xi| vanishes towards a turn by pi",
-             "the natural chart degenerates at the limit", "1 -+ 0.25 -+ 2 standard errors",
-             fit.rate, bounds.HOLDS,
-             "|xi| = tan(theta / 2) of the inverse chart is infinite at pi, like 2 / (pi - theta).",
-             bounds.order(fit, 1.0), fit.uncertainty),
-        _row("steady turnings by 0.5 to 6 rad in a step that end otherwise than they should",
-             "steps beyond the chart are not taken", "none", float(np.sum(missed)), bounds.HOLDS,
-             "By up to 2 rad a step must succeed, by more than pi it must stop with a status: the "
-             "norm of xi or the failure of Newton's method shows it.",
-             bounds.bound(float(np.sum(missed)), 0.0)),
-    ]  # fmt: skip
+        L12.row(
+            "constant of the chart, angles up to 37 degrees",
+            Within(1.9, CONSTANT, round_off=SLACK),
+            _largest(table, RATIO, H_ENDS),
+            claimed="conditioning inequality with C_G",
+            reason=f"{PROOF}: C_G = 2.",
+        ),
+        L12.row(
+            "angle up to which the constant is 2 [degrees]",
+            Near(H_ENDS, 1.0, better=ABOVE),
+            _reach(table),
+            claimed="so long as 2 |eta| + |nu| < 1: up to 37 degrees for equal sizes",
+            expected=EXCEEDS,
+            reason=f"{PROOF}; H's estimate of that norm, 1 / (1 - |eta|), is what blows up. Angles "
+            f"up to {ANGLES[-1]:g} are tried.",
+        ),
+        L12.row(
+            "largest derivative over 4 |nu'| |eta - nu| + 2 |eta' - nu'|, all angles",
+            Within(0.5, 1.0, round_off=SLACK),
+            _largest(table, DERIVATIVE, 180.0),
+            claimed="conditioning inequality for the derivative, C_g and C_g^G",
+            reason=f"{PROOF}; likewise D Phi(eta) eta' = -2 (I + eta)^-1 eta' (I + eta)^-1: C_g = "
+            "4 |nu'| and C_g^G = 2.",
+        ),
+        L12.row(
+            "order at which 1 / |xi| vanishes towards a turn by pi",
+            Order(1),
+            convergence_fits.algebraic(gaps, 1.0 / norms, floor=0.0),
+            setup=STEPS_SETUP,
+            claimed="the natural chart degenerates at the limit",
+            reason="|xi| = tan(theta / 2) of the inverse chart is infinite at pi, like "
+            "2 / (pi - theta).",
+        ),
+        L12.row(
+            "steady turnings by 0.5 to 6 rad in a step that end otherwise than they should",
+            Exactly(0),
+            float(np.sum(missed)),
+            setup=STEPS_SETUP,
+            claimed="steps beyond the chart are not taken",
+            reason="By up to 2 rad a step must succeed, by more than pi it must stop with a "
+            "status: the norm of xi or the failure of Newton's method shows it.",
+        ),
+    ]
 
 
 def _largest(table: pd.DataFrame, quantity: str, degrees: float) -> float:
     angles, values = series(table, "t", study="conditioning", quantity=quantity)
-    values = values[angles <= degrees]
-    return float(values.max()) if values.size else float("nan")
+    return readings.largest(values[angles <= degrees])
 
 
 def _reach(table: pd.DataFrame) -> float:
@@ -155,34 +166,12 @@ def _reach(table: pd.DataFrame) -> float:
     return float(max(angles[angles < low], default=0.0))
 
 
-def _reaches(reach: float) -> str:
-    if not math.isfinite(reach):
-        return bounds.NOT_RUN
-    if reach > H_ENDS + 0.1:
-        return bounds.EXCEEDS
-    return bounds.HOLDS if reach >= H_ENDS - 1.0 else bounds.CONTRADICTED
-
-
-def _row(
-    quantity: str, claimed: str, bound: str, measured: float, expected: str, reason: str,
-    verdict: str, uncertainty: float | None = None,
-) -> Row:  # fmt: skip
-    return Row(
-        id="L12",
-        quantity=quantity,
-        source="H lemma 3.4.1",
-        setup=SETUP
-        if "turn" not in quantity
-        else f"SO(3), Cayley; steps by Polynomials({N - 1}), gauss({N})",
-        claimed=claimed,
-        bound=bound,
-        measured=measured,
-        uncertainty=uncertainty,
-        expected=expected,
-        reason=reason,
-        reference="proof, in the reason",
-        verdict=verdict,
-    )
-
-
-L12 = Claim("L12", "Cayley's chart: the conditioning inequality, and where it ends", study, judge)
+L12 = Claim(
+    "L12",
+    "Cayley's chart: the conditioning inequality, and where it ends",
+    study,
+    judge,
+    source="H lemma 3.4.1",
+    setup=SETUP,
+    reference="proof, in the reason",
+)

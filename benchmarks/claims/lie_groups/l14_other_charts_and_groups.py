@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import Exactly, Order, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups import pendulum_motion
-from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import frame, pick, row, series
+from benchmarks.measures.refinement import at_fixed_time, method_on_group, refine_at_end
+from benchmarks.statistics import readings
+from benchmarks.store.frames import failure, frame, pick, rows, series
 from benchmarks.test_problems import thrown_point
 from galvi import Problem
 from galvi.arrays import Array
@@ -79,112 +81,105 @@ SE3 = (
 )
 CASES = {
     "3D pendulum, exponential chart": Case(
-        pendulum_motion.problem, _pendulum, "exponential", pendulum_motion.MOTION,
-        pendulum_motion.TRUTH.name),
+        pendulum_motion.problem,
+        _pendulum,
+        "exponential",
+        pendulum_motion.MOTION,
+        pendulum_motion.TRUTH.name,
+    ),
     "SE(3), Cayley chart": Case(_thrown, _thrown_exactly, "Cayley", SE3, FALLS, (3, 4)),
     "SE(3), exponential chart": Case(_thrown, _thrown_exactly, "exponential", SE3, FALLS),
     "SO(3) x R^3, exponential chart": Case(
-        thrown_point.problem, lambda samples: thrown_point.exact(DURATION, samples), "exponential",
-        thrown_point.SETUP, FALLS),
-}  # fmt: skip
+        thrown_point.problem,
+        lambda samples: thrown_point.exact(DURATION, samples),
+        "exponential",
+        thrown_point.SETUP,
+        FALLS,
+    ),
+}
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each case the series 'one-step error', largest entry at T = 5, n = 3 to 6; for each chart
     'error after a turn' of one step of a body that turns steadily, by its turn in `step`, and
     'run stopped', 1 or 0."""
-    rows = []
+    found = []
     for name, case in CASES.items():
-        report(name)
+        ladder = [round(2.0 ** (j / 4)) for j in range(10, 26 if quick else 30)]
+        options = (make_method, report, partial(method_on_group, chart=CHARTS[case.chart]))
+        cases = at_fixed_time(case.ns, DURATION, ladder)
         last = case.exact(1)[-1]
-        ladder = range(10, 26 if quick else 30)
-        for n in case.ns:
-            method = _method(make_method, n, case.chart)
-            for steps in (round(2.0 ** (j / 4)) for j in ladder):
-                run = galvi.integrate(case.problem(), method, DURATION / steps, steps)
-                value = float(np.max(np.abs(run.q[-1] - last))) if run.success else float("nan")
-                rows.append(row(study=name, quantity=QUANTITY, n=n, step=DURATION / steps,
-                                steps=steps, value=value,
-                                status="" if run.success else run.status))  # fmt: skip
+        found += refine_at_end(name, QUANTITY, case.problem(), last, cases, *options)
     for chart in CHARTS:
         report(f"limit of the {chart} chart")
-        rows += _limits(make_method, chart)
-    return frame(rows)
-
-
-def _method(make_method: MakeMethod, n: int, chart: str) -> Any:
-    space, rule = galvi.Polynomials(n - 1), galvi.gauss(n)
-    return make_method(space, rule) if chart == "Cayley" else make_method(
-        space, rule, CHARTS[chart]
-    )  # fmt: skip
+        found += _limits(make_method, chart)
+    return frame(found)
 
 
 def _limits(make_method: MakeMethod, chart: str) -> list[dict[str, Any]]:
-    method, rows = _method(make_method, SPIN, chart), []
+    method, found = method_on_group(make_method, SPIN, CHARTS[chart]), []
     for turn in TURNS.tolist():
         body = Problem(galvi.RigidBody((2.0, 1.5, 1.3)), np.eye(3), np.array([0.0, 0.0, turn]))
         run = galvi.integrate(body, method, 1.0, 1)
         c, s = np.cos(turn), np.sin(turn)
         exact = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         error = float(np.max(np.abs(run.q[-1] - exact))) if run.success else float("nan")
-        status = "" if run.success else run.status
-        where = {"study": chart, "n": SPIN, "step": turn, "status": status}
-        rows += [row(quantity=TURNED, value=error, **where),
-                 row(quantity=STOPPED, value=float(not run.success), **where)]  # fmt: skip
-    return rows
+        values = {TURNED: error, STOPPED: float(not run.success)}
+        found += rows(values, study=chart, n=SPIN, step=turn, status=failure(run))
+    return found
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Orders of each case against 2 (n - 1); how far each chart reaches, and how it ends."""
     rows = [_order(table, name, case, n) for name, case in CASES.items() for n in case.ns]
-    for chart, limit in CHARTS.items():
-        rows += _ends(table, chart, limit.limit)
+    for name, chart in CHARTS.items():
+        rows += _ends(table, name, chart.limit)
     return rows
 
 
 def _order(table: pd.DataFrame, name: str, case: Case, n: int) -> Row:
-    h, errors = series(table, "step", study=name, quantity=QUANTITY, n=n)
-    fit = convergence_fits.algebraic(h, errors, floor=FLOOR)
     order = 2 * (n - 1)
-    return Row(
-        id="L14",
-        quantity=f"order of the {QUANTITY}, {name}, n = {n}",
+    return L14.row(
+        f"order of the {QUANTITY}, {name}, n = {n}",
+        Order(order),
+        readings.order(table, FLOOR, study=name, quantity=QUANTITY, n=n),
         source="H 3.6.1",
         setup=f"{case.setup}; Polynomials(n - 1), gauss(n), n = {n}; T = {DURATION:g}, "
         "h = T / round(2^(j/4)), j = 10, 11, ...",
         claimed=f"future work; the same order as Cayley's chart on SO(3), {order}",
-        bound=f"order {order} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
-        measured=fit.rate,
-        uncertainty=fit.uncertainty,
-        expected=bounds.HOLDS,
         reason="The order comes from space and rule; any smooth chart and any group keeps it.",
         reference=case.reference,
-        verdict=bounds.order(fit, order),
     )
 
 
 def _ends(table: pd.DataFrame, chart: str, limit: float) -> list[Row]:
     turn, error = series(table, "step", study=chart, quantity=TURNED)
-    right = turn[error < CORRECT]
-    reached = float(right.max() / limit) if right.size else float("nan")
-    past = pick(table, study=chart, quantity=STOPPED)
-    past = past[past["step"] > limit]
-    told = float(past["value"].mean())
+    stopped = pick(table, study=chart, quantity=STOPPED)
+    past_the_limit = stopped[stopped["step"] > limit]
     name = "pi" if limit < 4.0 else "2 pi"
-    setup = (
-        f"steady turn about the third axis, J = diag(2, 1.5, 1.3), by 0.1, 0.2, ... 7.5 rad in one "
-        f"step; Polynomials({SPIN - 1}), gauss({SPIN})"
-    )
+    texts = {
+        "setup": "steady turn about the third axis, J = diag(2, 1.5, 1.3), by 0.1, 0.2, ... 7.5 "
+        f"rad in one step; Polynomials({SPIN - 1}), gauss({SPIN})",
+        "claimed": f"the chart ends at {name}",
+    }
     return [
-        Row("L14", f"largest turn of one step done right, over {name}, {chart} chart",
-            "H 3.4.2, 3.6.1", setup, f"the chart ends at {name}", f"{LEAST[chart]:g} to 1",
-            reached, None, bounds.HOLDS, REASONS[chart], "closed form of a steady turn",
-            bounds.within(reached, LEAST[chart], 1.0)),
-        Row("L14", f"share of turns beyond {name} that end the run with a status, {chart} chart",
-            "H 3.4.2, 3.6.1", setup, f"the chart ends at {name}", "1", told, None,
-            bounds.HOLDS, "A step that the chart cannot take ends the run, never in a wrong "
-            "turn.", "status of the run", bounds.within(told, 1.0, 1.0)),
-    ]  # fmt: skip
+        L14.row(
+            f"largest turn of one step done right, over {name}, {chart} chart",
+            Within(LEAST[chart], 1.0),
+            readings.largest(turn[error < CORRECT]) / limit,
+            reason=REASONS[chart],
+            reference="closed form of a steady turn",
+            **texts,
+        ),
+        L14.row(
+            f"share of turns beyond {name} that end the run with a status, {chart} chart",
+            Exactly(1),
+            past_the_limit["value"].mean(),
+            reason="A step that the chart cannot take ends the run, never in a wrong turn.",
+            reference="status of the run",
+            **texts,
+        ),
+    ]
 
 
 L14 = Claim(
@@ -193,4 +188,5 @@ L14 = Claim(
     study,
     judge,
     ("H 3.6.1",),
+    source="H 3.4.2, 3.6.1",
 )

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 import galvi
+from benchmarks.checks.claim import MakeMethod, Report
+from benchmarks.measures.refinement import Case, method_on_group, refine
 from benchmarks.work_precision.with_settings import WithSettings
 from galvi import Problem
 from references.textbook.quaternion_dop853 import QUATERNION_DOP853, TIGHT
@@ -15,6 +20,7 @@ BODY = (
 START = "R0 = I, body velocity (0.5, -0.5, 0.4)"
 METHOD = "Polynomials(n - 1), gauss(n) (H states no number of points), Cayley chart"
 MOTION = f"{BODY}, m g = {WEIGHT:g} (H gives none); {START}"
+QUANTITIES = ("one-step error", "curve error")
 STEP, DURATION = 0.5, 5.0
 FLOOR = 8e-15  # entries of R after T = 5; 1e-15 was measured at n = 9 and above
 TRUTH = WithSettings(QUATERNION_DOP853, TIGHT)  # 2e-15 from heyoka in quadruple precision at T = 5
@@ -23,3 +29,11 @@ TRUTH = WithSettings(QUATERNION_DOP853, TIGHT)  # 2e-15 from heyoka in quadruple
 def problem() -> Problem:
     """Near the hanging equilibrium."""
     return galvi.problems.pendulum_3d(weight=WEIGHT)
+
+
+def refinement(
+    study: str, cases: Iterable[Case], make_method: MakeMethod, report: Report
+) -> list[dict[str, Any]]:
+    """Series of the one-step and the curve error."""
+    options = (make_method, report, method_on_group)
+    return refine(study, problem(), TRUTH, cases, QUANTITIES, *options)

@@ -44,13 +44,17 @@ class Start:
 STARTS: Mapping[str, Start] = {
     AWAY: Start(
         "3 m above the ground, outside the rotor's edge, |w| > 3 m/s",
-        (8.5, 0.0, 3.0), (0.0, 1.0, 0.0), 2.0,
+        (8.5, 0.0, 3.0),
+        (0.0, 1.0, 0.0),
+        2.0,
     ),
     ACROSS: Start(
         "dropped on the axis: the downwash overtakes it until it falls through the air again",
-        (0.0, 0.0, 14.0), (0.0, 0.0, 0.0), 0.8,
+        (0.0, 0.0, 14.0),
+        (0.0, 0.0, 0.0),
+        0.8,
     ),
-}  # fmt: skip
+}
 
 
 def method_of_degree(make_method: MakeMethod, degree: int) -> Any:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import pandas as pd
 
 import galvi
 from benchmarks.checks.claim import MakeMethod, Report
-from benchmarks.measures.refinement import Case, refine
+from benchmarks.measures.refinement import Case, at_fixed_time, refine, with_fixed_number
 from benchmarks.store.frames import frame
 from galvi import Problem
 from references.closed_forms.kepler import KEPLER
@@ -26,6 +28,9 @@ THEORY = (
     "square, 0.555^n"
 )
 
+DURATION = 2.0  # of h-refinement with the final time fixed
+FIXED_TIME = "h-refinement, T = 2"
+
 
 def problem() -> Problem:
     """GM = a = 1, e = 0.6, from the pericentre."""
@@ -38,3 +43,31 @@ def n_refinement(
     """Series 'n-refinement' at h = 2, 100 steps."""
     cases = [Case(n, STEP, STEPS) for n in ns]
     return frame(refine("n-refinement", problem(), KEPLER, cases, quantities, make_method, report))
+
+
+def fixed_number(steps: int) -> str:
+    """The study of h-refinement in always as many steps."""
+    return f"h-refinement, {steps} steps"
+
+
+def protocols(steps: int) -> dict[str, tuple[str, str]]:
+    """Both studies of h-refinement: what is fixed, and the step sizes in words."""
+    return {
+        FIXED_TIME: ("fixed T", f"T = {DURATION:g}, h = T / round(2^(j/2)), j = 4, 5, ..."),
+        fixed_number(steps): (
+            "fixed number of steps",
+            f"{steps} steps of h = 2^(-j/2), j = 2, 3, ...",
+        ),
+    }
+
+
+def at_one_time(ns: Iterable[int], quick: bool) -> list[Case]:
+    """Steps to the fixed final time, growing by the square root of 2."""
+    counts = [round(2.0 ** (j / 2)) for j in range(4, 16 if quick else 19)]
+    return at_fixed_time(ns, DURATION, counts)
+
+
+def in_as_many_steps(ns: Iterable[int], steps: int, quick: bool) -> list[Case]:
+    """Sizes of a fixed number of steps, shrinking by the square root of 2."""
+    sizes = [2.0 ** (-j / 2) for j in range(2, 14 if quick else 18)]
+    return with_fixed_number(ns, steps, sizes)

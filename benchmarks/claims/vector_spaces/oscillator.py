@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import galvi
-from benchmarks.checks.claim import MakeMethod
+from benchmarks.checks.claim import MakeMethod, Report
+from benchmarks.measures.refinement import Case, refine
 from galvi import Problem
 from references.closed_forms.oscillator import OSCILLATOR
 
@@ -25,3 +27,11 @@ def problem() -> Problem:
 def method_of(make_method: MakeMethod, n: int) -> Any:
     """Of degree N = n - 1, with the Gauss rule of N + 1 points."""
     return make_method(galvi.Polynomials(n - 1), galvi.gauss(n))
+
+
+def refinement(
+    study: str, cases: Iterable[Case], make_method: MakeMethod, report: Report
+) -> list[dict[str, Any]]:
+    """Series of the one-step error."""
+    options = (make_method, report, method_of)
+    return refine(study, problem(), TRUTH, cases, (QUANTITY,), *options)

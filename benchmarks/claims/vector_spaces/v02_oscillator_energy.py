@@ -5,20 +5,19 @@ from __future__ import annotations
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import Geometric, NoGrowth
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces.v01_oscillator_convergence_in_n import SETUP, STEP, STEPS
 from benchmarks.measures.errors import energy_errors
 from benchmarks.measures.refinement import Case, history, refine
-from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import frame, pick, series
+from benchmarks.statistics import readings
+from benchmarks.store.frames import frame
 from references.closed_forms.oscillator import OSCILLATOR
 
 QUANTITY = "energy error"
 WATCHED = 14  # the n of H figure 2.5
 FLOOR = 1e-11
 LIMIT = 0.02
-EXACT = "exact energy 1/2"
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
@@ -34,48 +33,27 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Is the fall geometric; is the error for n = 14 bounded without drift?"""
-    n, errors = series(table, "n", study="n-refinement", quantity=QUANTITY)
-    fit = convergence_fits.geometric(n, errors, floor=FLOOR)
-    seen = bounds.drift(*_history(table))
     return [
-        Row(
-            id="V2",
-            quantity="base of the energy error",
+        V2.row(
+            "base of the energy error",
+            Geometric(),
+            readings.decay(table, FLOOR, study="n-refinement", quantity=QUANTITY),
             source="H fig. 2.4",
             setup=f"{SETUP}; |H - 1/2| / (1/2), largest over step ends",
             claimed="geometric convergence",
-            bound="base below 1 by 2 standard errors, later half of the window not slower",
-            measured=fit.rate,
-            uncertainty=fit.uncertainty,
-            expected=bounds.HOLDS,
             reason="The solution is entire: as in V1, faster than any geometric rate.",
-            reference=EXACT,
-            verdict=bounds.at_least_geometric(
-                fit, *convergence_fits.halves(n, errors, floor=FLOOR)
-            ),
         ),
-        Row(
-            id="V2",
-            quantity=f"energy error, n = {WATCHED}",
+        V2.row(
+            f"energy error, n = {WATCHED}",
+            NoGrowth(LIMIT),
+            readings.drift(table, study="history", quantity=QUANTITY),
             source="H fig. 2.5",
             setup=f"{SETUP}; n = {WATCHED}, |H - 1/2| / (1/2) at step ends",
             claimed="does not grow",
-            bound=f"at most {LIMIT:g}; no trend beyond 3 sigma; last quarter at most "
-            f"{bounds.GROWTH:g} times the first",
-            measured=seen.largest,
-            uncertainty=None,
-            expected=bounds.HOLDS,
             reason="A step is a linear symplectic map, at n = 14 a stable one: it conserves a "
             "quadratic form near the energy exactly, so that the energy error oscillates.",
-            reference=EXACT,
-            verdict=bounds.no_growth(seen, LIMIT),
         ),
     ]
-
-
-def _history(table: pd.DataFrame) -> tuple[pd.Series, pd.Series]:
-    rows = pick(table, study="history", quantity=QUANTITY).sort_values("t")
-    return rows["t"].to_numpy(), rows["value"].to_numpy()
 
 
 V2 = Claim(
@@ -84,4 +62,5 @@ V2 = Claim(
     study,
     judge,
     ("H fig. 2.4", "H fig. 2.5"),
+    reference="exact energy 1/2",
 )

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import Base
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces.kepler_orbit import FLOOR, SETUP, THEORY, n_refinement
-from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import series
+from benchmarks.statistics import readings
 
 CLAIMED, RESOLUTION = 0.74, 0.005
 SOURCES = {
@@ -25,28 +24,16 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Compare each fitted base with 0.74."""
-    rows = []
-    for quantity, (source, exact) in SOURCES.items():
-        n, errors = series(table, "n", study="n-refinement", quantity=quantity)
-        fit = convergence_fits.geometric(n, errors, floor=FLOOR)
-        rows.append(
-            Row(
-                id="V5",
-                quantity=f"base of the {quantity}",
-                source=source,
-                setup=f"{SETUP}; relative, from (q, q') at 20 times a step",
-                claimed="O(0.74^n)",
-                bound=f"base {CLAIMED} -+ {RESOLUTION} (as printed) -+ 2 standard errors",
-                measured=fit.rate,
-                uncertainty=fit.uncertainty,
-                expected=bounds.HOLDS,
-                reason=f"{THEORY}; invariants from (q, q') see the curve's own error, and that of "
-                "q' carries hardly any algebraic factor.",
-                reference=exact,
-                verdict=bounds.base(fit, CLAIMED, RESOLUTION),
-            )
+    return [
+        V5.row(
+            f"base of the {quantity}",
+            Base(CLAIMED, RESOLUTION),
+            readings.base(table, FLOOR, study="n-refinement", quantity=quantity),
+            source=source,
+            reference=exact,
         )
-    return rows
+        for quantity, (source, exact) in SOURCES.items()
+    ]
 
 
 V5 = Claim(
@@ -55,4 +42,8 @@ V5 = Claim(
     study,
     judge,
     ("H fig. 2.7", "H fig. 2.8"),
+    setup=f"{SETUP}; relative, from (q, q') at 20 times a step",
+    claimed="O(0.74^n)",
+    reason=f"{THEORY}; invariants from (q, q') see the curve's own error, and that of q' carries "
+    "hardly any algebraic factor.",
 )

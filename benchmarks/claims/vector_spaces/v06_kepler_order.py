@@ -6,87 +6,79 @@ import math
 
 import pandas as pd
 
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import EXCEEDS, HOLDS, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.claims.vector_spaces.kepler_orbit import METHOD, ORBIT, problem
-from benchmarks.measures.refinement import at_fixed_time, refine, with_fixed_number
-from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import frame, series
+from benchmarks.claims.vector_spaces.kepler_orbit import (
+    FIXED_TIME,
+    METHOD,
+    ORBIT,
+    at_one_time,
+    fixed_number,
+    in_as_many_steps,
+    problem,
+    protocols,
+)
+from benchmarks.measures.refinement import refine
+from benchmarks.statistics import readings
+from benchmarks.store.frames import frame
 from references.closed_forms.kepler import KEPLER
 
 NS = (3, 4, 5, 6)
-DURATION, NUMBER = 2.0, 10
+NUMBER = 10
 FLOOR = 1e-13  # of positions of size 1; 4e-14 was measured at n = 6
 QUANTITIES = ("one-step error", "curve error")
-FIXED_TIME, FIXED_NUMBER = "h-refinement, T = 2", "h-refinement, 10 steps"
-
-
-def step_counts(quick: bool) -> list[int]:
-    """Steps to the fixed final time, growing by the square root of 2."""
-    return [round(2.0 ** (j / 2)) for j in range(4, 16 if quick else 19)]
-
-
-def step_sizes(quick: bool) -> list[float]:
-    """Step sizes of a fixed number of steps, shrinking by the square root of 2."""
-    return [2.0 ** (-j / 2) for j in range(2, 14 if quick else 18)]
+FIXED_NUMBER = fixed_number(NUMBER)
+PROTOCOLS = protocols(NUMBER)
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 2' and 'h-refinement, 10 steps' for n = 3 to 6."""
-    rows = []
-    for n in NS:
-        for name, cases in (
-            (FIXED_TIME, at_fixed_time(n, DURATION, step_counts(quick))),
-            (FIXED_NUMBER, with_fixed_number(n, NUMBER, step_sizes(quick))),
-        ):
-            rows += refine(name, problem(), KEPLER, cases, QUANTITIES, make_method, report)
-    return frame(rows)
+    cases = {
+        FIXED_TIME: at_one_time(NS, quick),
+        FIXED_NUMBER: in_as_many_steps(NS, NUMBER, quick),
+    }
+    return frame(
+        row
+        for name, those in cases.items()
+        for row in refine(name, problem(), KEPLER, those, QUANTITIES, make_method, report)
+    )
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Two rows for each n, compared with 2 ceil(n / 2)."""
-    return [_judge(table, n, name) for n in NS for name in (FIXED_TIME, FIXED_NUMBER)]
+    return [_against_h(table, n, name) for n in NS for name in PROTOCOLS]
 
 
-def _judge(table: pd.DataFrame, n: int, name: str) -> Row:
-    h, errors = series(table, "step", study=name, quantity="one-step error", n=n)
-    fit = convergence_fits.algebraic(h, errors, floor=FLOOR)
-    claimed, fixed = 2 * math.ceil(n / 2), name == FIXED_TIME
-    order = 2 * (n - 1)
-    if fixed:
-        reason = (
-            f"Polynomials of degree {n - 1} with a rule this exact have the order of Gauss "
-            f"collocation with {n - 1} points, 2 (n - 1) = {order}."
-        )
-        exceeds = order > claimed
-    else:
+def _against_h(table: pd.DataFrame, n: int, name: str) -> Row:
+    claimed, order = 2 * math.ceil(n / 2), 2 * (n - 1)
+    fixed, steps = PROTOCOLS[name]
+    reason = (
+        f"Polynomials of degree {n - 1} with a rule this exact have the order of Gauss collocation "
+        f"with {n - 1} points, 2 (n - 1) = {order}."
+    )
+    if name == FIXED_NUMBER:
+        order += 1
         reason = (
             f"With a fixed number of steps the final time shrinks with h and the error of one step "
-            f"is seen, one order more than the method's: about 2 n - 1 = {order + 1}."
+            f"is seen, one order more than the method's: about 2 n - 1 = {order}."
         )
-        exceeds = True
-    return Row(
-        id="V6",
-        quantity=f"order of the one-step error, n = {n}, "
-        + ("fixed T" if fixed else "fixed number of steps"),
-        source="H fig. 2.9, thm. 2.3.3",
-        setup=f"{ORBIT}; {METHOD}, n = {n}; "
-        + (
-            f"T = {DURATION:g}, h = T / round(2^(j/2)), j = 4, 5, ..."
-            if fixed
-            else f"{NUMBER} steps of h = 2^(-j/2), j = 2, 3, ..."
-        ),
+    return V6.row(
+        f"order of the one-step error, n = {n}, {fixed}",
+        Order(claimed),
+        readings.order(table, FLOOR, study=name, quantity="one-step error", n=n),
+        setup=f"{ORBIT}; {METHOD}, n = {n}; {steps}",
         claimed=f"order 2 ceil(n / 2) = {claimed}",
-        bound=f"order {claimed} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
-        measured=fit.rate,
-        uncertainty=fit.uncertainty,
-        expected=bounds.EXCEEDS if exceeds else bounds.HOLDS,
+        expected=EXCEEDS if order > claimed else HOLDS,
         reason=reason,
-        reference=KEPLER.name,
-        verdict=bounds.order(fit, claimed),
     )
 
 
 V6 = Claim(
-    "V6", "Kepler: one-step error of order 2 ceil(n / 2) in h", study, judge, ("H fig. 2.9",)
+    "V6",
+    "Kepler: one-step error of order 2 ceil(n / 2) in h",
+    study,
+    judge,
+    ("H fig. 2.9",),
+    source="H fig. 2.9, thm. 2.3.3",
+    reference=KEPLER.name,
 )

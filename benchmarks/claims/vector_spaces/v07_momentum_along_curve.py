@@ -4,91 +4,86 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, HOLDS, Converges, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.claims.vector_spaces.kepler_orbit import METHOD, ORBIT, problem
-from benchmarks.claims.vector_spaces.v06_kepler_order import step_counts, step_sizes
-from benchmarks.measures.refinement import at_fixed_time, refine, with_fixed_number
-from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import frame, series
+from benchmarks.claims.vector_spaces.kepler_orbit import (
+    FIXED_TIME,
+    METHOD,
+    ORBIT,
+    at_one_time,
+    fixed_number,
+    in_as_many_steps,
+    problem,
+    protocols,
+)
+from benchmarks.measures.refinement import refine
+from benchmarks.statistics import readings
+from benchmarks.store.frames import frame
 from references.closed_forms.kepler import KEPLER
 
 NS = (3, 4, 5, 6, 7, 8)
-DURATION = 2.0
 FLOOR = 1e-13
 ENERGY, ANGULAR = "energy error along the curve", "angular momentum error along the curve"
 NUMBER = {ENERGY: 10, ANGULAR: 100}
 EXACT = {ENERGY: "exact energy -1/2", ANGULAR: "exact angular momentum 0.8"}
-FIXED_TIME = "h-refinement, T = 2"
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 2' of both, '... 10 steps' of the energy, '... 100 steps' of the
     angular momentum, for n = 3 to 8; relative errors from (q, q') at 20 times a step."""
-    rows = []
-    for n in NS:
-        cases = at_fixed_time(n, DURATION, step_counts(quick))
-        names = (ENERGY, ANGULAR)
-        rows += refine(FIXED_TIME, problem(), KEPLER, cases, names, make_method, report)
-        for quantity, number in NUMBER.items():
-            cases = with_fixed_number(n, number, step_sizes(quick))
-            name = f"h-refinement, {number} steps"
-            rows += refine(name, problem(), KEPLER, cases, [quantity], make_method, report)
+    cases = at_one_time(NS, quick)
+    rows = refine(FIXED_TIME, problem(), KEPLER, cases, NUMBER, make_method, report)
+    for quantity, number in NUMBER.items():
+        cases = in_as_many_steps(NS, number, quick)
+        rows += refine(
+            fixed_number(number), problem(), KEPLER, cases, [quantity], make_method, report
+        )
     return frame(rows)
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """For each n and protocol: does the energy converge; angular momentum against n / 2 + 2."""
     return [
-        _judge(table, n, quantity, fixed)
-        for quantity in (ENERGY, ANGULAR)
+        _row(table, n, quantity, study)
+        for quantity, number in NUMBER.items()
         for n in NS
-        for fixed in (True, False)
+        for study in protocols(number)
     ]
 
 
-def _judge(table: pd.DataFrame, n: int, quantity: str, fixed: bool) -> Row:
-    name = FIXED_TIME if fixed else f"h-refinement, {NUMBER[quantity]} steps"
-    h, errors = series(table, "step", study=name, quantity=quantity, n=n)
-    fit = convergence_fits.algebraic(h, errors, floor=FLOOR)
+def _row(table: pd.DataFrame, n: int, quantity: str, study: str) -> Row:
+    protocol, steps = protocols(NUMBER[quantity])[study]
+    how = {
+        "setup": f"{ORBIT}; {METHOD}, n = {n}; relative, from (q, q') at 20 times a step; {steps}",
+        "reference": EXACT[quantity],
+    }
+    quantity_of = f"order of the {quantity}, n = {n}, {protocol}"
+    fit = readings.order(table, FLOOR, study=study, quantity=quantity, n=n)
     order, claimed = n - 1, n / 2 + 2
     reason = (
         f"The curve's velocity, a polynomial of degree n - 2 = {n - 2}, has order n - 1 = {order}, "
         f"and so have invariants from (q, q'), whether T is fixed or not"
     )
     if quantity == ENERGY:
-        claim = "converges (H prints no rate)"
-        limit, expected = "order above 0 by 2 standard errors", bounds.HOLDS
-        verdict = bounds.converges(fit)
-    else:
-        claim = f"O(h^(n/2 + 2)), order {claimed:g}"
-        limit = f"order {claimed:g} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors"
-        expected = (
-            bounds.CONTRADICTED
-            if order < claimed
-            else bounds.EXCEEDS if order > claimed else bounds.HOLDS
-        )  # fmt: skip
-        reason += ": below, at or above n/2 + 2 as n is below, at or above 6"
-        verdict = bounds.order(fit, claimed)
-    return Row(
-        id="V7",
-        quantity=f"order of the {quantity}, n = {n}, "
-        + ("fixed T" if fixed else "fixed number of steps"),
-        source="H fig. 2.10" if quantity == ENERGY else "H fig. 2.11",
-        setup=f"{ORBIT}; {METHOD}, n = {n}; relative, from (q, q') at 20 times a step; "
-        + (
-            f"T = {DURATION:g}, h = T / round(2^(j/2)), j = 4, 5, ..."
-            if fixed
-            else f"{NUMBER[quantity]} steps of h = 2^(-j/2), j = 2, 3, ..."
-        ),
-        claimed=claim,
-        bound=limit,
-        measured=fit.rate,
-        uncertainty=fit.uncertainty,
+        return V7.row(
+            quantity_of,
+            Converges(),
+            fit,
+            source="H fig. 2.10",
+            claimed="converges (H prints no rate)",
+            reason=f"{reason}.",
+            **how,
+        )
+    expected = CONTRADICTED if order < claimed else EXCEEDS if order > claimed else HOLDS
+    return V7.row(
+        quantity_of,
+        Order(claimed),
+        fit,
+        source="H fig. 2.11",
+        claimed=f"O(h^(n/2 + 2)), order {claimed:g}",
         expected=expected,
-        reason=f"{reason}.",
-        reference=EXACT[quantity],
-        verdict=verdict,
+        reason=f"{reason}: below, at or above n/2 + 2 as n is below, at or above 6.",
+        **how,
     )
 
 

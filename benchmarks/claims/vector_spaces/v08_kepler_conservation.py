@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import NoGrowth
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces.kepler_orbit import METHOD, ORBIT, STEP, problem
 from benchmarks.measures.errors import angular_momentum_errors, energy_errors
 from benchmarks.measures.refinement import Case, history
-from benchmarks.store.frames import frame, pick
+from benchmarks.statistics import readings
+from benchmarks.store.frames import frame
 
 N, STEPS = 8, 1000
 LIMIT = 1e-12
@@ -26,53 +27,27 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Bounded and without drift."""
+    energy, angular = (readings.drift(table, study="history", quantity=name) for name in MEASURES)
     return [
-        _judge(
-            table,
-            "energy error",
+        V8.row(
+            f"energy error, n = {N}",
+            NoGrowth(0.1),
+            energy,
             source="H fig. 2.12",
-            limit=0.1,
-            round_off=0.0,
-            exact="exact energy -1/2",
+            reference="exact energy -1/2",
             reason="The method is symplectic and the step is constant: a step that passes the "
             "pericentre misses the energy by up to 7 %, and the next ones give it back.",
         ),
-        _judge(
-            table,
-            "angular momentum error",
+        V8.row(
+            f"angular momentum error, n = {N}",
+            NoGrowth(LIMIT, ROUND_OFF),
+            angular,
             source="H fig. 2.13",
-            limit=LIMIT,
-            round_off=ROUND_OFF,
-            exact="exact angular momentum 0.8",
+            reference="exact angular momentum 0.8",
             reason="Rotations leave the discrete Lagrangian as it is, so (q, p) at step ends "
             "conserves angular momentum exactly; what is seen is round-off.",
         ),
     ]
-
-
-def _judge(
-    table: pd.DataFrame, quantity: str, source: str, limit: float, round_off: float, exact: str,
-    reason: str,
-) -> Row:  # fmt: skip
-    rows = pick(table, study="history", quantity=quantity).sort_values("t")
-    seen = bounds.drift(rows["t"].to_numpy(), rows["value"].to_numpy())
-    bound = f"at most {limit:g}"
-    bound += f"; above {round_off:g}" if round_off else ""
-    bound += f"; no trend beyond 3 sigma; last quarter at most {bounds.GROWTH:g} x the first"
-    return Row(
-        id="V8",
-        quantity=f"{quantity}, n = {N}",
-        source=source,
-        setup=SETUP,
-        claimed="does not grow",
-        bound=bound,
-        measured=seen.largest,
-        uncertainty=None,
-        expected=bounds.HOLDS,
-        reason=reason,
-        reference=exact,
-        verdict=bounds.no_growth(seen, limit, round_off),
-    )
 
 
 V8 = Claim(
@@ -81,4 +56,6 @@ V8 = Claim(
     study,
     judge,
     ("H fig. 2.12", "H fig. 2.13"),
+    setup=SETUP,
+    claimed="does not grow",
 )

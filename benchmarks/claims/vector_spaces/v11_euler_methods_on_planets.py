@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import AtLeast, AtMost, Exactly, Order, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.errors import energy_errors
-from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import frame, number, pick, row, series
+from benchmarks.statistics import readings
+from benchmarks.store.frames import failure, frame, history, number, row
 from galvi import Problem, Trajectory
 from references.contender import Contender
 from references.rebound import ias15
@@ -43,7 +43,7 @@ def problem() -> Problem:
 
 
 def methods() -> dict[str, tuple[Contender, dict[str, Any]]]:
-    """Label: contender and what it is told besides the step."""
+    """Label: contender and its setting besides the step."""
     return {
         EXPLICIT: (EXPLICIT_EULER, {}),
         IMPLICIT: (IMPLICIT_EULER, {}),
@@ -81,22 +81,19 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 def _run(label: str, run: Trajectory) -> list[dict[str, Any]]:
     done = np.isfinite(run.q).all(axis=(1, 2))
     t, energy = run.t[done], energy_errors(run)[done]
-    status = "" if run.success else run.status
-    rows = [row(study=label, quantity=ENERGY, t=s, value=e) for s, e in zip(t, energy, strict=True)]
-    rows += [
-        row(study=label, quantity=FALLS, value=energy[-1], status=status),
+    found = [
+        *history(ENERGY, t, energy, study=label),
+        row(study=label, quantity=FALLS, value=energy[-1], status=failure(run)),
         row(study=label, quantity=RISES, value=float(np.mean(np.diff(energy) > 0.0))),
     ]
     if run.failed_step is not None:
-        rows.append(row(study=label, quantity=STOP, value=run.failed_step * STEP, status=status))
+        stop = run.failed_step * STEP
+        found.append(row(study=label, quantity=STOP, value=stop, status=failure(run)))
     place = (run.q - run.q[:, :1])[done]
     for body in INNER:
         k = run.problem.parameters["bodies"].index(body)
-        rows += [
-            row(study=label, quantity="position", label=body, t=s, x=x, y=y, z=z)
-            for s, (x, y, z) in zip(t[::EVERY], place[::EVERY, k], strict=True)
-        ]
-    return rows + _at_end(label, run)
+        found += history("position", t[::EVERY], place[::EVERY, k], study=label, label=body)
+    return found + _at_end(label, run)
 
 
 def _at_end(label: str, run: Trajectory) -> list[dict[str, Any]]:
@@ -110,99 +107,96 @@ def _at_end(label: str, run: Trajectory) -> list[dict[str, Any]]:
 
 def _refined(label: str, contender: Contender, system: Problem) -> list[dict[str, Any]]:
     truth = ias15.IAS15.run(system, REFINED * DAYS, {"samples": 1}).q[-1]
-    rows = []
+    found = []
     for k in range(HALVINGS):
         steps = round(REFINED / STEP) * 2**k
         run = contender.run(system, REFINED * DAYS, {"step": REFINED * DAYS / steps})
         error = float(np.max(np.linalg.norm(run.q[-1] - truth, axis=-1)))
-        rows.append(row(study=label, quantity=ORDER, step=REFINED / steps, steps=steps,
-                        value=error, status="" if run.success else run.status))  # fmt: skip
-    return rows
+        where = {"step": REFINED / steps, "steps": steps, "status": failure(run)}
+        found.append(row(study=label, quantity=ORDER, value=error, **where))
+    return found
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """The energy of each method; where the implicit one ends; that all three are what they say."""
-    rising, falling = (number(table, study=label, quantity=FALLS) for label in (EXPLICIT, IMPLICIT))
-    stays = pick(table, study=SYMPLECTIC, quantity=ENERGY)["value"].abs().max()
-    stop = number(table, study=IMPLICIT, quantity=STOP)
+    final = {name: number(table, study=name, quantity=FALLS) for name in (EXPLICIT, IMPLICIT)}
+    rising = {name: number(table, study=name, quantity=RISES) for name in (EXPLICIT, IMPLICIT)}
+    stays = readings.largest(abs(readings.values(table, study=SYMPLECTIC, quantity=ENERGY)))
     escaped = [number(table, study=BLIND, quantity=AT_END, label=body) for body in ESCAPING]
-    spirals = "Each step ends outside the tangent circle: the planets gain energy and spiral out."
-    inward = (
-        "The mirror image of the explicit method: the planets lose energy and spiral in, Mercury "
-        "to where one step no longer resolves its orbit."
-    )
+    outward = {
+        "claimed": "energy rises",
+        "reason": "Each step ends outside the tangent circle: the planets gain energy and spiral "
+        "out.",
+    }
+    inward = {
+        "claimed": "energy falls",
+        "reason": "The mirror image of the explicit method: the planets lose energy and spiral in, "
+        "Mercury to where one step no longer resolves its orbit.",
+    }
     return [
-        _within("energy at the end, relative change, explicit Euler", "energy rises", rising,
-                0.03, 0.12, spirals),
-        _within("share of steps in which the energy rises, explicit Euler", "energy rises",
-                number(table, study=EXPLICIT, quantity=RISES), 1.0, 1.0, spirals),
-        _within("largest relative energy error, symplectic Euler", "energy stays", stays,
-                0.0, 3e-4,
-                "It conserves a modified energy, which differs from the energy by O(h)."),
-        _within("energy before the solve stops, relative change, implicit Euler", "energy falls",
-                falling, -0.02, -1e-3, inward),
-        _within("share of steps in which the energy rises, implicit Euler", "energy falls",
-                number(table, study=IMPLICIT, quantity=RISES), 0.0, 0.0, inward),
-        _within("time at which the solve stops converging [years], implicit Euler",
-                "energy falls; Mercury, Venus and Earth escape", stop, 0.05, 0.15,
-                "Near the Sun the equations of a step have no solution close by. This is as far "
-                "as implicit Euler goes; H does not mention it.", "convergence of Newton's method"),
-        _within("nearest of Mercury, Venus and Earth to the Sun at the end [au], implicit Euler "
-                "with unconverged steps accepted", "Mercury, Venus and Earth escape",
-                float(np.min(escaped)), 50.0, np.inf,
-                "Newton's last iterates throw Mercury past the others, which it scatters; the "
-                "escapes of H's caption are of the solver and not of implicit Euler. How far they "
-                "get depends on rounding; Mars escapes here too.", ias15.IAS15.name),
-        *(_order(table, label) for label in (EXPLICIT, IMPLICIT, SYMPLECTIC)),
-    ]  # fmt: skip
-
-
-def _within(
-    quantity: str, claimed: str, measured: float, low: float, high: float, reason: str,
-    reference: str = "initial energy",
-) -> Row:  # fmt: skip
-    verdict = bounds.within(float(measured), low, high)
-    bound = _interval(low, high)
-    return _row(quantity, claimed, bound, float(measured), None, reason, reference, verdict)
-
-
-def _interval(low: float, high: float) -> str:
-    """In words."""
-    if low == high:
-        return f"exactly {low:g}"
-    return f"{low:g} to {high:g}" if np.isfinite(high) else f"at least {low:g}"
-
-
-def _order(table: pd.DataFrame, label: str) -> Row:
-    h, errors = series(table, "step", study=label, quantity=ORDER)
-    fit = convergence_fits.algebraic(h, errors, floor=FLOOR)
-    return _row(
-        f"order of the position error after {REFINED:g} years, {label}",
-        "all three are O(h)", f"1 -+ {bounds.ORDER_RESOLUTION:g}", fit.rate, fit.uncertainty,
-        "What is compared are the methods, not mistakes in them.", ias15.IAS15.name,
-        bounds.order(fit, 1.0),
-    )  # fmt: skip
-
-
-def _row(
-    quantity: str, claimed: str, bound: str, measured: float, uncertainty: float | None,
-    reason: str, reference: str, verdict: str,
-) -> Row:  # fmt: skip
-    known = uncertainty is not None and np.isfinite(uncertainty)
-    return Row(
-        id="V11",
-        quantity=quantity,
-        source="H fig. 1.1",
-        setup=SETUP,
-        claimed=claimed,
-        bound=bound,
-        measured=measured,
-        uncertainty=uncertainty if known else None,
-        expected=bounds.HOLDS,
-        reason=reason,
-        reference=reference,
-        verdict=verdict,
-    )
+        V11.row(
+            "energy at the end, relative change, explicit Euler",
+            Within(0.03, 0.12),
+            final[EXPLICIT],
+            **outward,
+        ),
+        V11.row(
+            "share of steps in which the energy rises, explicit Euler",
+            Exactly(1.0),
+            rising[EXPLICIT],
+            **outward,
+        ),
+        V11.row(
+            "largest relative energy error, symplectic Euler",
+            AtMost(3e-4),
+            stays,
+            claimed="energy stays",
+            reason="It conserves a modified energy, which differs from the energy by O(h).",
+        ),
+        V11.row(
+            "energy before the solve stops, relative change, implicit Euler",
+            Within(-0.02, -1e-3),
+            final[IMPLICIT],
+            **inward,
+        ),
+        V11.row(
+            "share of steps in which the energy rises, implicit Euler",
+            Exactly(0.0),
+            rising[IMPLICIT],
+            **inward,
+        ),
+        V11.row(
+            "time at which the solve stops converging [years], implicit Euler",
+            Within(0.05, 0.15),
+            number(table, study=IMPLICIT, quantity=STOP),
+            claimed="energy falls; Mercury, Venus and Earth escape",
+            reason="Near the Sun the equations of a step have no solution close by. This is as far "
+            "as implicit Euler goes; H does not mention it.",
+            reference="convergence of Newton's method",
+        ),
+        V11.row(
+            "nearest of Mercury, Venus and Earth to the Sun at the end [au], implicit Euler with "
+            "unconverged steps accepted",
+            AtLeast(50.0),
+            float(np.min(escaped)),
+            claimed="Mercury, Venus and Earth escape",
+            reason="Newton's last iterates throw Mercury past the others, which it scatters; the "
+            "escapes of H's caption are of the solver and not of implicit Euler. How far they get "
+            "depends on rounding; Mars escapes here too.",
+            reference=ias15.IAS15.name,
+        ),
+        *(
+            V11.row(
+                f"order of the position error after {REFINED:g} years, {label}",
+                Order(1.0),
+                readings.order(table, FLOOR, study=label, quantity=ORDER),
+                claimed="all three are O(h)",
+                reason="What is compared are the methods, not mistakes in them.",
+                reference=ias15.IAS15.name,
+            )
+            for label in (EXPLICIT, IMPLICIT, SYMPLECTIC)
+        ),
+    ]
 
 
 V11 = Claim(
@@ -211,4 +205,6 @@ V11 = Claim(
     study,
     judge,
     ("H fig. 1.1",),
+    setup=SETUP,
+    reference="initial energy",
 )

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import Above, AtLeast, AtMost, Below
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.independent_space import (
     gauss_points,
@@ -16,7 +16,8 @@ from benchmarks.measures.independent_space import (
     slopes,
     values,
 )
-from benchmarks.store.frames import frame, pick, row
+from benchmarks.statistics import readings
+from benchmarks.store.frames import frame, number, rows
 from galvi.arrays import Array
 
 NS = (3, 4, 6, 8, 12, 16, 20)
@@ -36,13 +37,12 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     With m = k = 1 the pass w -> A^-1 f(w) is linear; what multiplies w is h^2 D, the same at any h.
     Row 0 of A is the start, rows 1 to n - 1 test with all basis functions but the last.
     """
-    rows = []
+    found = []
     for n in NS:
         report(f"n = {n}")
         method = make_method(galvi.Polynomials(n - 1), galvi.gauss(2 * n))
-        rows += [row(study=STUDY, quantity=quantity, n=n, value=value)
-                 for quantity, value in _numbers(method, n).items()]  # fmt: skip
-    return frame(rows)
+        found += rows(_numbers(method, n), study=STUDY, n=n)
+    return frame(found)
 
 
 def _numbers(method: Any, n: int) -> dict[str, float]:
@@ -91,86 +91,86 @@ def _size(matrix: Array) -> float:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """The lemmas, the theorem's bound, and what the iteration does."""
-    singular, grown = _of(table, SINGULAR), _of(table, GROWN)
-    ratio = _of(table, LIMIT) / _of(table, BOUND)
-    shown = [(n, _number(table, LIMIT, n) / _number(table, BOUND, n)) for n in SHOWN]
-    spectral = [(n, _number(table, SPECTRAL, n) / _number(table, BOUND, n)) for n in SHOWN]
-    agree, said = _of(table, PASS), abs(_of(table, SAID) - 1.0)
+    over_bound = _by_n(table, LIMIT) / _by_n(table, BOUND)
     return [
-        _row("least singular value of A_1 over all n", "lemma 2.3.1", "A is invertible",
-             "above 1e-6", _least(singular), bounds.HOLDS,
-             "Testing with all but the last function leaves no polynomial but 0.",
-             bounds.within(_least(singular), 1e-6, np.inf)),
-        _row("largest |A^-1| at h < 1 over |A_1^-1|, all n", "lemma 2.3.2",
-             "|A^-1| at h < 1 is below |A_1^-1|", "below 1", _most(grown), bounds.HOLDS,
-             "All columns of A^-1 but the first have a factor h.",
-             bounds.within(_most(grown), 0.0, 1.0)),
-        _row("least of measured limit / bound, all n", "thm. 2.3.1", "contracts below the bound",
-             "at least 1", _least(ratio), bounds.HOLDS, "Each of the estimates is a safe one.",
-             bounds.within(_least(ratio), 1.0, np.inf)),
-        *(
-            _row(f"measured limit / bound, n = {n}", "thm. 2.3.1", "contracts below the bound",
-                 "at least 1", value, bounds.HOLDS,
-                 "Sums of |phi_i| and of the rows of A^-1 are bounded apart, and one of the two "
-                 "factors h is given away.", bounds.within(value, 1.0, np.inf))
-            for n, value in shown
+        V12.row(
+            "least singular value of A_1 over all n",
+            Above(1e-6),
+            readings.least(_by_n(table, SINGULAR)),
+            source="H lemma 2.3.1",
+            claimed="A is invertible",
+            reason="Testing with all but the last function leaves no polynomial but 0.",
+        ),
+        V12.row(
+            "largest |A^-1| at h < 1 over |A_1^-1|, all n",
+            Below(1.0),
+            readings.largest(_by_n(table, GROWN)),
+            source="H lemma 2.3.2",
+            claimed="|A^-1| at h < 1 is below |A_1^-1|",
+            reason="All columns of A^-1 but the first have a factor h.",
+        ),
+        V12.row(
+            "least of measured limit / bound, all n",
+            AtLeast(1.0),
+            readings.least(over_bound),
+            reason="Each of the estimates is a safe one.",
         ),
         *(
-            _row(f"measured limit in any norm / bound, n = {n}", "thm. 2.3.1",
-                 "contracts below the bound", "at least 1", value, bounds.HOLDS,
-                 "Passes converge as long as the spectral radius is below 1, farther than one "
-                 "norm tells.", bounds.within(value, 1.0, np.inf))
-            for n, value in spectral
+            V12.row(
+                f"measured limit / bound, n = {n}",
+                AtLeast(1.0),
+                _over_bound(table, LIMIT, n),
+                reason="Sums of |phi_i| and of the rows of A^-1 are bounded apart, and one of the "
+                "two factors h is given away.",
+            )
+            for n in SHOWN
         ),
-        _row("galvi's pass against H's, largest relative difference, all n", "(2.5)",
-             "q = A^-1 f(q), with the force in f's last row that H's print lacks",
-             f"at most {ROUND_OFF:g}", _most(agree), bounds.HOLDS,
-             "The tableau is the same iteration, its coefficients eliminated.",
-             bounds.bound(_most(agree), ROUND_OFF)),
-        _row("galvi.theory's bound over H's formula, largest departure from 1, all n",
-             "thm. 2.3.1", "the bound as printed, h at most 1", f"at most {ROUND_OFF:g}",
-             _most(said), bounds.HOLDS, "The same formula, from another basis.",
-             bounds.bound(_most(said), ROUND_OFF)),
-    ]  # fmt: skip
+        *(
+            V12.row(
+                f"measured limit in any norm / bound, n = {n}",
+                AtLeast(1.0),
+                _over_bound(table, SPECTRAL, n),
+                reason="Passes converge as long as the spectral radius is below 1, farther than "
+                "one norm tells.",
+            )
+            for n in SHOWN
+        ),
+        V12.row(
+            "galvi's pass against H's, largest relative difference, all n",
+            AtMost(ROUND_OFF),
+            readings.largest(_by_n(table, PASS)),
+            source="H (2.5)",
+            claimed="q = A^-1 f(q), with the force in f's last row that H's print lacks",
+            reason="The tableau is the same iteration, its coefficients eliminated.",
+        ),
+        V12.row(
+            "galvi.theory's bound over H's formula, largest departure from 1, all n",
+            AtMost(ROUND_OFF),
+            readings.largest(abs(_by_n(table, SAID) - 1.0)),
+            claimed="the bound as printed, h at most 1",
+            reason="The same formula, from another basis.",
+        ),
+    ]
 
 
-def _of(table: pd.DataFrame, quantity: str) -> Array:
-    return pick(table, study=STUDY, quantity=quantity).sort_values("n")["value"].to_numpy(float)
+def _by_n(table: pd.DataFrame, quantity: str) -> Array:
+    return readings.values(table, "n", study=STUDY, quantity=quantity)
 
 
-def _number(table: pd.DataFrame, quantity: str, n: int) -> float:
-    found = pick(table, study=STUDY, quantity=quantity, n=n)["value"]
-    return float(found.iloc[0]) if len(found) else float("nan")
+def _over_bound(table: pd.DataFrame, quantity: str, n: int) -> float:
+    limit, bound = (number(table, study=STUDY, quantity=name, n=n) for name in (quantity, BOUND))
+    return limit / bound
 
 
-def _least(values: Array) -> float:
-    return float(values.min()) if values.size else float("nan")
-
-
-def _most(values: Array) -> float:
-    return float(values.max()) if values.size else float("nan")
-
-
-def _row(
-    quantity: str, source: str, claimed: str, bound: str, measured: float, expected: str,
-    reason: str, verdict: str,
-) -> Row:  # fmt: skip
-    return Row(
-        id="V12",
-        quantity=quantity,
-        source=f"H {source}",
-        setup=f"oscillator, m = k = 1; Lagrange basis on {NS[0]} to {NS[-1]} Chebyshev points, "
-        "test rows 1 .. n - 1, as H's proofs have them, where (2.8) prints 2 .. n; Gauss 2 n; "
-        "norms of the largest row sum",
-        claimed=claimed,
-        bound=bound,
-        measured=measured,
-        uncertainty=None,
-        expected=expected,
-        reason=reason,
-        reference="H's matrices, by numpy",
-        verdict=verdict,
-    )
-
-
-V12 = Claim("V12", "The stage equations have one solution below a step", study, judge)
+V12 = Claim(
+    "V12",
+    "The stage equations have one solution below a step",
+    study,
+    judge,
+    source="H thm. 2.3.1",
+    setup=f"oscillator, m = k = 1; Lagrange basis on {NS[0]} to {NS[-1]} Chebyshev points, test "
+    "rows 1 .. n - 1, as H's proofs have them, where (2.8) prints 2 .. n; Gauss 2 n; norms of the "
+    "largest row sum",
+    claimed="contracts below the bound",
+    reference="H's matrices, by numpy",
+)

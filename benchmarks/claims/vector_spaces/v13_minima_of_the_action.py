@@ -12,10 +12,11 @@ import pandas as pd
 from scipy.linalg import eigvalsh, null_space
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import Above, AtLeast, AtMost, Near
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.independent_space import all_of_degree, gauss_points, grams, values
-from benchmarks.store.frames import frame, number, row, series
+from benchmarks.statistics import readings
+from benchmarks.store.frames import failure, frame, number, rows, series
 from galvi import Problem
 from galvi.arrays import Array
 
@@ -31,6 +32,7 @@ SLACK = 1e-9
 ROUND_OFF = 1e-12  # 2e-15 was measured
 EXACT, ZERO = "s = 7, exact integrals", "first step without a positive least eigenvalue"
 HALVINGS = 40
+ONE_STEP = f"; one step, Polynomials({N - 1}), gauss({N}), end points fixed"
 
 
 @dataclass(frozen=True)
@@ -54,32 +56,42 @@ class Case:
 
 def cases() -> dict[str, Case]:
     """The oscillator from q = 1 and V = q^4 / 4 from q = 1, both at rest."""
-    quartic = galvi.Canonical(1.0, lambda q: 0.25 * q[0] ** 4, lambda q: q**3,
-                              lambda q: np.array([[3.0 * q[0] ** 2]]))  # fmt: skip
+    quartic = galvi.Canonical(
+        1.0,
+        lambda q: 0.25 * q[0] ** 4,
+        lambda q: q**3,
+        lambda q: np.array([[3.0 * q[0] ** 2]]),
+    )
     return {
-        OSCILLATOR: Case(galvi.problems.harmonic_oscillator(), np.ones_like, 1.0,
-                         "oscillator, m = k = 1, from q = 1 at rest, C_R = 1"),
-        QUARTIC: Case(Problem(quartic, [1.0], [0.0]), lambda q: 3.0 * q**2, 3.0 * REACH**2,
-                      f"V = q^4 / 4, from q = 1 at rest, |q| <= {REACH:g}, "
-                      f"C_R = {3.0 * REACH**2:.4g}"),
-    }  # fmt: skip
+        OSCILLATOR: Case(
+            galvi.problems.harmonic_oscillator(),
+            np.ones_like,
+            1.0,
+            "oscillator, m = k = 1, from q = 1 at rest, C_R = 1",
+        ),
+        QUARTIC: Case(
+            Problem(quartic, [1.0], [0.0]),
+            lambda q: 3.0 * q**2,
+            3.0 * REACH**2,
+            f"V = q^4 / 4, from q = 1 at rest, |q| <= {REACH:g}, C_R = {3.0 * REACH**2:.4g}",
+        ),
+    }
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each case and step, along the step's curve: the least eigenvalue of the discrete second
     variation, its least ratio to H (2.22)'s form, and to the bound in W^{1,1}."""
     method = make_method(galvi.Polynomials(N - 1), galvi.gauss(N))
-    rows = []
+    found = []
     for name, case in cases().items():
         report(name)
         for h in case.minimum * (RATIOS[::2] if quick else RATIOS):
-            rows += _step(name, case, method, float(h))
-        rows.append(row(study=name, quantity=ZERO, n=N, value=_zero(case, method)))
+            found += _step(name, case, method, float(h))
+        found += rows({ZERO: _zero(case, method)}, study=name, n=N)
     few = make_method(galvi.Polynomials(2), galvi.lobatto(3))
     for name, one in (("s = 2, Lobatto 3", few), ("s = 7, Gauss 8", method)):
-        rows.append(row(study=name, quantity=LEAST, value=_rayleigh(one)))
-    rows.append(row(study=EXACT, quantity=LEAST, value=_exact_rayleigh(N - 1)))
-    return frame(rows)
+        found += rows({LEAST: _rayleigh(one)}, study=name)
+    return frame(found + rows({LEAST: _exact_rayleigh(N - 1)}, study=EXACT))
 
 
 def _zero(case: Case, method: Any) -> float:
@@ -103,11 +115,7 @@ def _step(name: str, case: Case, method: Any, h: float) -> list[dict[str, Any]]:
         q = run.curves.bases[0, 0] + table.psi @ run.curves.coefficients[0, 0]
         found = _variation(table, method.space, h, case.second(q), case.widest)
         found[FARTHEST] = float(np.max(np.abs(q)))
-    status = "" if run.success else run.status
-    return [
-        row(study=name, quantity=quantity, n=N, step=h, steps=1, value=value, status=status)
-        for quantity, value in found.items()
-    ]
+    return rows(found, study=name, n=N, step=h, steps=1, status=failure(run))
 
 
 def _variation(table: Any, space: Any, h: float, second: Array, widest: float) -> dict[str, float]:
@@ -123,8 +131,8 @@ def _variation(table: Any, space: Any, h: float, second: Array, widest: float) -
     if level > 0.0:
         lower = 0.5 * slopes + level * places
         found[FORM] = float(eigvalsh(whole, lower, subset_by_index=[0, 0])[0])
-        directions = np.hstack([vectors, np.random.default_rng(13).normal(
-            size=(len(whole), DIRECTIONS))])  # fmt: skip
+        random = np.random.default_rng(13).normal(size=(len(whole), DIRECTIONS))
+        directions = np.hstack([vectors, random])
         norm = _w11(space, free, h) @ directions
         size = h / FINE * np.sum(np.abs(norm), axis=(0, 1))
         spent = np.einsum("ik,ij,jk->k", directions, whole, directions)
@@ -168,83 +176,94 @@ def _exact_rayleigh(degree: int) -> float:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Signs below the bounds, where they are lost, and what the rule must do."""
-    rows = []
-    for name, case in cases().items():
-        h, least = _rising(table, name, LEAST)
-        below, short = h < case.minimum, h < math.sqrt(0.5) * case.minimum
-        rows += [
-            _row(case.setup, f"least eigenvalue over all steps below the bound, {name}",
-                 "thm. 2.3.5", "minimum for h < pi sqrt(m / (D C_R))", "above 0",
-                 _least(least[below]), "Poincare's inequality holds in the space, and the rule is "
-                 "exact for squares of its functions.", 0.0),
-            _row(case.setup, f"step where the least eigenvalue is 0, over the bound, {name}",
-                 "thm. 2.3.5", "at least 1", f"at least 1 - {SLACK:g}",
-                 number(table, study=name, quantity=ZERO) / case.minimum,
-                 "Sharp for the oscillator, whose V'' is C_R everywhere; the quartic's V'' is "
-                 "smaller along most of the motion.", 1.0 - SLACK),
-            _row(case.setup, f"second variation over H (2.22), least below the coercive bound, "
-                 f"{name}", "thm. 2.3.8", "D2S at least (2.22) below pi sqrt(m / (2 D C_R))",
-                 "at least 1", _least(_rising(table, name, FORM)[1][short]),
-                 "Half of the kinetic part pays for the potential one.", 1.0 - SLACK),
-            _row(case.setup, f"second variation over C_f |dq|^2 in W11, least below the coercive "
-                 f"bound, {name}", "thm. 2.3.8", "D2S at least C_f |dq|^2, C_f = min(m / 4 h, "
-                 "(m pi^2 / 2 h^2 - D C_r) / 2 h)", "at least 1",
-                 _least(_rising(table, name, NORM)[1][short]),
-                 "Holder's inequality and a square completed, both safe.", 1.0),
-        ]  # fmt: skip
-        if name == QUARTIC:
-            rows.append(_row(case.setup, "largest |q| at the stages, all steps", "thm. 2.3.5",
-                             "on the stated interval", f"at most {REACH:g}",
-                             -_least(-_rising(table, name, FARTHEST)[1]),
-                             "The energy keeps the motion in [-1, 1], but for the step's error.",
-                             0.0, REACH))  # fmt: skip
+    signs = [row for name, case in cases().items() for row in _signs(table, name, case)]
     found, exact = (number(table, study=one, quantity=LEAST) for one in ("s = 7, Gauss 8", EXACT))
-    rows.append(_row(
-        cases()[OSCILLATOR].setup, "that step over the one of exact integrals, less 1, oscillator",
-        "thm. 2.3.5", "the rule is exact for squares of functions of the space",
-        f"between -+{ROUND_OFF:g}", found / exact - 1.0,
-        "The same eigenvalue, in Legendre polynomials by numpy.", -ROUND_OFF, ROUND_OFF,
-    ))  # fmt: skip
-    rows.append(_row(
-        "oscillator; polynomials of degree 2, Lobatto 3 (degree 3)", "step where the least "
-        "eigenvalue is 0, over the bound, a rule of degree 2 s - 1", "thm. 2.3.5",
-        "asks for a rule of degree 2 s", "below 1: it cannot be dropped",
-        number(table, study="s = 2, Lobatto 3", quantity=LEAST),
-        "Simpson's rule makes the integral of t^2 (1 - t)^2 5/4 of what it is: sqrt(8) / pi.",
-        0.5, 1.0 - SLACK,
-    ))  # fmt: skip
-    return rows
+    return [
+        *signs,
+        V13.row(
+            "that step over the one of exact integrals, less 1, oscillator",
+            Near(0.0, ROUND_OFF),
+            found / exact - 1.0,
+            setup=cases()[OSCILLATOR].setup + ONE_STEP,
+            claimed="the rule is exact for squares of functions of the space",
+            reason="The same eigenvalue, in Legendre polynomials by numpy.",
+        ),
+        V13.row(
+            "step where the least eigenvalue is 0, over the bound, a rule of degree 2 s - 1",
+            Near(math.sqrt(8.0) / math.pi, SLACK),
+            number(table, study="s = 2, Lobatto 3", quantity=LEAST),
+            setup="oscillator; polynomials of degree 2, Lobatto 3 (degree 3)",
+            claimed="asks for a rule of degree 2 s",
+            reason="Below 1: it cannot be dropped. Simpson's rule makes the integral of "
+            "t^2 (1 - t)^2 5/4 of what it is: sqrt(8) / pi.",
+        ),
+    ]
 
 
-def _rising(table: pd.DataFrame, name: str, quantity: str) -> tuple[Array, Array]:
-    h, found = series(table, "step", study=name, quantity=quantity)
-    return h[::-1], found[::-1]
+def _signs(table: pd.DataFrame, name: str, case: Case) -> list[Row]:
+    """What is positive below the bounds, and how far."""
 
+    def least(quantity: str, below: float) -> float:
+        h, found = series(table, "step", study=name, quantity=quantity)
+        return readings.least(found[h < below])
 
-def _least(found: Array) -> float:
-    return float(found.min()) if found.size else float("nan")
-
-
-def _row(
-    setup: str, quantity: str, source: str, claimed: str, bound: str, measured: float, reason: str,
-    low: float, high: float = np.inf,
-) -> Row:  # fmt: skip
-    return Row(
-        id="V13",
-        quantity=quantity,
-        source=f"H {source}",
-        setup=setup
-        if "Lobatto" in setup
-        else f"{setup}; one step, Polynomials({N - 1}), gauss({N}), end points fixed",
-        claimed=claimed,
-        bound=bound,
-        measured=measured,
-        uncertainty=None,
-        expected=bounds.HOLDS,
-        reason=reason,
-        reference="V'' of the textbook along the step's curve",
-        verdict=bounds.within(measured, low, high),
+    setup = case.setup + ONE_STEP
+    coercive = {"source": "H thm. 2.3.8", "setup": setup}
+    shortest = math.sqrt(0.5) * case.minimum
+    signs = [
+        V13.row(
+            f"least eigenvalue over all steps below the bound, {name}",
+            Above(0.0),
+            least(LEAST, case.minimum),
+            setup=setup,
+            claimed="minimum for h < pi sqrt(m / (D C_R))",
+            reason="Poincare's inequality holds in the space, and the rule is exact for squares of "
+            "its functions.",
+        ),
+        V13.row(
+            f"step where the least eigenvalue is 0, over the bound, {name}",
+            AtLeast(1.0, round_off=SLACK),
+            number(table, study=name, quantity=ZERO) / case.minimum,
+            setup=setup,
+            claimed="at least 1",
+            reason="Sharp for the oscillator, whose V'' is C_R everywhere; the quartic's V'' is "
+            "smaller along most of the motion.",
+        ),
+        V13.row(
+            f"second variation over H (2.22), least below the coercive bound, {name}",
+            AtLeast(1.0, round_off=SLACK),
+            least(FORM, shortest),
+            claimed="D2S at least (2.22) below pi sqrt(m / (2 D C_R))",
+            reason="Half of the kinetic part pays for the potential one.",
+            **coercive,
+        ),
+        V13.row(
+            f"second variation over C_f |dq|^2 in W11, least below the coercive bound, {name}",
+            AtLeast(1.0),
+            least(NORM, shortest),
+            claimed="D2S at least C_f |dq|^2, C_f = min(m / 4 h, (m pi^2 / 2 h^2 - D C_r) / 2 h)",
+            reason="Holder's inequality and a square completed, both safe.",
+            **coercive,
+        ),
+    ]
+    if name == OSCILLATOR:
+        return signs
+    farthest = V13.row(
+        "largest |q| at the stages, all steps",
+        AtMost(REACH),
+        readings.largest(readings.values(table, study=name, quantity=FARTHEST)),
+        setup=setup,
+        claimed="on the stated interval",
+        reason="The energy keeps the motion in [-1, 1], but for the step's error.",
     )
+    return [*signs, farthest]
 
 
-V13 = Claim("V13", "Curves of steps are minima, the action coercive", study, judge)
+V13 = Claim(
+    "V13",
+    "Curves of steps are minima, the action coercive",
+    study,
+    judge,
+    source="H thm. 2.3.5",
+    reference="V'' of the textbook along the step's curve",
+)

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import Any
 
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, AtMost, Base, FactorPerN, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces.kepler_orbit import METHOD, ORBIT, problem
 from benchmarks.measures.boundary_motion import BoundaryValueMotion
 from benchmarks.measures.refinement import method_of
-from benchmarks.statistics import convergence_fits
+from benchmarks.statistics import readings
 from benchmarks.statistics.convergence_fits import Fit
-from benchmarks.store.frames import frame, pick, row, series
+from benchmarks.store.frames import failure, frame, pick, rows
 from references.closed_forms.kepler import KEPLER
 
 IN_N, IN_H = "n-refinement, one step", "h-refinement, one step"
@@ -39,53 +38,44 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """The three quantities for one step, against n at h = 2 and against h for n = 3 to 6."""
     ns = range(6, 31, 4) if quick else range(5, 34)
     report(IN_N)
-    rows = _steps(IN_N, make_method, ns, STEP)
+    found = _steps(IN_N, make_method, ns, STEP)
     for j in range(3, 11) if quick else range(15):
         h = 2.0 ** (-j / 2)
         report(f"{IN_H}, h = {h:.4g}")
-        rows += _steps(IN_H, make_method, NS, h)
-    return frame(rows)
+        found += _steps(IN_H, make_method, NS, h)
+    return frame(found)
 
 
 def _steps(
     study: str, make_method: MakeMethod, ns: Iterable[int], h: float
 ) -> list[dict[str, Any]]:
     exact = BoundaryValueMotion(problem(), h, KEPLER)
-    rows = []
+    found = []
     for n in ns:
         run = galvi.integrate(problem(), method_of(make_method, n), h, 1)
-        where = {"study": study, "n": n, "step": h, "steps": 1,
-                 "status": "" if run.success else run.status}  # fmt: skip
         values = [float("nan")] * 3
         if run.success:
             values = [exact.error(run), *exact.distances(run)]
-        for quantity, value in zip((ENDS, CURVE, LARGEST), values, strict=True):
-            rows.append(row(quantity=quantity, value=value, **where))
-    return rows
+        named = dict(zip((ENDS, CURVE, LARGEST), values, strict=True))
+        found += rows(named, study=study, n=n, step=h, steps=1, status=failure(run))
+    return found
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """The curve's base against the root of the step's; its order against half the step's."""
-    n, ends = series(table, "n", study=IN_N, quantity=ENDS)
-    steps = convergence_fits.geometric(n, ends, floor=FLOOR[ENDS])
-    worst = convergence_fits.worst_ratio(ends, floor=FLOOR[ENDS])
+    steps = readings.decay(table, FLOOR[ENDS], study=IN_N, quantity=ENDS)
     return [
-        Row(
-            id="V14",
-            quantity="base of the step's error",
+        V14.row(
+            "base of the step's error",
+            FactorPerN(GAIN),
+            steps,
             source="H thm. 2.3.6",
             setup=SETUP % f" of h = {STEP:g}",
             claimed="geometric convergence, O(K^n)",
-            bound=f"each n multiplies the error by at most {GAIN:g}, down to {FLOOR[ENDS]:g}",
-            measured=steps.rate,
-            uncertainty=steps.uncertainty,
-            expected=bounds.HOLDS,
             reason="The motion is analytic in t; this is the K of the next rows.",
-            reference=KEPLER.name,
-            verdict=bounds.every_n_gains(steps, worst, GAIN),
         ),
-        _base(table, steps, CURVE, "H thm. 2.3.6"),
-        _base(table, steps, LARGEST, "H thm. 2.3.6, lemma 2.3.5"),
+        _base(table, steps.fit, CURVE, "H thm. 2.3.6"),
+        _base(table, steps.fit, LARGEST, "H thm. 2.3.6, lemma 2.3.5"),
         *(row for n in NS for row in _orders(table, n)),
         *(_largest(table, n) for n in NS),
         _lemma(table),
@@ -93,44 +83,33 @@ def judge(table: pd.DataFrame) -> list[Row]:
 
 
 def _base(table: pd.DataFrame, steps: Fit, quantity: str, source: str) -> Row:
-    n, apart = series(table, "n", study=IN_N, quantity=quantity)
-    fit = convergence_fits.geometric(n, apart, floor=FLOOR[quantity])
     root = math.sqrt(steps.rate) if steps.rate > 0.0 else math.nan
-    slack = fit.uncertainty + 0.5 * root * steps.uncertainty / steps.rate
-    return Row(
-        id="V14",
-        quantity=f"base of the {quantity}",
+    return V14.row(
+        f"base of the {quantity}",
+        Base(root, RESOLUTION, uncertainty=0.5 * root * steps.uncertainty / steps.rate),
+        readings.base(table, FLOOR[quantity], study=IN_N, quantity=quantity),
         source=source,
         setup=SETUP % f" of h = {STEP:g}",
         claimed=f"O(sqrt(K)^n), K the step's base, measured {steps.rate:.3g}",
-        bound=f"base sqrt(K) = {root:.3g} -+ {RESOLUTION} -+ 2 standard errors of both",
-        measured=fit.rate,
-        uncertainty=fit.uncertainty,
-        expected=bounds.EXCEEDS,
+        expected=EXCEEDS,
         reason="The curve is the polynomial of degree n - 1 nearest in energy, and the error of a "
         "step end is the square of its distance. Powers of n, such as n^(-1/2), come on top, and "
         "lower the base that a window shows.",
-        reference=KEPLER.name,
-        verdict=bounds.base(replace(fit, uncertainty=slack), root, RESOLUTION),
     )
 
 
 def _largest(table: pd.DataFrame, n: int) -> Row:
-    fit, claimed = _fit(table, n, LARGEST), n - 1.5
-    return Row(
-        id="V14",
-        quantity=f"order of the {LARGEST}, n = {n}",
+    claimed = n - 1.5
+    return V14.row(
+        f"order of the {LARGEST}, n = {n}",
+        Order(claimed),
+        _fit(table, n, LARGEST),
         source="H thm. 2.3.7, lemma 2.3.5",
         setup=SETUP % IN_STEPS + f"; n = {n}",
         claimed=f"|q|_inf is at most max(1 / h, 1) |q|_W11, so order (p + 1) / 2 - 1 = {claimed:g}",
-        bound=f"order {claimed:g} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
-        measured=fit.rate,
-        uncertainty=fit.uncertainty,
-        expected=bounds.EXCEEDS,
+        expected=EXCEEDS,
         reason="Both ends are met, so that half the integral of |q'| bounds |q|, without 1 / h: "
         f"order n = {n}, as in W^{{1,1}}.",
-        reference=KEPLER.name,
-        verdict=bounds.order(fit, claimed),
     )
 
 
@@ -140,42 +119,38 @@ def _lemma(table: pd.DataFrame) -> Row:
     )
     both = both[both["step"] != 1.0]  # where the step of n = 3 has no solution
     ratios = (both["value"] / both["value_whole"] * both["step"].clip(upper=1.0)).to_numpy(float)
-    measured = float(ratios.max()) if ratios.size else math.nan
-    return Row(
-        id="V14",
-        quantity=f"largest {LARGEST}, over max(1 / h, 1) of that in W^{{1,1}}",
+    return V14.row(
+        f"largest {LARGEST}, over max(1 / h, 1) of that in W^{{1,1}}",
+        AtMost(0.5),
+        readings.largest(ratios),
         source="H lemma 2.3.5",
         setup=SETUP % f" of h = {STEP:g} or of h = 2^(-j/2), below 1" + "; all n",
         claimed="|q|_inf is at most max(1 / h, 1) |q|_W11",
-        bound="at most 1 / 2, since both ends are met",
-        measured=measured,
-        uncertainty=None,
-        expected=bounds.HOLDS,
-        reason="A curve that leaves 0 and comes back covers its largest distance twice.",
-        reference=KEPLER.name,
-        verdict=bounds.bound(measured, 0.5),
+        reason="Both ends are met: a curve that leaves 0 and comes back covers its largest "
+        "distance twice.",
     )
 
 
 def _fit(table: pd.DataFrame, n: int, quantity: str) -> Fit:
-    h, errors = series(table, "step", study=IN_H, quantity=quantity, n=n)
-    return convergence_fits.algebraic(h, errors, floor=FLOOR[quantity])
+    return readings.order(table, FLOOR[quantity], study=IN_H, quantity=quantity, n=n)
 
 
 def _orders(table: pd.DataFrame, n: int) -> list[Row]:
     """The theorem with C_f constant, and with the C_f of theorem 2.3.8, which grows like 1 / h."""
     steps, fit = _fit(table, n, ENDS), _fit(table, n, CURVE)
-    half, slack = n - 0.5, fit.uncertainty
+    half, uncertainty = n - 0.5, 0.0
     if 0.5 * steps.rate > half:
-        half, slack = 0.5 * steps.rate, slack + 0.5 * steps.uncertainty
-    both = replace(fit, uncertainty=slack)
-    known = f"p + 1 the order of a step's error, 2 n - 1 = {2 * n - 1}, measured {steps.rate:.3g}"
+        half, uncertainty = 0.5 * steps.rate, 0.5 * steps.uncertainty
+    known = (
+        f"p + 1 the order of a step's error: the larger of 2 n - 1 = {2 * n - 1} and the measured "
+        f"{steps.rate:.3g}"
+    )
     cases = (
         (
             "",
             "O(h^((p + 1) / 2)), C_f a constant",
             half,
-            bounds.EXCEEDS,
+            EXCEEDS,
             f"Over one step the curve is of order n = {n}: C_f of theorem 2.3.8 is m / (4 h) for "
             "short steps, and its root gives the half an order more.",
         ),
@@ -183,26 +158,21 @@ def _orders(table: pd.DataFrame, n: int) -> list[Row]:
             ", C_f of thm. 2.3.8",
             "O(C_f^-1 h^((p + 1) / 2)), C_f of order 1 / h by theorem 2.3.8, so order (p + 3) / 2",
             half + 1.0,
-            bounds.CONTRADICTED,
+            CONTRADICTED,
             "The proof divides the square of the distance by C_f, so that its root belongs here: "
             f"C_f^(-1/2) gives order (p + 2) / 2 = {n}, which is measured.",
         ),
     )
     return [
-        Row(
-            id="V14",
-            quantity=f"order of the {CURVE}, n = {n}{suffix}",
+        V14.row(
+            f"order of the {CURVE}, n = {n}{suffix}",
+            Order(order, uncertainty=uncertainty),
+            fit,
             source="H thm. 2.3.7",
             setup=SETUP % IN_STEPS + f"; n = {n}",
             claimed=f"{claimed}, {known}",
-            bound=f"order {order:.3g} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors; p + 1 "
-            "the larger of 2 n - 1 and the measured one",
-            measured=fit.rate,
-            uncertainty=fit.uncertainty,
             expected=expected,
             reason=reason,
-            reference=KEPLER.name,
-            verdict=bounds.order(both, order),
         )
         for suffix, claimed, order, expected, reason in cases
     ]
@@ -214,4 +184,5 @@ V14 = Claim(
     study,
     judge,
     ("H thm. 2.3.6", "H thm. 2.3.7"),
+    reference=KEPLER.name,
 )

@@ -9,13 +9,14 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import AtMost, NoGrowth, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures import independent_invariants
 from benchmarks.measures.errors import angular_momentum_errors
 from benchmarks.measures.refinement import method_of
 from benchmarks.measures.space_rule_pairs import MANY, kinds, pairs
-from benchmarks.store.frames import frame, pick, row, series
+from benchmarks.statistics import readings
+from benchmarks.store.frames import failure, frame, history, row
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 
@@ -92,8 +93,8 @@ def _row(
     kind: str, quantity: str, run: Trajectory, measure: Callable[[Trajectory], Array], n: int = 7
 ) -> dict[str, Any]:
     value = float(np.max(np.abs(measure(run)))) if run.success else float("nan")
-    return row(study=kind, quantity=quantity, n=n, value=value, steps=len(run.t) - 1,
-               status="" if run.success else run.status)  # fmt: skip
+    where = {"n": n, "steps": len(run.t) - 1, "status": failure(run)}
+    return row(study=kind, quantity=quantity, value=value, **where)
 
 
 def _along(make_method: MakeMethod, steps: int) -> list[dict[str, Any]]:
@@ -106,101 +107,76 @@ def _along(make_method: MakeMethod, steps: int) -> list[dict[str, Any]]:
         t = (np.arange(steps)[:, None] + np.linspace(0.0, 1.0, PER_STEP + 1)) * LONG_STEP
         along = angular_momentum_errors(run, t.ravel()).reshape(t.shape)
         errors = np.max(np.abs(along), axis=1)
-    return [
-        row(study="history", quantity=ALONG, n=N, step=LONG_STEP, t=t, value=error,
-            status="" if run.success else run.status)
-        for t, error in zip(run.t[1:], errors, strict=True)
-    ]  # fmt: skip
+    where = {"study": "history", "n": N, "step": LONG_STEP, "status": failure(run)}
+    return history(ALONG, run.t[1:], errors, **where)
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Both momenta for each kind of space; components of their own degree; along the curve."""
     rows = [_discrete(table, kind, quantity) for kind in kinds() for quantity in (ANGULAR, LINEAR)]
-    return [*rows, *_mixed(table), _no_growth(table)]
-
-
-def _changes(table: pd.DataFrame, kind: str, quantity: str) -> Array:
-    return pick(table, study=kind, quantity=quantity)["value"].to_numpy(np.float64)
-
-
-def _largest(values: Array) -> float:
-    return float(values.max()) if values.size else float("nan")
+    return [*rows, *_mixed(table), _along_the_curve(table)]
 
 
 def _discrete(table: pd.DataFrame, kind: str, quantity: str) -> Row:
-    changes = _changes(table, kind, quantity)
-    measured = _largest(changes)
-    return Row(
-        id="V15",
-        quantity=f"change of {quantity} at step ends, {kind}",
-        source="H thm. 2.3.10",
+    changes = readings.values(table, study=kind, quantity=quantity)
+    return V15.row(
+        f"change of {quantity} at step ends, {kind}",
+        AtMost(LIMIT),
+        readings.largest(changes),
         setup=f"three bodies in space, masses 1, 0.2, 0.1; h = {STEP:g}, {STEPS} steps; spaces of "
         "this kind made from 1 to 4, every family of rules with 1 to 4, 6 and "
         f"{MANY} points (from 2, with 1 to 3 and {MANY} points, {QUICK_STEPS} steps, in the quick "
-        f"form); refused pairs left out, {changes.size} methods left",
-        claimed="the discrete Noether quantity is conserved",
-        bound=f"at most {LIMIT:g}, for the worst of them",
-        measured=measured,
-        uncertainty=None,
-        expected=bounds.HOLDS,
+        f"form); refused pairs left out; the worst of the {changes.size} methods left",
         reason="With one space for all components rotations and translations map its curves to "
         "one another: they leave the discrete Lagrangian as it is.",
         reference="sums of m v and m q x v at the start",
-        verdict=bounds.bound(measured, LIMIT),
     )
 
 
 def _mixed(table: pd.DataFrame) -> list[Row]:
-    turned = _largest(_changes(table, ROTATION, ANGULAR))
-    moved = _largest(_changes(table, TRANSLATION, LINEAR))
     how = f"ComponentPolynomials({MIXED}), gauss(6); h = {MIXED_STEP:g}, {MIXED_STEPS} steps"
-    shared = {"id": "V15", "source": "H thm. 2.3.10", "uncertainty": None,
-              "expected": bounds.HOLDS}  # fmt: skip
     return [
-        Row(
-            **shared,
-            quantity=f"change of angular momentum, {ROTATION}",
+        V15.row(
+            f"change of angular momentum, {ROTATION}",
+            Within(1e-12, 1e-8),
+            readings.largest(readings.values(table, study=ROTATION, quantity=ANGULAR)),
             setup=f"Kepler, e = 0.3; {how}",
             claimed="conserved when the group leaves the discrete Lagrangian invariant, which "
             "rotations of components with spaces of their own do not",
-            bound="between 1e-12 and 1e-8: nearly conserved, and not more",
-            measured=turned,
-            reason="Components of the orbit mix under rotation; their spaces do not.",
+            reason="Components of the orbit mix under rotation; their spaces do not: it is nearly "
+            "conserved, and not more.",
             reference="q x v at the start",
-            verdict=bounds.within(turned, 1e-12, 1e-8),
         ),
-        Row(
-            **shared,
-            quantity=f"change of linear momentum, {TRANSLATION}",
+        V15.row(
+            f"change of linear momentum, {TRANSLATION}",
+            AtMost(LIMIT),
+            readings.largest(readings.values(table, study=TRANSLATION, quantity=LINEAR)),
             setup=f"two points on a line, V = r^2 / 2 + r^4 / 4; {how}",
-            claimed="the discrete Noether quantity is conserved",
-            bound=f"at most {LIMIT:g}",
-            measured=moved,
             reason="Constants are in every component's space.",
             reference="sum of v at the start",
-            verdict=bounds.bound(moved, LIMIT),
         ),
     ]
 
 
-def _no_growth(table: pd.DataFrame) -> Row:
-    t, errors = series(pick(table, study="history"), "t", quantity=ALONG)
-    seen = bounds.drift(t[::-1], errors[::-1])
-    return Row(
-        id="V15",
-        quantity=f"error of {ALONG}",
+def _along_the_curve(table: pd.DataFrame) -> Row:
+    return V15.row(
+        f"error of {ALONG}",
+        NoGrowth(CURVE_LIMIT),
+        readings.drift(table, study="history", quantity=ALONG),
         source="H thm. 2.3.11",
         setup=f"Kepler, e = 0.6; Polynomials(7), gauss(16); h = {LONG_STEP:g}, {LONG} steps "
         f"({QUICK_LONG} in the quick form); {PER_STEP + 1} points of each step",
         claimed="bounded, by a constant that does not depend on the number of steps",
-        bound=f"at most {CURVE_LIMIT:g}, and no growth",
-        measured=seen.largest,
-        uncertainty=None,
-        expected=bounds.HOLDS,
         reason="At step ends it is conserved; between them it errs as the curve of one step does.",
         reference="q x v at the start",
-        verdict=bounds.no_growth(seen, CURVE_LIMIT),
     )
 
 
-V15 = Claim("V15", "Noether quantities for every space and rule", study, judge)
+V15 = Claim(
+    "V15",
+    "Noether quantities for every space and rule",
+    study,
+    judge,
+    source="H thm. 2.3.10",
+    claimed="the discrete Noether quantity is conserved",
+)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import EXCEEDS, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces.oscillator import (
     DURATION,
@@ -14,12 +14,11 @@ from benchmarks.claims.vector_spaces.oscillator import (
     OSCILLATION,
     QUANTITY,
     TRUTH,
-    method_of,
-    problem,
+    refinement,
 )
-from benchmarks.measures.refinement import at_fixed_time, refine
-from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import frame, series
+from benchmarks.measures.refinement import at_fixed_time
+from benchmarks.statistics import readings
+from benchmarks.store.frames import frame
 
 DEGREES = (1, 2, 3, 4, 5)
 STUDY = "h-refinement, T = 8"
@@ -36,58 +35,47 @@ def step_counts(quick: bool) -> list[int]:
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'h-refinement, T = 8' for N = 1 to 5."""
-    rows = []
-    for degree in DEGREES:
-        cases = at_fixed_time(degree + 1, DURATION, step_counts(quick))
-        options = (make_method, report, method_of)
-        rows += refine(STUDY, problem(), TRUTH, cases, (QUANTITY,), *options)
-    return frame(rows)
+    cases = at_fixed_time([degree + 1 for degree in DEGREES], DURATION, step_counts(quick))
+    return frame(refinement(STUDY, cases, make_method, report))
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """For each N what M measured, 2 N, and what its theory predicts, 2 N - 1."""
-    return [row for degree in DEGREES for row in _judge(table, degree)]
+    return [row for degree in DEGREES for row in _orders(table, degree)]
 
 
-def _judge(table: pd.DataFrame, degree: int) -> list[Row]:
-    h, errors = series(table, "step", study=STUDY, quantity=QUANTITY, n=degree + 1)
-    fit = convergence_fits.algebraic(h, errors, floor=FLOOR)
-    claims = (
-        (
-            "",
-            "M 6.1, fig. 1 left",
-            2 * degree,
-            f"the measured convergence rate is 2 N = {2 * degree}",
-            bounds.HOLDS,
-            "A rule this exact gives the order of Gauss collocation with N points.",
+def _orders(table: pd.DataFrame, degree: int) -> list[Row]:
+    fit = readings.order(table, FLOOR, study=STUDY, quantity=QUANTITY, n=degree + 1)
+    setup = f"{SETUP}; N = {degree}"
+    return [
+        V17.row(
+            f"order of the error, N = {degree}",
+            Order(2 * degree),
+            fit,
+            source="M 6.1, fig. 1 left",
+            setup=setup,
+            claimed=f"the measured convergence rate is 2 N = {2 * degree}",
+            reason="A rule this exact gives the order of Gauss collocation with N points.",
         ),
-        (
-            ", against the theory",
-            "M sec. 5, thm. 4 and 5",
-            2 * degree - 1,
-            f"the predicted order is 2 N - 1 = {2 * degree - 1}",
-            bounds.EXCEEDS,
-            "M's estimate squares e_max, of order N, where one of order N + 1/2 is measured "
+        V17.row(
+            f"order of the error, N = {degree}, against the theory",
+            Order(2 * degree - 1),
+            fit,
+            source="M sec. 5, thm. 4 and 5",
+            setup=setup,
+            claimed=f"the predicted order is 2 N - 1 = {2 * degree - 1}",
+            expected=EXCEEDS,
+            reason="M's estimate squares e_max, of order N, where one of order N + 1/2 is measured "
             "(V22): the order of L_d is one more, as M suspects.",
         ),
-    )
-    return [
-        Row(
-            id="V17",
-            quantity=f"order of the error, N = {degree}{suffix}",
-            source=source,
-            setup=f"{SETUP}; N = {degree}",
-            claimed=claimed,
-            bound=f"order {order} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
-            measured=fit.rate,
-            uncertainty=fit.uncertainty,
-            expected=expected,
-            reason=reason,
-            reference=TRUTH.name,
-            verdict=bounds.order(fit, order),
-        )
-        for suffix, source, order, claimed, expected, reason in claims
     ]
 
 
-V17 = Claim("V17", "Oscillator: order 2 N in h", study, judge, ("M fig. 1 left",))
+V17 = Claim(
+    "V17",
+    "Oscillator: order 2 N in h",
+    study,
+    judge,
+    ("M fig. 1 left",),
+    reference=TRUTH.name,
+)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import Geometric
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces.oscillator import (
     DURATION,
@@ -14,12 +14,11 @@ from benchmarks.claims.vector_spaces.oscillator import (
     OSCILLATION,
     QUANTITY,
     TRUTH,
-    method_of,
-    problem,
+    refinement,
 )
-from benchmarks.measures.refinement import Case, refine
-from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import frame, series
+from benchmarks.measures.refinement import Case
+from benchmarks.statistics import readings
+from benchmarks.store.frames import frame
 
 STUDIES = {f"N-refinement, h = {h:g}": h for h in (LARGEST, DURATION)}
 
@@ -29,37 +28,32 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     rows = []
     for name, h in STUDIES.items():
         cases = [Case(n, h, round(DURATION / h)) for n in range(2, 9 if h == LARGEST else 19)]
-        options = (make_method, report, method_of)
-        rows += refine(name, problem(), TRUTH, cases, (QUANTITY,), *options)
+        rows += refinement(name, cases, make_method, report)
     return frame(rows)
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Errors fall by a factor with each N, and by no worse a factor for larger N."""
-    rows = []
-    for name, h in STUDIES.items():
-        n, errors = series(table, "n", study=name, quantity=QUANTITY)
-        fit = convergence_fits.geometric(n, errors, floor=FLOOR)
-        early, late = convergence_fits.halves(n, errors, floor=FLOOR)
-        rows.append(
-            Row(
-                id="V18",
-                quantity=f"base of the error, h = {h:g}",
-                source="M 6.1, fig. 1 right",
-                setup=f"{OSCILLATION}; {METHOD}; T = {DURATION:g}, h = {h:g}",
-                claimed="exponential convergence with respect to the polynomial order",
-                bound=f"base below 1, and in the later half of the window ({late.rate:.2g}) no "
-                f"worse than in the earlier ({early.rate:.2g})",
-                measured=fit.rate,
-                uncertainty=fit.uncertainty,
-                expected=bounds.HOLDS,
-                reason="cos t has no singularity: the factor itself falls with N. M names no h; "
-                "these are its largest step and a single one to its T.",
-                reference=TRUTH.name,
-                verdict=bounds.at_least_geometric(fit, early, late),
-            )
+    return [
+        V18.row(
+            f"base of the error, h = {h:g}",
+            Geometric(),
+            readings.decay(table, FLOOR, study=name, quantity=QUANTITY),
+            setup=f"{OSCILLATION}; {METHOD}; T = {DURATION:g}, h = {h:g}",
         )
-    return rows
+        for name, h in STUDIES.items()
+    ]
 
 
-V18 = Claim("V18", "Oscillator: exponential convergence in N", study, judge, ("M fig. 1 right",))
+V18 = Claim(
+    "V18",
+    "Oscillator: exponential convergence in N",
+    study,
+    judge,
+    ("M fig. 1 right",),
+    source="M 6.1, fig. 1 right",
+    claimed="exponential convergence with respect to the polynomial order",
+    reason="cos t has no singularity: the factor itself falls with N. M names no h; these are its "
+    "largest step and a single one to its T.",
+    reference=TRUTH.name,
+)

@@ -9,11 +9,12 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import CONTRADICTED, AtLeast, AtMost, Bound, Exactly, Near
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.independent_functions import Functions, broken_powers, powers, table, waves
 from benchmarks.measures.independent_space import gauss_points, lobatto_points
-from benchmarks.store.frames import frame, row
+from benchmarks.statistics import readings
+from benchmarks.store.frames import frame, rows
 from galvi.arrays import Array
 
 NORM, SOLVABLE = "|.|_{X,N} is a norm", "free particle has a unique motion"
@@ -22,6 +23,10 @@ ACCEPTED, AS_ILL_POSED = "accepted", "refused as ill-posed"
 TABLE_DEFECT, SAID = "defect of the table", "galvi.theory agrees"
 STRAIGHT = 1e-13  # of a step; 2e-14 and 3e-11 were the nearest measured by numpy
 CLEAR = 1e-9  # least singular value over the largest; 1e-16 and 8e-8 were the nearest measured
+KINDS = (
+    "polynomials, Fourier, both, piecewise and Hermite, with Gauss, Lobatto and repeated Gauss "
+    "rules"
+)
 PERIODIC, MIXED = "{1, Fourier 2}, Gauss 16", "{1, t, Fourier 2}, Gauss 5"
 
 
@@ -63,16 +68,14 @@ def _repeated(points: tuple[Array, Array], pieces: int) -> tuple[Array, Array]:
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each pair, one row a quantity, its name in ``label``."""
-    rows = []
+    observed = []
     for name, (space, functions, pieces) in spaces().items():
         report(name)
         for rule_name, (rule, points) in rules(pieces).items():
             found = {**_by_hand(functions, *points), **_by_galvi(make_method, space, rule)}
             found[SAID] = _agrees(space, rule, found)
-            pair = f"{name}, {rule_name}"
-            rows += [row(study="pairs", label=pair, quantity=quantity, value=value)
-                     for quantity, value in found.items()]  # fmt: skip
-    return frame(rows)
+            observed += rows(found, study="pairs", label=f"{name}, {rule_name}")
+    return frame(observed)
 
 
 def _by_hand(functions: Functions, t: Array, b: Array) -> dict[str, float]:
@@ -103,13 +106,12 @@ def _by_galvi(make_method: MakeMethod, space: Any, rule: Any) -> dict[str, float
     try:
         method = make_method(space, rule)
     except ValueError as refusal:
-        return {ACCEPTED: 0.0, AS_ILL_POSED: float("is ill-posed" in str(refusal)),
-                TABLE_DEFECT: float("nan")}  # fmt: skip
+        ill_posed = float("is ill-posed" in str(refusal))
+        return {ACCEPTED: 0.0, AS_ILL_POSED: ill_posed, TABLE_DEFECT: float("nan")}
     known = method.table
-    lead = known.velocity_coefficients
-    stages = np.max(abs(known.psi @ lead - known.c))
-    return {ACCEPTED: 1.0, AS_ILL_POSED: 0.0,
-            TABLE_DEFECT: float(max(stages, abs(known.end @ lead - 1.0)))}  # fmt: skip
+    stages = np.max(abs(known.psi @ known.velocity_coefficients - known.c))
+    defect = float(max(stages, abs(known.end @ known.velocity_coefficients - 1.0)))
+    return {ACCEPTED: 1.0, AS_ILL_POSED: 0.0, TABLE_DEFECT: defect}
 
 
 def _agrees(space: Any, rule: Any, found: Mapping[str, float]) -> float:
@@ -122,6 +124,7 @@ def judge(found: pd.DataFrame) -> list[Row]:
     """Both sides of the lemma, what galvi makes of the pairs, and two that are not enough."""
     wide = found.pivot(index="label", columns="quantity", values="value") if len(found) else found
     count = len(wide)
+    lemma = ill = bent = both = said = worst = float("nan")
     if count:
         straight = wide[DEFECT] <= STRAIGHT
         lemma = float((wide[NORM] != wide[SOLVABLE]).sum())
@@ -129,79 +132,104 @@ def judge(found: pd.DataFrame) -> list[Row]:
         bent = float(((wide[ACCEPTED] > 0) != straight).sum())
         both = float(min((wide[SOLVABLE] == 0).sum(), (~straight & (wide[SOLVABLE] > 0)).sum()))
         said = float((wide[SAID] == 0).sum())
-        defects = wide[TABLE_DEFECT].dropna()
-        worst = float(defects.max()) if len(defects) else float("nan")
-    else:
-        lemma = ill = bent = both = said = worst = float("nan")
-    pairs = f"{count} pairs"
+        worst = readings.largest(wide[TABLE_DEFECT].dropna().to_numpy())
+    setup = f"{count} pairs; {KINDS}"
     return [
-        _row("pairs in which the two sides of the lemma differ", pairs, "M lemma 1",
-             "unique solution iff a norm", "0", lemma, bounds.HOLDS,
-             "Necessary and sufficient.", bounds.bound(lemma, 0.0)),
-        _row("pairs refused as ill-posed without being so, or not refused", pairs, "M lemma 1",
-             "well posed iff the free particle has a unique motion", "0", ill, bounds.HOLDS,
-             "galvi eliminates in 60 digits, or 16 for spaces in floats.",
-             bounds.bound(ill, 0.0)),
-        _row("pairs accepted with a bent free motion, or refused with a straight one", pairs,
-             "ours", "consistent iff alpha = c, beta_p = 1 to 1e-13", "0", bent, bounds.HOLDS,
-             "A method of any order moves a free particle in a straight line.",
-             bounds.bound(bent, 0.0)),
-        _row("pairs of each refused kind, the fewer", pairs, "ours",
-             "neither criterion is empty", "at least 5", both, bounds.HOLDS,
-             "Rules with few points; Fourier spaces, and rules that are not exact for them.",
-             bounds.within(both, 5.0, np.inf)),
-        _row("largest |alpha - c|, |beta_p - 1| in the tables of accepted pairs", pairs, "ours",
-             "straight to 1e-13", f"at most {STRAIGHT:g}", worst, bounds.HOLDS,
-             "Rounded once.", bounds.bound(worst, STRAIGHT)),
-        _row("pairs that galvi.theory judges otherwise", pairs, "M lemma 1, ours",
-             "well posed, consistent", "0", said, bounds.HOLDS, "The same elimination.",
-             bounds.bound(said, 0.0)),
-        _two(wide, PERIODIC, END, "how far a free particle comes in a step, over h v0",
-             "1 -+ 1e-13 for a method of any order",
-             "M's words for lemma 1, which holds: the motion is unique. But it is no solution: "
-             "beta_p = 0, what has the step as its period is where it was, and q never moves.",
-             lambda value: abs(value - 1.0) <= STRAIGHT),
-        _two(wide, MIXED, DEFECT, "how far a free particle is off a straight line, over h v0",
-             "at most 1e-13 for a method of any order",
-             "The motion is unique, but bent: Gauss 5 does not integrate cos 4 pi t. The error is "
-             "a part of every step, however short: order 0.", lambda value: value <= STRAIGHT),
-    ]  # fmt: skip
+        V19.row(
+            "pairs in which the two sides of the lemma differ",
+            Exactly(0),
+            lemma,
+            source="M lemma 1",
+            setup=setup,
+            claimed="unique solution iff a norm",
+            reason="Necessary and sufficient.",
+        ),
+        V19.row(
+            "pairs refused as ill-posed without being so, or not refused",
+            Exactly(0),
+            ill,
+            source="M lemma 1",
+            setup=setup,
+            claimed="well posed iff the free particle has a unique motion",
+            reason="galvi eliminates in 60 digits, or 16 for spaces in floats.",
+        ),
+        V19.row(
+            "pairs accepted with a bent free motion, or refused with a straight one",
+            Exactly(0),
+            bent,
+            setup=setup,
+            claimed="consistent iff alpha = c, beta_p = 1 to 1e-13",
+            reason="A method of any order moves a free particle in a straight line.",
+        ),
+        V19.row(
+            "pairs of each refused kind, the fewer",
+            AtLeast(5),
+            both,
+            setup=setup,
+            claimed="neither criterion is empty",
+            reason="Rules with few points; Fourier spaces, and rules that are not exact for them.",
+        ),
+        V19.row(
+            "largest |alpha - c|, |beta_p - 1| in the tables of accepted pairs",
+            AtMost(STRAIGHT),
+            worst,
+            setup=setup,
+            claimed="straight to 1e-13",
+            reason="Rounded once.",
+        ),
+        V19.row(
+            "pairs that galvi.theory judges otherwise",
+            Exactly(0),
+            said,
+            source="M lemma 1, ours",
+            setup=setup,
+            claimed="well posed, consistent",
+            reason="The same elimination.",
+        ),
+        _not_enough(
+            wide,
+            PERIODIC,
+            END,
+            Near(1.0, STRAIGHT),
+            "how far a free particle comes in a step, over h v0",
+            "A method of any order comes to 1. M's words for lemma 1, which holds: the motion is "
+            "unique. But it is no solution: beta_p = 0, what has the step as its period is where "
+            "it was, and q never moves.",
+        ),
+        _not_enough(
+            wide,
+            MIXED,
+            DEFECT,
+            AtMost(STRAIGHT),
+            "how far a free particle is off a straight line, over h v0",
+            "With a method of any order it is on it. The motion is unique, but bent: Gauss 5 does "
+            "not integrate cos 4 pi t. The error is a part of every step, however short: order 0.",
+        ),
+    ]
 
 
-def _two(
-    wide: pd.DataFrame, pair: str, quantity: str, words: str, bound: str, reason: str, enough: Any,
-) -> Row:  # fmt: skip
+def _not_enough(
+    wide: pd.DataFrame, pair: str, measured: str, bound: Bound, quantity: str, reason: str
+) -> Row:
+    """A pair that is well posed, and all the same no method."""
     known = len(wide) and pair in wide.index and wide.loc[pair, SOLVABLE] == 1.0
-    measured = float(wide.loc[pair, quantity]) if known else float("nan")
-    verdict = bounds.NOT_RUN
-    if np.isfinite(measured):
-        verdict = bounds.HOLDS if enough(measured) else bounds.CONTRADICTED
-    return _row(
-        f"{words}, {pair}", pair, "M lemma 1, section 5",
-        "well-posed if and only if it is able to solve the free particle equations", bound,
-        measured, bounds.CONTRADICTED, reason, verdict,
-    )  # fmt: skip
-
-
-def _row(
-    quantity: str, setup: str, source: str, claimed: str, bound: str, measured: float,
-    expected: str, reason: str, verdict: str,
-) -> Row:  # fmt: skip
-    return Row(
-        id="V19",
-        quantity=quantity,
-        source=source,
-        setup=f"{setup}; polynomials, Fourier, both, piecewise and Hermite, with Gauss, Lobatto "
-        "and repeated Gauss rules",
-        claimed=claimed,
-        bound=bound,
-        measured=measured,
-        uncertainty=None,
-        expected=expected,
+    return V19.row(
+        f"{quantity}, {pair}",
+        bound,
+        float(wide.loc[pair, measured]) if known else float("nan"),
+        source="M lemma 1, section 5",
+        setup=f"{pair}; {KINDS}",
+        claimed="well-posed if and only if it is able to solve the free particle equations",
+        expected=CONTRADICTED,
         reason=reason,
-        reference="M's problem (9) in monomials, sines and cosines, by numpy",
-        verdict=verdict,
     )
 
 
-V19 = Claim("V19", "Well posed iff a free particle has a unique motion", study, judge)
+V19 = Claim(
+    "V19",
+    "Well posed iff a free particle has a unique motion",
+    study,
+    judge,
+    source="ours",
+    reference="M's problem (9) in monomials, sines and cosines, by numpy",
+)

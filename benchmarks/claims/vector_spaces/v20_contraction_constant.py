@@ -11,7 +11,7 @@ from scipy.linalg import eigvalsh, null_space
 from scipy.optimize import brentq
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import ABOVE, EXCEEDS, AtLeast, AtMost, Exactly, Near
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.independent_space import (
     Grams,
@@ -21,7 +21,8 @@ from benchmarks.measures.independent_space import (
     lobatto_points,
     values,
 )
-from benchmarks.store.frames import frame, pick, row
+from benchmarks.statistics import readings
+from benchmarks.store.frames import frame, number, rows
 from galvi.arrays import Array
 
 DEGREES = (1, 2, 3, 4, 6, 8, 12, 16)
@@ -32,10 +33,9 @@ CONSTANT, SAID = "C_N", "galvi.theory's C_N over it"
 PASS, AGREES = "contraction of a pass over h^2 K / m", "galvi's contraction less numpy's"
 INF_SUP, FAILED = "inf-sup constant", "runs that fail"
 STEP_OVER = "step where passes stop to converge, over M's bound"
-THIRD = 1.0 / 3.0
 ROUND_OFF = 1e-11  # 3e-15 was measured
 SHARES = (0.25, 0.5, 0.99)  # of M's bound, for runs
-EXACT, NOTHING = "exact", float("nan")
+EXACT = "exact"
 
 
 def points(name: str, degree: int) -> int | None:
@@ -47,7 +47,7 @@ def points(name: str, degree: int) -> int | None:
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each rule and degree N: C_N by numpy, the contraction of the method's own pass in
     |.|_{X,N}, the inf-sup constant of proposition 1, and runs by fixed-point iteration."""
-    rows = [row(study=EXACT, quantity="z0", value=_friedrichs())]
+    found = rows({"z0": _friedrichs()}, study=EXACT)
     for name in RULES:
         report(name)
         for degree in DEGREES:
@@ -56,9 +56,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
                 continue
             rule = (galvi.lobatto if "Lobatto" in name else galvi.gauss)(count)
             method = make_method(galvi.Polynomials(degree), rule)
-            for quantity, value in _numbers(method, name, degree, count).items():
-                rows.append(row(study=name, quantity=quantity, n=degree + 1, value=value))
-    return frame(rows)
+            found += rows(_numbers(method, name, degree, count), study=name, n=degree + 1)
+    return frame(found)
 
 
 def _friedrichs() -> float:
@@ -122,100 +121,110 @@ def _inf_sup(functions: Array, seen: Grams) -> float:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """The bound for each rule, its constants, and how far it is from what passes do."""
-    z0 = pick(table, study=EXACT, quantity="z0")["value"]
-    found = float(z0.iloc[0]) if len(z0) else NOTHING
-    rows = [
-        _row("z0 from Friedrichs' inequality, polynomials of degree 16",
-             "1 = z tan z, about 0.86", "0.86 -+ 0.005, and its root to 1e-12", found,
-             bounds.HOLDS, "cos(z0 t / h) attains it.",
-             bounds.within(found, 0.86 - 0.005, 0.86 + 0.005)
-             if abs(found - _z0()) < 1e-12 or math.isnan(found) else bounds.CONTRADICTED,
-             "M section 2"),
-    ]  # fmt: skip
-    for name in RULES:
-        constant = _of(table, name, CONSTANT)
-        share = _of(table, name, PASS) / (3.0 * constant**2 / _z0() ** 2)
-        rows.append(_row(
-            f"largest contraction of a pass over eta C_N^2, {name}", "at most eta C_N^2",
-            "at most 1", _most(share), bounds.HOLDS,
-            "1/3 of proposition 1 and Friedrichs' inequality, which asks nothing at the other end, "
-            "are safe.", bounds.bound(_most(share), 1.0)))  # fmt: skip
-    every = {quantity: np.concatenate([_of(table, name, quantity) for name in RULES])
-             for quantity in (SAID, AGREES, INF_SUP, FAILED, STEP_OVER, CONSTANT)}  # fmt: skip
-    agree = _most(abs(every[AGREES]))
-    least, said = _least(every[INF_SUP]), _most(abs(every[SAID] - 1.0))
+
+    def every(quantity: str) -> Array:
+        return np.concatenate([_of(table, name, quantity) for name in RULES])
+
+    least = readings.least(every(INF_SUP))
     return [
-        *rows,
-        _row("least inf-sup constant over all spaces and rules", "at least m / 3",
-             "1/3; exceeds when larger by more than round-off", least, bounds.EXCEEDS,
-             "v' = u' gives |u'| / |u|, which is 1 / sqrt(2) for a straight line and larger else.",
-             _exceeding(least), "M prop. 1"),
-        _row("departure of that from 1 / sqrt(2)", "no claim of M; we say 1 / sqrt(2)",
-             f"at most {ROUND_OFF:g}", abs(least - math.sqrt(0.5)), bounds.HOLDS,
-             "A straight line is in every space, and every rule is exact for it.",
-             bounds.bound(abs(least - math.sqrt(0.5)), ROUND_OFF), "M prop. 1"),
-        _row("runs by fixed-point iteration below the bound that fail", "passes converge", "0",
-             _most(every[FAILED]), bounds.HOLDS, "The pass contracts.",
-             bounds.bound(_most(every[FAILED]), 0.0)),
-        _row("contraction of galvi's pass less that of M's linear problem, over h^2 K / m, largest",
-             "u^(n) solves a_N(u, v) = sum_j b_j F(u^(n-1)) v", f"at most {ROUND_OFF:g}", agree,
-             bounds.HOLDS, "The tableau is the same iteration, its coefficients eliminated.",
-             bounds.bound(agree, ROUND_OFF), "M (5), (8)"),
-        _row("least step where passes stop to converge, over M's bound",
-             "passes converge below it", "at least 1", _least(every[STEP_OVER]), bounds.HOLDS,
-             "The spectral radius of the tableau falls with the degree; the bound does not, and is "
-             "sharpest at degree 1.",
-             bounds.within(_least(every[STEP_OVER]), 1.0, np.inf)),
-        _row("largest C_N over all spaces and rules",
-             "finite, perhaps not bounded in N; we say at most 1.01 here", "at most 1.01",
-             _most(every[CONSTANT]), bounds.HOLDS,
-             "Near 1 for all of these, and tends to 1: a rule this exact sees functions as they "
-             "are.", bounds.bound(_most(every[CONSTANT]), 1.01), "M (11)"),
-        _row("galvi.theory's C_N over numpy's, largest departure from 1", "(11)",
-             f"at most {ROUND_OFF:g}", said, bounds.HOLDS, "The same constant, in another basis.",
-             bounds.bound(said, ROUND_OFF), "M (11)"),
-    ]  # fmt: skip
+        V20.row(
+            "z0 from Friedrichs' inequality, polynomials of degree 16",
+            Near(_z0(), 1e-12),
+            number(table, study=EXACT, quantity="z0"),
+            source="M section 2",
+            claimed="1 = z tan z, about 0.86",
+            reason="cos(z0 t / h) attains it.",
+        ),
+        *(
+            V20.row(
+                f"largest contraction of a pass over eta C_N^2, {name}",
+                AtMost(1.0),
+                readings.largest(_share(table, name)),
+                claimed="at most eta C_N^2",
+                reason="1/3 of proposition 1 and Friedrichs' inequality, which asks nothing at the "
+                "other end, are safe.",
+            )
+            for name in RULES
+        ),
+        V20.row(
+            "least inf-sup constant over all spaces and rules",
+            Near(1.0 / 3.0, ROUND_OFF, better=ABOVE),
+            least,
+            source="M prop. 1",
+            claimed="at least m / 3",
+            expected=EXCEEDS,
+            reason="v' = u' gives |u'| / |u|, which is 1 / sqrt(2) for a straight line and larger "
+            "else.",
+        ),
+        V20.row(
+            "departure of that from 1 / sqrt(2)",
+            AtMost(ROUND_OFF),
+            abs(least - math.sqrt(0.5)),
+            source="M prop. 1",
+            claimed="no claim of M; we say 1 / sqrt(2)",
+            reason="A straight line is in every space, and every rule is exact for it.",
+        ),
+        V20.row(
+            "runs by fixed-point iteration below the bound that fail",
+            Exactly(0),
+            readings.largest(every(FAILED)),
+            claimed="passes converge",
+            reason="The pass contracts.",
+        ),
+        V20.row(
+            "contraction of galvi's pass less that of M's linear problem, over h^2 K / m, largest",
+            AtMost(ROUND_OFF),
+            readings.largest(abs(every(AGREES))),
+            source="M (5), (8)",
+            claimed="u^(n) solves a_N(u, v) = sum_j b_j F(u^(n-1)) v",
+            reason="The tableau is the same iteration, its coefficients eliminated.",
+        ),
+        V20.row(
+            "least step where passes stop to converge, over M's bound",
+            AtLeast(1.0),
+            readings.least(every(STEP_OVER)),
+            claimed="passes converge below it",
+            reason="The spectral radius of the tableau falls with the degree; the bound does not, "
+            "and is sharpest at degree 1.",
+        ),
+        V20.row(
+            "largest C_N over all spaces and rules",
+            AtMost(1.01),
+            readings.largest(every(CONSTANT)),
+            source="M (11)",
+            claimed="finite, perhaps not bounded in N; we say at most 1.01 here",
+            reason="Near 1 for all of these, and tends to 1: a rule this exact sees functions as "
+            "they are.",
+        ),
+        V20.row(
+            "galvi.theory's C_N over numpy's, largest departure from 1",
+            AtMost(ROUND_OFF),
+            readings.largest(abs(every(SAID) - 1.0)),
+            source="M (11)",
+            claimed="(11)",
+            reason="The same constant, in another basis.",
+        ),
+    ]
 
 
-def _exceeding(measured: float) -> str:
-    if not math.isfinite(measured):
-        return bounds.NOT_RUN
-    if measured > THIRD + 2.0 * ROUND_OFF:
-        return bounds.EXCEEDS
-    return bounds.HOLDS if measured >= THIRD - ROUND_OFF else bounds.CONTRADICTED
+def _share(table: pd.DataFrame, name: str) -> Array:
+    """Of eta C_N^2, at the same h^2 K / m: what a pass contracts by, for each degree."""
+    bound = 3.0 * _of(table, name, CONSTANT) ** 2 / _z0() ** 2
+    share: Array = _of(table, name, PASS) / bound
+    return share
 
 
 def _of(table: pd.DataFrame, name: str, quantity: str) -> Array:
-    return pick(table, study=name, quantity=quantity).sort_values("n")["value"].to_numpy(float)
+    return readings.values(table, "n", study=name, quantity=quantity)
 
 
-def _least(found: Array) -> float:
-    return float(found.min()) if found.size else NOTHING
-
-
-def _most(found: Array) -> float:
-    return float(found.max()) if found.size else NOTHING
-
-
-def _row(
-    quantity: str, claimed: str, bound: str, measured: float, expected: str, reason: str,
-    verdict: str, source: str = "M thm. 1, 2",
-) -> Row:  # fmt: skip
-    return Row(
-        id="V20",
-        quantity=quantity,
-        source=source,
-        setup=f"oscillator, m = k = 1; polynomials of degree N = {DEGREES[0]} to {DEGREES[-1]}; "
-        f"{', '.join(RULES)} nodes; eta = 3 K h^2 / (m z0^2)",
-        claimed=claimed,
-        bound=bound,
-        measured=measured,
-        uncertainty=None,
-        expected=expected,
-        reason=reason,
-        reference="norms by numpy's Gauss rule, in Legendre polynomials",
-        verdict=verdict,
-    )
-
-
-V20 = Claim("V20", "M's iteration contracts by eta C_N^2 at most", study, judge)
+V20 = Claim(
+    "V20",
+    "M's iteration contracts by eta C_N^2 at most",
+    study,
+    judge,
+    source="M thm. 1, 2",
+    setup=f"oscillator, m = k = 1; polynomials of degree N = {DEGREES[0]} to {DEGREES[-1]}; "
+    f"{', '.join(RULES)} nodes; eta = 3 K h^2 / (m z0^2)",
+    reference="norms by numpy's Gauss rule, in Legendre polynomials",
+)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -9,10 +10,12 @@ import pandas as pd
 from scipy.linalg import eigvalsh
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import CONTRADICTED, AtLeast, AtMost
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.independent_space import all_of_degree, gauss_points, slopes, values
-from benchmarks.store.frames import frame, pick, row
+from benchmarks.statistics import readings
+from benchmarks.store.frames import frame, number, rows, series
+from galvi.arrays import Array
 
 DEGREES = (2, 3, 4, 5, 6, 7, 8)
 PRINTED = (2, 3, 4)  # degrees whose printed constant has a row
@@ -31,15 +34,14 @@ def rule(name: str, degree: int) -> galvi.Rule:
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each rule and degree N the extremes of the ratio over polynomials of degree N."""
-    rows = []
+    found = []
     for name in (*EXACT, LOBATTO):
         report(name)
         for degree in DEGREES:
             method = make_method(galvi.Polynomials(degree), rule(name, degree))
             least, largest = _extremes(method, degree)
-            for quantity, value in ((LEAST, least), (LARGEST, largest)):
-                rows.append(row(study=name, quantity=quantity, n=degree + 1, value=value))
-    return frame(rows)
+            found += rows({LEAST: least, LARGEST: largest}, study=name, n=degree + 1)
+    return frame(found)
 
 
 def _extremes(method: Any, degree: int) -> tuple[float, float]:
@@ -56,89 +58,63 @@ def _extremes(method: Any, degree: int) -> tuple[float, float]:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Exact rules; M's printed constant for N nodes; and the one that is so."""
+    n, largest = series(table, "n", study=LOBATTO, quantity=LARGEST)
     return [
-        *(_exact(table, name) for name in EXACT),
+        *(
+            V21.row(
+                f"largest departure of the ratio from 1, {name}",
+                AtMost(ROUND_OFF),
+                readings.largest(abs(_ratios(table, name, LEAST, LARGEST) - 1.0)),
+                claimed="|u_N|_X,N = |u_N|_X, ratio 1",
+                reason="The rule is exact for polynomials of degree 2 N - 2.",
+            )
+            for name in EXACT
+        ),
         *(_printed(table, degree) for degree in PRINTED),
-        _ours(table),
-        _below(table),
+        V21.row(
+            f"departure of the largest ratio from sqrt(2 + 1 / (N - 1)), {LOBATTO}",
+            AtMost(ROUND_OFF),
+            readings.largest(abs(largest - np.sqrt(2.0 + 1.0 / (n - 2.0)))),
+            claimed="no claim of M; we say sqrt(2 + 1 / (N - 1)), no less and no more",
+            reason="Only the square of the slope's leading Legendre polynomial is integrated "
+            "wrongly.",
+        ),
+        V21.row(
+            f"least ratio over all N, {LOBATTO}",
+            AtLeast(1.0, round_off=ROUND_OFF),
+            readings.least(_ratios(table, LOBATTO, LEAST)),
+            claimed="at least 1",
+            reason="The rule is exact but for that square, which it makes larger.",
+        ),
     ]
 
 
-def _exact(table: pd.DataFrame, name: str) -> Row:
-    both = [_values(table, name, quantity) for quantity in (LEAST, LARGEST)]
-    measured = _most(np.concatenate([abs(one - 1.0) for one in both]))
-    return _row(
-        f"largest departure of the ratio from 1, {name}", "|u_N|_X,N = |u_N|_X, ratio 1",
-        f"at most {ROUND_OFF:g}", measured, bounds.HOLDS,
-        "The rule is exact for polynomials of degree 2 N - 2.",
-        bounds.bound(measured, ROUND_OFF),
-    )  # fmt: skip
-
-
 def _printed(table: pd.DataFrame, degree: int) -> Row:
-    found = pick(table, study=LOBATTO, quantity=LARGEST, n=degree + 1)["value"]
-    measured = float(found.iloc[0]) if len(found) else float("nan")
-    limit = float(np.sqrt(2.0 + 1.0 / degree))
-    return _row(
-        f"largest ratio, {LOBATTO}, N = {degree}", "at most sqrt(2 + 1 / N)",
-        f"at most {limit:.4f}", measured, bounds.CONTRADICTED,
-        f"The inequality of M's reference is for values at N + 1 nodes and functions of degree N; "
-        f"here the slopes have degree N - 1 and the rule N nodes, so N - 1 stands for N: "
-        f"sqrt(2 + 1 / (N - 1)) = {np.sqrt(2.0 + 1.0 / (degree - 1)):.4f}, which is attained.",
-        bounds.bound(measured, limit * (1.0 + ROUND_OFF)),
-    )  # fmt: skip
-
-
-def _ours(table: pd.DataFrame) -> Row:
-    ratios = _values(table, LOBATTO, LARGEST)
-    ns = np.sort(pick(table, study=LOBATTO, quantity=LARGEST)["n"].to_numpy(float))
-    measured = _most(abs(ratios - np.sqrt(2.0 + 1.0 / (ns - 2.0))))
-    return _row(
-        f"departure of the largest ratio from sqrt(2 + 1 / (N - 1)), {LOBATTO}",
-        "no claim of M; we say sqrt(2 + 1 / (N - 1)), no less and no more",
-        f"at most {ROUND_OFF:g}", measured, bounds.HOLDS,
-        "Only the square of the slope's leading Legendre polynomial is integrated wrongly.",
-        bounds.bound(measured, ROUND_OFF),
-    )  # fmt: skip
-
-
-def _below(table: pd.DataFrame) -> Row:
-    ratios = _values(table, LOBATTO, LEAST)
-    measured = float(ratios.min()) if ratios.size else float("nan")
-    return _row(
-        f"least ratio over all N, {LOBATTO}", "at least 1", f"at least 1 - {ROUND_OFF:g}", measured,
-        bounds.HOLDS, "The rule is exact but for that square, which it makes larger.",
-        bounds.within(measured, 1.0 - ROUND_OFF, np.inf),
-    )  # fmt: skip
-
-
-def _values(table: pd.DataFrame, name: str, quantity: str) -> Any:
-    return pick(table, study=name, quantity=quantity).sort_values("n")["value"].to_numpy(float)
-
-
-def _most(values: Any) -> float:
-    return float(np.max(values)) if len(values) else float("nan")
-
-
-def _row(
-    quantity: str, claimed: str, bound: str, measured: float, expected: str, reason: str,
-    verdict: str,
-) -> Row:  # fmt: skip
-    return Row(
-        id="V21",
-        quantity=quantity,
-        source="M (12), section 5",
-        setup=f"polynomials of degree N = {DEGREES[0]} to {DEGREES[-1]}; |u'|_N the rule's "
-        "seminorm, |u'| the exact one; extremes as eigenvalues",
-        claimed=claimed,
-        bound=bound,
-        measured=measured,
-        uncertainty=None,
-        expected=expected,
-        reason=reason,
-        reference="exact integrals, by numpy's Gauss rule",
-        verdict=verdict,
+    return V21.row(
+        f"largest ratio, {LOBATTO}, N = {degree}",
+        AtMost(math.sqrt(2.0 + 1.0 / degree), round_off=ROUND_OFF),
+        number(table, study=LOBATTO, quantity=LARGEST, n=degree + 1),
+        claimed="at most sqrt(2 + 1 / N)",
+        expected=CONTRADICTED,
+        reason="The inequality of M's reference is for values at N + 1 nodes and functions of "
+        "degree N; here the slopes have degree N - 1 and the rule N nodes, so N - 1 stands for N: "
+        f"sqrt(2 + 1 / (N - 1)) = {math.sqrt(2.0 + 1.0 / (degree - 1)):.4f}, which is attained.",
     )
 
 
-V21 = Claim("V21", "The rule's seminorm against the norm of u'", study, judge)
+def _ratios(table: pd.DataFrame, name: str, *quantities: str) -> Array:
+    return np.concatenate(
+        [readings.values(table, study=name, quantity=quantity) for quantity in quantities]
+    )
+
+
+V21 = Claim(
+    "V21",
+    "The rule's seminorm against the norm of u'",
+    study,
+    judge,
+    source="M (12), section 5",
+    setup=f"polynomials of degree N = {DEGREES[0]} to {DEGREES[-1]}; |u'|_N the rule's seminorm, "
+    "|u'| the exact one; extremes as eigenvalues",
+    reference="exact integrals, by numpy's Gauss rule",
+)

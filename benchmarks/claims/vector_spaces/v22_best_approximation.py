@@ -10,13 +10,13 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import EXCEEDS, HOLDS, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces import oscillator
 from benchmarks.measures.best_approximation import Motion, best_errors, step_error
 from benchmarks.measures.refinement import at_fixed_time, refine
-from benchmarks.statistics import convergence_fits
-from benchmarks.store.frames import frame, row, series
+from benchmarks.statistics import readings
+from benchmarks.store.frames import failure, frame, rows
 from benchmarks.test_problems.two_springs import DURATION, KINK, SMOOTHNESS, motion, two_springs
 from galvi import Problem
 from references.closed_forms.kepler import KEPLER
@@ -71,25 +71,24 @@ RULES = {
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """e_max, e_mean and the error of one step for each case; errors at step ends for each rule."""
-    rows: list[dict[str, Any]] = []
+    found: list[dict[str, Any]] = []
     counts = sorted({2 * round(2.5 * 2.0 ** (j / 2)) + 1 for j in range(1, 11 if quick else 15)})
     for name, case in CASES.items():
         report(name)
         for degree in DEGREES:
             method = make_method(galvi.Polynomials(degree), galvi.gauss(degree + 1))
             for count in counts:
-                rows += _approximations(name, case, method, degree, count)
+                found += _approximations(name, case, method, degree, count)
     for label, rule in RULES.items():
         steps = [round(2.0 ** (j / 2)) for j in range(5, 15 if quick else 20)]
-        for degree in RULED:
-            cases = at_fixed_time(degree + 1, 4.0, steps)
+        cases = at_fixed_time([degree + 1 for degree in RULED], 4.0, steps)
 
-            def method_of(make: MakeMethod, n: int, rule: Any = rule) -> Any:
-                return make(galvi.Polynomials(n - 1), rule(n - 1))
+        def method_of(make: MakeMethod, n: int, rule: Any = rule) -> Any:
+            return make(galvi.Polynomials(n - 1), rule(n - 1))
 
-            orbit = galvi.problems.kepler(eccentricity=0.3)
-            rows += refine(label, orbit, KEPLER, cases, (ENDS,), make_method, report, method_of)
-    return frame(rows)
+        orbit = galvi.problems.kepler(eccentricity=0.3)
+        found += refine(label, orbit, KEPLER, cases, (ENDS,), make_method, report, method_of)
+    return frame(found)
 
 
 def _approximations(
@@ -102,11 +101,9 @@ def _approximations(
     start = Problem(case.problem.system, q, v, float(t))
     run = galvi.integrate(start, method, case.duration / count, 1)
     path = step_error(run, case.motion, case.kinks) if run.success else float("nan")
-    return [
-        row(study=name, quantity=quantity, n=degree + 1, step=case.duration / count, steps=count,
-            value=value, status="" if run.success else run.status)
-        for quantity, value in ((LARGEST, best.max()), (MEAN, best.mean()), (PATH, path))
-    ]  # fmt: skip
+    values = {LARGEST: best.max(), MEAN: best.mean(), PATH: path}
+    where = {"n": degree + 1, "step": case.duration / count, "steps": count}
+    return rows(values, study=name, status=failure(run), **where)
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
@@ -121,80 +118,65 @@ def judge(table: pd.DataFrame) -> list[Row]:
 
 
 def _rate(table: pd.DataFrame, name: str, quantity: str, degree: int) -> Row:
-    h, errors = series(table, "step", study=name, quantity=quantity, n=degree + 1)
-    fit = convergence_fits.algebraic(h, errors, floor=FLOOR)
     case = CASES[name]
-    least = min(case.smoothness, degree + 1)
-    claimed = least - (1.0 if quantity == LARGEST else 0.5)
-    reason, exceeds = _expectation(name, quantity, degree)
+    less, words = (1.0, "1") if quantity == LARGEST else (0.5, "1/2")
+    claimed = min(case.smoothness, degree + 1) - less
+    expected, reason = _expectation(name, quantity, degree)
+    best = "K subintervals, h = T / K, best polynomial of degree N in |.|_X"
     how = {
-        LARGEST: "largest of K subintervals, h = T / K, best polynomial of degree N in |.|_X",
-        MEAN: "mean of K subintervals, h = T / K, best polynomial of degree N in |.|_X",
+        LARGEST: f"largest of {best}",
+        MEAN: f"mean of {best}",
         PATH: "one step in the middle, h = T / K, from the exact state, in |.|_X; Polynomials(N), "
         "gauss(N + 1)",
     }[quantity]
-    return Row(
-        id="V22",
-        quantity=f"order of {quantity}, {name}, N = {degree}",
+    return V22.row(
+        f"order of {quantity}, {name}, N = {degree}",
+        Order(claimed),
+        readings.order(table, FLOOR, study=name, quantity=quantity, n=degree + 1),
         source="M sec. 5, thm. 3" if quantity == PATH else "M sec. 5, (13)",
         setup=f"{case.setting}; {how}",
-        claimed=f"{_claim(quantity)} = {claimed:g}",
-        bound=f"order {claimed:g} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
-        measured=fit.rate,
-        uncertainty=fit.uncertainty,
-        expected=bounds.EXCEEDS if exceeds else bounds.HOLDS,
+        claimed=f"min(s, N + 1) - {words} = {claimed:g}",
+        expected=expected,
         reason=reason,
         reference="closed form",
-        verdict=bounds.order(fit, claimed),
     )
 
 
-def _expectation(name: str, quantity: str, degree: int) -> tuple[str, bool]:
-    """Why this rate, and whether it is better than claimed."""
+def _expectation(name: str, quantity: str, degree: int) -> tuple[str, str]:
+    """The verdict of this rate, and why."""
     rough = name == "rough"
     if quantity == LARGEST:
         more = "; a jump of the third derivative in it has that factor as well" if rough else ""
-        return (
+        return EXCEEDS, (
             "The bound takes the largest derivative over all of (0, T) for that over a "
-            f"subinterval, whose L^2 norm has a factor sqrt(h) more{more}.",
-            True,
+            f"subinterval, whose L^2 norm has a factor sqrt(h) more{more}."
         )
     if quantity == MEAN and rough and degree > 2:
-        return (
-            "The subinterval with the jump has an error of order 5/2, and is one of K in the mean.",
-            True,
+        return EXCEEDS, (
+            "The subinterval with the jump has an error of order 5/2, and is one of K in the mean."
         )
+    if quantity == PATH and rough and degree == 1:
+        return EXCEEDS, "q'' vanishes where the force has its kink: degree 1 errs as degree 2."
     if quantity == PATH and rough:
-        if degree == 1:
-            return "q'' vanishes where the force has its kink: degree 1 errs as degree 2.", True
-        return "The step with the jump has an error of order 5/2, whatever the degree.", False
-    return "Every subinterval has errors of this order in its interior.", False
-
-
-def _claim(quantity: str) -> str:
-    return "min(s, N + 1) - " + ("1" if quantity == LARGEST else "1/2")
+        return HOLDS, "The step with the jump has an error of order 5/2, whatever the degree."
+    return HOLDS, "Every subinterval has errors of this order in its interior."
 
 
 def _order(table: pd.DataFrame, label: str, degree: int) -> Row:
-    h, errors = series(table, "step", study=label, quantity=ENDS, n=degree + 1)
-    fit = convergence_fits.algebraic(h, errors, floor=ENDS_FLOOR)
     fewer = label == "Lobatto N"
     claimed = 2 * degree - (4 if fewer else 2)
-    return Row(
-        id="V22",
-        quantity=f"order of the one-step error, {label}, N = {degree}",
+    return V22.row(
+        f"order of the one-step error, {label}, N = {degree}",
+        Order(claimed),
+        readings.order(table, ENDS_FLOOR, study=label, quantity=ENDS, n=degree + 1),
         source="M sec. 5, thm. 5",
         setup=f"Kepler, GM = 1, e = 0.3, from the pericentre; Polynomials(N), {label} points; T = 4"
         ", h = T / round(2^(j/2)), j = 5, 6, ...",
         claimed=f"order 2 N - {'4, by the same count' if fewer else '2'} = {claimed}",
-        bound=f"order {claimed} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
-        measured=fit.rate,
-        uncertainty=fit.uncertainty,
-        expected=bounds.EXCEEDS,
+        expected=EXCEEDS,
         reason="M's count of the rule's error is off by h^2: with M + 1 nodes it is h^(2 M + 3) "
         f"for Gauss and h^(2 M + 1) for Lobatto, so order 2 N{' - 2' if fewer else ''}.",
         reference=KEPLER.name,
-        verdict=bounds.order(fit, claimed),
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import CONTRADICTED, HOLDS, AtLeast, AtMost, Order, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces.brownout_particle import (
     ACROSS,
@@ -21,7 +21,9 @@ from benchmarks.claims.vector_spaces.brownout_particle import (
     trajectory_error,
     truth,
 )
-from benchmarks.statistics import convergence_fits
+from benchmarks.measures.refinement import outcome
+from benchmarks.statistics import readings
+from benchmarks.statistics.estimate import Estimate
 from benchmarks.store.frames import frame, number, row, series
 from galvi import Trajectory
 from references.scipy.ivp import DOP853, RADAU
@@ -64,8 +66,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     for start, known in STARTS.items():
         report(start)
         problem, exact = known.problem(), truth(start)
-        rows.append(row(study=CHECKED, quantity=ERROR, label=start,
-                        value=float(np.abs(truth(start, RADAU) - exact).max())))  # fmt: skip
+        apart = float(np.abs(truth(start, RADAU) - exact).max())
+        rows.append(row(study=CHECKED, quantity=ERROR, label=start, value=apart))
         for k in step_counts(quick):
             h = known.duration / (FINER * k)
             run = SEMI_IMPLICIT_EULER.run(problem, known.duration, {"step": h})
@@ -89,13 +91,15 @@ def stopped_at(tolerance: float) -> str:
 
 
 def _galvi(
-    make_method: MakeMethod, problem: Any, start: str, degree: int, k: int,
+    make_method: MakeMethod,
+    problem: Any,
+    start: str,
+    degree: int,
+    k: int,
     tolerance: float | None = None,
-) -> Trajectory:  # fmt: skip
-    h = STARTS[start].duration / k
-    return galvi.integrate(
-        problem, method_of_degree(make_method, degree), h, k, tolerance=tolerance
-    )
+) -> Trajectory:
+    method, h = method_of_degree(make_method, degree), STARTS[start].duration / k
+    return galvi.integrate(problem, method, h, k, tolerance=tolerance)
 
 
 def _row(study: str, degree: int, k: int, run: Trajectory, start: str) -> dict[str, Any]:
@@ -107,8 +111,7 @@ def _row(study: str, degree: int, k: int, run: Trajectory, start: str) -> dict[s
         steps=k,
         label=start,
         value=trajectory_error(run, truth(start)),
-        status="" if run.success else run.status,
-        force_evaluations=run.counts["force_evaluations"],
+        **outcome(run),
     )
 
 
@@ -133,61 +136,63 @@ KINK = (
 
 
 def _order(table: pd.DataFrame, start: str, degree: int) -> Row:
-    label = f"N = {degree}" if degree else EULER
-    h, errors = series(table, "step", study=start, quantity=ERROR, n=degree + 1)
-    fit = convergence_fits.algebraic(h, errors, floor=FLOOR[start])
-    claimed = 2 * degree if degree else 1
-    limited = start == ACROSS and degree > 2
-    return _made(
-        f"order, {label}, {start}", start,
-        claimed=f"optimal convergence rates, order 2 N = {claimed}" if degree else "first order",
-        bound=f"order {claimed} -+ {bounds.ORDER_RESOLUTION} -+ 2 standard errors",
-        measured=fit.rate, uncertainty=fit.uncertainty,
-        expected=bounds.CONTRADICTED if limited else bounds.HOLDS,
-        reason=_why(start, degree),
-        verdict=bounds.order(fit, claimed),
-    )  # fmt: skip
-
-
-def _why(start: str, degree: int) -> str:
+    fit = readings.order(table, FLOOR[start], study=start, quantity=ERROR, n=degree + 1)
     if degree == 0:
-        return "It is Euler's method in v."
-    if start == AWAY:
-        return SMOOTH
-    return KINK if degree > 2 else BEFORE
+        return V23.row(
+            f"order, {EULER}, {start}",
+            Order(1),
+            fit,
+            setup=_setup(start),
+            claimed="first order",
+            reason="It is Euler's method in v.",
+        )
+    limited = start == ACROSS and degree > 2
+    return V23.row(
+        f"order, N = {degree}, {start}",
+        Order(2 * degree),
+        fit,
+        setup=_setup(start),
+        claimed=f"optimal convergence rates, order 2 N = {2 * degree}",
+        expected=CONTRADICTED if limited else HOLDS,
+        reason=SMOOTH if start == AWAY else KINK if limited else BEFORE,
+    )
 
 
 def _saturation(table: pd.DataFrame) -> list[Row]:
     """At the smallest steps: what an early stop of the solve costs, and how it falls."""
-    ratios = [_at_small_steps(table, stopped_at(t)) / _at_small_steps(table, SOLVED)
-              for t in TOLERANCES]  # fmt: skip
+    solved = _at_small_steps(table, SOLVED)
     levels = np.array([_at_small_steps(table, stopped_at(t)) for t in SCANNED])
-    slope, uncertainty = float("nan"), None
+    power = Estimate(float("nan"))
     if np.all(np.isfinite(levels)):
         line, spread = np.polyfit(np.log(SCANNED), np.log(levels), 1, cov=True)
-        slope, uncertainty = float(line[0]), float(np.sqrt(spread[0, 0]))
-    claimed = "saturation is due to the tolerance of the Newton method"
-    reason = (
-        "Where the solve stops early, what is left is a part of its last change, at most the "
-        "tolerance; galvi's first guess, better at small steps, leaves less, so that errors wander "
-        "below a ceiling instead of staying on it. Solved to round-off they go on falling."
-    )
-    rows = [
-        _made(
-            f"error at the {LAST} smallest steps, solve stopped at {tolerance:.0e}, over that with "
-            f"a solve to round-off, N = {SATURATING}", AWAY, claimed=claimed,
-            bound=f"at least {SATURATED:g}", measured=float(ratio), uncertainty=None,
-            expected=bounds.HOLDS, reason=reason,
-            verdict=bounds.within(float(ratio), SATURATED, np.inf),
-        )
-        for tolerance, ratio in zip(TOLERANCES, ratios, strict=True)
-    ]  # fmt: skip
-    return [*rows, _made(
-        f"power of the tolerance that this error falls with, N = {SATURATING}", AWAY,
-        claimed=claimed, bound="0.5 to 1.5", measured=slope, uncertainty=uncertainty,
-        expected=bounds.HOLDS, reason="What is left of the last change is a part of it.",
-        verdict=bounds.within(slope, 0.5, 1.5),
-    )]  # fmt: skip
+        power = Estimate(float(line[0]), float(np.sqrt(spread[0, 0])))
+    shared = {
+        "setup": _setup(AWAY),
+        "claimed": "saturation is due to the tolerance of the Newton method",
+    }
+    return [
+        *(
+            V23.row(
+                f"error at the {LAST} smallest steps, solve stopped at {tolerance:.0e}, over that "
+                f"with a solve to round-off, N = {SATURATING}",
+                AtLeast(SATURATED),
+                _at_small_steps(table, stopped_at(tolerance)) / solved,
+                reason="Where the solve stops early, what is left is a part of its last change, at "
+                "most the tolerance; galvi's first guess, better at small steps, leaves less, so "
+                "that errors wander below a ceiling instead of staying on it. Solved to round-off "
+                "they go on falling.",
+                **shared,
+            )
+            for tolerance in TOLERANCES
+        ),
+        V23.row(
+            f"power of the tolerance that this error falls with, N = {SATURATING}",
+            Within(0.5, 1.5),
+            power,
+            reason="What is left of the last change is a part of it.",
+            **shared,
+        ),
+    ]
 
 
 def _at_small_steps(table: pd.DataFrame, study: str) -> float:
@@ -197,33 +202,33 @@ def _at_small_steps(table: pd.DataFrame, study: str) -> float:
 
 
 def _distance(table: pd.DataFrame, start: str, study: str) -> Row:
-    found = number(table, study=study, quantity=ERROR, label=start)
-    theirs, away = study == OWN, start == AWAY
-    limit = NEAR[start] if theirs else AGREED[start]
-    return _made(
-        f"distance to DOP853 [m], {study}, {start}", start,
+    theirs = study == OWN
+    return V23.row(
+        f"distance to DOP853 [m], {study}, {start}",
+        AtMost(NEAR[start] if theirs else AGREED[start]),
+        number(table, study=study, quantity=ERROR, label=start),
+        setup=_setup(start),
         claimed="the reference solution has N = 12" if theirs else "none: the truth is checked",
-        bound=f"at most {limit:g}", measured=found, uncertainty=None, expected=bounds.HOLDS,
-        reason="Both are at round-off." if away else
-        "Neither steps on the moment at which w is 0, and loses digits there.",
-        verdict=bounds.bound(found, limit),
-    )  # fmt: skip
+        reason="Both are at round-off."
+        if start == AWAY
+        else "Neither steps on the moment at which w is 0, and loses digits there.",
+    )
 
 
-def _made(quantity: str, start: str, **rest: Any) -> Row:
+def _setup(start: str) -> str:
     known = STARTS[start]
-    return Row(
-        id="V23",
-        quantity=quantity,
-        source="M 6.2, fig. 3",
-        setup=f"{MOVING}; {known.words}; {METHOD}; T = {known.duration:g} s; largest error of the "
-        f"place at {PIECES} times",
-        reference=TRUTH,
-        **rest,
+    return (
+        f"{MOVING}; {known.words}; {METHOD}; T = {known.duration:g} s; largest error of the place "
+        f"at {PIECES} times"
     )
 
 
 V23 = Claim(
-    "V23", "Brownout particle: the order with a drag that depends on velocity", study, judge,
+    "V23",
+    "Brownout particle: the order with a drag that depends on velocity",
+    study,
+    judge,
     ("M fig. 3",),
-)  # fmt: skip
+    source="M 6.2, fig. 3",
+    reference=TRUTH,
+)

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import AtLeast, Within
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces.brownout_particle import (
     AWAY,
@@ -24,7 +24,7 @@ from benchmarks.claims.vector_spaces.brownout_particle import (
 )
 from benchmarks.claims.vector_spaces.v23_brownout_order import ERROR, EULER
 from benchmarks.statistics.timing import interleaved, warmed
-from benchmarks.store.frames import frame, pick, row
+from benchmarks.store.frames import failure, frame, pick, rows
 from benchmarks.work_precision.fronts import seconds_at
 from galvi.arrays import Array
 from references.scipy.ivp import DOP853
@@ -60,14 +60,11 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
             warm.append(seconds)
             found.append((label, size, run))
     timings = interleaved(calls, ROUNDS, 0.003 if quick else 0.03, warm)
-    rows = []
+    observed = []
     for (label, size, run), timing in zip(found, timings, strict=True):
-        rest = {"study": label, "steps": PIECES * size, "status": "" if run.success else run.status}
-        rows += [
-            row(quantity=ERROR, value=trajectory_error(run, exact), **rest),
-            row(quantity=SECONDS, value=timing.seconds, **rest),
-        ]
-    return frame(rows)
+        values = {ERROR: trajectory_error(run, exact), SECONDS: timing.seconds}
+        observed += rows(values, study=label, steps=PIECES * size, status=failure(run))
+    return frame(observed)
 
 
 def label_of(degree: int) -> str:
@@ -125,41 +122,38 @@ def crossing(table: pd.DataFrame) -> float:
 
 def judge(table: pd.DataFrame) -> list[Row]:
     """Where the fronts cross, how far apart they are below, and which degree pays."""
-    rich, poor = (seconds_at(*front_of(table, label_of(d)), FINE) for d in (max(DEGREES), 2))
-    claimed = "high order is more efficient when low error levels are required"
-    reason = (
-        "A step of high order costs some hundred evaluations of the force, but the number of steps "
-        "grows only with the error's root of order 2 N; Euler's grows with its inverse."
-    )
-    measured = {
-        "error below which high order is cheaper than semi-implicit Euler [m]": (
-            crossing(table), LOW, HIGH, f"between {LOW:g} and {HIGH:g}"),
-        f"time of semi-implicit Euler over that of the best N at {ASKED:g} m": (
-            advantage(table, (ASKED,))[0], 1.0, np.inf, "at least 1"),
-        f"time of N = 2 over that of N = {max(DEGREES)} at {FINE:g} m": (
-            poor / rich, 1.0, np.inf, "at least 1"),
-    }  # fmt: skip
+    high, low = (seconds_at(*front_of(table, label_of(d)), FINE) for d in (max(DEGREES), 2))
     return [
-        Row(
-            id="V24",
-            quantity=quantity,
-            source="M 6.2, fig. 3",
-            setup=f"{MOVING}; {STARTS[AWAY].words}; {METHOD}, N = 1, 2, 4, 6; T = 2 s; all timed "
-            "in one interleaved run, both compiled",
-            claimed=claimed,
-            bound=bound,
-            measured=float(value),
-            uncertainty=None,
-            expected=bounds.HOLDS,
-            reason=reason,
-            reference=DOP853.name,
-            verdict=bounds.within(float(value), low, high),
-        )
-        for quantity, (value, low, high, bound) in measured.items()
+        V24.row(
+            "error below which high order is cheaper than semi-implicit Euler [m]",
+            Within(LOW, HIGH),
+            crossing(table),
+        ),
+        V24.row(
+            f"time of semi-implicit Euler over that of the best N at {ASKED:g} m",
+            AtLeast(1.0),
+            advantage(table, (ASKED,))[0],
+        ),
+        V24.row(
+            f"time of N = 2 over that of N = {max(DEGREES)} at {FINE:g} m",
+            AtLeast(1.0),
+            low / high,
+        ),
     ]
 
 
 V24 = Claim(
-    "V24", "Brownout particle: high order is cheaper where small errors are asked for", study,
-    judge, ("M fig. 3",), timed=True,
-)  # fmt: skip
+    "V24",
+    "Brownout particle: high order is cheaper where small errors are asked for",
+    study,
+    judge,
+    ("M fig. 3",),
+    timed=True,
+    source="M 6.2, fig. 3",
+    setup=f"{MOVING}; {STARTS[AWAY].words}; {METHOD}, N = 1, 2, 4, 6; T = 2 s; all timed in one "
+    "interleaved run, both compiled",
+    claimed="high order is more efficient when low error levels are required",
+    reason="A step of high order costs some hundred evaluations of the force, but the number of "
+    "steps grows only with the error's root of order 2 N; Euler's grows with its inverse.",
+    reference=DOP853.name,
+)

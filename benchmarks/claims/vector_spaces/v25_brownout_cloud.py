@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.checks import bounds
+from benchmarks.checks.bounds import NOT_RUN, NoBound
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.store.frames import frame
 
@@ -17,23 +17,20 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 def judge(table: pd.DataFrame) -> list[Row]:
     """One row, that says what is missing."""
     return [
-        Row(
-            id="V25",
-            quantity="places of a cloud of particles",
-            source="M 6.2, fig. 2",
-            setup="many particles of several diameters that do not meet",
-            claimed="particle distributions at different time instants, a picture without numbers",
-            bound="none: no number is printed",
-            measured=None,
-            uncertainty=None,
-            expected=bounds.NOT_RUN,
-            reason="Missing are M's wind and the way in which the ground gives off sand and takes "
-            "it back, neither of which M prints; in galvi.problems.brownout particles fall through "
-            "the ground. V23 and V24 follow one particle, on which no other acts in M either.",
-            reference="none",
-            verdict=bounds.NOT_RUN,
-        )
+        V25.row("places of a cloud of particles", NoBound(), float("nan"), expected=NOT_RUN),
     ]
 
 
-V25 = Claim("V25", "Brownout cloud: pictures of many particles", study, judge)
+V25 = Claim(
+    "V25",
+    "Brownout cloud: pictures of many particles",
+    study,
+    judge,
+    source="M 6.2, fig. 2",
+    setup="many particles of several diameters that do not meet",
+    claimed="particle distributions at different time instants, a picture without numbers",
+    reason="Missing are M's wind and the way in which the ground gives off sand and takes it back, "
+    "neither of which M prints; in galvi.problems.brownout particles fall through the ground. V23 "
+    "and V24 follow one particle, on which no other acts in M either.",
+    reference="none",
+)

@@ -1,0 +1,40 @@
+"""A measured number with its standard error, whatever it was measured from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from benchmarks.statistics.convergence_fits import Decay, Fit
+from benchmarks.statistics.drift import Drift
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number; NaN where it could not be measured.
+
+    uncertainty  its standard error; None for a number that has none
+    refuted      errors stayed large, or became large again: they contradict any rate
+    """
+
+    value: float
+    uncertainty: float | None = None
+    refuted: bool = False
+
+
+Measurement = float | Estimate | Fit | Decay | Drift
+
+
+def estimate(measured: Measurement) -> Estimate:
+    """The number of a measurement: a fit's rate, the largest error of a drift, or the number."""
+    match measured:
+        case Estimate():
+            return measured
+        case Decay():
+            return estimate(measured.fit)
+        case Fit():
+            refuted = measured.stays_large or measured.relapse
+            return Estimate(measured.rate, measured.uncertainty, refuted)
+        case Drift():
+            return Estimate(measured.largest)
+        case _:
+            return Estimate(float(measured))

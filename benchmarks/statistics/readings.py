@@ -1,0 +1,57 @@
+"""What the series of a tidy frame come to: an order, a base, a drift, an extreme.
+
+``where`` picks the rows of a series by their columns, e.g. study="n-refinement".
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.statistics import convergence_fits
+from benchmarks.statistics import drift as drifts
+from benchmarks.statistics.convergence_fits import Decay, Fit
+from benchmarks.statistics.drift import Drift
+from benchmarks.store.frames import pick, series
+from galvi.arrays import Array
+
+
+def order(table: pd.DataFrame, floor: float, **where: Any) -> Fit:
+    """Of the errors of a series in the step."""
+    return convergence_fits.algebraic(*series(table, "step", **where), floor=floor)
+
+
+def base(table: pd.DataFrame, floor: float, since: float = 0.0, **where: Any) -> Fit:
+    """Of the errors of a series in n, from n = since on."""
+    n, errors = series(table, "n", **where)
+    return convergence_fits.geometric(n[n >= since], errors[n >= since], floor=floor)
+
+
+def decay(table: pd.DataFrame, floor: float, since: float = 0.0, **where: Any) -> Decay:
+    """Of the errors of a series in n, from n = since on."""
+    n, errors = series(table, "n", **where)
+    return convergence_fits.decay(n[n >= since], errors[n >= since], floor=floor)
+
+
+def drift(table: pd.DataFrame, **where: Any) -> Drift:
+    """Of the errors of a series in time."""
+    rows = pick(table, **where).sort_values("t")
+    return drifts.drift(rows["t"].to_numpy(), rows["value"].to_numpy())
+
+
+def values(table: pd.DataFrame, by: str = "", **where: Any) -> Array:
+    """The values of these rows, by rising `by` where it is given."""
+    rows = pick(table, **where)
+    return (rows.sort_values(by) if by else rows)["value"].to_numpy(np.float64)
+
+
+def largest(numbers: Array) -> float:
+    """NaN when one of them is missing, or all are."""
+    return float(np.max(numbers)) if len(numbers) else float("nan")
+
+
+def least(numbers: Array) -> float:
+    """NaN when one of them is missing, or all are."""
+    return float(np.min(numbers)) if len(numbers) else float("nan")

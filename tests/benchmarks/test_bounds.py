@@ -1,0 +1,337 @@
+"""Each bound from both sides, with NaN, and its text against its verdict."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from inspect import isabstract
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchmarks.checks.bounds import (
+    ABOVE,
+    BELOW,
+    CONTRADICTED,
+    EXCEEDS,
+    GROWTH,
+    HOLDS,
+    INFORMATIVE,
+    NOT_RUN,
+    Above,
+    AtLeast,
+    AtMost,
+    Base,
+    Below,
+    Bound,
+    Converges,
+    Exactly,
+    FactorPerN,
+    Geometric,
+    Interval,
+    Near,
+    NoBound,
+    NoGrowth,
+    Order,
+    Within,
+)
+from benchmarks.statistics.convergence_fits import Decay, Fit
+from benchmarks.statistics.drift import Drift, drift
+from benchmarks.statistics.estimate import Estimate, Measurement
+
+NAN = math.nan
+BOUNDS: tuple[Bound, ...] = (
+    AtMost(1.0), AtLeast(1.0), Above(1.0), Below(1.0), Within(0.5, 1.0), Exactly(1.0),
+    Near(1.0, 0.1), Order(1.0), Base(0.5, 0.1), Converges(), Geometric(), FactorPerN(0.5),
+    NoGrowth(1.0), NoBound(),
+)  # fmt: skip
+
+
+def fit(rate: float, uncertainty: float = 0.001) -> Fit:
+    return Fit("geometric", rate, uncertainty, (1.0, 9.0), 9, 1.0)
+
+
+def decay(whole: Fit, early: Fit, late: Fit, worst: float = 0.5) -> Decay:
+    return Decay(whole, early, late, worst, 1e-12)
+
+
+def test_every_bound_is_among_those_that_are_tested() -> None:
+    def kinds(parent: type) -> set[type]:
+        children = parent.__subclasses__()
+        return {parent, *(kind for child in children for kind in kinds(child))}
+
+    assert {type(bound) for bound in BOUNDS} == {k for k in kinds(Bound) if not isabstract(k)}
+
+
+# What the text says, in numbers: the test's own reading of it.
+
+NUMBER = r"-?[0-9.]+(?:e[-+]?[0-9]+)?"
+FORMS = {
+    rf"at most ({NUMBER})": lambda x: (-math.inf, x),
+    rf"at least ({NUMBER})": lambda x: (x, math.inf),
+    rf"above ({NUMBER})": lambda x: (x, math.inf),
+    rf"below ({NUMBER})": lambda x: (-math.inf, x),
+    rf"exactly ({NUMBER})": lambda x: (x, x),
+    rf"({NUMBER}) to ({NUMBER})": lambda low, high: (low, high),
+    rf"(?:order |base )?({NUMBER})": lambda x: (x, x),
+}
+ALLOWED = (
+    rf"(?: (?:-|\+|-\+) ({NUMBER})(?! standard))?(?: (?:-|\+|-\+) (2) standard errors( of both)?)?"
+)
+
+
+def interval(text: str, own: float, both: float) -> tuple[float, float]:
+    """What a number must lie in, of this standard error, and that of the claimed one."""
+    for form, ends in FORMS.items():
+        found = re.fullmatch(form + ALLOWED, text)
+        if found:
+            *numbers, room, errors, of_both = found.groups()
+            low, high = ends(*map(float, numbers))
+            spread = float(errors or 0.0) * (own + (both if of_both else 0.0)) + float(room or 0.0)
+            return low - spread, high + spread
+    raise AssertionError(f"no reading of {text!r}")
+
+
+decimals = st.builds(
+    lambda digits, power: float(f"{digits}e{power}"),
+    st.integers(1, 9999),
+    st.integers(-12, 3),
+)
+shares = st.sampled_from([0.0, 1e-3, 0.02, 0.25])
+errors = st.one_of(st.none(), st.just(0.0), st.floats(1e-4, 0.1))
+
+
+@st.composite
+def bounds_on_a_number(draw: st.DrawFn) -> tuple[Interval, float]:
+    """A bound on one number, and a standard error of that number."""
+    x, y = sorted((draw(decimals), draw(decimals)))
+    room = float(f"{draw(shares) * x:.4g}")
+    uncertainty = draw(errors)
+    spread = None if uncertainty is None else uncertainty * x
+    allowed = {"round_off": room, "uncertainty": spread}
+    kinds = [
+        AtMost(x, **allowed), AtLeast(x, **allowed), Above(x), Below(x), Exactly(x),
+        Within(x, y, **allowed), Near(x, room, uncertainty=spread),
+        Order(x, room or 0.25, uncertainty=spread or 0.0),
+        Base(x, room or 0.25, uncertainty=spread or 0.0),
+    ]  # fmt: skip
+    return draw(st.sampled_from(kinds)), x * draw(st.sampled_from([0.0, 1e-3, 0.05]))
+
+
+@given(bounds_on_a_number())
+def test_a_number_just_inside_the_text_holds_and_one_just_outside_does_not(
+    drawn: tuple[Interval, float],
+) -> None:
+    bound, own = drawn
+    low, high = interval(bound.text, own, bound.uncertainty or 0.0)
+    nudge = 1e-9 * max(abs(end) for end in (low, high) if math.isfinite(end))
+
+    def verdict(value: float) -> str:
+        return bound.verdict(Estimate(value, own))
+
+    better = {Order: ABOVE, Base: BELOW}.get(type(bound), 0)
+    if math.isfinite(low):
+        assert verdict(low - nudge) == (EXCEEDS if better == BELOW else CONTRADICTED)
+        assert low == high or verdict(low + nudge) == HOLDS
+    if math.isfinite(high):
+        assert verdict(high + nudge) == (EXCEEDS if better == ABOVE else CONTRADICTED)
+        assert low == high or verdict(high - nudge) == HOLDS
+    assert verdict(NAN) == NOT_RUN
+
+
+@given(x=decimals, y=decimals)
+def test_a_bound_holds_at_itself_unless_it_says_above_or_below(x: float, y: float) -> None:
+    low, high = sorted((x, y))
+    for bound in (AtMost(x), AtLeast(x), Exactly(x), Within(x, x), Near(x, 0.0)):
+        assert bound.verdict(x) == HOLDS
+    assert Within(low, high).verdict(low) == Within(low, high).verdict(high) == HOLDS
+    assert Above(x).verdict(x) == Below(x).verdict(x) == CONTRADICTED
+
+
+@given(limit=decimals, share=st.sampled_from([0.0, 0.1, 0.5]))
+def test_growth_is_judged_by_the_numbers_of_its_text(limit: float, share: float) -> None:
+    level = float(f"{share * limit:.4g}")
+    bound = NoGrowth(limit, level)
+    numbers = [float(x) for x in re.findall(NUMBER, bound.text)]
+    assert numbers == [limit, *([level] if level else []), 3.0, GROWTH]
+    sigmas, growth = numbers[-2:]
+    seen = Drift(sigmas * 0.1, 0.1, growth, limit)
+    assert bound.verdict(seen) == HOLDS
+    for outside in (
+        {"largest": 1.001 * limit},
+        {"trend": 1.001 * sigmas * 0.1},
+        {"growth": 1.001 * growth},
+        {"growth": math.inf},
+    ):
+        assert bound.verdict(replace(seen, **outside)) == CONTRADICTED
+    assert bound.verdict(Drift(9.0, 0.1, 9.0, level)) == HOLDS
+    assert bound.verdict(Drift(9.0, 0.1, 9.0, max(1.001 * level, 0.001 * limit))) == CONTRADICTED
+
+
+@given(limit=st.integers(1, 999).map(lambda k: k / 1000))
+def test_every_n_has_to_gain_what_the_text_says(limit: float) -> None:
+    bound, rate = FactorPerN(limit), fit(0.05)
+    (printed,) = map(float, re.findall(NUMBER, bound.text))
+
+    def verdict(worst: float, whole: Fit = rate) -> str:
+        return bound.verdict(decay(whole, rate, rate, worst))
+
+    assert verdict(printed) == HOLDS
+    assert verdict(printed * 1.001) == CONTRADICTED
+    assert verdict(NAN) == NOT_RUN
+    assert verdict(printed, fit(NAN)) == NOT_RUN
+    assert verdict(printed, replace(rate, relapse=True)) == CONTRADICTED
+
+
+def test_more_digits_are_printed_where_a_fine_resolution_asks_for_them() -> None:
+    assert Near(1.0 / 3.0, 1e-11).text == "0.333333333333 -+ 1e-11"
+    assert AtMost(math.sqrt(2.5), round_off=1e-6).text == "at most 1.5811388 + 1e-06"
+    assert Order(5.49873).text == "order 5.499 -+ 0.25 -+ 2 standard errors"
+    assert (
+        Base(NAN, 0.005, uncertainty=NAN).text == "base nan -+ 0.005 -+ 2 standard errors of both"
+    )
+
+
+# NaN never holds.
+
+
+def unknown() -> list[Measurement]:
+    """Measurements of which a number is missing."""
+    known, nothing = fit(0.5), fit(NAN, NAN)
+    return [
+        NAN, math.inf, -math.inf, Estimate(NAN), Estimate(NAN, 0.1), nothing, fit(NAN),
+        decay(nothing, nothing, nothing, NAN), decay(nothing, known, known),
+        Drift(NAN, NAN, NAN, NAN), Drift(0.0, 0.1, 1.0, NAN),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("bound", BOUNDS, ids=lambda bound: type(bound).__name__)
+def test_what_was_not_measured_never_holds(bound: Bound) -> None:
+    assert {bound.verdict(one) for one in unknown()} == {NOT_RUN}
+
+
+@pytest.mark.parametrize(
+    ("bound", "measured"),
+    [
+        (AtMost(NAN), 1.0),
+        (AtLeast(1.0, uncertainty=NAN), 2.0),
+        (Order(4.0), fit(4.0, NAN)),
+        (Base(0.56, 0.005), fit(0.5, NAN)),
+        (Base(NAN, 0.005), fit(0.5)),
+        (Converges(), fit(1.0, NAN)),
+        (Geometric(), decay(fit(0.5), fit(NAN), fit(0.5))),
+        (Geometric(), decay(fit(0.5), fit(0.5), fit(0.5, NAN))),
+        (NoGrowth(1.0), Drift(NAN, 0.1, 1.0, 0.5)),
+    ],
+)
+def test_a_bound_that_is_not_known_and_a_rate_without_uncertainty_never_hold(
+    bound: Bound, measured: Measurement
+) -> None:
+    assert bound.verdict(measured) == NOT_RUN
+
+
+@pytest.mark.parametrize(
+    "large", [replace(fit(NAN), stays_large=True), replace(fit(4.0), relapse=True)]
+)
+def test_errors_that_stay_or_become_large_contradict_any_rate(large: Fit) -> None:
+    for bound in (Order(4.0), Base(0.56, 0.005), Converges(), AtMost(9.0), Near(4.0, 1.0)):
+        assert bound.verdict(large) == CONTRADICTED
+    assert Geometric().verdict(decay(large, fit(0.5), fit(0.5))) == CONTRADICTED
+
+
+def test_a_number_that_nobody_claims_anything_about_is_informative() -> None:
+    assert (NoBound().text, NoBound().verdict(3.0)) == ("none", INFORMATIVE)
+
+
+# Rates.
+
+
+@pytest.mark.parametrize(
+    ("rate", "verdict"),
+    [
+        (0.5529, EXCEEDS), (0.5531, HOLDS), (0.56, HOLDS), (0.5669, HOLDS), (0.5671, CONTRADICTED),
+        (0.99, CONTRADICTED),
+    ],
+)  # fmt: skip
+def test_a_base_is_compared_with_what_is_printed(rate: float, verdict: str) -> None:
+    assert Base(0.56, 0.005).verdict(fit(rate)) == verdict
+
+
+@pytest.mark.parametrize(
+    ("rate", "verdict"),
+    [
+        (3.747, CONTRADICTED), (3.749, HOLDS), (4.0, HOLDS), (4.251, HOLDS), (4.253, EXCEEDS),
+        (0.0, CONTRADICTED),
+    ],
+)  # fmt: skip
+def test_an_order_is_compared_with_what_is_printed(rate: float, verdict: str) -> None:
+    assert Order(4.0).verdict(fit(rate)) == verdict
+
+
+def test_what_converges_has_an_order_above_zero() -> None:
+    assert Converges().verdict(fit(0.0021)) == HOLDS
+    assert Converges().verdict(fit(0.0019)) == CONTRADICTED
+    assert Converges().verdict(fit(0.0, 0.0)) == CONTRADICTED
+
+
+@pytest.mark.parametrize(
+    ("whole", "late", "verdict"),
+    [
+        (0.7, 0.7, HOLDS),
+        (0.6, 0.5, HOLDS),
+        (0.7, 0.7028, HOLDS),
+        (0.7, 0.7029, CONTRADICTED),
+        (0.9979, 0.7, HOLDS),
+        (0.9981, 0.7, CONTRADICTED),
+    ],
+)
+def test_a_geometric_fall_is_below_one_and_does_not_slow_down(
+    whole: float, late: float, verdict: str
+) -> None:
+    assert Geometric().verdict(decay(fit(whole), fit(0.7), fit(late))) == verdict
+
+
+# Growth.
+
+
+def test_an_error_that_swings_does_not_grow() -> None:
+    t = np.arange(400.0)
+    seen = drift(t, 1e-3 * np.sin(0.37 * t))
+    assert NoGrowth(1e-2).verdict(seen) == HOLDS
+    assert NoGrowth(1e-4).verdict(seen) == CONTRADICTED
+
+
+@pytest.mark.parametrize("growth", [1e-5, -1e-5])
+def test_an_error_that_drifts_grows_though_it_is_within_its_bound(growth: float) -> None:
+    t = np.arange(400.0)
+    seen = drift(t, growth * t + 1e-4 * np.sin(0.37 * t))
+    assert NoGrowth(1.0).verdict(seen) == CONTRADICTED
+
+
+def test_a_slow_trend_below_the_allowed_growth_is_still_a_trend() -> None:
+    t = np.arange(400.0)
+    seen = drift(t, 1e-3 * (1.0 + 3e-4 * t))
+    assert seen.growth < GROWTH
+    assert NoGrowth(1.0).verdict(seen) == CONTRADICTED
+
+
+def test_growth_of_rounding_errors_is_allowed_up_to_the_stated_level() -> None:
+    t = np.arange(400.0)
+    seen = drift(t, 1e-16 * t)
+    assert NoGrowth(1.0, round_off=1e-13).verdict(seen) == HOLDS
+    assert NoGrowth(1.0, round_off=1e-15).verdict(seen) == CONTRADICTED
+
+
+def test_a_history_with_a_hole_or_too_short_is_not_judged() -> None:
+    t = np.arange(40.0)
+    error = np.ones(40)
+    error[17] = NAN
+    for seen in (drift(t, error), drift(t[:7], error[:7])):
+        assert NoGrowth(10.0).verdict(seen) == NOT_RUN
+
+
+def test_no_error_at_all_does_not_grow() -> None:
+    assert NoGrowth(0.0).verdict(drift(np.arange(9.0), np.zeros(9))) == HOLDS
