@@ -42,10 +42,8 @@ def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
             suite,
             claims=(*suite.claims, *contender_checks(outsiders)),
             work_precision=partial(suite.work_precision, outsiders=outsiders),
-            tables=tuple(_opened(table, outsiders) for table in suite.tables),
-            studies=tuple(_opened(study, outsiders) for study in suite.studies),
+            sections=tuple(_opened(section, outsiders) for section in suite.sections),
             faults=lambda: [fault for outsider in outsiders for fault in outsider.faults],
-            made_of=lambda: {outsider.path: outsider.made_of for outsider in outsiders},
         )
 
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from reports.results.atomic import write
+from benchmarks.store.atomic import write
 
 NAME = "provenance.json"
 

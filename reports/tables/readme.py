@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from reports.results.atomic import write
+from benchmarks.store.atomic import write
 from reports.tables.number_format import plain
 
 RESULTS, SPEED, BODIES = "results", "speed", "bodies"

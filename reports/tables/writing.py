@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from reports.results.atomic import write
+from benchmarks.store.atomic import write
 from reports.tables.number_format import plain
 
 

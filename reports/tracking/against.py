@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.statistics.rank_test import samples_needed
+from benchmarks.store.atomic import write
 from benchmarks.store.provenance import ROOT
 from benchmarks.timings.case import ROUND_OFF, Case
 from benchmarks.timings.truth import Unknown, true_ends
-from reports.build.markdown_summary import write_job_summary
-from reports.results.atomic import write
+from reports.results.job_summary import write_job_summary
 from reports.results.progress import Studies
 from reports.tracking.gates import judge, suspects
 from reports.tracking.rounds import Pair, Told, prepare, take_turns

@@ -10,12 +10,12 @@ import typer
 from benchmarks.timings.case import Case
 from benchmarks.timings.catalogue import CASES
 from references.setting import nearest
-from reports.cli.options import Order
+from reports.results.options import Options
 from reports.tracking.trees import CannotCompare
 
 
 def track_command(
-    order: Order, provenance: Mapping[str, str], against: str | None, only: Sequence[str],
+    order: Options, provenance: Mapping[str, str], against: str | None, only: Sequence[str],
     isolate: bool,
 ) -> int:  # fmt: skip
     """The history, or a comparison with a revision; 1 when that got worse, 2 when it cannot be.

@@ -17,7 +17,7 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.timings.unfinished import FOLDER as UNFINISHED
+from benchmarks.store.result_cache import FOLDER as UNFINISHED
 
 DAMAGED = "damaged"
 YOUNG = 60.0  # seconds since its last change in which a file may be half copied

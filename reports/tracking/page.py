@@ -11,7 +11,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from reports import page as main_page
-from reports.figures.figure import Picture
+from reports.figures.picture import Picture
 
 TEXT = (
     "Times are medians in processor time, divided by those of a fixed piece of work that was timed "

@@ -24,6 +24,7 @@ FAULTS = {
     "galvi": ("galvi/kernels/forces/nbody.py", "from galvi import arrays"),
     "references": ("references/newton.py", "from references.scipy import ivp"),
     "benchmarks": ("benchmarks/store/frames.py", "from benchmarks.studies import scaling"),
+    "reports": ("reports/tables/writing.py", "from reports.figures import picture"),
     "cycles": ("galvi/rules/rule.py", "from galvi.rules import composite"),
 }
 
@@ -83,7 +84,7 @@ def test_an_upward_import_for_types_or_inside_a_function_counts(fault: str, copy
     assert result.returncode == 1 and "galvi.rules.gauss -> galvi.run" in result.stdout
 
 
-@pytest.mark.parametrize("package", ["galvi", "references", "benchmarks"])
+@pytest.mark.parametrize("package", ["galvi", "references", "benchmarks", "reports"])
 def test_a_room_without_a_place_in_its_package_is_refused(package: str, copy: Path) -> None:
     (copy / package / "stray.py").touch()
     result = lint_imports(copy, package)

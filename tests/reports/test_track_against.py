@@ -14,7 +14,7 @@ import pytest
 
 from benchmarks.timings.case import TRAJECTORY, Case
 from reports.cli.commands import run
-from reports.results.suite import load
+from reports.contents import load
 from reports.tracking import against, command, side
 from reports.tracking.against import track_against
 from reports.tracking.command import choose_cases

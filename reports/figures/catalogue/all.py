@@ -21,13 +21,13 @@ from reports.figures.catalogue.brownout import BROWNOUT_FIGURES
 from reports.figures.catalogue.pendulum import PENDULUM_FIGURES
 from reports.figures.catalogue.rigid_bodies import RIGID_BODIES
 from reports.figures.catalogue.vector_spaces import VECTOR_FIGURES
-from reports.figures.figure import Figure
 from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
 from reports.figures.plots.energies import energies
 from reports.figures.plots.history import history
 from reports.figures.plots.orbits import orbits
 from reports.figures.plots.paths import Panel, paths
 from reports.figures.plots.rate import Rate
+from reports.results.figure import Figure
 
 N = "n-refinement"
 HOLLOW = (
