@@ -16,12 +16,12 @@ from benchmarks.work_precision.targets import TARGETS
 from reports.results.suite import Suite
 from reports.sections.engine_versions import ENGINE_VERSIONS
 from reports.sections.ephemeris import EPHEMERIS
-from reports.sections.free_body_drift import FREE_SPIN
+from reports.sections.free_body_drift import FREE_BODY_DRIFT
 from reports.sections.high_eccentricity import HIGH_ECCENTRICITY
 from reports.sections.number_of_bodies import NUMBER_OF_BODIES
 from reports.sections.recommendation import RECOMMENDATION
 from reports.sections.round_off import ROUND_OFF
-from reports.sections.so3_drift import A_MILLION_STEPS
+from reports.sections.so3_drift import SO3_DRIFT
 from reports.sections.start_up import START_UP
 from reports.sections.taxonomy import TAXONOMY
 
@@ -29,9 +29,9 @@ CHECKS = (*CLAIMS, *AGREEMENTS)
 SECTIONS = (  # in the order of the page
     ROUND_OFF,
     NUMBER_OF_BODIES,
-    FREE_SPIN,
+    FREE_BODY_DRIFT,
     ENGINE_VERSIONS,
-    A_MILLION_STEPS,
+    SO3_DRIFT,
     TAXONOMY,
     EPHEMERIS,
     HIGH_ECCENTRICITY,
@@ -58,6 +58,6 @@ def load() -> Suite:
 
 
 def study_claim(name: str, quick: bool) -> pd.DataFrame:
-    """The frame of a claim, by its id, without telling of progress."""
+    """The frame of a claim, by its id, without reports of progress."""
     (claim,) = (one for one in CHECKS if one.id == name)
     return claim.study(galvi.Galerkin, quick, lambda sentence: None)

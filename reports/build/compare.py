@@ -1,4 +1,4 @@
-"""`compare`: time contenders against each other; write what was measured and what follows."""
+"""`compare`: time contenders against each other; write the measurements and their tables."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from reports.tables.writing import as_csv, write_table
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """What was measured, and the tables that follow."""
+    """The measurements of `compare`, and the tables made from them."""
 
     measured: Comparison
     tables: ComparisonTables

@@ -1,4 +1,4 @@
-"""verify.md: what a forge shows of `verify` on a pull request."""
+"""verify.md: the summary of `verify` that a forge shows on a pull request."""
 
 from __future__ import annotations
 

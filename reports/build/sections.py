@@ -1,4 +1,4 @@
-"""The studies with sections of their own: what was measured is written, long forms are run."""
+"""Write the studies' rows and tables; run their long forms."""
 
 from __future__ import annotations
 

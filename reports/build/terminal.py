@@ -1,4 +1,4 @@
-"""What is printed: the rows of claims and what they add up to, changes, engines, targets."""
+"""Printed tables: the rows of claims with a summary, changes, absent engines, targets."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def show(seen: Summary, console: Console | None = None) -> None:
 
 
 def show_changes(changed: Sequence[Change], console: Console | None = None) -> None:
-    """Print what is different from the rows before, the first of it when it is much."""
+    """Print the changes since the earlier rows, at most MOST of them."""
     if not changed:
         return
     console = console or Console()
@@ -80,7 +80,7 @@ def show_engines(engines: Engines) -> None:
 
 
 def show_targets(frame: pd.DataFrame, quick: bool, console: Console | None = None) -> None:
-    """Print them, and their remarks; nothing when there are none."""
+    """Print the targets with their remarks; nothing when there are none."""
     if frame.empty:
         return
     console = console or Console()

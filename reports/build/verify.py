@@ -1,4 +1,4 @@
-"""`verify`: check the claims and agreements, write what came out, and print it.
+"""`verify`: check the claims and agreements; write and print the verdicts.
 
 claims.csv    every row, with those of claims that were not chosen as they were, and when
 verify.xml    JUnit, for a forge's CI
@@ -55,7 +55,7 @@ class Verified:
 
 
 def verify(suite: Suite, options: Options, cache: BuildCache | None = None) -> Verified:
-    """Check the chosen claims, all when none is chosen; write, print, and return what came out.
+    """Check the chosen claims, all when none is chosen; write, print and return the results.
 
     cache  of a build, in which claims that time nothing are studied by two processes; None keeps
            nothing and studies them one after the other
@@ -115,7 +115,7 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> li
 
 
 def _dated(table: pd.DataFrame, key: str, dates: Mapping[str, str]) -> pd.DataFrame:
-    """With the date of the run that measured each row's claim."""
+    """The table with a column of dates: of the run that measured each row's claim."""
     return table.assign(date=[dates[name] for name in table[key]])
 
 

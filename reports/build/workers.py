@@ -1,4 +1,4 @@
-"""Studies that time nothing, by two processes beside each other."""
+"""Studies that take no times, run by two processes in parallel."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def study_in_workers(
 
 
 def _timed(study: Callable[[bool], pd.DataFrame], quick: bool) -> tuple[pd.DataFrame, float] | None:
-    """The frame and the seconds it took; None when it raised, which the build finds out again."""
+    """The frame and the seconds it took; None when it raised; the build then runs it itself."""
     start = time.perf_counter()
     try:
         return study(quick), time.perf_counter() - start

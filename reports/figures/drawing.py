@@ -101,7 +101,7 @@ def draw(
 
 
 def save(gallery: Gallery, folder: Path) -> None:
-    """NAME.svg and NAME.png; what an earlier build left of a figure that is missing now goes."""
+    """Write NAME.svg and NAME.png, and remove the earlier files of figures that are missing now."""
     for name, one in gallery.pictures.items():
         write(folder / f"{name}.svg", one.svg)
         write(folder / f"{name}.png", one.png)

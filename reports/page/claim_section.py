@@ -1,4 +1,4 @@
-"""A claim on the page: its pictures beside its rows, with what they share stated once."""
+"""A claim on the page: its pictures beside its rows; text that all rows share stands once."""
 
 from __future__ import annotations
 

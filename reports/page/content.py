@@ -1,4 +1,4 @@
-"""What the page says, gathered from verdicts, comparisons and pictures; no number is made here."""
+"""The content of the page, from verdicts, comparisons and pictures; no number is made here."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class StudySection:
 
 @dataclass(frozen=True)
 class TargetsSection:
-    """The targets: what is said of them all, and a line for each."""
+    """The targets: an introduction, and a line for each."""
 
     text: str
     rows: Grid

@@ -1,4 +1,4 @@
-"""index.html from what was measured: figures and style inside it, nothing fetched, no scripts."""
+"""index.html from its content: figures and style inside it, nothing fetched, no scripts."""
 
 from __future__ import annotations
 

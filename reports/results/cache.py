@@ -1,4 +1,4 @@
-"""What a build has measured so far, kept result by result, so that one that was stopped resumes.
+"""The results of a build, kept one by one, so that a build that was stopped resumes.
 
 A result is a whole measurement: a claim's study, one problem's comparison, a study. Times compare
 only inside one run, so a measurement that was stopped half way is done again as a whole.
@@ -55,7 +55,7 @@ class BuildCache:
         self._begun_with = self.sources()
 
     def result(self, name: str, measure: Callable[[], pd.DataFrame]) -> CachedResult:
-        """What was kept under this name, or is measured now and kept; raises what measure does."""
+        """The result kept under this name, or measured now and kept; exceptions of measure pass."""
         if name in self.taken:
             return self.taken[name]
         start = time.perf_counter()
@@ -85,7 +85,7 @@ class BuildCache:
         self.taken = {}
 
     def look(self) -> None:
-        """See whether the sources changed since this run began; what was edited once, stays so."""
+        """Check whether the sources changed since this run began; once edited, it stays so."""
         self.edited = self.edited or self.sources() != self._begun_with
 
     def provenance(self) -> dict[str, str]:
@@ -98,7 +98,7 @@ class BuildCache:
         return said
 
     def greeting(self) -> str:
-        """What is taken up, in a sentence; empty when nothing is."""
+        """A sentence on the results that are taken up; empty when there are none."""
         return f"Resuming: {self._earlier()}; --anew starts over." if self.taken else ""
 
     def _earlier(self) -> str:
@@ -111,11 +111,11 @@ class BuildCache:
 
 
 def open_cache(suite: Suite, options: Options) -> BuildCache:
-    """The cache of the build that is asked for, with what an earlier run of it left.
+    """The cache of this build, with the results of an earlier run that was stopped.
 
     It is the same build when the commit, the sources as they lie there, the data they read, the
     versions, the machine, the setting and the claims are the same. A build with external
-    integrators keeps nothing, since what they are made of is not known.
+    integrators keeps nothing, whose code may change unseen.
     """
     provenance = suite.provenance(options.command)
     same = {name: text for name, text in provenance.items() if name not in CHANGING}

@@ -23,7 +23,7 @@ from reports.results.progress import Studies
 
 @dataclass(frozen=True, eq=False)
 class ClaimResult:
-    """A claim with what came of it.
+    """A claim with its frame and rows.
 
     frame    the study's tidy frame; None when the study raised
     rows     the judge's rows; those of a claim whose study raised are "not run", with the exception
@@ -44,7 +44,7 @@ Elsewhere = Callable[[Sequence[str]], Generator[Finished, None, None]]
 
 
 def nowhere(names: Sequence[str]) -> Generator[Finished, None, None]:
-    """All of them are studied here."""
+    """No other process: all claims are studied here."""
     yield from ()
 
 
@@ -116,7 +116,7 @@ def _excused(row: Row, absent: Collection[str]) -> Row:
 
 
 def _explained(row: Row, measured: pd.DataFrame) -> Row:
-    """A row that could not be judged tells what its study's runs say of it; others stay."""
+    """A row that could not be judged gets the statuses of its study's runs as its reason."""
     if row.verdict != NOT_RUN or row.expected == NOT_RUN:
         return row
     said = dict.fromkeys(text for text in measured.get("status", ()) if text)
@@ -125,7 +125,7 @@ def _explained(row: Row, measured: pd.DataFrame) -> Row:
 
 
 def _spoiled(claim: Claim, error: Exception) -> tuple[Row, ...]:
-    """The rows that the claim has when nothing was measured, with what the exception says."""
+    """The rows that the claim has when nothing was measured, with the exception as reason."""
     why = f"{type(error).__name__}: {' '.join(str(error).split()) or 'no message'}"
     try:
         rows = claim.judge(frame([]))

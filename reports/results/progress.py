@@ -1,4 +1,4 @@
-"""How far the studies are: a bar on a terminal's stderr, elsewhere one line for each study."""
+"""Progress of the studies: a bar on a terminal's stderr, elsewhere one line for each study."""
 
 from __future__ import annotations
 

@@ -19,11 +19,11 @@ FOLDER = "studies"  # in the folder of the report: rows of the long forms
 
 @dataclass(frozen=True, eq=False)
 class SectionResult:
-    """A study with what came of it.
+    """A study with its rows.
 
     frame    its rows, those of the long form among them; None when there are none
-    note     what the reader should know about the long form, or nothing
-    failure  a sentence when it raised, or nothing
+    note     a sentence on the long form, or ""
+    failure  a sentence when it raised, or ""
     """
 
     section: Section
@@ -38,7 +38,7 @@ def measure_sections(
     sections: Sequence[Section],
     cache: BuildCache | None = None,
 ) -> list[SectionResult]:
-    """Each study in its default form, beside what is stored of its long one."""
+    """Each study in its default form, with the stored rows of its long form."""
     if not sections:
         return []
     cache = cache or BuildCache()

@@ -1,4 +1,4 @@
-"""What the commands run, as one value; `reports.contents` makes it, tests hand in small ones."""
+"""All that the commands run, as one value: `reports.contents` makes it, tests make small ones."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from reports.results.section import Measure, Section
 
 @dataclass(frozen=True)
 class Suite:
-    """The claims, and what else is measured.
+    """The claims, comparisons and studies of a report.
 
-    make_method     what claims build their methods with, `galvi.Galerkin`
+    make_method     the constructor of claims' methods, `galvi.Galerkin`
     work_precision  (quick, report) -> errors and times of contenders
     problems        quick -> those that it can be asked for one by one, as `problem`; none
-    cost            (quick, report) -> what a step costs
+    cost            (quick, report) -> costs of a step
     sections        studies with sections of their own
-    targets         what the times of `work_precision` are held against
+    targets         aims for the times of `work_precision`
     engines         name: why it cannot be used here, or nothing; of every engine
     unavailable     the sentences by which contenders say that their engine is absent
-    faults          what external integrators did wrong so far
+    faults          sentences on what external integrators did wrong so far
     provenance      command -> versions, commit, machine, date
     in_workers      by id, the claims that time nothing: (quick) -> frame, which another process can
                     import and call

@@ -1,4 +1,4 @@
-"""What the verdicts add up to: counts, differences from what was expected, one sentence."""
+"""Verdicts counted and compared with the expected ones, in one sentence."""
 
 from __future__ import annotations
 

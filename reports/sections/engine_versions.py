@@ -1,4 +1,4 @@
-"""What a free body does in versions of an engine, as text for the page."""
+"""A free body in the versions of an engine: the study's section and its table."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from reports.results.section import LongForm, Section
 from reports.tables.number_format import readable
 
 ROUND_OFF = 1e-12  # of the attitude, after ten thousand steps
-SHOWN = 0.0125  # the step at which errors are told
+SHOWN = 0.0125  # the step at which errors are shown
 JOINTS = ("ball", "free")
 KEYS = ["engine", "integrator", "joint", "step"]
 

@@ -1,4 +1,4 @@
-"""What turning for long leaves of energy, angular momentum and attitude, as text for the page."""
+"""Energy, momentum and attitude errors of a free body that rotates for long."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.studies import free_body_drift, free_body_drift_long
-from reports.figures.plots.free_body_drift import free_spin as errors_over_turns
+from reports.figures.plots.free_body_drift import errors_over_turns
 from reports.results.figure import Figure
 from reports.results.section import LongForm, Section
 from reports.tables.number_format import capital, readable
@@ -17,7 +17,7 @@ FEWEST = 4  # marks that a growth is fitted over
 ROUND_OFF = 1e-13  # energy errors up to it may be a single random walk, which has no exponent
 
 
-def free_spin_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def free_body_drift_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each run, and how to set the columns.
 
     Errors are those of the last mark, or of the last that a failed run came to, which its turns
@@ -66,7 +66,7 @@ def _growth(run: pd.DataFrame) -> str:
     return readable(float(np.polyfit(np.log(later["turn"]), np.log(size), 1)[0]), 2)
 
 
-FREE_SPIN = Section(
+FREE_BODY_DRIFT = Section(
     name="free-spin",
     title="Energy and angular momentum of long spins",
     text="H's free body over 1000 turns, a hundred in the quick setting and 100,000 in the long "
@@ -89,7 +89,7 @@ FREE_SPIN = Section(
             size=(9.6, 4.2),
         ),
     ),
-    table=free_spin_table,
+    table=free_body_drift_table,
     long_form=LongForm(free_body_drift_long.parts, free_body_drift_long.stored),
     open=True,
 )

@@ -1,4 +1,4 @@
-"""What the number of bodies costs at matched error, as text for the page."""
+"""Cost against the number of bodies, at matched error."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _cell(row: pd.Series | None, least: float, is_measure: bool) -> str:
 
 
 def _why(rows: pd.DataFrame) -> str:
-    """Of a contender without a run that stands for it: what its runs say when all of them failed,
+    """For a contender without a matched run: the status of its runs when all of them failed,
     nothing when it did not take part."""
     if rows.empty:
         return ""

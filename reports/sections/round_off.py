@@ -1,4 +1,4 @@
-"""How the energy errors of the Brouwer study grow, as text for the page."""
+"""How round-off grows in the energy of long runs: Brouwer's law."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ NUMBERS = ("years", "runs", "RMS error", "exponent", "drift / its error")
 GROWS, SIGMAS = 0.25, 3.0  # exponent, by standard errors, below that of a walk and of a drift
 
 
-def brouwer_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def round_off_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each ensemble, and how to set the columns."""
     lines = [
         {
-            "contender": told["contender"],
-            "setting": told["settings"],
-            "years": readable(told["years"], 1),
+            "contender": ensemble["contender"],
+            "setting": ensemble["settings"],
+            "years": readable(ensemble["years"], 1),
             "runs": str(seen.runs),
             "RMS error": readable(seen.final),
             "exponent": with_uncertainty(seen.exponent, seen.uncertainty) or "not resolved",
             "drift / its error": readable(seen.sigmas, 2),
             "verdict": _verdict(seen),
-            "status": told["status"],
-            "commit": told["commit"],
-            "date": told["date"],
+            "status": ensemble["status"],
+            "commit": ensemble["commit"],
+            "date": ensemble["date"],
         }
-        for told, seen in growths(frame)
+        for ensemble, seen in growths(frame)
     ]
     table = pd.DataFrame(lines)
     if not any(line["status"] for line in lines):
@@ -68,7 +68,7 @@ ROUND_OFF = Section(
             size=(6.0, 4.4),
         ),
     ),
-    table=brouwer_table,
+    table=round_off_table,
     long_form=LongForm(round_off_long.parts, round_off_long.stored),
     open=True,
 )

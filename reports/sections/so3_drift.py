@@ -1,4 +1,4 @@
-"""What a million steps leave of rotations and momenta, as text for the page."""
+"""Drift of rotations, momenta and energies over a million steps on SO(3)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pandas as pd
 from benchmarks.statistics.growth import Growth
 from benchmarks.studies import so3_drift
 from benchmarks.studies.so3_drift import QUANTITIES, growths
-from reports.figures.plots.so3_drift import turning_growth
+from reports.figures.plots.so3_drift import so3_drift_growth
 from reports.results.figure import Figure
 from reports.results.section import LongForm, Section
 from reports.tables.number_format import known, readable, with_uncertainty
@@ -16,24 +16,24 @@ SIGMAS = 3.0
 NUMBERS = ("steps", "runs", "largest", "RMS at the end", "exponent")
 
 
-def turning_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def so3_drift_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each ensemble and quantity, and how to set the columns."""
     lines = [
         {
-            "contender": told["contender"],
-            "setting": told["settings"],
+            "contender": ensemble["contender"],
+            "setting": ensemble["settings"],
             "quantity": QUANTITIES[name],
-            "steps": readable(float(told["steps"]), 1),
+            "steps": readable(float(ensemble["steps"]), 1),
             "runs": str(seen.runs),
             "largest": readable(largest),
             "RMS at the end": readable(seen.final),
             "exponent": with_uncertainty(seen.exponent, seen.uncertainty) or "not resolved",
             "verdict": verdict(seen),
-            "status": told["status"],
-            "commit": told["commit"],
-            "date": told["date"],
+            "status": ensemble["status"],
+            "commit": ensemble["commit"],
+            "date": ensemble["date"],
         }
-        for told, name, seen, largest in growths(frame)
+        for ensemble, name, seen, largest in growths(frame)
     ]
     table = pd.DataFrame(lines)
     if not any(line["status"] for line in lines):
@@ -49,7 +49,7 @@ def verdict(seen: Growth) -> str:
     return "at most the square root" if slow else "faster than the square root"
 
 
-A_MILLION_STEPS = Section(
+SO3_DRIFT = Section(
     name="turning",
     title="A million steps on SO(3)",
     text="H's free body from 8 starts that differ by 1e-12 (4 in the quick setting). Its exact "
@@ -67,12 +67,12 @@ A_MILLION_STEPS = Section(
         Figure(
             name="turning",
             title="Rotations, momenta and energies of long runs",
-            draw=turning_growth,
+            draw=so3_drift_growth,
             caption="RMS over the runs. Dashed: growth like the square root of the steps.",
             size=(9.6, 3.4),
         ),
     ),
-    table=turning_table,
+    table=so3_drift_table,
     long_form=LongForm(so3_drift.parts, so3_drift.stored),
     open=True,
 )

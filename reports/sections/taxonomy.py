@@ -1,4 +1,4 @@
-"""Which method every space and rule makes, as text for the page."""
+"""The method that each space makes with each rule."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from reports.results.section import Section
 from reports.tables.number_format import known, readable
 
 EVERY_RULE, ONE_RULE = "Polynomials", "Gauss"
-APART = 0.3  # of a measured order from the predicted one, from which both are told
+APART = 0.3  # of a measured order from the predicted one, from which both are shown
 
 
 def taxonomy_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
@@ -58,7 +58,7 @@ def _cell(row: pd.Series) -> str:
 
 
 def _range(values: pd.Series) -> str:
-    """The least and the largest, once when they are the same."""
+    """From the least to the largest; one number when they are the same."""
     ends = [readable(value) for value in (values.min(), values.max())]
     return " to ".join(dict.fromkeys(end for end in ends if end))
 

@@ -1,4 +1,4 @@
-"""What follows from the times of contenders: ratios at matched errors, choices, targets."""
+"""Tables made from the times of contenders: ratios, the fastest per error, targets."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class ComparisonTables:
 
 
 def comparison_tables(runs: pd.DataFrame | None, targets: Sequence[Target]) -> ComparisonTables:
-    """Of the rows of `benchmarks.work_precision.run`, which may have failed."""
+    """From the rows of `benchmarks.work_precision.run`; None where that raised."""
     if runs is None or runs.empty:
         return ComparisonTables(*(pd.DataFrame() for _ in range(4)))
     return ComparisonTables(

@@ -1,4 +1,4 @@
-"""Which contender, and which setting, for the error one needs: of the runs that were made."""
+"""The fastest contender and setting for each error, among the runs that were made."""
 
 from __future__ import annotations
 

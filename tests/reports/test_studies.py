@@ -18,10 +18,10 @@ from reports.figures.picture import picture
 from reports.figures.style.no_data import NoData
 from reports.results.section import LongForm
 from reports.sections.engine_versions import engine_versions_table
-from reports.sections.free_body_drift import free_spin_table
+from reports.sections.free_body_drift import free_body_drift_table
 from reports.sections.number_of_bodies import NUMBER_OF_BODIES, scaling_table
-from reports.sections.round_off import ROUND_OFF, brouwer_table
-from reports.sections.so3_drift import turning_table
+from reports.sections.round_off import ROUND_OFF, round_off_table
+from reports.sections.so3_drift import so3_drift_table
 from tests.reports.study_frames import FRAMES, scaling, spins, turning, versions, walks
 
 STUDIES = [section for section in SECTIONS if section.name in FRAMES]
@@ -139,8 +139,8 @@ def test_the_figures_draw_and_say_when_there_is_nothing(study):
 
 
 def test_the_tables_say_what_was_found():
-    walk = brouwer_table(pd.DataFrame(walks(), columns=list(COLUMNS)))[0]
-    drift = brouwer_table(pd.DataFrame(walks(drift=1.0), columns=list(COLUMNS)))[0]
+    walk = round_off_table(pd.DataFrame(walks(), columns=list(COLUMNS)))[0]
+    drift = round_off_table(pd.DataFrame(walks(drift=1.0), columns=list(COLUMNS)))[0]
     assert set(walk["verdict"]) == {"no drift seen"} and set(drift["verdict"]) == {"drifts"}
     assert walk["exponent"].str.contains("±").all() and set(walk["runs"]) == {"16"}
     table = scaling_table(scaling(True, print))[0]
@@ -165,15 +165,15 @@ def test_versions_of_an_engine_are_told_by_their_orders():
 
 
 def test_what_grows_faster_than_a_random_walk_is_said_to() -> None:
-    table = turning_table(turning(True, print))[0].set_index("quantity")["verdict"]
+    table = so3_drift_table(turning(True, print))[0].set_index("quantity")["verdict"]
     found = [table[QUANTITIES[name]] for name in ("orthogonality", "momentum", "energy")]
     assert found == ["at most the square root"] * 2 + ["faster than the square root"]
     broken = turning(True, print).assign(momentum=np.nan)
-    assert "not judged" in set(turning_table(broken)[0]["verdict"])
+    assert "not judged" in set(so3_drift_table(broken)[0]["verdict"])
 
 
 def test_long_spins_are_told_with_the_mark_that_they_came_to():
-    table, kinds = free_spin_table(spins(True, print))
+    table, kinds = free_body_drift_table(spins(True, print))
     lines = table.set_index("contender")
     ours, drifting, burst, absent = (lines.iloc[k] for k in range(4))
     assert ours["grows as turns^"] == "round-off" and drifting["grows as turns^"] == "1.0"
