@@ -36,7 +36,6 @@ def study_in_workers(
                 if result is not None:
                     yield futures[future], *result
         except BaseException:  # the iterator is closed, or the build is interrupted
-            executor.shutdown(wait=False, cancel_futures=True)
             for process in active_children():
                 if process not in others:
                     process.kill()

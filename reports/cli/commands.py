@@ -107,7 +107,7 @@ def application(load: Load, command: str) -> typer.Typer:
             print(fault, file=sys.stderr)
         return int(not passed or bool(faults))
 
-    @app.command("compare", help="Time methods and peers at matched error.")
+    @app.command("compare", help="Time galvi and other codes at matched error.")
     def compare_methods(
         quick: bool = QUICK, contender: list[str] = CONTENDER, out: Path = FOLDER
     ) -> int:

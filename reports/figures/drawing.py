@@ -41,7 +41,7 @@ UNITS = {
     ANGLE: "Largest of the links' angles, in radians",
 }
 MORE = {
-    POSITION: "Where a peer's run serves as the truth, a dotted upright line marks its time.",
+    POSITION: "Where another code's run serves as the truth, a dotted upright line marks its time.",
     ATTITUDE: "Solid: polynomials in the Cayley chart; dash-dotted: in the exponential one.",
     ANGLE: "heyoka in its compact mode, which compiles in a second instead of half a minute.",
 }
@@ -61,7 +61,7 @@ def comparison_figure(problem: str, contenders: Sequence[str], quantity: str = P
             "contenders": tuple(contenders),
         },
         caption=f"{UNITS[quantity]}. Medians, with the fastest and the slowest round. "
-        "Blue: galvi; dashed: peers; hollow: runs that another of the same contender beats. "
+        "Blue: galvi; dashed: other codes; hollow: runs that another of the same contender beats. "
         f"{MORE[quantity]}",
         size=(6.4, 4.8),
     )

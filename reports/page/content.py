@@ -87,7 +87,7 @@ def content(
         "summary": str(seen),
         "differing": seen.differing,
         "left_out": [claim.id for claim in known if claim.id not in run],
-        "peers": summary_sentences(tables.ratios) if len(tables.ratios) else [],
+        "summary_sentences": summary_sentences(tables.ratios) if len(tables.ratios) else [],
         "date": provenance.get("date", "at an unknown time"),
         "commit": _short(provenance.get("commit", "unknown")),
         "quick": options.quick,

@@ -83,9 +83,9 @@ FREE_BODY_DRIFT = Section(
             title="Free rigid body: energy and angular momentum over many turns",
             draw=errors_over_turns,
             options={"problem": "free rigid body"},
-            caption="Blue: galvi, dash-dotted in the exponential chart; dashed: peers, MuJoCo on a "
-            "free joint, where some of its lines lie upon each other. A cross: the run failed "
-            "after it.",
+            caption="Blue: galvi, dash-dotted in the exponential chart; dashed: other codes, "
+            "MuJoCo on a free joint, where some of its lines lie upon each other. A cross: the run "
+            "failed after it.",
             size=(9.6, 4.2),
         ),
     ),

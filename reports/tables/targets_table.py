@@ -10,9 +10,9 @@ HEADINGS = ("problem", "against", "error", "target", "measured", "verdict", "fas
 REMARK = "remark"
 NUMBERS = ("error", "target", "measured")
 TEXT = (
-    "Time of a peer over that of the fastest galvi method at the same error of the position, or "
-    "of the attitude, against what was aimed at before anything was measured. The fastest setting "
-    "of a peer counts, and a target is missed too when galvi does not reach the error."
+    "Time of another code over that of the fastest galvi method at the same error of the position, "
+    "or of the attitude, against the aims that were set before anything was measured. The fastest "
+    "setting of a code counts, and a target is missed too when galvi does not reach the error."
 )
 QUICK = "These are the quick setting's runs, which are shorter than those that the targets are for."
 
