@@ -26,7 +26,7 @@ def study_in_workers(
     Nothing where there are few of them or one processor. The processes end with the iterator, and
     with this process, however it ends.
     """
-    if len(studies) < FEWEST or _processors() < WORKERS:
+    if len(studies) < FEWEST or processors() < WORKERS:
         return
     others = active_children()
     with ProcessPoolExecutor(WORKERS, get_context("spawn"), _begin) as executor:
@@ -69,6 +69,7 @@ def _end_with_the_build() -> None:
     os._exit(1)
 
 
-def _processors() -> int:
+def processors() -> int:
+    """How many this process may use."""
     available = getattr(os, "sched_getaffinity", None)
     return len(available(0)) if available else os.cpu_count() or 1

@@ -19,7 +19,7 @@ import pytest
 from benchmarks.claims import CLAIMS
 from benchmarks.store.provenance import ROOT
 from benchmarks.store.result_cache import FOLDER, ResultCache
-from reports.build.workers import study_in_workers
+from reports.build.workers import WORKERS, processors, study_in_workers
 from reports.contents import CHECKS, load
 from reports.results.cache import BuildCache
 from reports.results.claim_results import check
@@ -114,7 +114,7 @@ def test_claims_that_other_processes_finish_are_kept_and_the_rest_is_studied_her
     assert set(store.results()) == {"V1", "V2", "V3"}
 
 
-@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one processor")
+@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
 def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd):
     studies = {name: partial(quiet, 0.3) for name in "abc"} | {"d": broken}
     found = {name: (frame, seconds) for name, frame, seconds in study_in_workers(studies, True)}
@@ -139,7 +139,7 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one processor")
+@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
 @pytest.mark.parametrize("how", ["kill", "end"])
 def test_workers_end_with_the_build_however_it_ends(tmp_path: Path, how: str) -> None:
     (tmp_path / "script.py").write_text(KILLED)
