@@ -3,7 +3,15 @@
 import sys
 
 from reports.cli.commands import run
-from reports.results.suite import load
+from reports.results.suite import Suite
+
+
+def load() -> Suite:
+    """The report's suite, imported when called, so that a mistyped word is answered at once."""
+    from reports.contents import load
+
+    return load()
+
 
 if __name__ == "__main__":
     sys.exit(run(load, sys.argv[1:]))

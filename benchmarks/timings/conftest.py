@@ -1,7 +1,7 @@
 """How a bench is kept: row by row while it runs, then as one whole file of pytest-benchmark's.
 
-A bench that was stopped goes on where it was: rows measured before, of the same sources, are not
-measured again. Files of benches that end at the same time have different names.
+A bench that was stopped is resumed: rows measured before, of the same sources, are not measured
+again. Files of benches that end at the same time have different names.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import json
 import re
 import uuid
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,10 @@ import pytest
 from pytest_benchmark.utils import safe_dumps
 
 from benchmarks.store.atomic import write
-from benchmarks.timings.unfinished import Unfinished
+from benchmarks.store.result_cache import ResultCache, digest_of_sources
 
 ROWS: pytest.StashKey[dict[str, dict[str, Any]]] = pytest.StashKey()
+EARLIER: pytest.StashKey[dict[str, dict[str, Any]]] = pytest.StashKey()  # of a run that was stopped
 KEPT = "it was measured before the last run was stopped"
 
 
@@ -30,11 +32,13 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Take up what an earlier run of the same sources measured."""
-    if _on(item.config):
-        row = Unfinished(_storage(item.config)).row(item.nodeid)
-        if row is not None:
-            item.config.stash[ROWS][item.nodeid] = row
-            pytest.skip(KEPT)
+    stash = item.config.stash
+    if EARLIER not in stash:
+        stash[EARLIER] = _cache(item.config).results() if _on(item.config) else {}
+    row = stash[EARLIER].get(item.nodeid)
+    if row is not None:
+        item.config.stash[ROWS][item.nodeid] = row
+        pytest.skip(KEPT)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -45,7 +49,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: Any) -> Iterator[None]:
     if call.when == "call" and report.passed and fixture is not None and fixture.stats:
         row = json.loads(safe_dumps(fixture.stats.as_dict(include_data=True)))
         item.config.stash[ROWS][item.nodeid] = row
-        Unfinished(_storage(item.config)).keep(item.nodeid, row)
+        _cache(item.config).keep(item.nodeid, row)
     return report
 
 
@@ -66,8 +70,7 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
     )
     whole["benchmarks"] = list(rows.values())
     path = write(_new_path(_storage(config), benches.machine_id, commit), safe_dumps(whole))
-    for name in rows:
-        Unfinished(_storage(config)).remove(name)
+    _cache(config).forget(rows)
     print(f"\n{len(rows)} benchmarks are kept in {path}.")
 
 
@@ -77,6 +80,16 @@ def _on(config: pytest.Config) -> bool:
 
 def _storage(config: pytest.Config) -> Path:
     return Path(config._benchmarksession.storage.path)  # type: ignore[attr-defined]
+
+
+def _cache(config: pytest.Config) -> ResultCache:
+    return ResultCache(_storage(config), _state())
+
+
+@cache
+def _state() -> str:
+    """Of the sources when this process began."""
+    return digest_of_sources()
 
 
 def _new_path(storage: Path, machine: str, commit: dict[str, Any]) -> Path:

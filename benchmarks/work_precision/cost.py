@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -12,22 +13,79 @@ import galvi
 from benchmarks.statistics.timing import interleaved, warmed
 from galvi import Problem, Trajectory
 
-COLUMNS = (
-    "problem",
-    "method",
-    "order",
-    "step",
-    "steps",
-    "solver",
-    "iterations_per_step",
-    "forces_per_step",
-    "force_evaluations",
-    "hessian_evaluations",
-    "linear_solves",
-    "seconds_per_step",
-    "status",
-)
 ROUNDS = 3
+
+
+class Case(NamedTuple):
+    """What is run: a method on a problem, `steps` steps of the length `step`."""
+
+    problem: Problem
+    method: galvi.Galerkin
+    step: float
+    steps: int
+
+
+class Cost(NamedTuple):
+    """A case that was run, and the seconds that the whole run took."""
+
+    case: Case
+    run: Trajectory
+    seconds: float
+
+    def per_step(self, count: str) -> float:
+        """One of the run's counts over the steps it did."""
+        return self.run.counts[count] / max(1, self.run.counts["steps"])
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of cost.csv and of the table on the page.
+
+    name     in cost.csv
+    value    of a run
+    heading  on the page; "" for a column that is in cost.csv only
+    kind     "text", "number" or "seconds"
+    """
+
+    name: str
+    value: Callable[[Cost], Any]
+    heading: str = ""
+    kind: str = "number"
+
+
+def _solver(cost: Cost) -> str:
+    """Newton's passes evaluate the Hessian at each stage; the others are fixed-point passes."""
+    counts = cost.run.counts
+    newton = counts["hessian_evaluations"] / cost.case.method.stages
+    if not newton:
+        return "fixed point"
+    return "Newton" if newton == counts["iterations"] else "Newton and fixed point"
+
+
+def _seconds(cost: Cost) -> float:
+    done = max(1, cost.run.counts["steps"])
+    return cost.seconds / done if cost.run.success else math.nan
+
+
+def _count(name: str) -> Column:
+    return Column(name, lambda cost: cost.run.counts[name])
+
+
+COLUMNS = (
+    Column("problem", lambda cost: cost.case.problem.name, "problem", "text"),
+    Column("method", lambda cost: cost.case.method.name, "method", "text"),
+    Column("order", lambda cost: cost.case.method.order, "order"),
+    Column("step", lambda cost: cost.case.step, "step"),
+    Column("steps", lambda cost: cost.case.steps),
+    Column("solver", _solver, "solver", "text"),
+    Column("iterations_per_step", lambda cost: cost.per_step("iterations"), "iterations a step"),
+    Column("forces_per_step", lambda cost: cost.per_step("force_evaluations"), "forces a step"),
+    _count("force_evaluations"),
+    _count("hessian_evaluations"),
+    _count("linear_solves"),
+    Column("seconds_per_step", _seconds, "time a step", "seconds"),
+    Column("status", lambda c: "" if c.run.success else c.run.status, "status", "text"),
+)
 
 
 def cost_table(
@@ -40,33 +98,33 @@ def cost_table(
     are those of a whole run over its steps.
     """
     cases, runs, calls, warm = _cases(quick), [], [], []
-    for problem, method, step, steps in cases:
-        report(f"{problem.name}: {method.name}")
+    for case in cases:
+        report(f"{case.problem.name}: {case.method.name}")
 
-        def call(problem: Problem = problem, method: Any = method, step: float = step,
-                 steps: int = steps) -> Trajectory:  # fmt: skip
-            return galvi.integrate(problem, method, step, steps, save_every=steps)
+        def call(case: Case = case) -> Trajectory:
+            return galvi.integrate(*case, save_every=case.steps)
 
         run, seconds = warmed(call)
         runs.append(run)
         calls.append(call)
         warm.append(seconds)
     timings = interleaved(calls, ROUNDS, 0.01 if quick else 0.1, warm)
+    costs = [
+        Cost(case, run, timing.seconds)
+        for case, run, timing in zip(cases, runs, timings, strict=True)
+    ]
     return pd.DataFrame(
-        [
-            _row(*case, run, timing.seconds)
-            for case, run, timing in zip(cases, runs, timings, strict=True)
-        ],
-        columns=list(COLUMNS),
+        [[column.value(cost) for column in COLUMNS] for cost in costs],
+        columns=[column.name for column in COLUMNS],
     )
 
 
-def _cases(quick: bool) -> list[tuple[Problem, galvi.Galerkin, float, int]]:
+def _cases(quick: bool) -> list[Case]:
     """Gauss collocation at useful steps, and H's own methods at H's steps."""
     oscillator, kepler = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.6)
     planets = galvi.problems.solar_system()
     steps = 1000 if quick else 10_000
-    return [
+    cases = [
         *((kepler, _gauss(s), math.tau / k, steps) for s, k in ((2, 256), (4, 64), (8, 24))),
         (kepler, _gauss(16), math.tau / 8, steps),
         *((planets, _gauss(s), h, steps) for s, h in ((4, 4.0), (8, 8.0), (16, 32.0))),
@@ -76,6 +134,7 @@ def _cases(quick: bool) -> list[tuple[Problem, galvi.Galerkin, float, int]]:
         (kepler, _papers(32), 2.0, 1000),
         (planets, _papers(25), 100.0, 100),
     ]
+    return [Case(*case) for case in cases]
 
 
 def _gauss(degree: int) -> galvi.Galerkin:
@@ -85,33 +144,3 @@ def _gauss(degree: int) -> galvi.Galerkin:
 def _papers(n: int) -> galvi.Galerkin:
     """H's choice: n basis functions, Gauss with 2 n points."""
     return galvi.Galerkin(galvi.Polynomials(n - 1), galvi.gauss(2 * n))
-
-
-def _row(
-    problem: Problem, method: galvi.Galerkin, step: float, steps: int, run: Trajectory,
-    seconds: float,
-) -> dict[str, Any]:  # fmt: skip
-    counts, done = run.counts, max(1, run.counts["steps"])
-    return {
-        "problem": problem.name,
-        "method": method.name,
-        "order": method.order,
-        "step": step,
-        "steps": steps,
-        "solver": _solver(counts, method.stages),
-        "iterations_per_step": counts["iterations"] / done,
-        "forces_per_step": counts["force_evaluations"] / done,
-        "force_evaluations": counts["force_evaluations"],
-        "hessian_evaluations": counts["hessian_evaluations"],
-        "linear_solves": counts["linear_solves"],
-        "seconds_per_step": seconds / done if run.success else float("nan"),
-        "status": "" if run.success else run.status,
-    }
-
-
-def _solver(counts: Any, stages: int) -> str:
-    """Newton's passes evaluate the Hessian at each stage; the others are fixed-point passes."""
-    newton = counts["hessian_evaluations"] / stages
-    if not newton:
-        return "fixed point"
-    return "Newton" if newton == counts["iterations"] else "Newton and fixed point"

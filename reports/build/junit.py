@@ -32,7 +32,7 @@ def junit(checked: Sequence[ClaimResult], engines: Engines) -> str:
     return tree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def told(row: Row) -> str:
+def details(row: Row) -> str:
     """The bound, the measured value and what was expected, in a line each."""
     measured = plain(row.measured, 6) or "nothing"
     error = plain(row.uncertainty, 2)
@@ -63,8 +63,8 @@ def _case(row: Row, seconds: float) -> tree.Element:
             f"{row.verdict}, expected was {row.expected}: measured {plain(row.measured, 6)}, "
             f"bound {row.bound}"
         )
-        tree.SubElement(case, "failure", message=_clean(message)).text = _clean(told(row))
-    tree.SubElement(case, "system-out").text = _clean(told(row))
+        tree.SubElement(case, "failure", message=_clean(message)).text = _clean(details(row))
+    tree.SubElement(case, "system-out").text = _clean(details(row))
     return case
 
 

@@ -1,20 +1,17 @@
-"""verify.md: what a forge shows of `verify` on a pull request."""
+"""verify.md: the summary of `verify` that a forge shows on a pull request."""
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Sequence
 
 import pandas as pd
 
 from benchmarks.checks.claim import Row
-from reports.build.summary import Summary
-from reports.results.changes import Change
+from reports.build.changes import Change
 from reports.results.engines import Engines
+from reports.results.summary import Summary
 from reports.tables.number_format import plain
 
-VARIABLE = "GITHUB_STEP_SUMMARY"  # holds the path of a file that the forge shows
 HEADINGS = ("claim", "quantity", "bound", "measured", "uncertainty", "verdict", "expected")
 
 
@@ -35,18 +32,6 @@ def markdown(seen: Summary, changed: Sequence[Change], engines: Engines) -> str:
     folded = _table(_lines(seen.rows))
     parts += [f"<details><summary>All {len(seen.rows)} checks</summary>\n\n{folded}\n\n</details>"]
     return "\n\n".join(parts) + "\n"
-
-
-def write_job_summary(text: str) -> None:
-    """Append to the file that the forge names, if it names one; what goes wrong is told."""
-    path = os.environ.get(VARIABLE)
-    if not path:
-        return
-    try:
-        with open(path, "a", encoding="utf-8") as file:
-            file.write(text)
-    except OSError as error:
-        print(f"The summary was not appended to ${VARIABLE}: {error}.", file=sys.stderr)
 
 
 def _lines(rows: Sequence[Row], reason: bool = False) -> list[dict[str, str]]:

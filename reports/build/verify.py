@@ -1,4 +1,4 @@
-"""`verify`: check the claims and agreements, write what came out, and print it.
+"""`verify`: check the claims and agreements; write and print the verdicts.
 
 claims.csv    every row, with those of claims that were not chosen as they were, and when
 verify.xml    JUnit, for a forge's CI
@@ -9,24 +9,27 @@ tables/       claims and convergence
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
 
+from benchmarks.store.atomic import write
+from reports.build.changes import Change, changes
 from reports.build.junit import junit
-from reports.build.markdown_summary import markdown, write_job_summary
-from reports.build.summary import Summary, summary
-from reports.cli.options import Order
-from reports.results.atomic import write
-from reports.results.cache import Parts
-from reports.results.changes import Change, changes
-from reports.results.claim_results import ClaimResult, check
+from reports.build.markdown_summary import markdown
+from reports.build.terminal import show, show_changes, show_engines
+from reports.build.workers import study_in_workers
+from reports.figures.catalogue.all import FIGURES
+from reports.results.cache import BuildCache
+from reports.results.claim_results import ClaimResult, Elsewhere, Finished, check, nowhere
 from reports.results.engines import Engines
+from reports.results.job_summary import write_job_summary
 from reports.results.kept_rows import marked, merged, written
+from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.suite import Suite
-from reports.results.terminal import show, show_changes, show_engines
+from reports.results.summary import summary
 from reports.tables.claims_table import claims_frame, readable_claims
 from reports.tables.convergence_table import convergence_frame
 from reports.tables.writing import as_csv, write_table
@@ -48,22 +51,26 @@ class Verified:
     @property
     def passed(self) -> bool:
         """Whether every verdict is the expected one, and every required engine is there."""
-        return verdicts(self.checked).as_expected and not self.engines.wanting
+        return summary(self.checked).as_expected and not self.engines.wanting
 
 
-def verify(suite: Suite, order: Order, parts: Parts | None = None) -> Verified:
-    """Check the chosen claims, all when none is chosen; write, print, and return what came out.
+def verify(suite: Suite, options: Options, cache: BuildCache | None = None) -> Verified:
+    """Check the chosen claims, all when none is chosen; write, print and return the results.
 
-    parts  of a build: its studies; None keeps none
+    cache  of a build, in which claims that time nothing are studied by two processes; None keeps
+           nothing and studies them one after the other
     """
-    chosen = [claim for claim in suite.claims if not order.claims or claim.id in order.claims]
-    engines = Engines(suite.engines(), order.require)
-    checked = check(chosen, suite.make_method, order.quick, suite.unavailable(), parts)
-    found = Verified(tuple(checked), engines, tuple(_write(checked, suite, order)))
-    seen = verdicts(checked)
+    chosen = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
+    engines = Engines(suite.engines(), options.require)
+    checked = check(
+        chosen, suite.make_method, options.quick, suite.unavailable(), cache,
+        nowhere if cache is None else _in_workers(suite, options.quick),
+    )  # fmt: skip
+    found = Verified(tuple(checked), engines, tuple(_write(checked, suite, options)))
+    seen = summary(checked)
     text = markdown(seen, found.changed, engines)
-    write(order.out / "verify.xml", junit(checked, engines))
-    write(order.out / "verify.md", text)
+    write(options.out / "verify.xml", junit(checked, engines))
+    write(options.out / "verify.md", text)
     write_job_summary(text)
     show(seen)
     show_changes(found.changed)
@@ -71,31 +78,35 @@ def verify(suite: Suite, order: Order, parts: Parts | None = None) -> Verified:
     return found
 
 
-def verdicts(checked: Sequence[ClaimResult]) -> Summary:
-    return summary(row for one in checked for row in one.rows)
+def _in_workers(suite: Suite, quick: bool) -> Elsewhere:
+    def study(names: Sequence[str]) -> Generator[Finished, None, None]:
+        known = {name: suite.in_workers[name] for name in names if name in suite.in_workers}
+        return study_in_workers(known, quick)
+
+    return study
 
 
-def _write(checked: Sequence[ClaimResult], suite: Suite, order: Order) -> list[Change]:
+def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> list[Change]:
     """Tables and frames; what changed."""
     rows = [row for one in checked for row in one.rows]
     origin = {
-        **suite.provenance(order.command),
-        "setting": "quick" if order.quick else "default",
+        **suite.provenance(options.command),
+        "setting": "quick" if options.quick else "default",
     }
     dates = {one.claim.id: one.run or origin.get("date", "") for one in checked}
     now = marked(_dated(claims_frame(rows), "id", dates), origin)
-    before_origin = read_origins(order.out).get(CLAIMS, {})
-    before = written(order.out / CLAIMS, "id", before_origin)
+    before_origin = read_origins(options.out).get(CLAIMS, {})
+    before = written(options.out / CLAIMS, "id", before_origin)
     table = _with_kept(before, now, "id", checked, suite)
-    write(order.out / CLAIMS, as_csv(table))
-    note_origin(order.out, CLAIMS, suite.provenance(order.command), order.quick)
-    tables = order.out / "tables"
+    write(options.out / CLAIMS, as_csv(table))
+    note_origin(options.out, CLAIMS, suite.provenance(options.command), options.quick)
+    tables = options.out / "tables"
     write_table(tables, "claims", table, readable_claims(table))
-    rates = marked(_dated(convergence_frame(checked), "claim", dates), origin)
+    rates = marked(_dated(convergence_frame(checked, FIGURES), "claim", dates), origin)
     kept = written(tables / "convergence.csv", "claim", before_origin)
     write_table(tables, "convergence", _with_kept(kept, rates, "claim", checked, suite))
     for one in checked:
-        path = order.out / "frames" / f"{one.claim.id}.csv"
+        path = options.out / "frames" / f"{one.claim.id}.csv"
         if one.frame is None:
             path.unlink(missing_ok=True)
         else:
@@ -104,7 +115,7 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, order: Order) -> list[C
 
 
 def _dated(table: pd.DataFrame, key: str, dates: Mapping[str, str]) -> pd.DataFrame:
-    """With the date of the run that measured each row's claim."""
+    """The table with a column of dates: of the run that measured each row's claim."""
     return table.assign(date=[dates[name] for name in table[key]])
 
 

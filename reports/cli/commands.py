@@ -19,7 +19,7 @@ from typing import Any
 import typer
 
 from reports.cli.errors import UsageError, choose_claims, choose_engines, sentence
-from reports.cli.options import OUT, Order
+from reports.results.options import OUT, Options
 from reports.results.suite import Suite
 
 Load = Callable[[], Suite]
@@ -35,7 +35,7 @@ CONTENDER = typer.Option(
     metavar="package.module:Class",
     help="Somebody else's integrator, to stand beside ours; may be given again.",
 )
-ANEW = typer.Option(False, "--anew", help="Take up nothing of a build that was stopped.")
+ANEW = typer.Option(False, "--anew", help="Start over, even where a build was stopped.")
 FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Where to write.")
 
 
@@ -47,7 +47,7 @@ def application(load: Load, command: str) -> typer.Typer:
         help="Check the papers' claims, compare methods, and write tables, figures and a page.",
     )
 
-    def order(
+    def options(
         suite: Suite,
         quick: bool,
         out: Path,
@@ -55,7 +55,7 @@ def application(load: Load, command: str) -> typer.Typer:
         require: str | None = None,
         contenders: Sequence[str] = (),
         anew: bool = False,
-    ) -> Order:
+    ) -> Options:
         chosen = choose_claims(claims, [claim.id for claim in suite.claims])
         engines = () if require is None else choose_engines(require, suite.engines())
         if out.exists() and not out.is_dir():
@@ -65,7 +65,7 @@ def application(load: Load, command: str) -> typer.Typer:
             tempfile.TemporaryFile(dir=out).close()
         except OSError as error:
             raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
-        return Order(quick, chosen, out, command, engines, tuple(contenders), anew)
+        return Options(quick, chosen, out, command, engines, tuple(contenders), anew)
 
     @app.callback(invoke_without_command=True)
     def everything(
@@ -101,27 +101,33 @@ def application(load: Load, command: str) -> typer.Typer:
 
         known = load()
         with joined(known, contender) as suite:
-            passed = verify(suite, order(suite, quick, out, claims, require)).passed
+            passed = verify(suite, options(suite, quick, out, claims, require)).passed
             faults = list(suite.faults())
         for fault in faults:
             print(fault, file=sys.stderr)
         return int(not passed or bool(faults))
 
-    @app.command("compare", help="Time methods and peers at matched error.")
+    @app.command("compare", help="Time galvi and other codes at matched error.")
     def compare_methods(
         quick: bool = QUICK, contender: list[str] = CONTENDER, out: Path = FOLDER
     ) -> int:
-        from reports.results.comparison import compare
+        from reports.build.compare import compare, compare_sections
         from reports.results.external import joined
 
         known = load()
         with joined(known, contender) as suite:
-            failures = compare(suite, order(suite, quick, out)).failures
+            asked = options(suite, quick, out)
+            failures = [
+                *compare(suite, asked).measured.failures,
+                *(one.failure for one in compare_sections(suite, asked) if one.failure),
+                *suite.faults(),
+            ]
+        failures = list(dict.fromkeys(failures))
         for failure in failures:
             print(failure, file=sys.stderr)
         return int(bool(failures))
 
-    @app.command("build", help="Both, with figures and the page; goes on where it was stopped.")
+    @app.command("build", help="Both, with figures and the page; resumes when it was stopped.")
     def build_all(
         quick: bool = QUICK,
         claims: str = CLAIMS,
@@ -134,20 +140,23 @@ def application(load: Load, command: str) -> typer.Typer:
 
         known = load()
         with joined(known, contender) as suite:
-            asked = order(suite, quick, out, claims, contenders=contender, anew=anew)
-            verified, compared, studied = build(suite, asked)
-            faults = suite.faults()
-        failures = [*compared.failures, *(one.failure for one in studied if one.failure), *faults]
+            asked = options(suite, quick, out, claims, contenders=contender, anew=anew)
+            verified, compared, sections = build(suite, asked)
+            failures = [
+                *compared.measured.failures,
+                *(one.failure for one in sections if one.failure),
+                *suite.faults(),
+            ]
         for failure in dict.fromkeys(failures):
             print(failure, file=sys.stderr)
         return int(not verified.passed or bool(failures))
 
-    @app.command("studies", help="The long studies: hours, in parts; goes on where it was.")
+    @app.command("studies", help="The long studies: hours, in runs; resumes when it was stopped.")
     def long_studies(out: Path = FOLDER) -> int:
-        from reports.build.studies import run_studies
+        from reports.build.sections import run_long_forms
 
         suite = load()
-        failures = run_studies(suite, order(suite, False, out))
+        failures = run_long_forms(suite, options(suite, False, out))
         for failure in failures:
             print(failure, file=sys.stderr)
         return int(bool(failures))
@@ -177,6 +186,7 @@ def application(load: Load, command: str) -> typer.Typer:
         from reports.cli.track import track_command
 
         suite = load()
+        options(suite, quick, out)  # refuses an --out that is no folder
         return track_command(out, suite.provenance(command), against, only, quick, isolate)
 
     @app.command("warm", help="Compile every kernel beforehand: some two minutes, once.")
@@ -210,5 +220,5 @@ def run(load: Load, arguments: Sequence[str]) -> int:
     except (KeyboardInterrupt, typer.Abort):
         status = INTERRUPTED
     if status == INTERRUPTED:  # typer, too, makes this status of an interrupt
-        print("Interrupted; the files of finished parts are whole.", file=sys.stderr)
+        print("Interrupted; the files that were written are whole.", file=sys.stderr)
     return int(status or 0)

@@ -84,13 +84,22 @@ def _read(out: Path, name: str) -> pd.DataFrame:
 def _written(table: pd.DataFrame, form: str) -> str | bytes:
     if form == "csv":
         return as_csv(table)
-    if form == "latex":
-        return as_latex(table)
-    if form == "markdown":
-        return as_markdown(table)
+    if form in ("latex", "markdown"):
+        numbers = table.map(_number_or_text)
+        return as_latex(numbers) if form == "latex" else as_markdown(numbers)
     into = io.BytesIO()
     try:
         table.to_parquet(into, engine="pyarrow", index=False)
     except ImportError:
         raise typer.BadParameter(f"{WITHOUT_PARQUET}.") from None
     return into.getvalue()
+
+
+def _number_or_text(cell: object) -> object:
+    """A number that stands among texts, such as "not reached", was read as text."""
+    if not isinstance(cell, str):
+        return cell
+    try:
+        return float(cell)
+    except ValueError:
+        return cell

@@ -15,7 +15,7 @@ from benchmarks.store.provenance import ROOT
 from benchmarks.timings.case import Case
 from benchmarks.timings.catalogue import CASES
 from references.setting import nearest
-from reports.build.markdown_summary import write_job_summary
+from reports.results.job_summary import write_job_summary
 from reports.results.progress import Studies
 from reports.tracking.against import compare
 from reports.tracking.checkouts import CannotCompare, checkouts

@@ -9,15 +9,16 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchmarks.store.atomic import write
 from benchmarks.work_precision.problem import ANGLE, ATTITUDE, POSITION
 from reports.figures.catalogue.all import FIGURES
-from reports.figures.figure import Figure, Picture, picture
+from reports.figures.picture import Picture, picture
 from reports.figures.plots.step_cost import step_cost
 from reports.figures.plots.work_precision import work_precision
-from reports.results.atomic import write
-from reports.results.claim_results import ClaimResult
-from reports.results.comparison import Compared
-from reports.results.study_result import StudyResult
+from reports.results.claim_results import ClaimResult, first_measured
+from reports.results.comparison import Comparison
+from reports.results.figure import Figure
+from reports.results.section_result import SectionResult
 from reports.tables.number_format import capital
 
 
@@ -40,7 +41,7 @@ UNITS = {
     ANGLE: "Largest of the links' angles, in radians",
 }
 MORE = {
-    POSITION: "Where a peer's run serves as the truth, a dotted upright line marks its time.",
+    POSITION: "Where another code's run serves as the truth, a dotted upright line marks its time.",
     ATTITUDE: "Solid: polynomials in the Cayley chart; dash-dotted: in the exponential one.",
     ANGLE: "heyoka in its compact mode, which compiles in a second instead of half a minute.",
 }
@@ -60,7 +61,7 @@ def comparison_figure(problem: str, contenders: Sequence[str], quantity: str = P
             "contenders": tuple(contenders),
         },
         caption=f"{UNITS[quantity]}. Medians, with the fastest and the slowest round. "
-        "Blue: galvi; dashed: peers; hollow: runs that another of the same contender beats. "
+        "Blue: galvi; dashed: other codes; hollow: runs that another of the same contender beats. "
         f"{MORE[quantity]}",
         size=(6.4, 4.8),
     )
@@ -76,29 +77,31 @@ COST_FIGURE = Figure(
 
 
 def draw(
-    checked: Sequence[ClaimResult], compared: Compared, studied: Sequence[StudyResult] = ()
+    checked: Sequence[ClaimResult],
+    comparison: Comparison,
+    sections: Sequence[SectionResult] = (),
 ) -> Gallery:
     """Every figure of the catalogue and of the studies, one for each compared problem, the cost."""
     gallery = Gallery({}, {})
     for figure in FIGURES:
-        source = figure.read(checked)
+        source = first_measured(checked, figure.claims)
         _add(gallery, figure, None if source is None else source.frame)
-    if compared.work_precision is not None:
-        table = compared.work_precision
+    if comparison.work_precision is not None:
+        table = comparison.work_precision
         for problem, runs in table.groupby("problem", sort=False):
             alike = table[table["quantity"] == runs["quantity"].iloc[0]]
             contenders = alike["contender"].drop_duplicates()
             figure = comparison_figure(str(problem), contenders, runs["quantity"].iloc[0])
             _add(gallery, figure, runs)
-    _add(gallery, COST_FIGURE, compared.cost)
-    for one in studied:
-        for figure in one.study.figures:
+    _add(gallery, COST_FIGURE, comparison.cost)
+    for one in sections:
+        for figure in one.section.figures:
             _add(gallery, figure, one.frame)
     return gallery
 
 
 def save(gallery: Gallery, folder: Path) -> None:
-    """NAME.svg and NAME.png; what an earlier build left of a figure that is missing now goes."""
+    """Write NAME.svg and NAME.png, and remove the earlier files of figures that are missing now."""
     for name, one in gallery.pictures.items():
         write(folder / f"{name}.svg", one.svg)
         write(folder / f"{name}.png", one.png)

@@ -1,4 +1,4 @@
-"""What the page says, gathered from verdicts, comparisons and pictures; no number is made here."""
+"""The content of the page, from verdicts, comparisons and pictures; no number is made here."""
 
 from __future__ import annotations
 
@@ -9,43 +9,37 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.checks.claim import Claim
-from reports.build.verify import verdicts
-from reports.cli.options import Order
 from reports.figures.drawing import COST_FIGURE, Gallery, slug
-from reports.figures.figure import Picture
+from reports.figures.picture import Picture
+from reports.page.claim_section import claim_section, reasons
 from reports.page.grid import Grid, grid
-from reports.page.section import reasons, section
 from reports.results.claim_results import ClaimResult
-from reports.results.comparison import Compared
-from reports.results.study_result import StudyResult
+from reports.results.comparison import Comparison
+from reports.results.options import Options
+from reports.results.section_result import SectionResult
+from reports.results.summary import summary
+from reports.tables.comparison_tables import ComparisonTables
 from reports.tables.cost_table import readable_cost
-from reports.tables.fastest_per_error import of_mujoco, readable_choices
+from reports.tables.fastest_per_error import of_mujoco, readable_fastest
 from reports.tables.matched_error import fastest_cells, readable_ratios
 from reports.tables.mujoco_overhead import mujoco_overhead
 from reports.tables.number_format import capital
-from reports.tables.study_table import readable_table
 from reports.tables.summary_sentences import summary_sentences
-from reports.tables.targets_table import QUICK, TEXT, readable_targets, summary
+from reports.tables.targets_table import QUICK, TEXT, readable_targets
+from reports.tables.targets_table import summary as targets_summary
 
 
 @dataclass(frozen=True)
-class TableSection:
-    """A further study: its heading, its text, its table and the anchor of its place."""
+class StudySection:
+    """A study: the anchor of its place, its heading, text, pictures and table.
 
-    name: str
-    title: str
-    text: str
-    rows: Grid
-
-
-@dataclass(frozen=True)
-class OwnSection:
-    """A study with its pictures; rows None when it was not run.
-
+    file   its rows, beside the page
+    rows   None when it was not run
     notes  sentences on what is missing
     """
 
-    name: str
+    anchor: str
+    file: str
     title: str
     text: str
     pictures: tuple[Picture, ...]
@@ -55,7 +49,7 @@ class OwnSection:
 
 @dataclass(frozen=True)
 class TargetsSection:
-    """The targets: what is said of them all, and a line for each."""
+    """The targets: an introduction, and a line for each."""
 
     text: str
     rows: Grid
@@ -69,7 +63,7 @@ class ComparisonSection:
     picture: Picture | None
     reference: str
     ratios: Grid
-    choices: Grid
+    fastest: Grid
     advice: str
     notes: tuple[str, ...]
     is_truth: tuple[str, ...]
@@ -78,74 +72,74 @@ class ComparisonSection:
 
 def content(
     checked: Sequence[ClaimResult],
-    compared: Compared,
-    studied: Sequence[StudyResult],
+    comparison: Comparison,
+    tables: ComparisonTables,
+    sections: Sequence[SectionResult],
     gallery: Gallery,
     known: Sequence[Claim],
     provenance: dict[str, str],
-    order: Order,
+    options: Options,
 ) -> dict[str, Any]:
     """The names that the template uses."""
-    seen = verdicts(checked)
+    seen = summary(checked)
     run = {one.claim.id for one in checked}
     return {
         "summary": str(seen),
         "differing": seen.differing,
         "left_out": [claim.id for claim in known if claim.id not in run],
-        "peers": summary_sentences(compared.ratios) if len(compared.ratios) else [],
+        "summary_sentences": summary_sentences(tables.ratios) if len(tables.ratios) else [],
         "date": provenance.get("date", "at an unknown time"),
         "commit": _short(provenance.get("commit", "unknown")),
-        "quick": order.quick,
+        "quick": options.quick,
         "rows": reasons(seen.rows),
-        "sections": [section(one, gallery) for one in checked],
-        "duels": _duels(compared, gallery),
-        "targets": _aims(compared.targets, order.quick),
-        "cost": None if compared.cost is None else grid(*readable_cost(compared.cost)),
+        "claims": [claim_section(one, gallery) for one in checked],
+        "comparisons": _comparisons(comparison, tables, gallery),
+        "targets": _targets(tables.targets, options.quick),
+        "cost": None if comparison.cost is None else grid(*readable_cost(comparison.cost)),
         "cost_picture": gallery.pictures.get(COST_FIGURE.name),
-        "tables": [
-            TableSection(table.name.replace("_", "-"), table.title, table.text,
-                  grid(*readable_table(frame, table.headings)))
-            for table, frame in compared.tables
-        ],
-        "studies": [_own_section(one, gallery) for one in studied],
-        "failures": compared.failures,
+        "studies": [_study(one, gallery) for one in sections],
+        "failures": comparison.failures,
         "provenance": list(provenance.items()),
-        "reproduce": f"make install\n.venv/bin/{order.command}",
-    }  # fmt: skip
+        "reproduce": f"make install\n.venv/bin/{options.command}",
+    }
 
 
-def _own_section(one: StudyResult, gallery: Gallery) -> OwnSection:
-    names = [figure.name for figure in one.study.figures]
+def _study(one: SectionResult, gallery: Gallery) -> StudySection:
+    section = one.section
+    names = [figure.name for figure in section.figures]
     undrawn = () if one.frame is None else tuple(
         gallery.missing[name] for name in names if name in gallery.missing
     )  # fmt: skip
-    return OwnSection(
-        one.study.name,
-        one.study.title,
-        one.study.text,
-        tuple(gallery.pictures[name] for name in names if name in gallery.pictures),
-        None if one.frame is None else grid(*one.study.table(one.frame)),
-        (*filter(None, (one.failure, one.note)), *undrawn),
+    return StudySection(
+        anchor=section.name.replace("_", "-"),
+        file=f"{section.name}.csv",
+        title=section.title,
+        text=section.text,
+        pictures=tuple(gallery.pictures[name] for name in names if name in gallery.pictures),
+        rows=None if one.frame is None else grid(*section.table(one.frame)),
+        notes=(*filter(None, (one.failure, one.note)), *undrawn),
     )
 
 
-def _aims(frame: pd.DataFrame, quick: bool) -> TargetsSection | None:
+def _targets(frame: pd.DataFrame, quick: bool) -> TargetsSection | None:
     if frame.empty:
         return None
-    text = " ".join(filter(None, (TEXT, summary(frame), QUICK if quick else "")))
+    text = " ".join(filter(None, (TEXT, targets_summary(frame), QUICK if quick else "")))
     return TargetsSection(text, grid(*readable_targets(frame)))
 
 
-def _duels(compared: Compared, gallery: Gallery) -> list[ComparisonSection]:
-    if compared.work_precision is None:
+def _comparisons(
+    comparison: Comparison, tables: ComparisonTables, gallery: Gallery
+) -> list[ComparisonSection]:
+    if comparison.work_precision is None:
         return []
-    duels = []
-    for problem, runs in compared.work_precision.groupby("problem", sort=False):
+    sections = []
+    for problem, runs in comparison.work_precision.groupby("problem", sort=False):
         name = str(problem)
-        ratios = readable_ratios(compared.ratios, compared.smallest, name)
-        chosen = readable_choices(compared.choices, name)
+        ratios = readable_ratios(tables.ratios, tables.smallest, name)
+        chosen = readable_fastest(tables.fastest, name)
         noted = runs[(runs["status"] != "") & (runs["status"] != "truth")]
-        duels.append(
+        sections.append(
             ComparisonSection(
                 title=capital(name),
                 picture=gallery.pictures.get(slug(name)),
@@ -153,10 +147,10 @@ def _duels(compared: Compared, gallery: Gallery) -> list[ComparisonSection]:
                 ratios=grid(
                     ratios,
                     dict.fromkeys(ratios.columns[1:], "number"),
-                    best=fastest_cells(compared.ratios, name),
+                    best=fastest_cells(tables.ratios, name),
                 ),
-                choices=grid(chosen, dict.fromkeys(("error", "time"), "number")),
-                advice=of_mujoco(compared.choices, name),
+                fastest=grid(chosen, dict.fromkeys(("error", "time"), "number")),
+                advice=of_mujoco(tables.fastest, name),
                 notes=tuple(filter(None, (mujoco_overhead(runs),))),
                 is_truth=tuple(runs[runs["status"] == "truth"]["contender"].drop_duplicates()),
                 remarks=tuple(
@@ -165,7 +159,7 @@ def _duels(compared: Compared, gallery: Gallery) -> list[ComparisonSection]:
                 ),
             )
         )
-    return duels
+    return sections
 
 
 def _short(commit: str) -> str:

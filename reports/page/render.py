@@ -1,4 +1,4 @@
-"""index.html from what was measured: figures and style inside it, nothing fetched, no scripts."""
+"""index.html from its content: figures and style inside it, nothing fetched, no scripts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from benchmarks.checks.claim import Row
-from reports.figures.figure import Picture
+from reports.figures.picture import Picture
 from reports.page.typeset import typeset
 from reports.tables.number_format import seconds, with_uncertainty
 

@@ -1,179 +1,133 @@
-"""What a build has measured so far, kept part by part, so that one that was stopped goes on.
+"""The results of a build, kept one by one, so that a build that was stopped resumes.
 
-A part is a whole measurement: a claim's study, one problem's comparison, a table, a study. Times
-compare only inside one run, so one that was stopped half way is measured anew as a whole.
+A result is a whole measurement: a claim's study, one problem's comparison, a study. Times compare
+only inside one run, so a measurement that was stopped half way is done again as a whole.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
+import sqlite3
 import sys
 import time
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import pandas as pd
 
-from benchmarks.timings.unfinished import Unfinished
-from reports.tables.plain_frames import framed, plain_frame
+from benchmarks.store.result_cache import ResultCache, digest_of_sources
+from reports.results.options import Options
+from reports.results.suite import Suite
 
-WHAT = ("frame", "seconds", "run", "faults")
+CHANGING = ("date", "command")  # of a provenance: from one run of the same build to the next
+CODE = ("reports",)  # besides the sources that are measured
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """One of them.
-
-    seconds  it took
-    run      when the run began that measured it
-    faults   what outsiders did wrong in it
-    """
+class CachedResult:
+    """A frame, the seconds it took, and the date on which the run began that measured it."""
 
     frame: pd.DataFrame
     seconds: float
     run: str = ""
-    faults: tuple[str, ...] = ()
 
 
 @dataclass(eq=False)
-class Parts:
-    """Those of one build, by their names.
+class BuildCache:
+    """The results of one build, by name.
 
     store    where they are kept; None keeps nothing
-    run      when this run began
-    faults   what outsiders did wrong so far in this run
-    planned  names of all parts
-    ahead    whether a second process may keep parts of claims, see `reports.build.parallel_claims`
-    changed  what of the sources is not as it was when this run began; no part is kept from then on
-    taken    those of runs that did not end
-    runs     when the run began that measured it, for each part that was asked for
-    seen     what was found to be changed
+    run      the date on which this run began
+    sources  digest of the sources as they are now
+    taken    results of runs that were stopped
+    edited   whether the sources changed since this run began; no result is kept from then on
     """
 
-    store: Unfinished | None = None
+    store: ResultCache | None = None
     run: str = ""
-    faults: Callable[[], Collection[str]] = tuple
-    planned: Sequence[str] = ()
-    ahead: bool = False
-    changed: Callable[[], Collection[str]] = tuple
-    taken: dict[str, Part] = field(default_factory=dict)
-    runs: dict[str, str] = field(default_factory=dict)
-    seen: tuple[str, ...] = ()
+    sources: Callable[[], str] = str
+    taken: dict[str, CachedResult] = field(default_factory=dict)
+    edited: bool = False
 
-    def take_up(self) -> None:
-        """Find what is kept of the planned parts; what is damaged is set aside, with a sentence."""
-        kept = {name: self._kept(name) for name in self.planned}
-        self.taken = {name: part for name, part in kept.items() if part is not None}
+    def __post_init__(self) -> None:
+        self._begun_with = self.sources()
 
-    def part(self, name: str, measure: Callable[[], pd.DataFrame]) -> Part:
-        """What is kept under this name, or is measured now and kept; raises what measure does."""
-        part = self.taken.get(name) or self._kept(name) or self._measured(name, measure)
-        self.runs[name] = part.run
-        return part
+    def result(self, name: str, measure: Callable[[], pd.DataFrame]) -> CachedResult:
+        """The result kept under this name, or measured now and kept; exceptions of measure pass."""
+        if name in self.taken:
+            return self.taken[name]
+        start = time.perf_counter()
+        frame = measure()
+        return self.keep(name, frame, time.perf_counter() - start)
 
-    def faults_taken(self) -> list[str]:
-        """What outsiders did wrong in the parts taken up."""
-        return [fault for part in self.taken.values() for fault in part.faults]
+    def keep(self, name: str, frame: pd.DataFrame, seconds: float) -> CachedResult:
+        """Store what was measured; where that cannot be done, say so: the build goes on."""
+        result = CachedResult(frame, seconds, self.run)
+        if self.store is None:
+            return result
+        self.look()
+        why = "the sources changed since the build began" if self.edited else ""
+        try:
+            if not why:
+                self.store.keep(name, result)
+        except (OSError, sqlite3.Error) as error:
+            why = " ".join(str(error).split())
+        if why:
+            print(f"{name} is not kept for a build that is resumed: {why}.", file=sys.stderr)
+        return result
 
     def forget(self) -> None:
         """Keep nothing of this build any more."""
         if self.store is not None:
-            self.store.remove_all()
+            self.store.forget()
         self.taken = {}
 
+    def look(self) -> None:
+        """Check whether the sources changed since this run began; once edited, it stays so."""
+        self.edited = self.edited or self.sources() != self._begun_with
+
+    def provenance(self) -> dict[str, str]:
+        """How many results earlier runs measured, and whether the sources changed meanwhile."""
+        said = {}
+        if self.taken:
+            said["resumed"] = f"{self._earlier()}; times compare within a result"
+        if self.edited:
+            said["changed"] = "the sources, after this run began: results may be of either state"
+        return said
+
     def greeting(self) -> str:
-        """What is taken up, in a sentence; empty when nothing is."""
-        if not self.taken:
-            return ""
-        return (
-            f"Goes on with a build of {' and '.join(self._runs())} that did not end: "
-            f"{len(self.taken)} of {len(self.planned)} parts are there; --anew starts over."
+        """A sentence on the results that are taken up; empty when there are none."""
+        return f"Resuming: {self._earlier()}; --anew starts over." if self.taken else ""
+
+    def _earlier(self) -> str:
+        counts = Counter(result.run for result in self.taken.values())
+        return " and ".join(
+            f"{count} {'result' if count == 1 else 'results'} of the build of {run}, "
+            "which was stopped"
+            for run, count in counts.items()
         )
 
-    def origin(self) -> dict[str, str]:
-        """For the provenance: how many parts other runs measured; nothing when none did."""
-        if not self.taken:
-            return {}
-        runs = [part.run for part in self.taken.values()]
-        told = [f"{runs.count(run)} by a run of {run} that was stopped" for run in self._runs()]
-        return {
-            "runs": f"of {len(self.planned)} parts, {', '.join(told)}, the others "
-            "by this one; times compare within a part, each of which one run measured"
-        }
 
-    def measured(self, names: Iterable[str]) -> dict[str, str]:
-        """For the provenance of a file that these parts are in: which run measured which of them.
+def open_cache(suite: Suite, options: Options) -> BuildCache:
+    """The cache of this build, with the results of an earlier run that was stopped.
 
-        Nothing when this one did.
-        """
-        found: dict[str, list[str]] = {}
-        for name in names:
-            if name in self.runs:
-                found.setdefault(self.runs[name], []).append(name)
-        if set(found) <= {self.run}:
-            return {}
-        told = [f"{', '.join(parts)} by the run of {run}" for run, parts in found.items()]
-        return {"measured": "; ".join(told)}
+    It is the same build when the commit, the sources as they lie there, the data they read, the
+    versions, the machine, the setting and the claims are the same. A build with external
+    integrators keeps nothing, whose code may change unseen.
+    """
+    provenance = suite.provenance(options.command)
+    same = {name: text for name, text in provenance.items() if name not in CHANGING}
+    words = json.dumps([_sources(), same, options.quick, options.claims], sort_keys=True)
+    store = ResultCache(options.out, hashlib.sha256(words.encode()).hexdigest()[:16])
+    cache = BuildCache(None if options.contenders else store, provenance.get("date", ""), _sources)
+    if options.anew:
+        cache.forget()
+    elif cache.store is not None:
+        cache.taken = cache.store.results()
+    return cache
 
-    def changes(self) -> dict[str, str]:
-        """For the provenance: what was changed, when it was last looked at; nothing when nothing.
 
-        It is looked at before a part is kept.
-        """
-        if not self.seen:
-            return {}
-        told = " and ".join(self.seen)
-        return {"changed": f"{told}, after this run began: parts may be of either state"}
-
-    def look(self) -> None:
-        """See what was changed since this run began; what was once, stays so."""
-        self.seen = tuple(dict.fromkeys((*self.seen, *self.changed())))
-
-    def _runs(self) -> list[str]:
-        return list(dict.fromkeys(part.run for part in self.taken.values()))
-
-    def _kept(self, name: str) -> Part | None:
-        row = None if self.store is None else self.store.row(name)
-        if row is None:
-            return None
-        try:
-            frame, seconds, run, faults = (row[what] for what in WHAT)
-            return Part(framed(frame), float(seconds), str(run), tuple(map(str, faults)))
-        except (KeyError, TypeError, ValueError) as error:
-            self._store().set_aside(name, f"{type(error).__name__}: {error}")
-            return None
-
-    def _measured(self, name: str, measure: Callable[[], pd.DataFrame]) -> Part:
-        start, before = time.perf_counter(), tuple(self.faults())
-        frame = measure()
-        took = time.perf_counter() - start
-        new = tuple(fault for fault in self.faults() if fault not in before)
-        part = Part(frame, took, self.run, new)
-        self._keep(name, part)
-        return part
-
-    def _keep(self, name: str, part: Part) -> None:
-        """Store it; where that cannot be, say so: the build itself goes on."""
-        if self.store is None:
-            return
-        self.look()
-        if self.seen:
-            print(
-                f"{name} is not kept for a build that goes on: {' and '.join(self.seen)} changed "
-                "since the build began.",
-                file=sys.stderr,
-            )
-            return
-        try:
-            row: dict[str, Any] = {
-                "frame": plain_frame(part.frame), "seconds": part.seconds, "run": part.run,
-                "faults": part.faults,
-            }  # fmt: skip
-            self.store.keep(name, row)
-        except (OSError, TypeError, ValueError) as error:
-            why = " ".join(str(error).split())
-            print(f"{name} is not kept for a build that goes on: {why}.", file=sys.stderr)
-
-    def _store(self) -> Unfinished:
-        assert self.store is not None
-        return self.store
+def _sources() -> str:
+    return digest_of_sources(CODE)

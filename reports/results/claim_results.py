@@ -7,7 +7,8 @@ the sentence that says so, and `verify --require` makes the absence a failure.
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Generator, Iterable, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,14 +17,13 @@ import pandas as pd
 from benchmarks.checks.bounds import NOT_RUN
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.store.frames import frame
-from reports.build.parallel_claims import ahead
-from reports.results.cache import Parts
+from reports.results.cache import BuildCache, CachedResult
 from reports.results.progress import Studies
 
 
 @dataclass(frozen=True, eq=False)
 class ClaimResult:
-    """A claim with what came of it.
+    """A claim with its frame and rows.
 
     frame    the study's tidy frame; None when the study raised
     rows     the judge's rows; those of a claim whose study raised are "not run", with the exception
@@ -38,51 +38,74 @@ class ClaimResult:
     run: str = ""
 
 
+Finished = tuple[str, pd.DataFrame, float]
+# names of claims -> (name, frame, seconds) of each, as other processes finish it
+Elsewhere = Callable[[Sequence[str]], Generator[Finished, None, None]]
+
+
+def nowhere(names: Sequence[str]) -> Generator[Finished, None, None]:
+    """No other process: all claims are studied here."""
+    yield from ()
+
+
 def check(
     claims: Iterable[Claim],
     make_method: Any,
     quick: bool,
     absent: Collection[str] = (),
-    parts: Parts | None = None,
+    cache: BuildCache | None = None,
+    elsewhere: Elsewhere = nowhere,
 ) -> list[ClaimResult]:
     """Study and judge each claim, those that take times at the end; progress on stderr.
 
-    absent  the sentences by which engines that are not there say so
-    parts   of a build: its studies; None keeps none
+    absent     the sentences by which engines that are not there say so
+    cache      of a build; None keeps nothing
+    elsewhere  studies claims in other processes; those that it leaves out are studied here
     """
-    claims, parts = tuple(claims), parts or Parts()
+    claims, cache = tuple(claims), cache or BuildCache()
+    results: dict[str, ClaimResult] = {}
     with Studies(len(claims)) as studies:
-        untimed = [claim for claim in claims if not claim.timed]
-        with ahead(parts, untimed, quick):
-            found = [_check(one, make_method, quick, absent, studies, parts) for one in untimed]
-        timed = [claim for claim in claims if claim.timed]
-        found += [_check(one, make_method, quick, absent, studies, parts) for one in timed]
-    places = {id(claim): place for place, claim in enumerate(claims)}
-    return sorted(found, key=lambda one: places[id(one.claim)])
+        missing = {claim.id: claim for claim in claims if claim.id not in cache.taken}
+        with closing(elsewhere(tuple(missing))) as finished:
+            for name, table, seconds in finished:
+                result = cache.keep(name, table, seconds)
+                results[name] = _judged(missing[name], result, absent)
+                studies.finished(name, missing[name].title, seconds)
+        for claim in sorted(claims, key=lambda one: one.timed):
+            if claim.id not in results:
+                results[claim.id] = _check(claim, make_method, quick, absent, studies, cache)
+    return [results[claim.id] for claim in claims]
+
+
+def first_measured(checked: Iterable[ClaimResult], claims: Sequence[str]) -> ClaimResult | None:
+    """Of these claims the first whose study gave a frame."""
+    measured = {one.claim.id: one for one in checked if one.frame is not None}
+    return next((measured[name] for name in claims if name in measured), None)
 
 
 def _check(
-    claim: Claim,
-    make_method: Any,
-    quick: bool,
-    absent: Collection[str],
-    studies: Studies,
-    parts: Parts,
-) -> ClaimResult:
+    claim: Claim, make_method: Any, quick: bool, absent: Collection[str], studies: Studies,
+    cache: BuildCache,
+) -> ClaimResult:  # fmt: skip
     start = time.perf_counter()
-    part = None
     try:
         with studies(claim.id, claim.title) as report:
-            part = parts.part(claim.id, lambda: claim.study(make_method, quick, report))
-            rows = tuple(_explained(row, part.frame) for row in claim.judge(part.frame))
-            if not rows:
-                raise ValueError("its judge gave no row, so that nothing of it was checked")
+            result = cache.result(claim.id, lambda: claim.study(make_method, quick, report))
+    except Exception as error:
+        rows = tuple(_excused(row, absent) for row in _spoiled(claim, error))
+        return ClaimResult(claim, None, rows, time.perf_counter() - start)
+    return _judged(claim, result, absent)
+
+
+def _judged(claim: Claim, result: CachedResult, absent: Collection[str]) -> ClaimResult:
+    try:
+        rows = tuple(_explained(row, result.frame) for row in claim.judge(result.frame))
+        if not rows:
+            raise ValueError("its judge gave no row, so that nothing of it was checked")
     except Exception as error:
         rows = _spoiled(claim, error)
     excused = tuple(_excused(row, absent) for row in rows)
-    if part is None:
-        return ClaimResult(claim, None, excused, time.perf_counter() - start)
-    return ClaimResult(claim, part.frame, excused, part.seconds, part.run)
+    return ClaimResult(claim, result.frame, excused, result.seconds, result.run)
 
 
 def _excused(row: Row, absent: Collection[str]) -> Row:
@@ -93,7 +116,7 @@ def _excused(row: Row, absent: Collection[str]) -> Row:
 
 
 def _explained(row: Row, measured: pd.DataFrame) -> Row:
-    """A row that could not be judged tells what its study's runs say of it; others stay."""
+    """A row that could not be judged gets the statuses of its study's runs as its reason."""
     if row.verdict != NOT_RUN or row.expected == NOT_RUN:
         return row
     said = dict.fromkeys(text for text in measured.get("status", ()) if text)
@@ -102,7 +125,7 @@ def _explained(row: Row, measured: pd.DataFrame) -> Row:
 
 
 def _spoiled(claim: Claim, error: Exception) -> tuple[Row, ...]:
-    """The rows that the claim has when nothing was measured, with what the exception says."""
+    """The rows that the claim has when nothing was measured, with the exception as reason."""
     why = f"{type(error).__name__}: {' '.join(str(error).split()) or 'no message'}"
     try:
         rows = claim.judge(frame([]))

@@ -1,4 +1,4 @@
-"""Which engines are there, and which must be: absence is told, and fails when required."""
+"""Which engines are there, and which must be: an absent one is reported, and fails if required."""
 
 from __future__ import annotations
 

@@ -42,8 +42,7 @@ def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
             suite,
             claims=(*suite.claims, *contender_checks(externals)),
             work_precision=partial(suite.work_precision, externals=externals),
-            tables=tuple(_with_externals(table, externals) for table in suite.tables),
-            studies=tuple(_with_externals(study, externals) for study in suite.studies),
+            sections=tuple(_with_externals(section, externals) for section in suite.sections),
             faults=lambda: [fault for external in externals for fault in external.faults],
         )
 

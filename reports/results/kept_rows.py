@@ -1,4 +1,4 @@
-"""Rows that a table holds of claims that were not checked this time: they stay, and say of when."""
+"""A table keeps the rows of claims that were not checked this time, with their date."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def marked(table: pd.DataFrame, origin: Mapping[str, str]) -> pd.DataFrame:
 
 
 def written(path: Path, key: str, origin: Mapping[str, str]) -> pd.DataFrame | None:
-    """What the file holds, marked; None when there is none or it cannot be read, which is told.
+    """The rows of the file, marked; None when there is none or, with a sentence, it is unreadable.
 
     key     the column of claims' ids, which the file must have
     origin  of the whole file, for rows without marks of their own
@@ -41,7 +41,7 @@ def merged(
     before: pd.DataFrame | None, now: pd.DataFrame, key: str, checked: Collection[str],
     known: Collection[str],
 ) -> pd.DataFrame:  # fmt: skip
-    """The rows of now, and those of before whose claims were not checked, in the order of known.
+    """The new rows, and the old ones whose claims were not checked, in the order of `known`.
 
     Rows of claims that are not known any more go.
     """

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from reports.results.atomic import write
+from benchmarks.store.atomic import write
 
 NAME = "provenance.json"
 
@@ -19,7 +19,7 @@ def note_origin(folder: Path, file: str, provenance: Mapping[str, str], quick: b
 
 
 def read_origins(folder: Path) -> dict[str, dict[str, str]]:
-    """What was recorded; nothing when there is no such file or it cannot be read."""
+    """The recorded origins by file; empty when there is no such file or it cannot be read."""
     try:
         known = json.loads((folder / NAME).read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""How far the studies are: a bar on a terminal's stderr, elsewhere one line for each study."""
+"""Progress of the studies: a bar on a terminal's stderr, elsewhere one line for each study."""
 
 from __future__ import annotations
 
@@ -57,13 +57,16 @@ class Studies:
         try:
             yield lambda text: self._tell(name, text)
         finally:
-            self.done += 1
-            took = time.perf_counter() - start
-            if self.bar:
-                self.bar.update(self.task, completed=self.done)
-            else:
-                line = f"[{self.done}/{self.count}] {name} {title}: {took:.1f} s"
-                print(line, file=self.stream, flush=True)
+            self.finished(name, title, time.perf_counter() - start)
+
+    def finished(self, name: str, title: str, seconds: float) -> None:
+        """Count a study, and say how long it took."""
+        self.done += 1
+        if self.bar:
+            self.bar.update(self.task, completed=self.done)
+        else:
+            line = f"[{self.done}/{self.count}] {name} {title}: {seconds:.1f} s"
+            print(line, file=self.stream, flush=True)
 
     def _tell(self, name: str, text: str) -> None:
         if self.bar:

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from reports.figures.catalogue.all import FIGURES
-from reports.figures.figure import Figure
-from reports.results.claim_results import ClaimResult
+from reports.results.claim_results import ClaimResult, first_measured
+from reports.results.figure import Figure
 
 COLUMNS = (
     "claim",
@@ -27,13 +26,11 @@ COLUMNS = (
 MEANING = {"geometric": "base of n", "algebraic": "power of h"}
 
 
-def convergence_frame(
-    checked: Sequence[ClaimResult], figures: Sequence[Figure] = FIGURES
-) -> pd.DataFrame:
+def convergence_frame(checked: Sequence[ClaimResult], figures: Sequence[Figure]) -> pd.DataFrame:
     """One line for each fitted series; first and last are the n or h of the fit's window."""
     lines = []
     for figure in figures:
-        source = figure.read(checked)
+        source = first_measured(checked, figure.claims)
         if source is None:
             continue
         for rate in figure.options.get("rates", ()):

@@ -1,4 +1,4 @@
-"""Which contender, and which setting, for the error one needs: of the runs that were made."""
+"""The fastest contender and setting for each error, among the runs that were made."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ALL, OURS, ENGINE = "all", "galvi", "MuJoCo"  # among whom one may have to choos
 AMONG = {ALL: ALL, OURS: "galvi's", ENGINE: "MuJoCo's"}
 
 
-def choices(frame: pd.DataFrame, errors: Sequence[float] | None = None) -> pd.DataFrame:
+def fastest_per_error(frame: pd.DataFrame, errors: Sequence[float] | None = None) -> pd.DataFrame:
     """For each problem and error: the run of least time among all, among galvi's, and, where they
     took part, among MuJoCo's integrators.
 
@@ -49,7 +49,7 @@ def choices(frame: pd.DataFrame, errors: Sequence[float] | None = None) -> pd.Da
     return pd.DataFrame(rows, columns=columns)
 
 
-def readable_choices(table: pd.DataFrame, problem: str) -> pd.DataFrame:
+def readable_fastest(table: pd.DataFrame, problem: str) -> pd.DataFrame:
     """As text: a line for each error, and others for the best of galvi and of MuJoCo where somebody
     else is faster.
     """

@@ -20,7 +20,7 @@ def is_ours(contender: str) -> bool:
 
 
 def errors_of(runs: pd.DataFrame) -> tuple[float, ...]:
-    """The errors at which one problem's contenders are compared: what has them decides."""
+    """The errors at which one problem's contenders are compared, by the quantity that has them."""
     return OF_ATTITUDES if (runs["quantity"] == ATTITUDE).all() else ERRORS
 
 
@@ -56,7 +56,7 @@ def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd
 
 
 def heading(error: float) -> str:
-    """Of a column: the error asked for, e.g. 10⁻⁶."""
+    """The heading of an error's column, e.g. 10⁻⁶."""
     return readable(error, 1).removeprefix("1·")
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from reports.results.atomic import write
+from benchmarks.store.atomic import write
 from reports.tables.number_format import plain
 
 RESULTS, SPEED, BODIES = "results", "speed", "bodies"
@@ -105,12 +105,12 @@ def _ratio(ratios: pd.DataFrame, peer: str, system: str, error: float) -> str:
 
 
 def marks(name: str) -> tuple[str, str]:
-    """What stands before and after a written table of a page."""
+    """The comments before and after a written table of a page."""
     return f"<!-- {name}: python -m reports readme -->", f"<!-- end of {name} -->"
 
 
 def table_of(page: str, name: str) -> str:
-    """What stands between the marks of a page. Raises ValueError when a mark is missing."""
+    """The text between the marks of a page. Raises ValueError when a mark is missing."""
     begin, end = marks(name)
     _, found, rest = page.partition(begin)
     table, closed, _ = rest.partition(end)

@@ -1,4 +1,4 @@
-"""The rows of a further study as text for the page."""
+"""The rows of a study as its table on the page: some columns, with headings."""
 
 from __future__ import annotations
 

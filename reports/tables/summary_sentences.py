@@ -1,4 +1,4 @@
-"""Where a peer wins and where galvi does, in sentences made from the times alone."""
+"""Where another code wins and where galvi does, in sentences made from the times alone."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def summary_sentences(table: pd.DataFrame) -> list[str]:
 def _said(rows: pd.DataFrame) -> list[str]:
     ours = rows[rows["contender"] == OURS].set_index("error")["seconds"]
     times = rows[(rows["contender"] != OURS) & rows["seconds"].notna()]
-    peers: dict[str, list[str]] = {}
+    others_win: dict[str, list[str]] = {}
     level, won, nobody = [], [], []
     for error in sorted(rows["error"].unique(), reverse=True):
         here, text = times[times["error"] == error], heading(error)
@@ -35,13 +35,13 @@ def _said(rows: pd.DataFrame) -> list[str]:
         elif best is None or (known(mine) and best["seconds"] >= LEVEL * mine):
             won.append(text)
         elif not known(mine):
-            peers.setdefault(best["contender"], []).append(f"{text} (galvi does not reach it)")
+            others_win.setdefault(best["contender"], []).append(f"{text} (galvi does not reach it)")
         elif mine >= LEVEL * best["seconds"]:
             factor = readable(mine / best["seconds"], 2)
-            peers.setdefault(best["contender"], []).append(f"{text} ({factor} times faster)")
+            others_win.setdefault(best["contender"], []).append(f"{text} ({factor} times faster)")
         else:
             level.append(f"{best['contender']} at {text}")
-    said = [f"{peer} wins at {', '.join(where)}" for peer, where in peers.items()]
+    said = [f"{other} wins at {', '.join(where)}" for other, where in others_win.items()]
     said += [f"galvi is level with {', '.join(level)}"] if level else []
     said += [f"galvi is fastest at {', '.join(won)}"] if won else []
     return said + ([f"nobody reaches {', '.join(nobody)}"] if nobody else [])

@@ -1,27 +1,18 @@
-"""The targets and what was measured, as text for the page and the terminal."""
+"""The targets and what was measured, as text."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import pandas as pd
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from benchmarks.work_precision.targets_met import MET, MISSED
-from reports.results.terminal import WIDTH
 from reports.tables.number_format import TIMES, capital, known, readable
 
 HEADINGS = ("problem", "against", "error", "target", "measured", "verdict", "fastest of each")
-PRINTED = HEADINGS[:-1]  # what a terminal is wide enough for
 REMARK = "remark"
 NUMBERS = ("error", "target", "measured")
-STYLES: Mapping[str, str] = {MET: "green", MISSED: "bold red"}
 TEXT = (
-    "Time of a peer over that of the fastest galvi method at the same error of the position, or "
-    "of the attitude, against what was aimed at before anything was measured. The fastest setting "
-    "of a peer counts, and a target is missed too when galvi does not reach the error."
+    "Time of another code over that of the fastest galvi method at the same error of the position, "
+    "or of the attitude, against the aims that were set before anything was measured. The fastest "
+    "setting of a code counts, and a target is missed too when galvi does not reach the error."
 )
 QUICK = "These are the quick setting's runs, which are shorter than those that the targets are for."
 
@@ -54,26 +45,6 @@ def summary(frame: pd.DataFrame) -> str:
     counts = ", ".join(f"{n} {name}" for name, n in frame["verdict"].value_counts().items())
     asked = list(frame["source"].drop_duplicates())
     return f"{len(frame)} targets: {counts}. {_sources(asked)}"
-
-
-def show_targets(frame: pd.DataFrame, quick: bool, console: Console | None = None) -> None:
-    """Print them, and what is to be remarked; nothing when there are none."""
-    if frame.empty:
-        return
-    console = console or Console()
-    if not console.is_terminal:
-        console.width = WIDTH
-    shown, numbers = readable_targets(frame)
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in PRINTED:
-        table.add_column(heading, justify="right" if heading in numbers else "left")
-    for _, line in shown.iterrows():
-        style = STYLES.get(line["verdict"], "dim")
-        table.add_row(*(Text(line[name], style if name == "verdict" else "") for name in PRINTED))
-    console.print(table)
-    for _, row in frame[frame["remark"] != ""].iterrows():
-        console.print(Text(f"{row['problem']}, {row['against']}, own error: {row['remark']}"))
-    console.print(Text(summary(frame) + (f" {QUICK}" if quick else "")))
 
 
 def _sources(asked: list[str]) -> str:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from numbers import Real
 from pathlib import Path
 
 import pandas as pd
 
-from reports.results.atomic import write
+from benchmarks.store.atomic import write
 from reports.tables.number_format import plain
+
+PAGE = 45  # rows of a table that fit on a page of LaTeX
 
 
 def as_csv(frame: pd.DataFrame) -> str:
@@ -22,8 +25,11 @@ def as_markdown(frame: pd.DataFrame) -> str:
 
 
 def as_latex(frame: pd.DataFrame) -> str:
-    """Few digits; a tabular with booktabs' rules."""
-    return _text(frame).to_latex(index=False, escape=True)
+    """Few digits, numbers to the right; booktabs' rules, a longtable for more than a page."""
+    kinds = "".join("r" if any(map(_is_number, frame[name])) else "l" for name in frame)
+    return _text(frame).to_latex(
+        index=False, escape=True, column_format=kinds, longtable=len(frame) > PAGE
+    )
 
 
 def write_table(
@@ -34,6 +40,10 @@ def write_table(
     write(folder / f"{name}.csv", as_csv(frame))
     write(folder / f"{name}.md", as_markdown(shown))
     write(folder / f"{name}.tex", as_latex(shown))
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and not pd.isna(value)
 
 
 def _text(frame: pd.DataFrame) -> pd.DataFrame:

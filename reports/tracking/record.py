@@ -12,11 +12,12 @@ import pandas as pd
 from benchmarks.statistics import change_points
 from benchmarks.store.atomic import write
 from reports.figures.drawing import slug
-from reports.figures.figure import Figure, Picture, picture
+from reports.figures.picture import Picture, picture
 from reports.figures.plots.track_record import track_record
 from reports.figures.style.no_data import NoData
 from reports.page.grid import Grid, grid
 from reports.page.render import page_environment, style
+from reports.results.figure import Figure
 from reports.tables.number_format import plain
 from reports.tables.writing import as_csv
 from reports.tracking.history import ERROR, TIME, read_history

@@ -25,6 +25,7 @@ FAULTS = {
     "references": ("references/newton.py", "from references.scipy import ivp"),
     "independent": ("references/newton.py", "from galvi.kernels.forces import nbody"),
     "benchmarks": ("benchmarks/store/frames.py", "from benchmarks.studies import scaling"),
+    "reports": ("reports/tables/writing.py", "from reports.figures import picture"),
     "cycles": ("galvi/rules/rule.py", "from galvi.rules import composite"),
 }
 
@@ -84,7 +85,7 @@ def test_an_upward_import_for_types_or_inside_a_function_counts(fault: str, copy
     assert result.returncode == 1 and "galvi.rules.gauss -> galvi.run" in result.stdout
 
 
-@pytest.mark.parametrize("package", ["galvi", "references", "benchmarks"])
+@pytest.mark.parametrize("package", ["galvi", "references", "benchmarks", "reports"])
 def test_a_room_without_a_place_in_its_package_is_refused(package: str, copy: Path) -> None:
     (copy / package / "stray.py").touch()
     result = lint_imports(copy, package)

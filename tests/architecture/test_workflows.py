@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from reports.cli.commands import application
-from reports.results.suite import load
+from reports.contents import load
 
 ROOT = Path(__file__).parents[2]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))

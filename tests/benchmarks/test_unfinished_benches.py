@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.timings import unfinished
-from benchmarks.timings.unfinished import FOLDER, Unfinished
+from benchmarks.store.result_cache import ResultCache, digest_of_sources
 
 ROOT = Path(__file__).parents[2]
 STOPPED = """
@@ -25,34 +24,8 @@ def pytest_runtest_logreport(report):
 """
 
 
-def test_a_row_is_known_to_the_same_sources_until_it_is_removed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    rows = Unfinished(tmp_path)
-    rows.keep("a", {"x": 0.1 + 0.2})
-    rows.keep("b", {"x": 1})
-    assert rows.row("a") == {"x": 0.1 + 0.2} and rows.row("c") is None
-    with monkeypatch.context() as other:
-        other.setattr(unfinished, "state_of_sources", lambda: "other")
-        assert rows.row("a") is None
-    rows.remove("a")
-    assert rows.row("a") is None and rows.row("b") == {"x": 1}
-    rows.remove("b")
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    "text", ["", "{", "[]", '{"fullname": "a"}', '{"fullname": "b", "row": 1}']
-)
-def test_a_row_that_cannot_be_read_is_measured_again(tmp_path: Path, text: str) -> None:
-    rows = Unfinished(tmp_path)
-    rows.keep("a", {})
-    rows.path("a").write_text(text)
-    assert rows.row("a") is None
-
-
 @pytest.mark.slow
-def test_a_bench_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
+def test_a_bench_that_was_stopped_is_resumed(tmp_path: Path) -> None:
     """Two of its rows are known when it is ended; the next measures the others, and saves all."""
     (tmp_path / "stopper.py").write_text(STOPPED)
 
@@ -70,9 +43,9 @@ def test_a_bench_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
         )
 
     assert bench("-p", "stopper").returncode == 9
-    kept = list((tmp_path / "store" / FOLDER).rglob("*.json"))
+    kept = ResultCache(tmp_path / "store", digest_of_sources()).results()
     assert len(kept) == 2
-    times = [json.loads(path.read_text())["row"]["stats"]["median"] for path in kept]
+    times = [row["stats"]["median"] for row in kept.values()]
     done = bench()
     assert done.returncode == 0 and "2 skipped" in done.stdout
     (whole,) = (tmp_path / "store").rglob("*.json")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 import pandas as pd
@@ -14,7 +14,9 @@ from matplotlib.mathtext import MathTextParser
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.store.frames import frame, row
 from reports.figures.catalogue.all import FIGURES
-from reports.results.suite import Suite, Table
+from reports.results.section import Section
+from reports.results.suite import Suite
+from reports.tables.study_table import readable_table
 from tests.reports.figure_frames import frame_for
 
 ROW = Row(
@@ -105,12 +107,16 @@ def sky(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
     )
 
 
-SKY = Table(
-    "sky_and_model",
-    "Model against sky",
-    "Far below 1e-6 au.",
-    sky,
-    {"body": "body", "days": "days", "away": "distance [au]", "note": "note"},
+SKY = Section(
+    name="sky_and_model",
+    title="Model against sky",
+    text="Far below 1e-6 au.",
+    measure=sky,
+    table=partial(
+        readable_table,
+        headings={"body": "body", "days": "days", "away": "distance [au]", "note": "note"},
+    ),
+    compared=True,
 )
 
 
@@ -123,7 +129,7 @@ def make_suite() -> Callable[..., Suite]:
     """A suite of the given claims, by default one that holds."""
 
     def make(*claims: Claim, **others: object) -> Suite:
-        parts = {"work_precision": work_precision, "cost": cost, "tables": (SKY,), **others}
+        parts = {"work_precision": work_precision, "cost": cost, "sections": (SKY,), **others}
         return Suite(claims or (claim(),), None, provenance=provenance, **parts)
 
     return make

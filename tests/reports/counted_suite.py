@@ -9,7 +9,7 @@ import pandas as pd
 
 from benchmarks.checks.claim import Claim
 from reports.cli.commands import run
-from reports.results.study import Study
+from reports.results.section import Section
 from reports.results.suite import Suite
 
 
@@ -18,7 +18,7 @@ class Killed(BaseException):
 
 
 class Bench:
-    """A suite of two claims, two problems, a cost, a table and a study, which counts what it runs.
+    """A suite of two claims, two problems, a cost and two studies, which counts what it runs.
 
     stop  the part in which the run ends; empty for none
     how   it ends there
@@ -35,8 +35,10 @@ class Bench:
             work_precision=self._raced(plain),
             problems=lambda quick: ("ball", "top"),
             cost=self._of("cost", plain.cost),
-            tables=tuple(replace(t, measure=self._of("sky", t.measure)) for t in plain.tables),
-            studies=(self._study(),),
+            sections=(
+                *(replace(one, measure=self._of("sky", one.measure)) for one in plain.sections),
+                self._study(),
+            ),
             faults=lambda: self.faults,
         )
         self.suite = replace(self.suite, provenance=self._provenance)
@@ -79,7 +81,7 @@ class Bench:
 
         return counted
 
-    def _study(self) -> Study:
+    def _study(self) -> Section:
         frame = pd.DataFrame({"n": [1, 2], "date": ""})
         measure = self._of("study", lambda quick, report: frame)
-        return Study("study", "A study", "", measure, (), lambda rows: (rows.astype(str), {}))
+        return Section("study", "A study", "", measure, lambda rows: (rows.astype(str), {}))

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.store.frames import frame, row
-from reports.figures.figure import Figure
 from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
 from reports.figures.plots.departures import departures
 from reports.figures.plots.energies import energies
@@ -19,6 +18,7 @@ from reports.figures.plots.momentum_spheres import momentum_spheres
 from reports.figures.plots.paths import paths
 from reports.figures.plots.sphere import sphere
 from reports.figures.plots.traces import traces
+from reports.results.figure import Figure
 
 
 def frame_for(figure: Figure) -> pd.DataFrame:

@@ -141,7 +141,7 @@ def test_other_misuse_gives_status_2_and_one_sentence(make_suite, words, capsys)
 def test_an_interrupt_has_a_status_and_a_sentence(make_suite, make_claim, tmp_path, capsys):
     suite = make_suite(make_claim("V1", raises=KeyboardInterrupt()))
     assert run(lambda: suite, ["verify", "--out", str(tmp_path)]) == 130
-    assert "Interrupted; the files of finished parts are whole." in capsys.readouterr().err
+    assert "Interrupted; the files that were written are whole." in capsys.readouterr().err
 
 
 def test_an_out_that_is_a_file_is_refused(make_suite, tmp_path, capsys):

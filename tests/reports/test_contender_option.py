@@ -15,6 +15,7 @@ from benchmarks.studies import high_eccentricity
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.problem import kepler
 from reports.cli.commands import run
+from reports.sections.high_eccentricity import HIGH_ECCENTRICITY
 
 ROOT = Path(__file__).parents[2]
 FEW = ("galvi degree 8, Gauss 8", "Stormer-Verlet")
@@ -68,14 +69,7 @@ def test_the_example_of_the_page_stands_beside_ours_everywhere(
     monkeypatch.setattr(high_eccentricity, "STEPS", (101, 1001))
     monkeypatch.setattr("reports.results.external.contender_checks", lambda externals: ())
     base = make_suite(work_precision=work_precision.work_precision)
-    passage = replace(
-        base.tables[0],
-        name="passage",
-        title="Through the pericentre",
-        measure=high_eccentricity.high_eccentricity_table,
-        open=True,
-    )
-    suite = replace(base, tables=(*base.tables, passage))
+    suite = replace(base, sections=(*base.sections, HIGH_ECCENTRICITY))
     words = ["build", "--quick", "--contender", "mine:Leapfrog", "--out", str(tmp_path)]
     assert run(lambda: suite, words) == 0, capsys.readouterr().err
     rows = pd.read_csv(tmp_path / "work_precision.csv", keep_default_na=False)
@@ -84,7 +78,7 @@ def test_the_example_of_the_page_stands_beside_ours_everywhere(
     errors, seconds = (mine[name].astype(float).to_numpy() for name in ("error", "seconds"))
     assert (errors[:-1] / errors[1:] > 12.0).all()  # 16 when this was written: order 2, steps / 4
     assert (seconds > 0.0).all() and seconds[2] > 4.0 * seconds[0]
-    for table in ("ratios", "choices", "smallest", "passage"):
+    for table in ("ratios", "choices", "smallest", "high_eccentricity"):
         assert "my leapfrog" in (tmp_path / "tables" / f"{table}.csv").read_text() or (
             table == "choices"
         )

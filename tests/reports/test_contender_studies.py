@@ -22,13 +22,12 @@ from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import ensemble, finest, label_beside, sampled
 from galvi.problems import free_rigid_body
 from references.jpl import states as jpl
-from reports.contents import STUDIES
-from reports.results.suite import load
-from reports.tables.study_table import readable_table
+from reports.contents import SECTIONS
+from reports.sections.ephemeris import EPHEMERIS
 from tests.benchmarks.contenders_at_hand import BROKEN, Failing, Gauss, Inside, Raising
 
-SHOWN = {study.name: study for study in STUDIES if study.open}
 OURS = scaling.ScalingParticipant("galvi degree 8, Gauss 8", gauss_collocation(8), 6)
+SHOWN = {one.name: one for one in SECTIONS if one.open and not one.compared}
 # The mechanism is the same for each way of breaking; a fault's sentence is found by its beginning.
 WHY = {kind.name: sentence for kind, sentence in BROKEN.items()}
 
@@ -45,8 +44,7 @@ def written_in(figure, frame):
 
 
 def test_what_is_closed_to_external_integrators_is_about_galvi_or_an_engine_alone():
-    suite = load()
-    assert {one.name for one in (*suite.tables, *suite.studies) if not one.open} == {
+    assert {one.name for one in SECTIONS if not one.open} == {
         *("recommendation", "start_up", "engine-versions", "taxonomy")
     }
 
@@ -122,9 +120,8 @@ def test_the_sky_and_the_pericentre_have_external_integrators_too(monkeypatch):
     ours, theirs = (rows[who]["integration_error_au"].max() for who in (ephemeris.OURS, "a gauss"))
     assert ours < 1e-11 < theirs
     assert list(rows["raising"]["status"]) == [WHY["raising"]]
-    headings = next(table for table in load().tables if table.name == "ephemeris").headings
-    assert {"contender", "status"} < set(readable_table(sky, headings)[0])
-    alone = readable_table(sky[sky["contender"] == ephemeris.OURS].assign(contender=""), headings)
+    assert {"contender", "status"} < set(EPHEMERIS.table(sky)[0])
+    alone = EPHEMERIS.table(sky[sky["contender"] == ephemeris.OURS].assign(contender=""))
     assert not {"contender", "status"} & set(alone[0])
     monkeypatch.setattr(high_eccentricity, "ECCENTRICITIES", (0.5,))
     monkeypatch.setattr(high_eccentricity, "_participants", lambda quick: [])

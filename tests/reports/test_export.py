@@ -48,6 +48,16 @@ def test_latex_has_the_rules_of_booktabs_and_markdown_a_table(make_suite, out):
     assert "| galvi degree 8" in (out / "tables" / "work_precision.md").read_text()
 
 
+def test_latex_has_few_digits_to_the_right_and_breaks_over_pages(make_suite, tmp_path):
+    table = pd.DataFrame({"who": ["a"] * 60, "ratio": [*[1.2345678901234567] * 59, "not reached"]})
+    table.to_csv(tmp_path / "ratios.csv", index=False)
+    words = ["export", "ratios", "--format", "latex", "--out", str(tmp_path)]
+    assert run(make_suite, words) == 0
+    latex = (tmp_path / "tables" / "ratios.tex").read_text()
+    assert latex.startswith("\\begin{longtable}{lr}") and latex.count("a & 1.23 ") == 59
+    assert "a & not reached" in latex
+
+
 @pytest.mark.skipif(not ARROW, reason="pyarrow is not installed; make install EXTRAS=...,parquet")
 def test_parquet_keeps_every_digit(make_suite, out, tmp_path):
     to = tmp_path / "a.parquet"

@@ -9,7 +9,7 @@ from benchmarks.claims import CLAIMS
 from benchmarks.store.frames import frame
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import COST_FIGURE, comparison_figure
-from reports.figures.figure import picture
+from reports.figures.picture import picture
 from reports.figures.style.end_labels import spread
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import looks

@@ -8,7 +8,7 @@ import os
 import pandas as pd
 import pytest
 
-from reports.results.atomic import write
+from benchmarks.store.atomic import write
 from reports.results.origins import note_origin, read_origins
 from reports.tables.claims_table import COLUMNS, claims_frame, readable_claims
 from reports.tables.writing import as_csv, write_table

@@ -8,8 +8,8 @@ import pandas as pd
 from benchmarks.work_precision.problem import ATTITUDE, POSITION
 from benchmarks.work_precision.rigid_bodies import TEXTBOOK_RK4
 from reports.figures.drawing import comparison_figure
-from reports.figures.figure import picture
-from reports.tables.fastest_per_error import choices, of_mujoco, readable_choices
+from reports.figures.picture import picture
+from reports.tables.fastest_per_error import fastest_per_error, of_mujoco, readable_fastest
 from reports.tables.matched_error import ERRORS, OF_ATTITUDES, errors_of, matched
 from reports.tables.mujoco_overhead import ENGINE, mujoco_overhead
 
@@ -60,15 +60,15 @@ def test_attitudes_are_compared_at_errors_of_their_own() -> None:
 
 
 def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence() -> None:
-    table = choices(runs())
+    table = fastest_per_error(runs())
     chosen = table[table["of"] == "MuJoCo"].set_index("asked")["contender"]
     assert chosen[1e-4] == ENGINE and chosen[1e-13] == "not reached"
     assert of_mujoco(table, "body").endswith("10⁻¹²; none reaches 10⁻¹³.")
-    other = of_mujoco(choices(runs(slower=7e4)), "body")
+    other = of_mujoco(fastest_per_error(runs(slower=7e4)), "body")
     assert "MuJoCo Euler for 0.01; MuJoCo RK4 for 10⁻⁴" in other
-    lines = readable_choices(table, "body")
+    lines = readable_fastest(table, "body")
     assert list(lines[lines["error asked"] == "10⁻¹²"]["among"]) == ["all", "MuJoCo's"]
-    without = choices(runs()[~runs()["contender"].str.startswith("MuJoCo")])
+    without = fastest_per_error(runs()[~runs()["contender"].str.startswith("MuJoCo")])
     assert set(without["of"]) == {"all", "galvi"} and of_mujoco(without, "body") == ""
 
 

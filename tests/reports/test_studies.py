@@ -13,20 +13,23 @@ import pytest
 from benchmarks.studies.round_off import COLUMNS
 from benchmarks.studies.so3_drift import QUANTITIES
 from reports.cli.commands import run
-from reports.contents import NUMBER_OF_BODIES, ROUND_OFF, STUDIES
-from reports.figures.figure import picture
+from reports.contents import SECTIONS
+from reports.figures.picture import picture
 from reports.figures.style.no_data import NoData
-from reports.tables.engine_versions_table import engine_versions_table
-from reports.tables.free_body_drift_table import free_spin_table
-from reports.tables.round_off_table import brouwer_table
-from reports.tables.scaling_table import scaling_table
-from reports.tables.so3_drift_table import turning_table
+from reports.results.section import LongForm
+from reports.sections.engine_versions import engine_versions_table
+from reports.sections.free_body_drift import free_body_drift_table
+from reports.sections.number_of_bodies import NUMBER_OF_BODIES, scaling_table
+from reports.sections.round_off import ROUND_OFF, round_off_table
+from reports.sections.so3_drift import so3_drift_table
 from tests.reports.study_frames import FRAMES, scaling, spins, turning, versions, walks
+
+STUDIES = [section for section in SECTIONS if section.name in FRAMES]
 
 
 @dataclass
-class Part:
-    """A run that leaves a file, or raises."""
+class Run:
+    """One that leaves a file, or raises."""
 
     folder: Path
     title: str
@@ -50,12 +53,12 @@ def suite_with(make_suite):
     `long` is what is stored of the long Brouwer study, which is the first of them.
     """
 
-    def make(long: list[dict[str, object]] = [], few: int | None = None, **fields: object):  # noqa: B006
-        studies = [replace(one, measure=FRAMES[one.name]) for one in STUDIES[:few]]
+    def make(long: list[dict[str, object]] = [], few: int | None = None, runs=None, **fields):  # noqa: B006
+        first, *rest = [replace(one, measure=FRAMES[one.name]) for one in STUDIES[:few]]
         stored = pd.DataFrame(long, columns=list(COLUMNS))
-        first = {"stored": lambda folder, report: stored, **fields}
-        rest = [replace(one, parts=None, stored=None) for one in studies[1:]]
-        return make_suite(studies=(replace(studies[0], **first), *rest))
+        form = LongForm(runs or first.long_form.runs, lambda folder, report: stored)
+        rest = [replace(one, long_form=None) for one in rest]
+        return make_suite(sections=(replace(first, long_form=form, **fields), *rest))
 
     return make
 
@@ -97,12 +100,12 @@ def test_a_study_that_raises_is_named_and_its_stored_rows_are_shown(suite_with, 
 
 
 def test_studies_runs_what_is_not_there_yet(suite_with, tmp_path, capsys):
-    def parts(folder, report):
-        return [Part(folder, "one"), Part(folder, "two")]
+    def runs(folder, report):
+        return [Run(folder, "one"), Run(folder, "two")]
 
     (tmp_path / "studies").mkdir()
     (tmp_path / "studies" / "one").touch()
-    suite = suite_with(parts=parts)
+    suite = suite_with(runs=runs)
     assert run(lambda: suite, ["studies", "--out", str(tmp_path)]) == 0
     printed = capsys.readouterr()
     assert "Round-off: 1 of 2 runs are there." in printed.out
@@ -111,11 +114,11 @@ def test_studies_runs_what_is_not_there_yet(suite_with, tmp_path, capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_a_part_that_raises_leaves_the_others(suite_with, tmp_path, capsys):
-    def parts(folder, report):
-        return [Part(folder, "one", broken=True), Part(folder, "two")]
+def test_a_run_that_raises_leaves_the_others(suite_with, tmp_path, capsys):
+    def runs(folder, report):
+        return [Run(folder, "one", broken=True), Run(folder, "two")]
 
-    assert run(lambda: suite_with(parts=parts), ["studies", "--out", str(tmp_path)]) == 1
+    assert run(lambda: suite_with(runs=runs), ["studies", "--out", str(tmp_path)]) == 1
     assert "one: not run (ValueError: no more disk)." in capsys.readouterr().err
     assert (tmp_path / "studies" / "two").exists()
 
@@ -136,8 +139,8 @@ def test_the_figures_draw_and_say_when_there_is_nothing(study):
 
 
 def test_the_tables_say_what_was_found():
-    walk = brouwer_table(pd.DataFrame(walks(), columns=list(COLUMNS)))[0]
-    drift = brouwer_table(pd.DataFrame(walks(drift=1.0), columns=list(COLUMNS)))[0]
+    walk = round_off_table(pd.DataFrame(walks(), columns=list(COLUMNS)))[0]
+    drift = round_off_table(pd.DataFrame(walks(drift=1.0), columns=list(COLUMNS)))[0]
     assert set(walk["verdict"]) == {"no drift seen"} and set(drift["verdict"]) == {"drifts"}
     assert walk["exponent"].str.contains("±").all() and set(walk["runs"]) == {"16"}
     table = scaling_table(scaling(True, print))[0]
@@ -162,15 +165,15 @@ def test_versions_of_an_engine_are_told_by_their_orders():
 
 
 def test_what_grows_faster_than_a_random_walk_is_said_to() -> None:
-    table = turning_table(turning(True, print))[0].set_index("quantity")["verdict"]
+    table = so3_drift_table(turning(True, print))[0].set_index("quantity")["verdict"]
     found = [table[QUANTITIES[name]] for name in ("orthogonality", "momentum", "energy")]
     assert found == ["at most the square root"] * 2 + ["faster than the square root"]
     broken = turning(True, print).assign(momentum=np.nan)
-    assert "not judged" in set(turning_table(broken)[0]["verdict"])
+    assert "not judged" in set(so3_drift_table(broken)[0]["verdict"])
 
 
 def test_long_spins_are_told_with_the_mark_that_they_came_to():
-    table, kinds = free_spin_table(spins(True, print))
+    table, kinds = free_body_drift_table(spins(True, print))
     lines = table.set_index("contender")
     ours, drifting, burst, absent = (lines.iloc[k] for k in range(4))
     assert ours["grows as turns^"] == "round-off" and drifting["grows as turns^"] == "1.0"
@@ -182,6 +185,6 @@ def test_long_spins_are_told_with_the_mark_that_they_came_to():
 
 
 def test_the_studies_have_names_of_their_own():
-    assert ROUND_OFF.parts is not None and NUMBER_OF_BODIES.parts is None
+    assert ROUND_OFF.long_form is not None and NUMBER_OF_BODIES.long_form is None
     names = [figure.name for study in STUDIES for figure in study.figures]
     assert len(set(names)) == len(names)

@@ -10,8 +10,9 @@ from rich.console import Console
 
 from benchmarks.work_precision.targets import ORBITS, TARGETS, TURNS, Target
 from benchmarks.work_precision.targets_met import targets_met
+from reports.build.terminal import show_targets
 from reports.cli.commands import run
-from reports.results.suite import load
+from reports.contents import load
 from reports.tables.matched_error import (
     ERRORS,
     OF_ATTITUDES,
@@ -21,7 +22,7 @@ from reports.tables.matched_error import (
     smallest,
 )
 from reports.tables.number_format import TIMES
-from reports.tables.targets_table import QUICK, readable_targets, show_targets, summary
+from reports.tables.targets_table import QUICK, readable_targets, summary
 
 KEPLER = "kepler e=0.6"
 PLANTED = (

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from benchmarks.studies.taxonomy import COLUMNS
-from reports.figures.plots.taxonomy_matrix import CODES, code
-from reports.tables.taxonomy_table import space_label, taxonomy_table
+from reports.figures.plots.taxonomy_matrix import CODES, code, space_label
+from reports.sections.taxonomy import taxonomy_table
 
 LINE = {
     "kind": "Polynomials", "number": 2, "space": "Polynomials(degree=2)", "family": "Gauss",

@@ -17,7 +17,7 @@ from benchmarks.timings.catalogue import CASES
 from reports.cli import track as command
 from reports.cli.commands import run
 from reports.cli.track import choose_cases, track_against
-from reports.results.suite import load
+from reports.contents import load
 from reports.tracking import worker
 from reports.tracking.checkouts import CannotCompare, Checkout, checkouts
 from reports.tracking.worker import Failed, Worker

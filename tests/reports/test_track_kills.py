@@ -18,13 +18,14 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from diskcache import Cache
 
 from benchmarks.store.provenance import ROOT
-from benchmarks.timings.unfinished import FOLDER
+from benchmarks.store.result_cache import FOLDER
 from reports.tracking.checkouts import seed_kernels
 from reports.tracking.history import read_history
 
-GOES_ON = re.compile(r"^Goes on with a build of .* that did not end: (\d+) of (\d+) parts", re.M)
+RESUMING = re.compile(r"^Resuming: (\d+) results? of the build of [^;]*; --anew", re.M)
 KILLS = int(os.environ.get("KILLS", "20"))
 pytestmark = pytest.mark.slow
 
@@ -40,6 +41,14 @@ def commands(out: Path) -> dict[str, tuple[list[str], float]]:
         "track": ([*reports, "track", "--out", str(out)], 8.0),
         "build": ([*reports, "build", "--quick", "--claims", "V1", "--out", str(out)], 40.0),
     }
+
+
+def results_kept(folder: Path) -> int:
+    """How many results of runs that were stopped lie in this folder."""
+    if not (folder / FOLDER).exists():
+        return 0
+    with Cache(str(folder / FOLDER)) as cache:
+        return len(cache)
 
 
 def whole(path: Path) -> bool:
@@ -88,13 +97,13 @@ def test_nothing_is_damaged_and_everything_goes_on(checkout: Path, tmp_path: Pat
             ended = process.poll()
             process.kill()
         if name == "build":
-            parts.append(len(list((out / FOLDER).rglob("*.json"))))
-            taken = GOES_ON.search(said.read_text())
+            parts.append(results_kept(out))
+            taken = RESUMING.search(said.read_text())
             assert taken is None or int(taken[1]) == parts[-2]  # None: it was still importing
             assert parts[-1] >= parts[-2] or ended is not None
         files = [path for path in out.rglob("*") if path.is_file() and path.name[0] != "."]
         bad = [path.name for path in files if not whole(path)]
-        kept = max(kept, len(list((out / "benchmarks" / FOLDER).rglob("*.json"))))
+        kept = max(kept, results_kept(out / "benchmarks"))
         frame = read_history(out / "benchmarks", lambda sentence: None)
         table.append(
             {
@@ -104,7 +113,7 @@ def test_nothing_is_damaged_and_everything_goes_on(checkout: Path, tmp_path: Pat
                 "files": len(files),
                 "damaged": len(bad),
                 "benches": frame["file"].nunique(),
-                "rows kept": len(list((out / "benchmarks" / FOLDER).rglob("*.json"))),
+                "rows kept": results_kept(out / "benchmarks"),
                 "parts kept": parts[-1],
             }
         )
@@ -115,13 +124,13 @@ def test_nothing_is_damaged_and_everything_goes_on(checkout: Path, tmp_path: Pat
         done = subprocess.run(known[name][0], cwd=checkout, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
         print(name, "at the end:", done.stdout.strip().splitlines()[-1])
-        taken = GOES_ON.search(done.stdout)
+        taken = RESUMING.search(done.stdout)
         if name == "build" and parts[-1] > 0:
             assert taken is not None and int(taken[1]) == parts[-1]
-            told = json.loads((out / "provenance.json").read_text())["index.html"]["runs"]
-            assert told.startswith(f"of {taken[2]} parts, ")
-            print(f"It went on with {taken[1]} of {taken[2]} parts: {told}.")
+            told = json.loads((out / "provenance.json").read_text())["index.html"]["resumed"]
+            assert told.startswith(f"{taken[1]} result")
+            print(f"It resumed with {told}.")
     assert not (out / FOLDER).exists()
-    assert not list((out / "benchmarks" / FOLDER).rglob("*.json"))
+    assert results_kept(out / "benchmarks") == 0
     assert read_history(out / "benchmarks")["file"].nunique() >= 1
     assert kept > 0, "no bench was killed between two of its rows"

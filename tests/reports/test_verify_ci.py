@@ -9,8 +9,8 @@ from xml.etree import ElementTree as tree
 import pandas as pd
 import pytest
 
+from reports.build.changes import moved
 from reports.cli.commands import run
-from reports.results.changes import moved
 from reports.results.kept_rows import merged
 
 ABSENT = "No module named 'rebound'. Install rebound 5 or newer."

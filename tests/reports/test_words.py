@@ -7,9 +7,9 @@ import math
 import pandas as pd
 import pytest
 
-from reports.page.section import reasons, told_once
+from reports.page.claim_section import reasons, shared_parts
 from reports.page.typeset import typeset
-from reports.tables.fastest_per_error import choices, readable_choices
+from reports.tables.fastest_per_error import fastest_per_error, readable_fastest
 from reports.tables.number_format import plain, readable, seconds, with_uncertainty
 from reports.tables.summary_sentences import summary_sentences
 
@@ -71,9 +71,9 @@ def test_plain_mathematics_is_set(text, html):
     assert typeset(text) == html
 
 
-def test_what_all_rows_share_is_told_once(make_row):
-    assert told_once(["a; b; n = 3", "a; b; n = 4"]) == ("a; b", ["n = 3", "n = 4"])
-    assert told_once([]) == ("", [])
+def test_what_all_rows_share_is_shared_parts(make_row):
+    assert shared_parts(["a; b; n = 3", "a; b; n = 4"]) == ("a; b", ["n = 3", "n = 4"])
+    assert shared_parts([]) == ("", [])
     rows = [make_row(), make_row(), make_row(reason="another"), make_row()]
     assert [span for _, span in reasons(rows)] == [2, 0, 1, 1]
 
@@ -106,11 +106,11 @@ def test_who_wins_is_said_from_the_times(ours, peer, said):
 
 def test_a_choice_is_a_run_that_was_made_and_reached_the_error(make_suite):
     runs = make_suite().work_precision(True, print)
-    table = choices(runs, (1e-4, 1e-8, 1e-12))
+    table = fastest_per_error(runs, (1e-4, 1e-8, 1e-12))
     best = table[table["of"] == "all"]
     assert list(best["contender"]) == ["SciPy DOP853", "galvi degree 8, Gauss 8", "Taylor"]
     ours = table[table["of"] == "galvi"]
     assert list(ours["settings"]) == ["step=1", "step=1", ""]
-    text = readable_choices(table, "kepler e=0.6")
+    text = readable_fastest(table, "kepler e=0.6")
     assert list(text["error"]) == ["1.0·10⁻⁵", "1.0·10⁻⁹", "1.0·10⁻⁹", "truth", ""]
     assert text["contender"].iloc[-1] == "not reached"

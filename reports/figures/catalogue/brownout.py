@@ -5,10 +5,10 @@ from __future__ import annotations
 from benchmarks.claims.vector_spaces import v23_brownout_order as v23
 from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY
-from reports.figures.figure import Figure
 from reports.figures.plots.convergence import convergence_in_h
 from reports.figures.plots.rate import Rate
 from reports.figures.plots.traces import STEP, traces
+from reports.results.figure import Figure
 
 SOURCE = "M fig. 3"
 PLACE = "largest error of the place [m]"

@@ -10,13 +10,13 @@ from benchmarks.claims.lie_groups import l09_pendulum_near_chart_limit as l09
 from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
 from benchmarks.claims.lie_groups import l15_curves_between_ends as l15
 from benchmarks.claims.lie_groups import pendulum_motion
-from reports.figures.figure import Figure
 from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
 from reports.figures.plots.history import history
 from reports.figures.plots.jumps import jumps
 from reports.figures.plots.limits import limits
 from reports.figures.plots.rate import Rate
 from reports.figures.plots.sphere import sphere
+from reports.results.figure import Figure
 
 SOLID = "Solid line: fit over the filled points; hollow points are not small yet, or round-off"
 DASHED = f"{SOLID}; dashed, a little above: the rate claimed."

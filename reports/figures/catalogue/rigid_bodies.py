@@ -8,12 +8,12 @@ from benchmarks.claims.lie_groups import l03_free_body_order as l03
 from benchmarks.claims.lie_groups import l04_free_body_energy as l04
 from benchmarks.claims.lie_groups.free_body import CAYLEY, EXPONENTIAL, FLOOR
 from galvi.problems.free_rigid_body import INERTIA
-from reports.figures.figure import Figure
 from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
 from reports.figures.plots.departures import departures
 from reports.figures.plots.history import history
 from reports.figures.plots.momentum_spheres import Sphere, momentum_spheres
 from reports.figures.plots.rate import Rate
+from reports.results.figure import Figure
 
 POINTS = "Solid line: fit over the filled points; hollow points are not small yet, or round-off"
 ATTITUDE = "largest error of an entry of $R$"

@@ -7,9 +7,9 @@ from benchmarks.claims.vector_spaces import v14_curves_between_ends as v14
 from benchmarks.claims.vector_spaces import v17_oscillator_order as v17
 from benchmarks.claims.vector_spaces import v18_oscillator_convergence_in_degree as v18
 from benchmarks.claims.vector_spaces import v22_best_approximation as v22
-from reports.figures.figure import Figure
 from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
 from reports.figures.plots.rate import Rate
+from reports.results.figure import Figure
 
 SOLID = "Solid line: fit over the filled points"
 POSITION = "largest error of the position"

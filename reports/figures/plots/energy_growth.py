@@ -23,25 +23,25 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
     Of several versions of the code the newest is drawn.
     """
     newest = {}
-    for told, t, errors in ensembles(frame) if len(frame) else ():
-        key = (told["contender"], told["years"])
-        if key not in newest or told["date"] >= newest[key][0]["date"]:
-            newest[key] = (told, t, errors)
+    for ensemble, t, errors in ensembles(frame) if len(frame) else ():
+        key = (ensemble["contender"], ensemble["years"])
+        if key not in newest or ensemble["date"] >= newest[key][0]["date"]:
+            newest[key] = (ensemble, t, errors)
     seen = [one for one in newest.values() if np.any(rms(one[2]) > 0.0)]
     if not seen:
         raise NoData("no ensemble of runs is complete.")
-    styles = contender_looks([told["contender"] for told, _, _ in seen], is_ours)
+    styles = contender_looks([ensemble["contender"] for ensemble, _, _ in seen], is_ours)
     settings: dict[str, dict[str, None]] = {}
-    for told, t, errors in seen:
-        color = styles[told["contender"]]["color"]
+    for ensemble, t, errors in seen:
+        color = styles[ensemble["contender"]]["color"]
         axes.plot(t, np.abs(errors).T, color=color, linewidth=0.4, alpha=0.13)
-        settings.setdefault(told["contender"], {})[told["settings"]] = None
+        settings.setdefault(ensemble["contender"], {})[ensemble["settings"]] = None
     handles = [
         Line2D([], [], label="\n".join([name, *settings[name]]), **style)
         for name, style in styles.items()
     ]
-    for told, t, errors in seen:
-        axes.plot(t, rms(errors), markersize=3.5, **styles[told["contender"]])
+    for ensemble, t, errors in seen:
+        axes.plot(t, rms(errors), markersize=3.5, **styles[ensemble["contender"]])
     _guides(axes, seen, reading_floor(frame))
     axes.set(xscale="log", yscale="log", xlabel="time [years]", ylabel="relative energy error, RMS")
     top = max(float(np.nanmax(np.abs(errors))) for _, _, errors in seen)

@@ -1,4 +1,4 @@
-"""Energy and angular momentum of bodies that turn for long, a panel for each, side by side."""
+"""Energy and momentum errors of bodies that rotate for long, a panel for each."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PANELS = {
 SMALLEST = 1e-17  # stands for nothing at all
 
 
-def free_spin(axes: Axes, frame: pd.DataFrame, *, problem: str) -> None:
+def errors_over_turns(axes: Axes, frame: pd.DataFrame, *, problem: str) -> None:
     """The largest error since the mark before against turns, both logarithmic.
 
     Of several runs of a contender the longest is drawn, and the newest of these; a run that failed

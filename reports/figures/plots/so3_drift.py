@@ -14,22 +14,22 @@ from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import GUIDE, looks
 
 
-def turning_growth(axes: Axes, frame: pd.DataFrame) -> None:
+def so3_drift_growth(axes: Axes, frame: pd.DataFrame) -> None:
     """A panel for each quantity, with a guide that grows as the square root of the steps."""
     found = [one for one in ensembles(frame) if np.all(np.isfinite(one[3]))]
     if not found:
         raise NoData("no ensemble of runs is complete.")
-    styles = looks(told["contender"] for told, _, _, _ in found)
+    styles = looks(ensemble["contender"] for ensemble, _, _, _ in found)
     grid = axes.get_subplotspec().subgridspec(1, len(QUANTITIES), wspace=0.3)
     axes.set_axis_off()
     for column, (name, text) in enumerate(QUANTITIES.items()):
         one = axes.figure.add_subplot(grid[column])
         one.set(xscale="log", yscale="log", xlabel="steps", title=text)
         lowest, first, last = np.inf, np.inf, 0.0
-        for told, quantity, done, errors in found:
+        for ensemble, quantity, done, errors in found:
             if quantity != name:
                 continue
-            one.plot(done, rms(errors), markersize=3.0, **styles[told["contender"]])
+            one.plot(done, rms(errors), markersize=3.0, **styles[ensemble["contender"]])
             first, last = min(first, done[0]), max(last, done[-1])
             lowest = min(lowest, float(np.min(rms(errors) / np.sqrt(done))))
         ends = np.array([first, last])

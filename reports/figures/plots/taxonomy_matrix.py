@@ -14,7 +14,6 @@ from matplotlib.patches import Patch, Rectangle
 from benchmarks.studies.taxonomy import ILL_POSED, INCONSISTENT, METHOD
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import GUIDE
-from reports.tables.taxonomy_table import short_name, space_label
 
 CODES = {
     "implicit midpoint": "IM",
@@ -103,3 +102,14 @@ def _cell(axes: Axes, x: float, y: float, row: pd.Series, colors: Colormap) -> N
     axes.text(x + 0.5, y + (0.32 if name else 0.5), text, color=ink, fontsize=8.5, ha="center",
               va="center")  # fmt: skip
     axes.text(x + 0.5, y + 0.74, name, color=ink, fontsize=7.0, ha="center", va="center")
+
+
+def space_label(space: str) -> str:
+    """`PolynomialFourier(1, harmonics=2, ω=2π)`: shorter than what makes it."""
+    short = re.sub(r"=6\.28318530717958\d*", "=2π", space).replace("frequency", "ω")
+    return short.replace("degree=", "").replace(".0", "")
+
+
+def short_name(name: str) -> str:
+    """Without the number of stages, which the place in the table tells."""
+    return name.partition(",")[0]

@@ -60,7 +60,7 @@ def work_precision(
 
 
 def dashes(contender: str) -> Any:
-    """Solid for galvi, dash-dotted in the exponential chart; dashed for peers."""
+    """Solid for galvi, dash-dotted in the exponential chart; dashed for other codes."""
     if not is_ours(contender):
         return (0, (4, 2))
     return (0, (6, 1.5, 1, 1.5)) if contender.endswith("exponential") else "-"

@@ -18,7 +18,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "p", "d", "h")
 
 
 def in_order(names: Iterable[str], ours: Callable[[str], bool]) -> list[str]:
-    """Each name once: galvi's first, then the peers by family; alphabetical, numbers by value."""
+    """Each name once: galvi's first, then the others by family; alphabetical, numbers by value."""
 
     def key(name: str) -> tuple[bool, list[tuple[int, str]], list[tuple[int, str]]]:
         return not ours(name), _natural(_family(name)), _natural(name)
@@ -29,8 +29,8 @@ def in_order(names: Iterable[str], ours: Callable[[str], bool]) -> list[str]:
 def contender_looks(names: Iterable[str], ours: Callable[[str], bool]) -> dict[str, dict[str, str]]:
     """Colour and marker of each name, in the order of `in_order`.
 
-    Blues that darken with the degree for galvi, in every chart; for peers a hue for each family
-    (what stands before a comma) and a shade for each member. Markers repeat after 13 on either
+    Blues that darken with the degree for galvi, in every chart; for the others a hue for each
+    family (the name before a comma) and a shade for each member. Markers repeat after 13 on either
     side, and never with the same colour up to 11 families of 3.
     """
     ordered = in_order(names, ours)
@@ -42,8 +42,8 @@ def contender_looks(names: Iterable[str], ours: Callable[[str], bool]) -> dict[s
         for k, name in enumerate(mine)
     }
     families: dict[str, list[str]] = {}
-    peers = [name for name in ordered if not ours(name)]
-    for name in peers:
+    others = [name for name in ordered if not ours(name)]
+    for name in others:
         families.setdefault(_family(name), []).append(name)
     colors = {
         name: _shade(FAMILIES[f % len(FAMILIES)], SHADES[k % len(SHADES)])
@@ -52,7 +52,7 @@ def contender_looks(names: Iterable[str], ours: Callable[[str], bool]) -> dict[s
     }
     return looks | {
         name: {"color": colors[name], "marker": MARKERS[k % len(MARKERS)]}
-        for k, name in enumerate(peers)
+        for k, name in enumerate(others)
     }
 
 

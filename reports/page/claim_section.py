@@ -1,4 +1,4 @@
-"""A claim on the page: its pictures beside its rows, with what they share said once."""
+"""A claim on the page: its pictures beside its rows; text that all rows share stands once."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from benchmarks.checks.claim import Claim, Row
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import Gallery
-from reports.figures.figure import Picture
+from reports.figures.picture import Picture
 from reports.results.claim_results import ClaimResult
 
-TOLD = {
+HEADINGS = {
     "claimed": "claimed",
     "bound": "bound",
     "setup": "set-up",
@@ -22,12 +22,12 @@ MANY = 6  # rows from which they are a table below the pictures
 
 
 @dataclass(frozen=True)
-class Section:
+class ClaimSection:
     """What the template shows of a claim.
 
     headings  of what differs between rows
     checks    each row with its texts under these headings
-    shared    what is told of all rows, (heading, text)
+    shared    what holds for all rows, (heading, text)
     undrawn   a sentence for each picture that is missing
     many      whether the rows are a table below the pictures
     """
@@ -42,7 +42,7 @@ class Section:
     many: bool
 
 
-def section(one: ClaimResult, gallery: Gallery) -> Section:
+def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:
     """Pictures are those that draw from the claim, or that the claim names as its own."""
     names = [
         figure.name
@@ -50,11 +50,11 @@ def section(one: ClaimResult, gallery: Gallery) -> Section:
         if one.claim.id in figure.claims or figure.source in one.claim.figures
     ]
     shared, own = {}, {}
-    for name, heading in TOLD.items():
-        same, texts = told_once([getattr(row, name) for row in one.rows])
+    for name, heading in HEADINGS.items():
+        same, texts = shared_parts([getattr(row, name) for row in one.rows])
         shared |= {heading: same} if same else {}
         own |= {heading: texts} if any(texts) else {}
-    return Section(
+    return ClaimSection(
         claim=one.claim,
         headings=tuple(own),
         checks=tuple(
@@ -69,7 +69,7 @@ def section(one: ClaimResult, gallery: Gallery) -> Section:
 
 
 def reasons(rows: Sequence[Row]) -> list[tuple[Row, int]]:
-    """Each row with the number of lines its reason spans; 0 where the one above tells it."""
+    """Each row with the number of lines its reason spans; 0 where the one above states it."""
     spans: list[int] = []
     start = 0
     for k, row in enumerate(rows):
@@ -82,7 +82,7 @@ def reasons(rows: Sequence[Row]) -> list[tuple[Row, int]]:
     return list(zip(rows, spans, strict=True))
 
 
-def told_once(texts: Sequence[str]) -> tuple[str, list[str]]:
+def shared_parts(texts: Sequence[str]) -> tuple[str, list[str]]:
     """The parts, separated by semicolons, that all texts have, and what is left of each."""
     parts = [text.split("; ") for text in texts]
     same = [part for part in parts[0] if all(part in other for other in parts)] if parts else []

@@ -1,14 +1,15 @@
-"""What the verdicts add up to: counts, differences from what was expected, one sentence."""
+"""Verdicts counted and compared with the expected ones, in one sentence."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from benchmarks.checks.bounds import NOT_RUN
 from benchmarks.checks.claim import Row
 from benchmarks.claims.agreement import SOURCE
+from reports.results.claim_results import ClaimResult
 
 VERDICTS = ("holds", "exceeds", "contradicted", "not run", "informative")
 
@@ -50,8 +51,9 @@ class Summary:
         return f"{checks}; {len(self.differing)} {differ} from what was expected ({named})."
 
 
-def summary(rows: Iterable[Row]) -> Summary:
-    return Summary(tuple(rows))
+def summary(checked: Sequence[ClaimResult]) -> Summary:
+    """Of the rows of these claims."""
+    return Summary(tuple(row for one in checked for row in one.rows))
 
 
 def _many(count: int, noun: str) -> str:

@@ -1,27 +1,18 @@
-"""Which method every space and rule makes, as text for the page."""
+"""The method that each space makes with each rule."""
 
 from __future__ import annotations
 
-import re
-
 import pandas as pd
 
+from benchmarks.studies import taxonomy
 from benchmarks.studies.taxonomy import METHOD
+from reports.figures.plots.taxonomy_matrix import short_name, space_label, taxonomy_matrix
+from reports.results.figure import Figure
+from reports.results.section import Section
 from reports.tables.number_format import known, readable
 
 EVERY_RULE, ONE_RULE = "Polynomials", "Gauss"
-APART = 0.3  # of a measured order from the predicted one, from which both are told
-
-
-def space_label(space: str) -> str:
-    """`PolynomialFourier(1, harmonics=2, ω=2π)`: shorter than what makes it."""
-    short = re.sub(r"=6\.28318530717958\d*", "=2π", space).replace("frequency", "ω")
-    return short.replace("degree=", "").replace(".0", "")
-
-
-def short_name(name: str) -> str:
-    """Without the number of stages, which the place in the table tells."""
-    return name.partition(",")[0]
+APART = 0.3  # of a measured order from the predicted one, from which both are shown
 
 
 def taxonomy_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
@@ -67,6 +58,38 @@ def _cell(row: pd.Series) -> str:
 
 
 def _range(values: pd.Series) -> str:
-    """The least and the largest, once when they are the same."""
+    """From the least to the largest; one number when they are the same."""
     ends = [readable(value) for value in (values.min(), values.max())]
     return " to ".join(dict.fromkeys(end for end in ends if end))
+
+
+TAXONOMY = Section(
+    name="taxonomy",
+    title="Spaces and rules",
+    text="Every space with every rule, and what comes of it. A pair is ill-posed when a free "
+    "particle has no unique motion, because the rule does not see some function of the space, and "
+    "inconsistent when its unique motion is not a straight line. The picture has every pair. The "
+    "table has polynomials with every family of rules and the other spaces with Gauss's; all pairs "
+    "with all their numbers are in taxonomy.csv. Read a line from left to right: with "
+    "too few points there is no method, then the rule limits the order, and from some number of "
+    "points on the order is twice the largest degree of the polynomials in the space, and stays. "
+    "Slopes that jump between "
+    "pieces want rules without a node there; waves, of frequency ω in radians a step, want many "
+    "points and leave the order as it is. Orders are measured on the Kepler problem, e = 0.3, "
+    "against its closed form; C_N is the constant of M (11); symplectic to is the largest defect "
+    "of DF^T J DF = J, and there and back what is left after eight steps of 0.25 forwards and as "
+    "many backwards, which is round-off for a symmetric method.",
+    measure=taxonomy.taxonomy,
+    figures=(
+        Figure(
+            name="taxonomy",
+            title="Measured order of the method that a space and a rule make",
+            draw=taxonomy_matrix,
+            caption="Below the order, methods that are known by a name: IM implicit midpoint, SV "
+            "Stormer-Verlet, SE symplectic Euler, G Gauss collocation, L Lobatto IIIA-IIIB, R "
+            "Radau IIA-II; 3IM, 3G: three steps of it in one.",
+            size=(11.0, 5.8),
+        ),
+    ),
+    table=taxonomy_table,
+)

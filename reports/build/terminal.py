@@ -1,20 +1,25 @@
-"""What `verify` prints: a table of every row, and what they add up to."""
+"""Printed tables: the rows of claims with a summary, changes, absent engines, targets."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import pandas as pd
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reports.build.summary import Summary
-from reports.results.changes import Change
+from benchmarks.work_precision.targets_met import MET, MISSED
+from reports.build.changes import Change
 from reports.results.engines import Engines
+from reports.results.summary import Summary
 from reports.tables.number_format import plain
+from reports.tables.targets_table import HEADINGS, QUICK, readable_targets, summary
 
 STYLES = {"holds": "green", "exceeds": "cyan", "contradicted": "yellow", "not run": "dim"}
+TARGET_STYLES: Mapping[str, str] = {MET: "green", MISSED: "bold red"}
+PRINTED = HEADINGS[:-1]  # of the targets, what a terminal is wide enough for
 MOST = 20  # changes that are printed
 WIDTH = 120  # where output is not a terminal
 SHORTENED: Mapping[str, Any] = {"max_width": 28, "no_wrap": True, "overflow": "ellipsis"}
@@ -50,7 +55,7 @@ def show(seen: Summary, console: Console | None = None) -> None:
 
 
 def show_changes(changed: Sequence[Change], console: Console | None = None) -> None:
-    """Print what is different from the rows before, the first of it when it is much."""
+    """Print the changes since the earlier rows, at most MOST of them."""
     if not changed:
         return
     console = console or Console()
@@ -72,3 +77,23 @@ def show_engines(engines: Engines) -> None:
     """Print a sentence for each engine that is absent."""
     for sentence in engines.sentences():
         print(sentence)
+
+
+def show_targets(frame: pd.DataFrame, quick: bool, console: Console | None = None) -> None:
+    """Print the targets with their remarks; nothing when there are none."""
+    if frame.empty:
+        return
+    console = console or Console()
+    if not console.is_terminal:
+        console.width = WIDTH
+    shown, numbers = readable_targets(frame)
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in PRINTED:
+        table.add_column(heading, justify="right" if heading in numbers else "left")
+    for _, line in shown.iterrows():
+        style = TARGET_STYLES.get(line["verdict"], "dim")
+        table.add_row(*(Text(line[name], style if name == "verdict" else "") for name in PRINTED))
+    console.print(table)
+    for _, row in frame[frame["remark"] != ""].iterrows():
+        console.print(Text(f"{row['problem']}, {row['against']}, own error: {row['remark']}"))
+    console.print(Text(summary(frame) + (f" {QUICK}" if quick else "")))

@@ -15,7 +15,7 @@ WITHOUT = 0.1  # a share of the number, for one without an uncertainty: round-of
 
 @dataclass(frozen=True)
 class Change:
-    """A row that is not what it was; before and now are in words."""
+    """A row that changed; before and now are text."""
 
     id: str
     quantity: str
@@ -25,7 +25,7 @@ class Change:
 
 
 def changes(before: pd.DataFrame | None, now: pd.DataFrame) -> list[Change]:
-    """Rows of now against those of the same id, quantity and setting before; new and gone ones.
+    """Compare rows with earlier ones of the same id, quantity and setting; list new and gone ones.
 
     A number moved when it differs by more than 2 standard errors of the difference, or, where
     neither row has an uncertainty, by more than a tenth.

@@ -1,9 +1,13 @@
-"""What the number of bodies costs at matched error, as text for the page."""
+"""Cost against the number of bodies, at matched error."""
 
 from __future__ import annotations
 
 import pandas as pd
 
+from benchmarks.studies.scaling import scaling
+from reports.figures.plots.scaling import seconds_per_orbit, share_of_limit
+from reports.results.figure import Figure
+from reports.results.section import Section
 from reports.tables.matched_error import is_ours
 from reports.tables.number_format import TIMES, known, readable, seconds
 
@@ -44,9 +48,41 @@ def _cell(row: pd.Series | None, least: float, is_measure: bool) -> str:
 
 
 def _why(rows: pd.DataFrame) -> str:
-    """Of a contender without a run that stands for it: what its runs say when all of them failed,
+    """For a contender without a matched run: the status of its runs when all of them failed,
     nothing when it did not take part."""
     if rows.empty:
         return ""
     failed = rows["error"].isna() & (rows["status"] != "")
     return str(rows["status"].iloc[0]) if failed.all() else NOBODY
+
+
+NUMBER_OF_BODIES = Section(
+    name="scaling",
+    title="Number of bodies",
+    text="A Sun and light planets on orbits that are each a tenth wider than the last. Each "
+    "contender runs at several settings; compared are the fastest whose worst body is within 1e-8 "
+    "au of the truth after 30 orbits of the innermost planet (12 in the quick setting). P is that "
+    "planet's period. The truth is REBOUND IAS15 at its default, against which its own looser "
+    "settings are judged too. The limit is what a kernel that only divides and takes square roots "
+    "reaches, in the same vector instructions and the same run; a pair needs one of each.",
+    measure=scaling,
+    figures=(
+        Figure(
+            name="scaling",
+            title="Cost against the number of bodies",
+            draw=seconds_per_orbit,
+            caption="Medians, with the fastest and the slowest round, at matched error. "
+            "Blue: galvi; dashed: other codes.",
+        ),
+        Figure(
+            name="scaling-share",
+            title="Share of the machine's limit",
+            draw=share_of_limit,
+            caption="Pairs of bodies that are evaluated in a second, by whom counts them, over "
+            "those whose divisions and square roots this machine could do.",
+            size=(6.4, 3.2),
+        ),
+    ),
+    table=scaling_table,
+    open=True,
+)

@@ -1,0 +1,52 @@
+"""`compare`: time contenders against each other; write the measurements and their tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from benchmarks.store.atomic import write
+from reports.build.sections import write_sections
+from reports.build.terminal import show_targets
+from reports.results.cache import BuildCache
+from reports.results.comparison import Comparison, measure_comparison
+from reports.results.options import Options
+from reports.results.origins import note_origin
+from reports.results.section_result import SectionResult, measure_sections
+from reports.results.suite import Suite
+from reports.tables.comparison_tables import ComparisonTables, comparison_tables, write_comparison
+from reports.tables.writing import as_csv, write_table
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """The measurements of `compare`, and the tables made from them."""
+
+    measured: Comparison
+    tables: ComparisonTables
+
+
+def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> Compared:
+    """Measure, write, and print the targets.
+
+    cache  of a build; None keeps nothing
+    """
+    measured = measure_comparison(suite, options, cache)
+    for name, frame in (("work_precision", measured.work_precision), ("cost", measured.cost)):
+        if frame is not None:
+            write(options.out / f"{name}.csv", as_csv(frame))
+            origin = suite.provenance(options.command)
+            note_origin(options.out, f"{name}.csv", origin, options.quick)
+    tables = comparison_tables(measured.work_precision, suite.targets)
+    write_comparison(options.out / "tables", tables)
+    if measured.cost is not None and len(measured.cost):
+        write_table(options.out / "tables", "cost", measured.cost)
+    show_targets(tables.targets, options.quick)
+    return Compared(measured, tables)
+
+
+def compare_sections(suite: Suite, options: Options) -> list[SectionResult]:
+    """Measure and write the studies that are part of the comparison."""
+    chosen = [section for section in suite.sections if section.compared]
+    results = measure_sections(suite, options, chosen)
+    write_sections(results, suite, options)
+    return results

@@ -1,0 +1,50 @@
+"""Write the studies' rows and tables; run their long forms."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from benchmarks.store.atomic import write
+from reports.results.options import Options
+from reports.results.origins import note_origin
+from reports.results.progress import Studies
+from reports.results.section_result import FOLDER, SectionResult
+from reports.results.suite import Suite
+from reports.tables.writing import as_csv, write_table
+
+
+def write_sections(results: Sequence[SectionResult], suite: Suite, options: Options) -> None:
+    """The rows of each as NAME.csv, and its table in tables/."""
+    for one in results:
+        if one.frame is not None:
+            name = one.section.name
+            write(options.out / f"{name}.csv", as_csv(one.frame))
+            origin = suite.provenance(options.command)
+            note_origin(options.out, f"{name}.csv", origin, options.quick)
+            write_table(options.out / "tables", name, one.section.table(one.frame)[0])
+
+
+def run_long_forms(suite: Suite, options: Options) -> tuple[str, ...]:
+    """`studies`: every run that is not there yet; a sentence for each that raised."""
+    failures: list[str] = []
+    folder = options.out / FOLDER
+
+    def say(text: str) -> None:
+        print(text, file=sys.stderr)
+
+    for section in suite.sections:
+        if section.long_form is None:
+            continue
+        runs = section.long_form.runs(folder, say)
+        missing = [one for one in runs if not one.done()]
+        print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are there.")
+        with Studies(len(missing)) as studies:
+            for one in missing:
+                try:
+                    with studies(section.name, one.title) as report:
+                        one.run(report)
+                except Exception as error:
+                    failures.append(f"{one.title}: not run ({type(error).__name__}: {error}).")
+    print(f"The rows are in {folder}; build shows them.")
+    return tuple(failures)

@@ -1,0 +1,254 @@
+"""The figures of H in V1 to V11 (1.1 and 2.3 to 2.15), each as data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from benchmarks.claims.vector_spaces import v01_oscillator_convergence_in_n as v01
+from benchmarks.claims.vector_spaces import v02_oscillator_energy as v02
+from benchmarks.claims.vector_spaces import v03_kepler_step_error_in_n as v03
+from benchmarks.claims.vector_spaces import v04_kepler_curve_error_in_n as v04
+from benchmarks.claims.vector_spaces import v05_invariants_along_curve_in_n as v05
+from benchmarks.claims.vector_spaces import v06_kepler_order as v06
+from benchmarks.claims.vector_spaces import v07_momentum_along_curve as v07
+from benchmarks.claims.vector_spaces import v09_solar_system_in_long_steps as v09
+from benchmarks.claims.vector_spaces import v10_outer_planets_in_five_year_steps as v10
+from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
+from benchmarks.claims.vector_spaces.kepler_orbit import FLOOR
+from benchmarks.studies.long_steps import CURVE, ENDS
+from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
+from reports.figures.plots.energies import energies
+from reports.figures.plots.history import history
+from reports.figures.plots.orbits import orbits
+from reports.figures.plots.paths import Panel, paths
+from reports.figures.plots.rate import Rate
+from reports.results.figure import Figure
+
+N = "n-refinement"
+HOLLOW = (
+    "Solid line: fit over the filled points; hollow points are not small yet, unstable or round-off"
+)
+DASHED = f"{HOLLOW}; dashed, a little above: the rate claimed."
+POSITION = "largest error of the position"
+RELATIVE_ENERGY = "largest relative energy error"
+RELATIVE_MOMENTUM = "largest relative error of angular momentum"
+
+
+def _orders(
+    study: str,
+    quantity: str,
+    ns: tuple[int, ...],
+    floor: float,
+    claimed: Callable[[int], float | None],
+) -> tuple[Rate, ...]:
+    return tuple(Rate(study, quantity, f"$n={n}$", floor, claimed=claimed(n), n=n) for n in ns)
+
+
+def _in_h(name: str, number: str, what: str, claim: str, how: str, ylabel: str, rates: tuple):
+    return Figure(
+        name=name,
+        source=f"H fig. {number}",
+        title=f"{what}, {how}",
+        claims=(claim,),
+        draw=convergence_in_h,
+        options={"rates": rates, "ylabel": ylabel},
+        caption=f"Kepler, e = 0.6, h-refinement. {DASHED if rates[0].claimed else HOLLOW + '.'}",
+        size=(6.4, 4.4),
+    )
+
+
+def _ceiling(n: int) -> float:
+    return 2.0 * math.ceil(n / 2)
+
+
+def _half(n: int) -> float:
+    return n / 2 + 2
+
+
+def _unclaimed(n: int) -> None:
+    return None
+
+
+OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
+    Figure(
+        name="fig-1-01",
+        source="H fig. 1.1",
+        title="Inner planets by three methods of order 1",
+        claims=("V11",),
+        draw=paths,
+        options={
+            "panels": (
+                Panel(v11.EXPLICIT, (v11.EXPLICIT,), 9.0),
+                Panel(v11.IMPLICIT, (v11.IMPLICIT, v11.BLIND), 3.0),
+                Panel(v11.SYMPLECTIC, (v11.SYMPLECTIC,), 1.8),
+            ),
+            "bodies": v11.INNER,
+        },
+        caption=f"{v11.YEARS:g} years in steps of {v11.STEP:g} years, relative to the Sun, in the "
+        "equatorial plane of the ICRF; note the scales. Implicit Euler comes as far as the "
+        "crosses, where its solve stops converging; thin lines: what follows when that is "
+        "ignored, out of the frame.",
+        size=(9.6, 3.5),
+    ),
+    Figure(
+        name="fig-1-01-energy",
+        source="H fig. 1.1",
+        title="Solar system: energy by three methods of order 1",
+        claims=("V11",),
+        draw=energies,
+        options={
+            "quantity": v11.ENERGY,
+            "labels": {
+                v11.EXPLICIT: "explicit Euler:\nrises",
+                v11.SYMPLECTIC: "symplectic Euler:\nstays",
+                v11.IMPLICIT: "implicit Euler:\nfalls, then stops",
+            },
+            "unit": v11.DAYS,
+        },
+        caption="Relative change of the energy, upwards when it rises; logarithmic outside the "
+        "shaded band. Implicit Euler ends at the cross, where its solve stops converging.",
+    ),
+    Figure(
+        name="fig-2-03",
+        source="H fig. 2.3",
+        title="Harmonic oscillator, 100 steps of h = 20",
+        claims=("V1",),
+        draw=convergence_in_n,
+        options={
+            "rates": (
+                Rate(N, "one-step error", "one-step", v01.FLOOR),
+                Rate(N, "curve error", "curve", v01.FLOOR),
+            ),
+            "ylabel": POSITION,
+            "top": 1e2,
+        },
+        caption=f"A step is three periods long. {HOLLOW}.",
+    ),
+    Figure(
+        name="fig-2-04",
+        source="H fig. 2.4",
+        title="Harmonic oscillator: energy error, 100 steps of h = 20",
+        claims=("V2",),
+        draw=convergence_in_n,
+        options={
+            "rates": (Rate(N, v02.QUANTITY, "energy", v02.FLOOR),),
+            "ylabel": RELATIVE_ENERGY,
+            "top": 1e2,
+        },
+        caption=f"{HOLLOW}.",
+    ),
+    Figure(
+        name="fig-2-05",
+        source="H fig. 2.5",
+        title=f"Harmonic oscillator: energy error in time, n = {v02.WATCHED}, h = 20",
+        claims=("V2",),
+        draw=history,
+        options={"quantity": v02.QUANTITY, "ylabel": "relative energy error"},
+        caption="At step ends. What grows with time leaves the band.",
+    ),
+    Figure(
+        name="fig-2-06",
+        source="H fig. 2.6",
+        title="Kepler, e = 0.6, 100 steps of h = 2",
+        claims=("V4", "V3"),
+        draw=convergence_in_n,
+        options={
+            "rates": (
+                Rate(N, "one-step error", "one-step", FLOOR, claimed=v03.CLAIMED),
+                Rate(N, "curve error", "curve", FLOOR, claimed=v04.CLAIMED, start=v04.FROM),
+            ),
+            "ylabel": POSITION,
+        },
+        caption=f"{DASHED} The curve's own, slower rate shows once the error that accumulates at "
+        "step ends is below it.",
+        size=(6.4, 4.4),
+    ),
+    *(
+        Figure(
+            name=f"fig-2-0{number}",
+            source=f"H fig. 2.{number}",
+            title=f"Kepler, e = 0.6: {quantity}, 100 steps of h = 2",
+            claims=("V5",),
+            draw=convergence_in_n,
+            options={
+                "rates": (Rate(N, quantity, "curve", FLOOR, claimed=v05.CLAIMED),),
+                "ylabel": ylabel,
+            },
+            caption=DASHED,
+        )
+        for (quantity, (_, _)), number, ylabel in zip(
+            v05.SOURCES.items(), (7, 8), (RELATIVE_ENERGY, RELATIVE_MOMENTUM), strict=True
+        )
+    ),
+    *(
+        _in_h(name, "2.9", "Kepler: one-step error", "V6", how, POSITION,
+              _orders(study, "one-step error", v06.NS, v06.FLOOR, _ceiling))
+        for name, how, study in (
+            ("fig-2-09", "10 steps", v06.FIXED_NUMBER),
+            ("fig-2-09-fixed-time", "fixed final time T = 2", v06.FIXED_TIME),
+        )
+    ),
+    *(
+        _in_h(name, "2.10", "Kepler: energy along the curve", "V7", how, RELATIVE_ENERGY,
+              _orders(study, v07.ENERGY, v07.NS, v07.FLOOR, _unclaimed))
+        for name, how, study in (
+            ("fig-2-10", "10 steps", "h-refinement, 10 steps"),
+            ("fig-2-10-fixed-time", "fixed final time T = 2", v07.FIXED_TIME),
+        )
+    ),
+    *(
+        _in_h(name, "2.11", "Kepler: angular momentum along the curve", "V7", how,
+              RELATIVE_MOMENTUM, _orders(study, v07.ANGULAR, v07.NS, v07.FLOOR, _half))
+        for name, how, study in (
+            ("fig-2-11", "100 steps", "h-refinement, 100 steps"),
+            ("fig-2-11-fixed-time", "fixed final time T = 2", v07.FIXED_TIME),
+        )
+    ),
+    *(
+        Figure(
+            name=f"fig-2-{number}",
+            source=f"H fig. 2.{number}",
+            title=f"Kepler: {quantity} in time, n = 8, h = 2, 1000 steps",
+            claims=("V8",),
+            draw=history,
+            options={"quantity": quantity, "ylabel": f"relative {quantity}"},
+            caption="At step ends, from (q, p). What grows with time leaves the band for good; "
+            "round-off wanders about it.",
+        )
+        for quantity, number in (("energy error", 12), ("angular momentum error", 13))
+    ),
+    Figure(
+        name="fig-2-14",
+        source="H fig. 2.14",
+        title=f"Inner planets from 2000-01-01, {v09.STEPS} steps of {v09.STEP:g} days, n = {v09.N}",
+        claims=("V9",),
+        draw=orbits,
+        options={
+            "curve": CURVE,
+            "ends": ENDS,
+            "bodies": v09.INNER,
+            "centre": "Sun",
+        },
+        caption="Lines: the Galerkin curves; dots: the ends of the steps, farther apart than a "
+        "year of Mercury. Places are relative to the Sun, in the equatorial plane of the ICRF.",
+        size=(6.0, 6.0),
+    ),
+    Figure(
+        name="fig-2-15",
+        source="H fig. 2.15",
+        title=f"Outer planets from 2000-01-01, {v10.STEPS} steps of five years, n = {v10.N}",
+        claims=("V10",),
+        draw=orbits,
+        options={
+            "curve": CURVE,
+            "ends": ENDS,
+            "bodies": v10.OUTER,
+            "centre": "Sun and inner planets",
+        },
+        caption="Lines: the Galerkin curves over 500 years; dots: the ends of the steps. Places "
+        "are relative to the Sun and the inner planets, which are one body here, in the "
+        "equatorial plane of the ICRF.",
+        size=(6.0, 6.0),
+    ),
+)  # fmt: skip

@@ -1,0 +1,54 @@
+"""A study with a section of its own on the page: what runs it, tables it and draws it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from benchmarks.checks.claim import Report
+from reports.results.figure import Figure
+
+Measure = Callable[..., pd.DataFrame]  # (quick, report) -> frame
+Table = tuple[pd.DataFrame, Mapping[str, str]]  # as text, and the class of its columns
+
+
+@dataclass(frozen=True)
+class LongForm:
+    """Hours of runs, which are done one by one and kept.
+
+    runs    (folder, report) -> each with title, done() and run(report)
+    stored  (folder, report) -> the rows of those that were done
+    """
+
+    runs: Callable[[Path, Report], Sequence[Any]]
+    stored: Callable[[Path, Report], pd.DataFrame]
+
+
+@dataclass(frozen=True)
+class Section:
+    """One study.
+
+    name       of its files, e.g. "brouwer"
+    title      its heading on the page
+    text       what the reader should know, in a few sentences
+    measure    (quick, report) -> frame
+    table      frame -> the table as text, and the class of its columns
+    figures    each draws the frame
+    long_form  None when it has none
+    open       whether external integrators take part
+    compared   whether `compare` measures it too
+    """
+
+    name: str
+    title: str
+    text: str
+    measure: Measure
+    table: Callable[[pd.DataFrame], Table]
+    figures: tuple[Figure, ...] = ()
+    long_form: LongForm | None = None
+    open: bool = False
+    compared: bool = False

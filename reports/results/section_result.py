@@ -1,0 +1,80 @@
+"""Run the studies that have sections on the page."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from reports.results.cache import BuildCache
+from reports.results.options import Options
+from reports.results.progress import Studies
+from reports.results.section import Section
+from reports.results.suite import Suite
+
+FOLDER = "studies"  # in the folder of the report: rows of the long forms
+
+
+@dataclass(frozen=True, eq=False)
+class SectionResult:
+    """A study with its rows.
+
+    frame    its rows, those of the long form among them; None when there are none
+    note     a sentence on the long form, or ""
+    failure  a sentence when it raised, or ""
+    """
+
+    section: Section
+    frame: pd.DataFrame | None
+    note: str = ""
+    failure: str = ""
+
+
+def measure_sections(
+    suite: Suite,
+    options: Options,
+    sections: Sequence[Section],
+    cache: BuildCache | None = None,
+) -> list[SectionResult]:
+    """Each study in its default form, with the stored rows of its long form."""
+    if not sections:
+        return []
+    cache = cache or BuildCache()
+    with Studies(len(sections)) as studies:
+        return [_measured(one, suite, options, studies, cache) for one in sections]
+
+
+def _measured(
+    section: Section, suite: Suite, options: Options, studies: Studies, cache: BuildCache
+) -> SectionResult:
+    frames, note, failure = [], "", ""
+    try:
+        with studies("study", section.title) as report:
+            result = cache.result(section.title, lambda: section.measure(options.quick, report))
+        frames.append(_dated(result.frame, suite, options, result.run))
+    except Exception as error:
+        failure = f"{section.title}: not run ({type(error).__name__}: {error})."
+    if section.long_form is not None:
+        rows = section.long_form.stored(options.out / FOLDER, _say)
+        note = "" if len(rows) else "Its long form was not run: make studies."
+        frames.append(rows)
+    frames = [frame for frame in frames if len(frame)]
+    whole = pd.concat(frames, ignore_index=True) if frames else None
+    return SectionResult(section, whole, note, failure)
+
+
+def _dated(frame: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.DataFrame:
+    """Columns of commit and date, where there are, are filled with those of the run."""
+    origin = suite.provenance(options.command)
+    commit, plus, dirty = origin.get("commit", "").partition("+")
+    now = {
+        "commit": f"{commit[:12]}{plus}{dirty}",
+        "date": (run or origin.get("date", "")).partition(" ")[0],
+    }
+    return frame.assign(**{name: text for name, text in now.items() if name in frame})
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr)

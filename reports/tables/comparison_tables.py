@@ -1,0 +1,51 @@
+"""Tables made from the times of contenders: ratios, the fastest per error, targets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from benchmarks.work_precision.targets import Target
+from benchmarks.work_precision.targets_met import targets_met
+from reports.tables.fastest_per_error import fastest_per_error
+from reports.tables.matched_error import matched, smallest
+from reports.tables.targets_table import readable_targets
+from reports.tables.writing import write_table
+
+
+@dataclass(frozen=True, eq=False)
+class ComparisonTables:
+    """Empty frames where nothing was compared.
+
+    ratios    times at matched errors
+    fastest   the fastest run for each error
+    smallest  times at the smallest error of each contender
+    targets   what was aimed at, beside what was measured
+    """
+
+    ratios: pd.DataFrame
+    fastest: pd.DataFrame
+    smallest: pd.DataFrame
+    targets: pd.DataFrame
+
+
+def comparison_tables(runs: pd.DataFrame | None, targets: Sequence[Target]) -> ComparisonTables:
+    """From the rows of `benchmarks.work_precision.run`; None where that raised."""
+    if runs is None or runs.empty:
+        return ComparisonTables(*(pd.DataFrame() for _ in range(4)))
+    return ComparisonTables(
+        matched(runs), fastest_per_error(runs), smallest(runs), targets_met(runs, targets)
+    )
+
+
+def write_comparison(folder: Path, tables: ComparisonTables) -> None:
+    """Those that have rows, in three forms each."""
+    named = (("ratios", tables.ratios), ("choices", tables.fastest), ("smallest", tables.smallest))
+    for name, table in named:
+        if len(table):
+            write_table(folder, name, table)
+    if len(tables.targets):
+        write_table(folder, "targets", tables.targets, readable_targets(tables.targets)[0])

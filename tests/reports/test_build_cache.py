@@ -1,0 +1,157 @@
+"""Results of a build: kept to the last bit, measured again when damaged, studied by workers."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks.claims import CLAIMS
+from benchmarks.store.provenance import ROOT
+from benchmarks.store.result_cache import FOLDER, ResultCache
+from reports.build.workers import WORKERS, processors, study_in_workers
+from reports.contents import CHECKS, load
+from reports.results.cache import BuildCache
+from reports.results.claim_results import check
+from tests.reports.small_studies import broken, quiet
+
+FRAMES = (
+    pd.DataFrame({"x": [0.1 + 0.2, -0.0, np.nan, np.inf, -np.inf, 5e-324, 1e308]}),
+    pd.DataFrame({"n": [2**62, -1], "good": [True, False], "text": ["a", ""]}),
+    pd.DataFrame({"mixed": pd.Series(["a", None, np.nan, 1, 2.5, True], dtype=object)}),
+    pd.DataFrame(columns=["a", "b"]).astype({"a": "float64"}),
+    pd.DataFrame(),
+)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_a_kept_frame_is_the_same_to_the_last_bit(tmp_path, frame):
+    store = ResultCache(tmp_path, "state")
+    BuildCache(store, "monday").keep("V1", frame, 0.1 + 0.2)
+    back = store.results()["V1"]
+    assert (back.seconds, back.run) == (0.1 + 0.2, "monday")
+    pd.testing.assert_frame_equal(back.frame, frame, check_exact=True)
+    for name in frame.select_dtypes("float"):
+        assert back.frame[name].to_numpy().tobytes() == frame[name].to_numpy().tobytes()
+
+
+def test_results_of_other_sources_are_neither_seen_nor_removed(tmp_path):
+    mine, other = ResultCache(tmp_path, "mine"), ResultCache(tmp_path, "other")
+    for name in ("a", "b c"):
+        mine.keep(name, 1)
+    other.keep("a", 2)
+    assert mine.results() == {"a": 1, "b c": 1} and other.results() == {"a": 2}
+    mine.forget(["a"])
+    assert mine.results() == {"b c": 1}
+    mine.forget()
+    assert mine.results() == {} and other.results() == {"a": 2}
+    other.forget()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_damaged_result_is_measured_again(tmp_path):
+    store = ResultCache(tmp_path, "state")
+    store.keep("V1", pd.DataFrame({"x": np.zeros(100_000)}))
+    store.keep("V3", "small")
+    for path in (tmp_path / FOLDER).rglob("*.val"):
+        path.write_bytes(path.read_bytes()[:-1000])
+    assert store.results() == {"V3": "small"}
+    (tmp_path / FOLDER / "cache.db").write_bytes(b"no database" * 1000)
+    for more in ("cache.db-wal", "cache.db-shm"):
+        (tmp_path / FOLDER / more).unlink(missing_ok=True)
+    assert store.results() == {}
+    store.keep("V1", 3)
+    assert store.results() == {"V1": 3}
+
+
+@pytest.mark.parametrize("error", [OSError("No space left"), sqlite3.OperationalError("is full")])
+def test_a_result_that_cannot_be_kept_is_used_all_the_same(tmp_path, monkeypatch, capsys, error):
+    def full(*more: object) -> None:
+        raise error
+
+    monkeypatch.setattr(ResultCache, "keep", full)
+    frame = FRAMES[0]
+    assert BuildCache(ResultCache(tmp_path, "s")).result("V1", lambda: frame).frame is frame
+    assert f"V1 is not kept for a build that is resumed: {error}." in capsys.readouterr().err
+
+
+def test_claims_that_take_times_say_so():
+    """They are not studied beside others."""
+    for claim in CLAIMS:
+        source = inspect.getsource(sys.modules[claim.study.__module__])
+        assert claim.timed == (
+            "benchmarks.statistics.timing" in source or "import time" in source
+        ), claim.id
+    assert [claim.id for claim in CLAIMS if claim.timed] == ["V24"]
+    assert set(load().in_workers) == {claim.id for claim in CHECKS} - {"V24"}
+
+
+def test_claims_that_other_processes_finish_are_kept_and_the_rest_is_studied_here(
+    make_claim, tmp_path, capsys
+):
+    store = ResultCache(tmp_path, "state")
+    seen = []
+
+    def elsewhere(names):
+        seen.extend(names)
+        yield "V2", pd.DataFrame({"there": [1.0]}), 7.0
+
+    claims = [make_claim("V1"), make_claim("V2", raises=RuntimeError("not here")), make_claim("V3")]
+    found = check(claims, None, True, cache=BuildCache(store, "now"), elsewhere=elsewhere)
+    assert seen == [one.claim.id for one in found] == ["V1", "V2", "V3"]
+    assert found[1].seconds == 7.0 and list(found[1].frame) == ["there"]
+    assert "V2 title of V2: 7.0 s" in capsys.readouterr().err
+    assert set(store.results()) == {"V1", "V2", "V3"}
+
+
+@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
+def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd):
+    studies = {name: partial(quiet, 0.3) for name in "abc"} | {"d": broken}
+    found = {name: (frame, seconds) for name, frame, seconds in study_in_workers(studies, True)}
+    assert set(found) == {"a", "b", "c"} and capfd.readouterr() == ("", "")
+    processes = {int(frame["process"][0]) for frame, _ in found.values()}
+    assert len(processes) == 2 and os.getpid() not in processes
+    assert all(seconds >= 0.3 and frame["quick"].all() for frame, seconds in found.values())
+    assert list(study_in_workers({"a": partial(quiet, 0.0)}, True)) == []  # too few
+
+
+KILLED = """
+import os, signal, sys
+from functools import partial
+from reports.build.workers import study_in_workers
+from tests.reports.small_studies import quiet
+if __name__ == "__main__":
+    studies = {"a": partial(quiet, 0.0), **{str(k): partial(quiet, 300.0) for k in range(9)}}
+    (one,) = next(study_in_workers(studies, True))[1]["process"]
+    print(one, flush=True)
+    if sys.argv[1] == "kill":
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
+@pytest.mark.parametrize("how", ["kill", "end"])
+def test_workers_end_with_the_build_however_it_ends(tmp_path: Path, how: str) -> None:
+    (tmp_path / "script.py").write_text(KILLED)
+    done = subprocess.run(
+        [sys.executable, str(tmp_path / "script.py"), how],
+        env=os.environ | {"PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == (-signal.SIGKILL if how == "kill" else 0)
+    for _ in range(100):
+        try:
+            os.kill(int(done.stdout), 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.1)
+    pytest.fail("a worker goes on without its build")
