@@ -21,7 +21,7 @@ from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.measures import independent_invariants
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import finest, label_beside
-from benchmarks.work_precision.rigid_bodies import CHARTS, MUJOCO, largest_entry
+from benchmarks.work_precision.problems.rigid_bodies import CHARTS, MUJOCO, largest_entry
 from galvi import Problem
 from galvi.arrays import Array
 from references import Contender

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.work_precision.rigid_bodies import TEXTBOOK_RK4
+from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from references.mujoco.steps import MUJOCO_RK4
 from reports.tables.number_format import readable
 

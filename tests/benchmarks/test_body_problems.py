@@ -16,14 +16,14 @@ from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
 from benchmarks.work_precision.problem import ATTITUDE, Participant, Truth, WorkPrecisionProblem
-from benchmarks.work_precision.rigid_bodies import (
+from benchmarks.work_precision.problems.free_body import free_body
+from benchmarks.work_precision.problems.pendulum_3d import pendulum
+from benchmarks.work_precision.problems.rigid_bodies import (
     CHARTS,
     MUJOCO,
     TEXTBOOK_DOP853,
     TEXTBOOK_RK4,
-    free_body,
     largest_entry,
-    pendulum,
 )
 from galvi import Problem, Trajectory
 from references.mujoco.steps import MUJOCO_RK4

@@ -24,7 +24,7 @@ from benchmarks.studies.free_body_drift import (
 )
 from benchmarks.studies.free_body_drift_long import parts, stored
 from benchmarks.work_precision.galvi_methods import gauss_collocation
-from benchmarks.work_precision.rigid_bodies import MUJOCO
+from benchmarks.work_precision.problems.rigid_bodies import MUJOCO
 from galvi import Problem, Trajectory
 from references.as_trajectory import as_trajectory
 from references.mujoco.steps import MUJOCO_EULER, MUJOCO_IMPLICITFAST, MUJOCO_RK4

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.work_precision.problem import ATTITUDE, POSITION
-from benchmarks.work_precision.rigid_bodies import TEXTBOOK_RK4
+from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from reports.figures.drawing import comparison_figure
 from reports.figures.picture import picture
 from reports.tables.fastest_per_error import fastest_per_error, of_mujoco, readable_fastest

@@ -1,4 +1,4 @@
-"""Work-precision problems of chains of links that swing in a plane."""
+"""What work-precision problems of chains of links that swing in a plane share."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-import galvi
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import (
     ANGLE,
@@ -29,18 +28,6 @@ from references.stored.chain import STORED_CHAIN
 DURATION = 5.0  # of the double pendulum some ten of its Lyapunov times: tests/references
 RK4_STEPS = (500, 2000, 8000, 16_000)
 FIRST_ORDER_STEPS = (2000, 8000)
-DOUBLE: Mapping[int, Sequence[int]] = {4: (100, 200, 400), 8: (50, 100, 200), 12: (40, 60, 100)}
-FIVE: Mapping[int, Sequence[int]] = {4: (100, 200, 400), 6: (60, 100, 150), 8: (60, 80, 100)}
-
-
-def double_pendulum(quick: bool) -> WorkPrecisionProblem:
-    """Two points on weightless rods, from a chaotic start."""
-    return _chain(galvi.problems.double_pendulum(), quick, DOUBLE)
-
-
-def planar_chain(quick: bool) -> WorkPrecisionProblem:
-    """Five rods, released straight from an angle of one radian."""
-    return _chain(galvi.problems.planar_chain(), quick, FIVE)
 
 
 def largest_angle(q: Array, truth: Array) -> float:
@@ -48,9 +35,7 @@ def largest_angle(q: Array, truth: Array) -> float:
     return float(np.max(np.abs(q - truth)))
 
 
-def _chain(
-    problem: Problem, quick: bool, ours: Mapping[int, Sequence[int]]
-) -> WorkPrecisionProblem:
+def chain(problem: Problem, quick: bool, ours: Mapping[int, Sequence[int]]) -> WorkPrecisionProblem:
     """Everyone on one chain; a few settings of each when quick.
 
     MuJoCo's discrete and implicitfast are its Euler where nothing is damped, so they are left out.

@@ -1,4 +1,4 @@
-"""Work-precision problems of rigid bodies: galvi in both charts, MuJoCo, textbook methods."""
+"""What work-precision problems of rigid bodies share: galvi, MuJoCo and textbook methods."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import galvi
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import (
     ATTITUDE,
-    EPS,
     Participant,
     Setting,
     Truth,
@@ -20,7 +19,6 @@ from benchmarks.work_precision.problem import (
 )
 from galvi import Problem
 from galvi.arrays import Array
-from references.closed_forms.free_top import FREE_TOP
 from references.heyoka.engine import DEFAULT
 from references.heyoka.rigid import HEYOKA_RIGID
 from references.mujoco.steps import (
@@ -31,7 +29,6 @@ from references.mujoco.steps import (
     MUJOCO_RK4,
 )
 from references.scipy.rigid_ivp import RIGID_DOP853
-from references.stored.attitude import STORED_ATTITUDE
 from references.textbook.quaternion_dop853 import QUATERNION_DOP853
 from references.textbook.quaternion_rk4 import QUATERNION_RK4
 
@@ -41,34 +38,6 @@ MUJOCO = (MUJOCO_EULER, MUJOCO_RK4, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO
 TEXTBOOK_RK4, TEXTBOOK_DOP853 = QUATERNION_RK4.name, QUATERNION_DOP853.name
 RK4_STEPS = (100, 400, 1600, 6400, 25_600)  # MuJoCo's and the textbook's, to compare their steps
 FIRST_ORDER_STEPS = (1000, 6000, 36_000)
-FREE: Mapping[int, Sequence[int]] = {
-    4: (60, 120, 240), 6: (30, 40, 60), 8: (30, 40, 60), 10: (30, 40), 12: (30, 40),
-}  # fmt: skip
-HANGING: Mapping[int, Sequence[int]] = {
-    4: (20, 40, 80, 160), 6: (20, 30, 40), 8: (20, 30, 40), 10: (20, 30), 12: (20, 30),
-}  # fmt: skip
-
-
-def free_body(quick: bool) -> WorkPrecisionProblem:
-    """H's free rigid body: some nine turns."""
-    problem = galvi.problems.free_rigid_body()
-
-    def truth() -> Truth:
-        end = FREE_TOP.run(problem, DURATION, {"samples": 1}).q[-1]
-        return Truth(end, 0.5 * EPS, f"{FREE_TOP.name}; to the rounding of the entries")
-
-    return _body(problem, quick, FREE, truth)
-
-
-def pendulum(quick: bool) -> WorkPrecisionProblem:
-    """H's 3D pendulum from near its rest."""
-    problem = galvi.problems.pendulum_3d()
-
-    def truth() -> Truth:
-        kept = STORED_ATTITUDE.run(problem, DURATION, {"samples": 1})
-        return Truth(kept.q[-1], 0.5 * EPS, f"{kept.method}; to the rounding of the entries")
-
-    return _body(problem, quick, HANGING, truth)
 
 
 def largest_entry(q: Array, truth: Array) -> float:
@@ -76,7 +45,7 @@ def largest_entry(q: Array, truth: Array) -> float:
     return float(np.max(np.abs(q - truth)))
 
 
-def _body(
+def rigid_body(
     problem: Problem, quick: bool, ours: Mapping[int, Sequence[int]], truth: Callable[[], Truth]
 ) -> WorkPrecisionProblem:
     """Everyone on one body; a few settings of each when quick."""

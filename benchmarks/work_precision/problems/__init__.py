@@ -1,0 +1,30 @@
+"""The problems that contenders are compared on, at matched error; PROBLEMS is their list."""
+
+from __future__ import annotations
+
+from benchmarks.work_precision.problem import WorkPrecisionProblem
+from benchmarks.work_precision.problems.applegate import applegate
+from benchmarks.work_precision.problems.double_pendulum import double_pendulum
+from benchmarks.work_precision.problems.free_body import free_body
+from benchmarks.work_precision.problems.kepler import kepler_orbit
+from benchmarks.work_precision.problems.outer_solar_system import outer_solar_system
+from benchmarks.work_precision.problems.pendulum_3d import pendulum
+from benchmarks.work_precision.problems.planar_chain import planar_chain
+from benchmarks.work_precision.problems.solar_system import solar_system
+
+PROBLEMS = (
+    kepler_orbit,
+    outer_solar_system,
+    solar_system,
+    applegate,
+    free_body,
+    pendulum,
+    double_pendulum,
+    planar_chain,
+)
+NOT_IN_QUICK = (applegate,)  # the planets of outer_solar_system, from other masses and states
+
+
+def work_precision_problems(quick: bool) -> tuple[WorkPrecisionProblem, ...]:
+    """Every problem; shorter runs and fewer settings when quick."""
+    return tuple(make(quick) for make in PROBLEMS if not (quick and make in NOT_IN_QUICK))

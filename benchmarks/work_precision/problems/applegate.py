@@ -1,0 +1,27 @@
+"""Work-precision on Applegate's outer planets."""
+
+from __future__ import annotations
+
+import galvi
+from benchmarks.work_precision.problem import WorkPrecisionProblem
+from benchmarks.work_precision.problems.planets import planets
+from references.textbook.euler import SYMPLECTIC_EULER
+from references.textbook.stormer_verlet import STORMER_VERLET
+
+
+def applegate(quick: bool) -> WorkPrecisionProblem:
+    """Applegate's outer planets: 10,000 years of 365 days, or 1000 when quick.
+
+    Every contender of `outer_solar_system`, on the few settings of its quick form: the planets are
+    the same, from other masses and another start.
+    """
+    return planets(
+        galvi.problems.applegate(),
+        1_000.0 if quick else 10_000.0,
+        4332.6 / 365.0,
+        True,
+        (
+            ("Stormer-Verlet", STORMER_VERLET, (100,), {}),
+            ("symplectic Euler", SYMPLECTIC_EULER, (300,), {}),
+        ),
+    )

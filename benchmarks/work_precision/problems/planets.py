@@ -1,0 +1,101 @@
+"""What work-precision problems of planets share: participants, settings and the stored truth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.problem import (
+    EPS,
+    Participant,
+    Setting,
+    Truth,
+    WorkPrecisionProblem,
+    adaptive,
+    fixed,
+    galvi_label,
+)
+from galvi import Problem
+from references.heyoka import taylor as heyoka_taylor
+from references.rebound import ias15, saba, whfast
+from references.scipy.ivp import DOP853
+from references.stored.planets import STORED_TRUTH
+
+# Steps a period, and a third, for Wisdom and Holman's maps: to where rounding stops WHFast on the
+# outer planets (10,000 years: 4.5e-9 with 120, 1.5e-9 with 240, 4.0e-9 with 480).
+WISDOM = (10, 15, 20, 30, 60, 120, 240)
+
+
+def planets(
+    problem: Problem, duration: float, period: float, few: bool, others: Sequence[Any]
+) -> WorkPrecisionProblem:
+    """galvi, REBOUND, heyoka and SciPy on planets; the truth is the stored one.
+
+    duration  on which the truth is kept, in the problem's unit of time
+    period    of the fastest planet, likewise, to which numbers of steps refer
+    few       fewer settings of the references, their defaults and their best among them
+    others    (label, contender, steps a period, options), for this problem only
+    """
+
+    def truth() -> Truth:
+        kept = STORED_TRUTH.run(problem, duration, {"samples": 1})
+        speed = np.max(np.abs(problem.system.velocity(kept.p[-1])))
+        error = EPS * (float(np.max(np.abs(kept.q[-1]))) + duration * float(speed))
+        text = f"{kept.method}; to the rounding of positions and times, {error:.0e} au"
+        return Truth(kept.q[-1], error, text)
+
+    def steps(*per_period: float, **options: Any) -> list[Setting]:
+        # Never a whole number of steps a period: errors that resonate with it say little.
+        counts = [round(duration * (k + 1.0 / 3.0) / period) for k in per_period]
+        return [{**fixed(duration, count), **options} for count in counts]
+
+    def once(**options: Any) -> Setting:
+        return {"samples": 1, **options}
+
+    best = [
+        {**one, "kernel": kernel}
+        for kernel in (("LAZY",) if few else ("LAZY", "DEFAULT"))
+        for one in steps(*WISDOM, **whfast.BEST)
+    ]
+    looser = [
+        {**mode, "epsilon": epsilon}
+        for mode in (ias15.DEFAULT, ias15.GLOBAL)
+        for epsilon in ((1e-5,) if few else (1e-7, 1e-5, 1e-3))
+    ]
+    taylor = [heyoka_taylor.DEFAULT, heyoka_taylor.BEST]
+    taylor += [] if few else [{**heyoka_taylor.DEFAULT, "tolerance": 1e-12}]
+    return WorkPrecisionProblem(
+        problem,
+        duration,
+        (
+            *(
+                Participant(galvi_label(s), gauss_collocation(s), steps(*per_period))
+                for s, per_period in {
+                    6: (6, 8, 12, 16, 20, 24),
+                    8: (4, 6, 8, 10, 12, 16),
+                    12: (2, 3, 4, 5, 6, 8),
+                    16: (1.5, 2, 2.5, 3, 4),
+                }.items()
+            ),
+            Participant("REBOUND IAS15", ias15.IAS15, [once(**ias15.DEFAULT)]),
+            Participant("REBOUND IAS15, GLOBAL", ias15.IAS15, [once(**ias15.GLOBAL)]),
+            Participant(
+                "REBOUND IAS15, looser", ias15.IAS15, [once(**options) for options in looser]
+            ),
+            Participant("REBOUND WHFast, best", whfast.WHFAST, best),
+            Participant("REBOUND WHFast, default", whfast.WHFAST, steps(30, 120, **whfast.DEFAULT)),
+            Participant("REBOUND SABA(10,6,4)", saba.SABA, steps(3, 5, 7, 10, 20, **saba.BEST)),
+            Participant("heyoka", heyoka_taylor.HEYOKA, [once(**options) for options in taylor]),
+            Participant(
+                "SciPy DOP853", DOP853, adaptive("tolerance", (1e-9,) if few else (1e-9, 1e-12))
+            ),
+            *(
+                Participant(label, contender, steps(*k, **more))
+                for label, contender, k, more in others
+            ),
+        ),
+        truth,
+    )
