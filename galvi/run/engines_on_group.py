@@ -8,8 +8,6 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from galvi.charts.cayley import Cayley
-from galvi.charts.exponential import Exponential
 from galvi.checkpoint import Checkpoint
 from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.lanes import body as packed_body
@@ -66,7 +64,6 @@ def by_fixed_point(problem: Problem, method: Galerkin) -> bool:
     return (
         isinstance(system, RigidBody) and system.gradient is None and system.force is None
         and square and one_space
-        and isinstance(method.chart, Cayley | Exponential)
         and isinstance(system.potential, UniformGravity | None)
     )  # fmt: skip
 

@@ -19,16 +19,11 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import read_only
-from galvi.charts.cayley import Cayley
-from galvi.charts.exponential import Exponential
+from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
 from galvi.curves.group_curves import GroupCurves
 from galvi.curves.vector_curves import Curves
-from galvi.groups.product import Product
-from galvi.groups.rn import Rn
-from galvi.groups.se3 import SE3
-from galvi.groups.so2 import SO2
-from galvi.groups.so3 import SO3
+from galvi.groups import GROUPS
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import Rule
@@ -57,8 +52,8 @@ from galvi.trajectory import Trajectory
 VALUES = (
     CentralForce, LinearSpring, SpringChain, PendulumWeight, UniformField, UniformGravity,
     RotorDrag, Polynomials, ComponentPolynomials, Fourier, PolynomialFourier, PiecewisePolynomials,
-    PiecewiseHermite, Rule, Cayley, Exponential, Galerkin, Canonical, NBody, RigidBody, FreeBody,
-    Lagrangian, PlanarChain, Product, Rn, SE3, SO2, SO3,
+    PiecewiseHermite, Rule, Galerkin, Canonical, NBody, RigidBody, FreeBody, Lagrangian,
+    PlanarChain, *map(type, CHARTS), *map(type, GROUPS),
 )  # fmt: skip
 NAMES = {kind.__name__: kind for kind in VALUES}
 VERSION = 1

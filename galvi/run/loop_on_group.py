@@ -14,7 +14,7 @@ from galvi.charts.maps import coordinates, tangent
 from galvi.checkpoint import Checkpoint
 from galvi.curves.group_curves import GroupCurves
 from galvi.groups.group import Group
-from galvi.kernels.lie import charts
+from galvi.kernels.lie import product
 from galvi.kernels.nystrom.advance import GUESS, HOLDS
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.kernels.on_group.advance import LEFT_CHART, RATES
@@ -138,18 +138,14 @@ def rates_of_smaller_steps(
             work.counts[row] += run.counts[name]
         if run.success:
             places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
-            turning = Exponential()
-            path = unwrapped(group, coordinates(turning, group, q, run(t + step * places)))
-            work.turned[0] = max(farthest_turn(group, xi) for xi in path)
+            path, turning = run(t + step * places), Exponential()
+            turns = unwrapped(turning, group, coordinates(turning, group, q, path))
+            work.turned[0] = max(farthest_turn(group, xi) for xi in turns)
             if work.turned[0] > chart.limit:
                 return None
-            times = t + method.table.c * step
-            xi = (
-                path[np.searchsorted(places, method.table.c)]
-                if isinstance(chart, Exponential)
-                else coordinates(chart, group, q, run(times))
-            )
-            velocities = run.velocity(times)
+            xi = unwrapped(chart, group, coordinates(chart, group, q, path))
+            xi = xi[np.searchsorted(places, method.table.c)]
+            velocities = run.velocity(t + method.table.c * step)
             rates = np.linalg.solve(tangent(chart, group, xi), velocities[..., None])[..., 0]
             return np.ascontiguousarray(rates.T)
     work.turned[0] = abs(step) * farthest_turn(group, v)
@@ -158,4 +154,4 @@ def rates_of_smaller_steps(
 
 def farthest_turn(group: Group, xi: Array) -> float:
     """The largest |xi| of a rotation in exponential coordinates or velocities (d,)."""
-    return float(charts.largest_turn(group.layout, np.ascontiguousarray(xi)))
+    return float(product.largest_rotation(group.layout, np.ascontiguousarray(xi)))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.charts import CHARTS
 from galvi.charts.chart import Chart
 from galvi.kernels.nystrom.solve import NOT_FINITE, SOLVED
 from galvi.kernels.on_group.advance import LEFT_CHART
@@ -90,7 +91,11 @@ def ending_on_group(
         )
     if turn >= NEAR_LIMIT * chart.limit or code == LEFT_CHART:
         limit, name = chart.limit, type(chart).__name__
-        other = "" if limit > 4.0 else ", or chart=galvi.Exponential(), which ends at 2 pi"
+        farther = max(CHARTS, key=lambda other: other.limit)
+        other = "" if farther.limit <= limit else (
+            f", or chart=galvi.{type(farther).__name__}(), which ends at {farther.limit / np.pi:g} "
+            f"pi"
+        )  # fmt: skip
         return (
             f"Stopped {where}: the step turns by {turn:.4g} radians, and the chart {name} ends at "
             f"{limit:.4g}. Use a step of at most {0.5 * abs(step) * limit / turn:.2g}{other}."

@@ -30,7 +30,7 @@ from galvi.kernels.compile.function_pointers import fill, matrix, vector
 from galvi.kernels.compile.jit import jit, jit_inline
 from galvi.kernels.forces import force_kinds as fields
 from galvi.kernels.forces.accelerations import accelerations
-from galvi.kernels.lie import coadjoint
+from galvi.kernels.lie import product
 
 LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL, CANONICAL_GRADIENT = 0, 1, 2, 3, 4, 5
 FREE, PUSHED, TIMED_PUSHED, PUSHED_BY_LAW = 0, 1, 2, 3  # which force acts
@@ -103,7 +103,7 @@ def rotation_slopes(gradient, v, constants, layout, g, out):
     fits = gradient.shape[0] == 3 and gradient.shape[1] == 3
     for i in range(9):
         slope[i] = -gradient[i // 3, i % 3] if fits else np.nan
-    coadjoint.pull(layout, g, slope, out[1])
+    product.left_derivative(layout, g, slope, out[1])
     for i in range(3):
         out[0, i] = 0.0
         for j in range(3):
@@ -125,7 +125,7 @@ def spread(values, kind, layout, g, out):
         for i in range(d):
             out[1, i] = values[d + i]
     else:
-        coadjoint.pull(layout, g, values[d:], out[1])
+        product.left_derivative(layout, g, values[d:], out[1])
 
 
 @jit

@@ -11,7 +11,7 @@ those of collocation in the chart, with eta and f from xi and pi
 
 p0 would be mu0, were the base point of the chart to stay; it differs by the error of a step. The
 equations are solved by fixed-point iteration; a step for which that fails, or that turns by more
-than body_lanes.REACHES, is left to the general kernel.
+than REACHES, is left to the general kernel.
 
 state   (4, 9)  R by rows; mu, the last p0 - mu0, the momentum in space; a quaternion of R, not
         normalised (zeros when only R and mu are known); what rounding lost of it and, from entry 4,
@@ -37,7 +37,7 @@ from numba import types
 
 from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
 from galvi.kernels.compile.jit import compiled_for, jit_inline
-from galvi.kernels.lanes.body_formulas import REACHES, stage_forces, stage_momenta, stage_rates
+from galvi.kernels.lanes.body_formulas import stage_forces, stage_momenta, stage_rates
 from galvi.kernels.lanes.body_update import (
     end_defect,
     kick_momentum,
@@ -47,6 +47,7 @@ from galvi.kernels.lanes.body_update import (
 )
 from galvi.kernels.lanes.gravity import LANES, combine, move
 from galvi.kernels.lanes.nbody import RECONSIDER, choose_terms, copy_rows
+from galvi.kernels.lie.chart_functions import CHARTS
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import (
     DIVERGED,
@@ -59,6 +60,7 @@ from galvi.kernels.nystrom.solve import (
     verdict,
 )
 
+REACHES = tuple(chart.REACH_IN_LANES for chart in CHARTS)
 TERMS = 3  # place in memo
 PULLS = 2  # corrections of a first guess for the chart's tangent map
 AXES = (0, 0, 0)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit_inline
-from galvi.kernels.lie.chart_coefficients import CAYLEY, inverse_radial, rotation_radial
+from galvi.kernels.lie.chart_functions import half_turn, inverse_radial, rotation_radial
 from galvi.kernels.nystrom.step import two_sum
 
 
@@ -118,15 +118,7 @@ def kick_momentum(kick, R, state):
 def turn_quaternion(chart, xi, state):
     """q <- q (half the turn of xi), by a compensated change."""
     x, y, z = xi[0], xi[1], xi[2]
-    u = x * x + y * y + z * z
-    if chart == CAYLEY:
-        length = np.sqrt(1.0 + 0.25 * u)
-        along, less = 0.5 / length, -0.25 * u / (length * (length + 1.0))
-    else:
-        half = 0.25 * np.sqrt(u)
-        sine = np.sin(half)
-        along = 0.5 * sine * np.cos(half) / half if half > 0.0 else 0.5
-        less = -2.0 * sine * sine
+    along, less = half_turn(chart, x * x + y * y + z * z)
     a, b, c = along * x, along * y, along * z
     w, x, y, z = state[2, 0], state[2, 1], state[2, 2], state[2, 3]
     steps = (

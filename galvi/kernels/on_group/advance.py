@@ -17,12 +17,14 @@ from numba import types
 
 from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
 from galvi.kernels.compile.jit import compiled_for, jit
-from galvi.kernels.lie import charts
+from galvi.kernels.lie import product
+from galvi.kernels.lie.chart_functions import angle_of
+from galvi.kernels.lie.product import is_flat, is_one_rotation
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, TABLEAU
 from galvi.kernels.nystrom.solve import NOT_FINITE, SOLVED
 from galvi.kernels.nystrom.step import copy_into, predict
 from galvi.kernels.on_group.solve import coefficients, guess_curve, solve_group
-from galvi.kernels.on_group.stages import carried, end_momentum, end_place, is_flat
+from galvi.kernels.on_group.stages import carried, end_momentum, end_place
 
 STREAK = 1
 LEFT_CHART = 4
@@ -38,9 +40,9 @@ def arrive(layout, chart, basis, h, g, mu0, forces, x, g1, mu1):
     carried(basis, h, mu0, forces, momentum)
     T, G = np.empty((d, d)), np.empty((d, d))
     end_momentum(layout, chart, T, G, xi, momentum, mu1, p1)
-    charts.place(layout, chart, g, xi, g1)
-    charts.restore(layout, g1)
-    return charts.largest_turn(layout, xi)
+    product.place(layout, chart, g, xi, g1)
+    product.restore(layout, g1)
+    return product.largest_rotation(layout, xi)
 
 
 @jit
@@ -103,7 +105,7 @@ def advance_group(functions, kind, timed, side, constants, pushed, push_constant
             return code
         reached = arrive(layout, chart, basis, h, g, mu, forces, x, g1, mu1)
         if not reached <= farthest:
-            turned[0] = charts.angle_of(chart, reached)
+            turned[0] = angle_of(chart, reached)
             return LEFT_CHART
         size = 0.0
         for i in range(r):
@@ -112,7 +114,7 @@ def advance_group(functions, kind, timed, side, constants, pushed, push_constant
             size += abs(mu1[i])
         if not size < np.inf:
             return NOT_FINITE
-        if layout.shape[0] == 1 and layout[0, 0] == charts.SO3:
+        if is_one_rotation(layout):
             momentum_in_space(basis, h, g, forces, state, g1, mu1)
         for i in range(r):
             state[0, i] = g1[i]

@@ -6,7 +6,8 @@ It only steers Newton's iteration: what that converges to does not depend on it.
 from __future__ import annotations
 
 from galvi.kernels.compile.jit import jit_noalloc
-from galvi.kernels.on_group.stages import carried, end_momentum, end_place, is_flat, local_slopes
+from galvi.kernels.lie.product import is_flat
+from galvi.kernels.on_group.stages import carried, end_momentum, end_place, local_slopes
 
 NUDGE = 2.0**-22  # of a difference: slopes may be differenced themselves, to 1e-11
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit, jit_noalloc
-from galvi.kernels.lie import charts
+from galvi.kernels.lie import product
+from galvi.kernels.lie.product import is_flat, position_scale
 from galvi.kernels.nystrom.solve import (
     DIVERGED,
     FORCES,
@@ -19,8 +20,8 @@ from galvi.kernels.nystrom.solve import (
 )
 from galvi.kernels.on_group.derivative import derivative
 from galvi.kernels.on_group.elimination import factor, substitute
-from galvi.kernels.on_group.scale import FAR, grow_scale, largest, measure, relative, shrink_scale
-from galvi.kernels.on_group.stages import is_flat, place_curve, residual, scratch, stage_slopes
+from galvi.kernels.on_group.scale import FAR, grow_scale, largest, relative, shrink_scale
+from galvi.kernels.on_group.stages import place_curve, residual, scratch, stage_slopes
 
 PASSES = 60
 RENEW = 0.2  # contraction above which the derivative is formed anew
@@ -62,7 +63,7 @@ def guess_curve(layout, chart, basis, fit, h, velocities, x):
         for j in range(s):
             for a in range(d):
                 xi[a] = place[a, j]
-            charts.tangent(layout, chart, xi, eta, T, G)
+            product.tangent(layout, chart, xi, eta, T, G)
             solved = np.empty(d)
             for a in range(d):
                 solved[a] = velocities[a, j]
@@ -118,7 +119,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, bold, counts
     formed = here = False  # whether there is a derivative, and whether it is of where step began
     last, share = np.inf, 1.0
     place_curve(basis, h, x, place, rate)
-    measure(layout, g, scale)
+    position_scale(layout, g, scale)
     grow_scale(layout, place, rate, h, scale)
     for passes in range(PASSES):
         stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities)
@@ -171,7 +172,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, bold, counts
             return NOT_FINITE
         code = verdict(change, tolerance, history)
         if code == SOLVED:
-            measure(layout, g, now)
+            position_scale(layout, g, now)
             grow_scale(layout, place, rate, h, now)
             if not shrink_scale(now, scale):
                 stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities)

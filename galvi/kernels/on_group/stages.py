@@ -31,7 +31,8 @@ import numpy as np
 
 from galvi.kernels.compile.jit import jit, jit_inline, jit_noalloc
 from galvi.kernels.forces.lagrangian_derivatives import slopes
-from galvi.kernels.lie import charts, coadjoint
+from galvi.kernels.lie import product
+from galvi.kernels.lie.product import is_flat
 
 
 @jit_noalloc
@@ -45,12 +46,6 @@ def place_curve(basis, h, x, place, rate):
                 where += psi[j, i] * x[a, i]
                 pace += slope[j, i] * x[a, i]
             place[a, j], rate[a, j] = where, pace / h
-
-
-@jit_inline
-def is_flat(layout):
-    """Whether the group is R^n alone, where T = Ad* = 1."""
-    return layout.shape[0] == 1 and layout[0, 0] == charts.RN
 
 
 @jit
@@ -75,8 +70,8 @@ def local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, out):
         for i in range(d):
             there[i], velocity[i] = g[i] + xi[i], eta[i]
     else:
-        charts.place(layout, chart, g, xi, there)
-        charts.tangent(layout, chart, xi, eta, T, G)
+        product.place(layout, chart, g, xi, there)
+        product.tangent(layout, chart, xi, eta, T, G)
         for i in range(d):
             velocity[i] = 0.0
             for j in range(d):
@@ -91,7 +86,7 @@ def local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, out):
         for j in range(d):
             out[0, i] += T[j, i] * own[0, j]
             out[1, i] += G[j, i] * own[0, j] + T[j, i] * own[1, j]
-    coadjoint.coadjoint_inverse(layout, chart, xi, own[1], out[2])
+    product.coadjoint_inverse(layout, chart, xi, own[1], out[2])
 
 
 @jit_noalloc
@@ -137,8 +132,8 @@ def end_momentum(layout, chart, T, G, xi, momentum, mu1, p1):
         for i in range(d):
             mu1[i] = p1[i] = momentum[i]
         return
-    coadjoint.coadjoint(layout, chart, xi, momentum, mu1)
-    charts.tangent(layout, chart, xi, xi, T, G)
+    product.coadjoint(layout, chart, xi, momentum, mu1)
+    product.tangent(layout, chart, xi, xi, T, G)
     for i in range(d):
         p1[i] = 0.0
         for j in range(d):

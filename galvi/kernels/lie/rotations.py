@@ -1,6 +1,6 @@
-"""A chart of SO(3): xi (3,) to the rotation, its tangent map, and back.
+"""Rotations of space in a chart: xi (3,) to the matrix, its tangent map, and back.
 
-R    (9,) or larger arrays by rows: R[3 i + j]
+R    (3, 3)  matrix
 T    (3, 3)  tangent map, R^T R' = hat(T xi')
 G    (3, 3)  d(T(xi) eta)/dxi
 """
@@ -10,21 +10,42 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit, jit_inline, jit_noalloc
-from galvi.kernels.lie.chart_coefficients import CAYLEY, rotation_radial, tangent_radial
+from galvi.kernels.lie.arithmetic import dot, generic
+from galvi.kernels.lie.chart_functions import from_quaternion, rotation_radial, tangent_radial
 
 
-@jit_inline
-def rotation(chart, xi, R):
-    """R <- I + sine hat(xi) + cosine hat(xi)^2, (3, 3)."""
+@generic
+def rotation(chart, xi):
+    """I + sine hat(xi) + cosine hat(xi)^2, three rows."""
     x, y, z = xi[0], xi[1], xi[2]
     u = x * x + y * y + z * z
     sine, cosine = rotation_radial(chart, u)
-    R[0, 0] = 1.0 - cosine * (y * y + z * z)
-    R[1, 1] = 1.0 - cosine * (x * x + z * z)
-    R[2, 2] = 1.0 - cosine * (x * x + y * y)
-    R[0, 1], R[1, 0] = cosine * x * y - sine * z, cosine * x * y + sine * z
-    R[0, 2], R[2, 0] = cosine * x * z + sine * y, cosine * x * z - sine * y
-    R[1, 2], R[2, 1] = cosine * y * z - sine * x, cosine * y * z + sine * x
+    return (
+        (1.0 - cosine * (y * y + z * z), cosine * x * y - sine * z, cosine * x * z + sine * y),
+        (cosine * x * y + sine * z, 1.0 - cosine * (x * x + z * z), cosine * y * z - sine * x),
+        (cosine * x * z - sine * y, cosine * y * z + sine * x, 1.0 - cosine * (x * x + y * y)),
+    )
+
+
+@generic
+def transpose(R):
+    """The columns of three rows."""
+    return (
+        (R[0][0], R[1][0], R[2][0]), (R[0][1], R[1][1], R[2][1]), (R[0][2], R[1][2], R[2][2]),
+    )  # fmt: skip
+
+
+@generic
+def times(R, v):
+    """R v of three rows."""
+    return dot(R[0], v), dot(R[1], v), dot(R[2], v)
+
+
+@jit_inline
+def fill(rows, out):
+    """out (3, 3) <- three rows."""
+    for j in range(3):
+        out[0, j], out[1, j], out[2, j] = rows[0][j], rows[1][j], rows[2][j]
 
 
 @jit_inline
@@ -91,14 +112,11 @@ def quaternion(R, q):
 
 @jit
 def coordinates(chart, R, xi):
-    """xi <- the coordinates of R (3, 3): infinite where a Cayley chart ends, at half a turn."""
+    """xi <- the coordinates of R (3, 3), of which a chart's angle is at most half a turn."""
     q = np.empty(4)
     quaternion(R, q)
     sine = np.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-    if chart == CAYLEY:
-        factor = 2.0 / q[0]
-    else:
-        factor = 2.0 * np.arctan2(sine, q[0]) / sine if sine > 1e-150 else 2.0 / q[0]
+    factor = from_quaternion(chart, q[0], sine)
     for i in range(3):
         xi[i] = factor * q[i + 1]
 
