@@ -15,7 +15,9 @@ from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.lanes import nbody as packed
 from galvi.kernels.lanes.gravity import LANES
 from galvi.kernels.nystrom import advance
-from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON
+from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON, Force
+from galvi.kernels.nystrom.step import NystromTableau
+from galvi.kernels.run_record import Kept, Plan, Progress
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.run_arrays import Workspace
@@ -34,15 +36,15 @@ def general(
     """A function that does so many more steps in the general kernel and returns its code."""
     field = cast(VectorSystem, problem.system).field(problem.q0.shape[-1])
     kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
-    functions, tableau = field.functions, kernel_tableau(method.table)
+    force = tuple(Force(
+        field.kind, field.functions, field.slope is not None, field.constants, field.inverse_mass,
+        field.width,
+    ))  # fmt: skip
+    tableau, solver = tuple(kernel_tableau(method.table)), SOLVERS[start.solver]
+    plan, progress, kept = _plan(problem, step, steps, every, start), *_arrays(work)
 
     def call(todo: int) -> int:
-        return int(kernel(
-            field.kind, functions, field.slope is not None, field.constants,
-            field.inverse_mass, field.width, tableau, problem.t0, step, SOLVERS[start.solver],
-            start.tolerance, start.first, todo, steps, every, work.state, work.stages, work.memo,
-            work.counts, work.saved[0], work.saved[1], work.bases, work.coefficients,
-        ))  # fmt: skip
+        return int(kernel(force, tableau, plan, solver, todo, progress, kept))
 
     return call
 
@@ -59,18 +61,16 @@ def fastest(
     axes = (0,) * problem.q0.shape[1]
     masses = read_only(system.G * system.masses)
     kernel = packed.compiled_advance(len(axes))
-    ahead, series, growth, sums, c = packed_tables(method.table, step)
-    tableau = kernel_tableau(method.table)
-    room = aligned(6, problem.q0.size, series.shape[1])
+    tables, tableau = packed_tables(method.table, step), tuple(kernel_tableau(method.table))
+    plan, progress, kept = _plan(problem, step, steps, every, start), *_arrays(work)
+    scratch = aligned(6, problem.q0.size, tables[1].shape[1])
     spare = aligned(7, max(problem.q0.size, method.stages, LANES))
     slow: list[Call] = []
 
     def call(todo: int) -> int:
-        code = int(kernel(
-            axes, masses, tableau, ahead, series, growth, sums, c, step, start.tolerance,
-            start.first, todo, steps, every, work.state, work.stages, room, spare, work.memo,
-            work.counts, work.saved[0], work.saved[1], work.bases, work.coefficients,
-        ))  # fmt: skip
+        code = int(
+            kernel(axes, masses, tableau, tables, plan, todo, progress, scratch, spare, kept)
+        )
         if code:
             slow[:] = slow or [general(*arguments)]
             code = slow[0](1)
@@ -79,14 +79,27 @@ def fastest(
     return call
 
 
+def _plan(
+    problem: Problem, step: float, steps: int, every: int, start: Checkpoint
+) -> tuple[Any, ...]:
+    return tuple(Plan(float(problem.t0), step, start.tolerance, start.first, steps, every))
+
+
+def _arrays(work: Workspace) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    return (
+        tuple(Progress(work.state, work.stages, work.memo, work.counts)),
+        tuple(Kept(work.saved[0], work.saved[1], work.bases, work.coefficients)),
+    )
+
+
 @lru_cache(maxsize=32)
-def kernel_tableau(table: Tableau) -> tuple[Array, ...]:
-    """A table in the order and layout of galvi.kernels.nystrom.step."""
+def kernel_tableau(table: Tableau) -> NystromTableau:
+    """A table in the layout of galvi.kernels.nystrom.step."""
 
     def turned(matrix: Array) -> Array:
         return read_only(matrix.T)
 
-    return (
+    return NystromTableau(
         table.c, table.b, table.beta, turned(table.A), turned(table.psi), table.lead, table.C,
         turned(table.C), turned(table.analysis), turned(table.ahead), table.growth,
     )  # fmt: skip

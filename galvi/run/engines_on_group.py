@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from galvi.checkpoint import Checkpoint
 from galvi.kernels.compile.interpreted import interpreted
+from galvi.kernels.forces.lagrangian_derivatives import Law
 from galvi.kernels.lanes import body as packed_body
 from galvi.kernels.nystrom.solve import DIVERGED, NEWTON_STREAK
 from galvi.kernels.on_group.advance import STREAK, advance_group, compiled_advance_group
+from galvi.kernels.on_group.stages import Basis
+from galvi.kernels.run_record import Kept, Plan, Progress
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engines import aligned, collocation_tables, kernel_tableau
@@ -34,20 +37,40 @@ def general_on_group(
     field = system.lagrangian_kernel()
     unknowns = first_unknowns(method, system.group.dimension)
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
-    functions, table, chart = field.functions, method.table, method.chart
-    tolerance = max(start.tolerance, FINEST)
+    layout, chart = system.group.layout, method.chart
+    law = tuple(Law(
+        field.functions, field.kind, field.time_dependent, field.matrix_rows, field.constants,
+        field.force_kind, field.force_constants,
+    ))  # fmt: skip
+    table, tableau = method.table, kernel_tableau(method.table)
+    basis = tuple(Basis(
+        table.psi, table.slope, table.end, table.b, table.c, unknowns, table.fit, tableau.analysis,
+        tableau.ahead, tableau.growth,
+    ))  # fmt: skip
+    plan = _plan(problem, step, start, steps, every)
+    progress, kept = _arrays(work)
 
     def call(todo: int) -> int:
         return int(kernel(
-            functions, field.kind, field.timed, field.side, field.constants, field.pushed,
-            field.push_constants, system.group.layout, chart.number, chart.farthest,
-            kernel_tableau(table), table.psi, table.slope, table.end, table.fit, unknowns,
-            problem.t0, step, tolerance, start.first, todo, steps, every, work.state, work.stages,
-            work.memo, work.turned, work.counts, work.saved_g, work.saved_mu, work.bases,
-            work.coefficients,
+            law, layout, chart.number, chart.farthest, basis, plan, todo, progress, work.turned,
+            kept,
         ))  # fmt: skip
 
     return call
+
+
+def _plan(
+    problem: Problem, step: float, start: Checkpoint, steps: int, every: int
+) -> tuple[Any, ...]:
+    tolerance = max(start.tolerance, FINEST)
+    return tuple(Plan(float(problem.t0), step, tolerance, start.first, steps, every))
+
+
+def _arrays(work: GroupWorkspace) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    return (
+        tuple(Progress(work.state, work.stages, work.memo, work.counts)),
+        tuple(Kept(work.saved_g, work.saved_mu, work.bases, work.coefficients)),
+    )
 
 
 def first_unknowns(method: Galerkin, dimension: int) -> npt.NDArray[np.int64]:
@@ -85,8 +108,9 @@ def fastest_on_group(
     charts, weights = (0,) * (1 + chart), (0,) * (1 + int(weight is not None))
     tables = collocation_tables(table, step)
     width, weights_in_space = tables[0].shape[1], force[:3].copy()
-    room, spare = aligned(36, width), aligned(6, width)
-    tolerance = max(start.tolerance, FINEST)
+    scratch, spare = aligned(36, width), aligned(6, width)
+    plan = _plan(problem, step, start, steps, every)
+    progress, kept = _arrays(work)
     general = general_on_group(*arguments)
 
     def call(todo: int) -> int:
@@ -96,9 +120,8 @@ def fastest_on_group(
             work.memo[STREAK] -= work.done - before
             return code
         code = int(kernel(
-            charts, weights, *tables, body, weights_in_space, step, tolerance, start.first, todo,
-            steps, every, work.state, work.stages, room, spare, work.memo, work.counts,
-            work.saved_g, work.saved_mu, work.bases, work.coefficients,
+            charts, weights, tables, body, weights_in_space, plan, todo, progress, scratch, spare,
+            kept,
         ))  # fmt: skip
         if code and start.solver == "fixed_point":
             return DIVERGED  # its forces are finite

@@ -16,25 +16,25 @@ class LagrangianKernel:
     """Derivatives of a Lagrangian, and a force, as galvi.kernels.forces.lagrangian_derivatives
     evaluates them.
 
-    kind       slopes.LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL or CANONICAL_GRADIENT
+    kind       LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL or CANONICAL_GRADIENT
     function   of that kind
-    timed      whether a user's function takes the time
-    side       rows of the matrix that a user's slopes and force take; 0 for a vector
+    time_dependent  whether a user's function takes the time
+    matrix_rows     of the matrix that a user's slopes and force take; 0 for a vector
     constants  (c,) numbers for the Lagrangian
-    pushed     slopes.FREE, PUSHED, TIMED_PUSHED or PUSHED_BY_LAW
+    force_kind  NO_FORCE, FORCE, TIMED_FORCE or FORCE_LAW
     force      of that kind, None without one
-    push_constants  (c,) numbers for the force
+    force_constants  (c,) numbers for the force
     compiled   whether both functions can run inside a compiled kernel
     """
 
     kind: int
     function: Callable[..., Any]
-    timed: bool = False
-    side: int = 0
+    time_dependent: bool = False
+    matrix_rows: int = 0
     constants: Array = field(default_factory=force_kinds.no_constants)
-    pushed: int = lagrangian_derivatives.FREE
+    force_kind: int = lagrangian_derivatives.NO_FORCE
     force: Callable[..., Any] | None = None
-    push_constants: Array = field(default_factory=force_kinds.no_constants)
+    force_constants: Array = field(default_factory=force_kinds.no_constants)
     compiled: bool = True
 
     @property
@@ -43,6 +43,9 @@ class LagrangianKernel:
         if not self.compiled:
             return self.function, self.force
         return addresses(
-            (self.function, lagrangian_derivatives.signature(self.kind, self.timed, self.side)),
-            (self.force, lagrangian_derivatives.force_signature(self.pushed, self.side)),
+            (
+                self.function,
+                lagrangian_derivatives.signature(self.kind, self.time_dependent, self.matrix_rows),
+            ),
+            (self.force, lagrangian_derivatives.force_signature(self.force_kind, self.matrix_rows)),
         )

@@ -26,7 +26,7 @@ from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.jit import compiled_for, jit
 from galvi.kernels.forces import force_kinds
 from galvi.kernels.forces.accelerations import accelerations, apply_inverse_mass
-from galvi.kernels.forces.lagrangian_derivatives import FREE, push
+from galvi.kernels.forces.lagrangian_derivatives import NO_FORCE, Law, external_force
 from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from references.as_trajectory import Failure, outcome
@@ -36,7 +36,7 @@ from references.setting import check_keys, described, fixed_steps
 
 CHUNK = 100_000  # steps between two looks at Ctrl-C
 STATE, ROWS, WHOLE, REAL = VECTOR, MATRIX, types.int64, types.float64
-UNFORCED = FREE, force_kinds.no_constants()
+UNFORCED = NO_FORCE, force_kinds.no_constants()
 SIGNATURE = WHOLE(
     WHOLE, types.int64[::1], STATE, ROWS, WHOLE, STATE, STATE, STATE, REAL, REAL, WHOLE, WHOLE,
     WHOLE, WHOLE, ROWS, ROWS,
@@ -59,9 +59,10 @@ def advance(
         t[0] = t0 + k * h
         Q[:, 0] = q
         accelerations(kind, functions, constants, inverse_mass, Q, t, a)
-        if pushed != FREE:
+        if pushed != NO_FORCE:
             added[:, :] = 0.0
-            push(functions[1], push_constants, pushed, 0, q, v, t[0], added)
+            law = Law(functions, 0, False, 0, constants, pushed, push_constants)
+            external_force(law, q, v, t[0], added)
             push_back[:, 0] = -added[1, :]
             apply_inverse_mass(inverse_mass, push_back)
         residue = 0.0
@@ -116,7 +117,7 @@ class SemiImplicitEuler:
         times = steps.times(problem.t0)
         field = problem.system.field(problem.q0.shape[-1])
         forced = forced_field(problem) if is_forced(problem) else None
-        pushed, numbers = (forced.pushed, forced.push_constants) if forced else UNFORCED
+        pushed, numbers = (forced.force_kind, forced.force_constants) if forced else UNFORCED
         functions, jitted = (forced or field).functions, (forced or field).compiled
         advance = compiled() if jitted else interpreted()
         q, v = problem.q0.flatten(), problem.v0.flatten()

@@ -35,7 +35,7 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
+from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.jit import compiled_for, jit_inline
 from galvi.kernels.lanes.body_formulas import stage_forces, stage_momenta, stage_rates
 from galvi.kernels.lanes.body_update import (
@@ -59,7 +59,10 @@ from galvi.kernels.nystrom.solve import (
     reset_history,
     verdict,
 )
+from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
+from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
+BODY_TABLES = types.Tuple((FIXED_MATRIX,) * 5 + (FIXED_VECTOR, FIXED_MATRIX))
 REACHES = tuple(chart.REACH_IN_LANES for chart in CHARTS)
 TERMS = 3  # place in memo
 PULLS = 2  # corrections of a first guess for the chart's tangent map
@@ -165,31 +168,22 @@ def within_reach(chart, xi, end):
 
 
 @jit_inline
-def record(fit, step, every, total, R, eta, state, saved_g, saved_mu, bases, curves):
-    """Store what is kept of the (step + 1)-th step, which started at R."""
-    if bases.shape[0] > 0:
-        for i in range(9):
-            bases[step, i] = R[i]
-        for i in range(3):
-            for l in range(fit.shape[0]):
-                coefficient = 0.0
-                for j in range(fit.shape[1]):
-                    coefficient += fit[l, j] * eta[i, j]
-                curves[step, i, l] = coefficient
-    last, due = saved_g.shape[0] - 1, (step + 1) // every
-    if due * every == step + 1 or step + 1 == total:
-        row = last if step + 1 == total else due
-        for i in range(9):
-            saved_g[row, i] = state[0, i]
-        for i in range(3):
-            saved_mu[row, i] = state[1, i]
+def curve_of(fit, eta, out):
+    """out (3, m) <- coefficients of a step's curve from its rates eta at the stages."""
+    for i in range(3):
+        for l in range(fit.shape[0]):
+            coefficient = 0.0
+            for j in range(fit.shape[1]):
+                coefficient += fit[l, j] * eta[i, j]
+            out[i, l] = coefficient
 
 
 @jit_inline
-def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fit, body, weight, h,
-                 tolerance, first, todo, total, every, state, stages, work, spare, memo, counts,
-                 saved_g, saved_mu, bases, curves):  # fmt: skip
+def advance_body(charts, weights, tables, body, weight, plan, todo, progress, work, spare, kept):
     """Do ``todo`` more steps; returns a code, and leaves a step that fails undone."""
+    plan, kept = Plan(*plan), Kept(*kept)
+    moves, turns, kicks, ahead, series, growth, fit = tables
+    state, stages, memo, counts = progress
     s, padded = kicks.shape[1], moves.shape[1]
     velocity, guess, terms = work[15:18], work[24:27], memo[TERMS:]
     chart, mu0, p0, history, R = len(charts) - 1, spare[3], spare[4], spare[5], body[24:]
@@ -203,7 +197,7 @@ def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fi
             for j in range(3):
                 body[21 + i] += state[0, 3 * j + i] * weight[j]
         if memo[HOLDS] == LAST_STEP:
-            if (first + step) % RECONSIDER == 0 or terms[0] == 0:
+            if (plan.first + step) % RECONSIDER == 0 or terms[0] == 0:
                 choose_terms(AXES, series, growth, velocity, guess, terms, spare[0])
             for chunk in range(padded // LANES):
                 combine(AXES, ahead, (terms[0] - 1) * s, velocity, guess, 0, s, padded, chunk)
@@ -213,8 +207,8 @@ def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fi
                     guess[i, k] = velocity[i, min(k, s - 1)]
         copy_rows(stages, velocity)
         start(charts, moves, body, s, guess, work)
-        code = relax(charts, weights, moves, turns, kicks, body, mu0, p0, work, spare, tolerance,
-                     counts, history)  # fmt: skip
+        code = relax(charts, weights, moves, turns, kicks, body, mu0, p0, work, spare,
+                     plan.tolerance, counts, history)  # fmt: skip
         xi = spare[0]
         if code == SOLVED and not within_reach(chart, work[0:3], xi):
             code = DIVERGED
@@ -223,7 +217,7 @@ def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fi
         for i in range(3):  # what is left of p0's error, to first order
             p0[i] += spare[2, i]
             for j in range(3):
-                xi[i] += h * body[3 * i + j] * spare[2, j]
+                xi[i] += plan.step * body[3 * i + j] * spare[2, j]
         for i in range(9):
             R[i] = state[0, i]
         turn_quaternion(chart, xi, state)
@@ -232,7 +226,9 @@ def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fi
         for i in range(3):
             state[1, 3 + i] = p0[i] - mu0[i]
         memo[HOLDS], memo[DONE] = LAST_STEP, step + 1
-        record(fit, step, every, total, R, work[6:9], state, saved_g, saved_mu, bases, curves)
+        record(plan, kept, step, R, state[0], state[1])
+        if kept.bases.shape[0] > 0:
+            curve_of(fit, work[6:9], kept.curves[step])
     copy_rows(stages, velocity)
     return SOLVED
 
@@ -240,13 +236,9 @@ def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fi
 @cache
 def compiled_advance_body(chart, weight):
     """``advance_body`` for a chart's number and with or without a weight, or from the cache."""
-    fixed = types.Array(types.float64, 1, "C", readonly=True)
-    fixed_matrix = types.Array(types.float64, 2, "C", readonly=True)
-    whole, real, matrix, vector = types.int64, types.float64, MATRIX, VECTOR
+    whole = types.int64
     signature = whole(
-        types.UniTuple(whole, 1 + chart), types.UniTuple(whole, 1 + weight), fixed_matrix,
-        fixed_matrix, fixed_matrix, fixed_matrix, fixed_matrix, fixed, fixed_matrix, vector, vector,
-        real, real, whole, whole, whole, whole, matrix, matrix, matrix, matrix, types.int64[::1],
-        types.int64[::1], matrix, matrix, matrix, TENSOR3,
+        types.UniTuple(whole, 1 + chart), types.UniTuple(whole, 1 + weight), BODY_TABLES, VECTOR,
+        VECTOR, PLAN, whole, PROGRESS, MATRIX, MATRIX, KEPT,
     )  # fmt: skip
     return compiled_for(advance_body, signature, jit_inline)

@@ -40,17 +40,17 @@ def largest(values):
 
 
 @jit_noalloc
-def relative(place, rate, h, scale, pace):
+def relative(place, rate, h, scale, rate_scale):
     """The largest of |place| and |h rate| (d, s) over scale; 0 for 0, NaN when one is not finite.
 
     Rates are among them, since they alone see every function of a space (M lemma 1), but for the
-    rounding of rates of the size of pace.
+    rounding of rates of the size of rate_scale.
     """
     size, total = 0.0, 0.0
     for a in range(place.shape[0]):
         for j in range(place.shape[1]):
             moved = abs(place[a, j])
-            if abs(rate[a, j]) > QUIET * pace:
+            if abs(rate[a, j]) > QUIET * rate_scale:
                 moved = max(moved, abs(h * rate[a, j]))
             if moved > 0.0:
                 size = max(size, moved / scale[a] if scale[a] > 0.0 else 1.0)

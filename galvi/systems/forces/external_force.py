@@ -69,29 +69,32 @@ def check_force_at(system: Forced, q: Array, v: Array, t: float) -> None:
         )
 
 
-def with_force(field: LagrangianKernel, system: Forced, side: int) -> LagrangianKernel:
-    """The field with the system's force; side = 0 when the user takes a vector, else its rows."""
+def with_force(field: LagrangianKernel, system: Forced, matrix_rows: int) -> LagrangianKernel:
+    """The field with the system's force.
+
+    matrix_rows  of the matrix that the user's function takes; 0 for a vector
+    """
     if system.force is None:
         return field
     if isinstance(system.force, BuiltinForce):
         add, constants = system.force.compiled()
         return replace(
             field,
-            pushed=lagrangian_derivatives.PUSHED_BY_LAW,
+            force_kind=lagrangian_derivatives.FORCE_LAW,
             force=add,
-            push_constants=constants,
+            force_constants=constants,
         )
-    timed = system.timed_force
-    kind = lagrangian_derivatives.TIMED_PUSHED if timed else lagrangian_derivatives.PUSHED
-    compiled = compiles(system.force, lagrangian_derivatives.force_signature(kind, side))
+    time_dependent = system.timed_force
+    kind = lagrangian_derivatives.TIMED_FORCE if time_dependent else lagrangian_derivatives.FORCE
+    compiled = compiles(system.force, lagrangian_derivatives.force_signature(kind, matrix_rows))
 
     def checked(q: Array, v: Array, t: float = 0.0) -> Array:
         return force_at(system, q, v, t)
 
     return replace(
         field,
-        pushed=kind,
-        side=side,
+        force_kind=kind,
+        matrix_rows=matrix_rows,
         force=system.force if compiled else checked,
         compiled=field.compiled and compiled,
     )
