@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi.kernels.compile.jit import jit, jit_inline, jit_noalloc
+from galvi.kernels.compile.jit import jit_inline, jit_noalloc
 from galvi.kernels.lie.arithmetic import dot, generic
 from galvi.kernels.lie.chart_functions import from_quaternion, rotation_radial, tangent_radial
 
@@ -78,47 +78,35 @@ def hat(factor, w, out):
     out[1, 2], out[2, 1] = -factor * w[0], factor * w[0]
 
 
-@jit
-def quaternion(R, q):
-    """q <- unit quaternion (scalar first, not negative) of R (3, 3), by its largest component.
+@generic
+def quaternion(R):
+    """(w, x, y, z) of length 1, one of the two of three rows R, by its largest component.
 
     Shepperd, J. Guidance and Control 1 (1978) 223.
     """
-    squares = (
-        1.0 + R[0, 0] + R[1, 1] + R[2, 2], 1.0 + R[0, 0] - R[1, 1] - R[2, 2],
-        1.0 - R[0, 0] + R[1, 1] - R[2, 2], 1.0 - R[0, 0] - R[1, 1] + R[2, 2],
-    )  # fmt: skip
-    largest = 0
-    for i in range(1, 4):
-        if squares[i] > squares[largest]:
-            largest = i
-    if largest == 0:
-        q[0] = squares[0]
-        q[1], q[2], q[3] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
-    elif largest == 1:
-        q[0], q[1] = R[2, 1] - R[1, 2], squares[1]
-        q[2], q[3] = R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]
-    elif largest == 2:
-        q[0], q[2] = R[0, 2] - R[2, 0], squares[2]
-        q[1], q[3] = R[0, 1] + R[1, 0], R[1, 2] + R[2, 1]
+    a, b, c = R[0][0], R[1][1], R[2][2]
+    x, y, z = R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1]
+    p, q, r = R[1][0] + R[0][1], R[0][2] + R[2][0], R[2][1] + R[1][2]
+    largest = max(a + b + c, a, b, c)
+    if largest == a + b + c:
+        w, x, y, z = 1.0 + largest, x, y, z
+    elif largest == a:
+        w, x, y, z = x, 1.0 + a - b - c, p, q
+    elif largest == b:
+        w, x, y, z = y, p, 1.0 - a + b - c, r
     else:
-        q[0], q[3] = R[1, 0] - R[0, 1], squares[3]
-        q[1], q[2] = R[0, 2] + R[2, 0], R[1, 2] + R[2, 1]
-    length = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-    sign = -1.0 if q[0] < 0.0 else 1.0
-    for i in range(4):
-        q[i] *= sign / length
+        w, x, y, z = z, q, r, 1.0 - a - b + c
+    length = np.sqrt(w * w + x * x + y * y + z * z)
+    return w / length, x / length, y / length, z / length
 
 
-@jit
+@jit_inline
 def coordinates(chart, R, xi):
-    """xi <- the coordinates of R (3, 3), of which a chart's angle is at most half a turn."""
-    q = np.empty(4)
-    quaternion(R, q)
-    sine = np.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-    factor = from_quaternion(chart, q[0], sine)
-    for i in range(3):
-        xi[i] = factor * q[i + 1]
+    """xi <- the coordinates of three rows R, of which a chart's angle is at most half a turn."""
+    w, x, y, z = quaternion(R)
+    factor = from_quaternion(chart, abs(w), np.sqrt(x * x + y * y + z * z))
+    factor = -factor if w < 0.0 else factor
+    xi[0], xi[1], xi[2] = factor * x, factor * y, factor * z
 
 
 @jit_noalloc

@@ -17,7 +17,12 @@ import numpy as np
 from galvi.kernels.compile.jit import jit, jit_inline, jit_noalloc
 from galvi.kernels.lie.arithmetic import cross, dot, generic
 from galvi.kernels.lie.chart_functions import translation_radial
-from galvi.kernels.lie.groups.so3 import relative_coordinates, restore_rotation, turn_derivatives
+from galvi.kernels.lie.groups.so3 import (
+    columns,
+    relative_coordinates,
+    restore_rotation,
+    turn_derivatives,
+)
 from galvi.kernels.lie.rotations import fill, hat, rotation, times, transpose
 from galvi.kernels.lie.rotations import tangent as rotation_tangent
 
@@ -119,11 +124,11 @@ def tangent_with(chart, xi, eta, room, T, G):
 @jit_inline
 def place(chart, g, xi, out):
     """out <- g Phi(xi)."""
-    columns, x = transpose(rotation(chart, xi)), times(shift_matrix(chart, xi), xi[3:6])
+    across, x = transpose(rotation(chart, xi)), times(shift_matrix(chart, xi), xi[3:6])
     for i in range(4):
         row = g[4 * i], g[4 * i + 1], g[4 * i + 2]
         out[4 * i + 3] = dot(row, x) + g[4 * i + 3]
-        out[4 * i], out[4 * i + 1], out[4 * i + 2] = times(columns, row)
+        out[4 * i], out[4 * i + 1], out[4 * i + 2] = times(across, row)
 
 
 @jit_inline
@@ -131,8 +136,7 @@ def coordinates(chart, g, k, xi):
     """xi <- the coordinates of g^-1 k."""
     relative_coordinates(chart, g, k, 4, xi)
     apart = k[3] - g[3], k[7] - g[7], k[11] - g[11]
-    columns = (g[0], g[4], g[8]), (g[1], g[5], g[9]), (g[2], g[6], g[10])
-    shift_to_coordinates(chart, xi, times(columns, apart), xi)
+    shift_to_coordinates(chart, xi, times(columns(g, 4), apart), xi)
 
 
 @jit
@@ -171,10 +175,10 @@ def coadjoint_inverse(chart, xi, mu, out):
 @jit_inline
 def coadjoint(chart, xi, mu, out):
     """out <- (R^T (m - x cross f), R^T f) for mu = (m, f), where x = V v."""
-    columns, x = transpose(rotation(chart, xi)), times(shift_matrix(chart, xi), xi[3:6])
+    across, x = transpose(rotation(chart, xi)), times(shift_matrix(chart, xi), xi[3:6])
     lever = cross(x, mu[3:6])
-    out[3], out[4], out[5] = times(columns, mu[3:6])
-    out[0], out[1], out[2] = times(columns, (mu[0] - lever[0], mu[1] - lever[1], mu[2] - lever[2]))
+    out[3], out[4], out[5] = times(across, mu[3:6])
+    out[0], out[1], out[2] = times(across, (mu[0] - lever[0], mu[1] - lever[1], mu[2] - lever[2]))
 
 
 @jit_inline

@@ -6,19 +6,26 @@ import numpy as np
 
 from galvi.kernels.compile.jit import jit, jit_inline
 from galvi.kernels.lie import rotations
+from galvi.kernels.lie.arithmetic import generic
 from galvi.kernels.lie.rotations import rotation, times, transpose
 
 
-@jit
+@jit_inline
 def relative_coordinates(chart, g, k, row, xi):
     """xi <- those of the rotation from g to k, whose matrices have rows of that length."""
-    turn = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            turn[i, j] = 0.0
-            for l in range(3):
-                turn[i, j] += g[row * l + i] * k[row * l + j]
+    start, end = columns(g, row), columns(k, row)
+    turn = times(end, start[0]), times(end, start[1]), times(end, start[2])
     rotations.coordinates(chart, turn, xi)
+
+
+@generic
+def columns(g, row):
+    """Three columns of a matrix with rows of that length."""
+    return (
+        (g[0], g[row], g[2 * row]),
+        (g[1], g[row + 1], g[2 * row + 1]),
+        (g[2], g[row + 2], g[2 * row + 2]),
+    )
 
 
 @jit
