@@ -4,6 +4,7 @@ from galvi import problems
 from galvi.analysis.theory import Theory, theory
 from galvi.charts.cayley import Cayley
 from galvi.charts.exponential import Exponential
+from galvi.charts.modified_rodrigues import ModifiedRodrigues
 from galvi.diagnostics.attitude import orthogonality_defect, rotations
 from galvi.diagnostics.invariants import energy, linear_momentum, momentum_map
 from galvi.diagnostics.momentum_balance import MomentumBalance, momentum_balance
@@ -13,6 +14,7 @@ from galvi.diagnostics.symplecticity import step_derivative, symplecticity_defec
 from galvi.groups.matrices import nearest_rotation
 from galvi.groups.product import Product
 from galvi.groups.rn import Rn
+from galvi.groups.se2 import SE2
 from galvi.groups.se3 import SE3
 from galvi.groups.so2 import SO2
 from galvi.groups.so3 import SO3
@@ -57,6 +59,7 @@ watch_compilation()
 Galerkin.theory_of = staticmethod(theory)  # it stands above the method, which must not import it
 
 __all__ = [
+    "SE2",
     "SE3",
     "SO2",
     "SO3",
@@ -71,6 +74,7 @@ __all__ = [
     "Galerkin",
     "Lagrangian",
     "LinearSpring",
+    "ModifiedRodrigues",
     "MomentumBalance",
     "NBody",
     "OrbitalElements",

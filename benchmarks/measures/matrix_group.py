@@ -6,19 +6,19 @@ as they are, x of R^n as [[1, x], [0, 1]]. Group, algebra and charts are then th
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from math import isqrt
 
 import numpy as np
 from scipy.linalg import block_diag
 
-from galvi import Cayley
+from galvi import Cayley, Exponential, ModifiedRodrigues
 from galvi.arrays import Array
 from galvi.charts.chart import Chart
 from galvi.groups.group import Group
-from galvi.kernels.lie import charts as kinds
 
-SIDES = {kinds.SO2: 2, kinds.SO3: 3, kinds.SE3: 4}
 TERMS = 18  # 0.5^18 / 18! is 6e-22
 
 
@@ -31,13 +31,13 @@ class MatrixGroup:
     def matrix(self, g: Array) -> Array:
         """The element as a block-diagonal matrix, (N, N)."""
         blocks, flat = [], np.asarray(g).ravel()
-        for kind, n in self.group.layout:
-            if kind == kinds.RN:
-                block = np.eye(n + 1, dtype=flat.dtype)
-                block[:n, n], flat = flat[:n], flat[n:]
+        for _, d, entries, rotations in self.group.layout:
+            own, flat = flat[:entries], flat[entries:]
+            if rotations:
+                block = own.reshape(isqrt(entries), -1)
             else:
-                side = SIDES[kind]
-                block, flat = flat[: side**2].reshape(side, side), flat[side**2 :]
+                block = np.eye(d + 1, dtype=flat.dtype)
+                block[:d, d] = own
             blocks.append(block)
         result: Array = block_diag(*blocks)
         return result
@@ -45,10 +45,10 @@ class MatrixGroup:
     def element(self, matrix: Array) -> Array:
         """Back to an array of ``group.shape``."""
         parts, first = [], 0
-        for kind, n in self.group.layout:
-            side = n + 1 if kind == kinds.RN else SIDES[kind]
+        for _, d, entries, rotations in self.group.layout:
+            side = isqrt(entries) if rotations else d + 1
             block = matrix[first : first + side, first : first + side]
-            parts.append(block[:n, n] if kind == kinds.RN else block.ravel())
+            parts.append(block.ravel() if rotations else block[:d, d])
             first += side
         return np.concatenate(parts).reshape(self.group.shape)
 
@@ -56,12 +56,12 @@ class MatrixGroup:
     def basis(self) -> Array:
         """hat(e_a), (d, N, N)."""
         found, first = [], 0
-        total = sum(n + 1 if k == kinds.RN else SIDES[k] for k, n in self.group.layout)
-        for kind, n in self.group.layout:
-            side = n + 1 if kind == kinds.RN else SIDES[kind]
-            turns = {kinds.RN: 0, kinds.SO2: 1, kinds.SO3: 3, kinds.SE3: 3}[int(kind)]
+        layout = self.group.layout
+        total = sum(isqrt(r) if turns else d + 1 for _, d, r, turns in layout)
+        for _, d, entries, turns in layout:
+            side = isqrt(entries) if turns else d + 1
             blocks = [_turn(side, a, turns) for a in range(turns)]
-            if kind in (kinds.RN, kinds.SE3):
+            if d > turns:
                 for a in range(side - 1):
                     shift = np.zeros((side, side))
                     shift[a, side - 1] = 1.0
@@ -89,10 +89,15 @@ class MatrixGroup:
         return self.element(self.matrix(g) @ exponential(self.hat(v)))
 
     def chart(self, chart: Chart, g: Array, xi: Array) -> Array:
-        """g Phi(xi): the exponential, or (I - hat(xi)/2)^-1 (I + hat(xi)/2)."""
-        X, unit = self.hat(xi), np.eye(len(self.basis[0]))
-        Phi = np.linalg.solve(unit - X / 2, unit + X / 2) if chart == Cayley() else exponential(X)
-        return self.element(self.matrix(g) @ Phi)
+        """g Phi(xi), with Phi from `MAPS`."""
+        return self.element(self.matrix(g) @ MAPS[chart](self.hat(xi)))
+
+
+def cayley(X: Array) -> Array:
+    """(I - X/2)^-1 (I + X/2)."""
+    unit = np.eye(len(X))
+    result: Array = np.linalg.solve(unit - X / 2, unit + X / 2)
+    return result
 
 
 def exponential(X: Array) -> Array:
@@ -106,6 +111,13 @@ def exponential(X: Array) -> Array:
     for _ in range(halvings):
         result = result @ result
     return result
+
+
+MAPS: dict[Chart, Callable[[Array], Array]] = {
+    Cayley(): cayley,
+    Exponential(): exponential,
+    ModifiedRodrigues(): lambda X: cayley(X / 2) @ cayley(X / 2),
+}
 
 
 def _turn(side: int, axis: int, turns: int) -> Array:

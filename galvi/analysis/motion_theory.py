@@ -9,7 +9,6 @@ from galvi.analysis import step_bounds
 from galvi.analysis.friedrichs import Z0
 from galvi.analysis.step_bounds import Bound
 from galvi.analysis.stiffness import Stiffness, estimated, given
-from galvi.kernels.lie.charts import RN, SO2
 from galvi.problem import Problem
 from galvi.rules.rule import Rule
 from galvi.spaces.space import Space
@@ -89,7 +88,7 @@ def _stiffness(
 def _commutes(system: Any) -> bool:
     """Whether the group is commutative, so that a chart's base does not matter."""
     layout = system.group.layout if hasattr(system, "group") else []
-    return all(kind in (RN, SO2) for kind, _ in layout)
+    return all(rotations == 0 or d == 1 for _, d, _, rotations in layout)
 
 
 def _bounds(

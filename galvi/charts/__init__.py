@@ -1,6 +1,8 @@
 """Charts of groups; `CHARTS` drives the tests."""
 
 from galvi.charts.cayley import Cayley
+from galvi.charts.chart import Chart
 from galvi.charts.exponential import Exponential
+from galvi.charts.modified_rodrigues import ModifiedRodrigues
 
-CHARTS = (Cayley(), Exponential())
+CHARTS: tuple[Chart, ...] = (Cayley(), Exponential(), ModifiedRodrigues())

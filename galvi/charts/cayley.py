@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import ClassVar
 
-REACH = 0.995  # of the limit
+from galvi.kernels.lie.chart_functions import CHARTS
+from galvi.kernels.lie.charts import cayley
 
 
 @dataclass(frozen=True)
@@ -16,17 +17,6 @@ class Cayley:
     with the opposite sign.
     """
 
-    @property
-    def number(self) -> int:
-        """0."""
-        return 0
-
-    @property
-    def limit(self) -> float:
-        """pi, where |xi| is infinite."""
-        return math.pi
-
-    @property
-    def farthest(self) -> float:
-        """|xi| at 0.995 pi."""
-        return 2.0 * math.tan(0.5 * REACH * math.pi)
+    number: ClassVar[int] = CHARTS.index(cayley)
+    limit: ClassVar[float] = cayley.LIMIT
+    farthest: ClassVar[float] = cayley.FARTHEST

@@ -11,7 +11,7 @@ class Chart(Hashable, Protocol):
 
     @property
     def number(self) -> int:
-        """As galvi.kernels.lie.chart_coefficients counts them."""
+        """Its place in galvi.kernels.lie.chart_functions.CHARTS."""
 
     @property
     def limit(self) -> float:

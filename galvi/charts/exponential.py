@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import ClassVar
 
-REACH = 0.995  # of the limit
+from galvi.kernels.lie.chart_functions import CHARTS
+from galvi.kernels.lie.charts import exponential
 
 
 @dataclass(frozen=True)
 class Exponential:
     """Phi(xi) = exp(hat(xi)), |xi| = angle; a step must turn by less than a whole turn (L14)."""
 
-    @property
-    def number(self) -> int:
-        """1."""
-        return 1
-
-    @property
-    def limit(self) -> float:
-        """2 pi, where the tangent map is singular."""
-        return 2.0 * math.pi
-
-    @property
-    def farthest(self) -> float:
-        """0.995 of the limit."""
-        return REACH * self.limit
+    number: ClassVar[int] = CHARTS.index(exponential)
+    limit: ClassVar[float] = exponential.LIMIT
+    farthest: ClassVar[float] = exponential.FARTHEST

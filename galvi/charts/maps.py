@@ -10,7 +10,7 @@ from galvi.arrays import Array
 from galvi.charts.chart import Chart
 from galvi.groups.group import Group
 from galvi.kernels.compile.jit import jit
-from galvi.kernels.lie import charts
+from galvi.kernels.lie import product
 
 
 def place(chart: Chart, group: Group, g: Any, xi: Any) -> Array:
@@ -63,16 +63,16 @@ def _flat(g: Any, shape: tuple[int, int]) -> Array:
 @jit
 def _place_all(layout, chart, g, xi, out):  # type: ignore[no-untyped-def]
     for k in range(out.shape[0]):
-        charts.place(layout, chart, g[k], xi[k], out[k])
+        product.place(layout, chart, g[k], xi[k], out[k])
 
 
 @jit
 def _tangent_all(layout, chart, xi, eta, T, G):  # type: ignore[no-untyped-def]
     for k in range(xi.shape[0]):
-        charts.tangent(layout, chart, xi[k], eta[k], T[k], G[k])
+        product.tangent(layout, chart, xi[k], eta[k], T[k], G[k])
 
 
 @jit
 def _coordinates_all(layout, chart, g, k, out):  # type: ignore[no-untyped-def]
     for row in range(out.shape[0]):
-        charts.coordinates(layout, chart, g[row], k[row], out[row])
+        product.coordinates(layout, chart, g[row], k[row], out[row])

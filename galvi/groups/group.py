@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from galvi.arrays import Array
+from galvi.kernels.lie.product import GROUPS
 
 Layout = npt.NDArray[np.int64]
 
@@ -29,8 +30,8 @@ class Group(Hashable, Protocol):
 
     @property
     def layout(self) -> Layout:
-        """(factors, 2): each factor's number in galvi.kernels.lie.charts, and the n of an R^n or
-        0."""
+        """(factors, 4): each factor's group, dimension, entries and rotations, as of
+        galvi.kernels.lie.product."""
 
     def check(self, name: str, g: Array) -> None:
         """ValueError, in one sentence, unless g is an element to within 1e-9."""
@@ -43,6 +44,16 @@ class Group(Hashable, Protocol):
 
     def bracket(self, v: Array, w: Array) -> Array:
         """[v, w] in the algebra, (d,): hat([v, w]) = hat(v) hat(w) - hat(w) hat(v)."""
+
+
+def one_factor(kernel: Any, dimension: int, entries: int, rotations: int) -> Layout:
+    """The layout of a group that is no product.
+
+    kernel     its module of galvi.kernels.lie.groups
+    entries    of one element
+    rotations  how many components of a velocity are rotations; they come first
+    """
+    return np.array([[GROUPS.index(kernel), dimension, entries, rotations]])
 
 
 def is_group(value: Any) -> bool:

@@ -32,6 +32,29 @@ def check_rotation(name: str, R: Array, n: int) -> None:
         )
 
 
+def check_motion(name: str, g: Array, n: int) -> None:
+    """ValueError unless g is a rigid motion [[R, x], [0, 1]] of R^n, (n + 1, n + 1)."""
+    side, last = n + 1, [0.0] * n + [1.0]
+    if g.shape != (side, side) or g[n].tolist() != last:
+        row = "0, " * n + "1"
+        raise ValueError(
+            f"{name} must be a rigid motion [[R, x], [{row}]] of shape ({side}, {side}); received "
+            f"shape {g.shape}{'' if g.shape != (side, side) else f' with last row {g[n].tolist()}'}"
+            f"."
+        )
+    check_rotation(f"the rotation of {name}", g[:n, :n], n)
+
+
+def inverse_motion(g: Array) -> Array:
+    """[[R^T, -R^T x], [0, 1]] of rigid motions with any leading axes."""
+    n, result = g.shape[-1] - 1, np.zeros_like(g)
+    turned = np.swapaxes(g[..., :n, :n], -1, -2)
+    result[..., :n, :n] = turned
+    result[..., :n, n] = -(turned @ g[..., :n, n:])[..., 0]
+    result[..., n, n] = 1.0
+    return result
+
+
 def nearest_rotation(matrix: Array) -> Array:
     """The rotation R that is closest to ``matrix`` (n, n) in the Frobenius norm.
 

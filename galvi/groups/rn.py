@@ -8,8 +8,8 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.groups.group import Layout
-from galvi.kernels.lie.charts import RN
+from galvi.groups.group import Layout, one_factor
+from galvi.kernels.lie.groups import rn
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Rn:
     @property
     def layout(self) -> Layout:
         """One factor."""
-        return np.array([[RN, self.n]])
+        return one_factor(rn, self.n, self.n, 0)
 
     def check(self, name: str, g: Array) -> None:
         """ValueError unless g is (n,)."""

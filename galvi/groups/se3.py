@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.groups.group import Layout
-from galvi.groups.matrices import check_rotation
-from galvi.kernels.lie import charts
+from galvi.groups.group import Layout, one_factor
+from galvi.groups.matrices import check_motion, inverse_motion
+from galvi.kernels.lie.groups import se3
 
 
 @dataclass(frozen=True)
@@ -33,16 +33,11 @@ class SE3:
     @property
     def layout(self) -> Layout:
         """One factor."""
-        return np.array([[charts.SE3, 0]])
+        return one_factor(se3, 6, 16, 3)
 
     def check(self, name: str, g: Array) -> None:
         """ValueError unless g is a rigid motion."""
-        if g.shape != (4, 4) or np.any(g[3] != (0.0, 0.0, 0.0, 1.0)):
-            raise ValueError(
-                f"{name} must be a rigid motion [[R, x], [0, 0, 0, 1]] of shape (4, 4); received "
-                f"shape {g.shape}{'' if g.shape != (4, 4) else f' with last row {g[3].tolist()}'}."
-            )
-        check_rotation(f"the rotation of {name}", g[:3, :3], 3)
+        check_motion(name, g, 3)
 
     def multiply(self, g: Array, k: Array) -> Array:
         """The matrix product."""
@@ -50,12 +45,7 @@ class SE3:
 
     def inverse(self, g: Array) -> Array:
         """[[R^T, -R^T x], [0, 1]]."""
-        result = np.zeros_like(g)
-        turned = np.swapaxes(g[..., :3, :3], -1, -2)
-        result[..., :3, :3] = turned
-        result[..., :3, 3] = -(turned @ g[..., :3, 3:])[..., 0]
-        result[..., 3, 3] = 1.0
-        return result
+        return inverse_motion(g)
 
     def bracket(self, v: Array, w: Array) -> Array:
         """(v_r x w_r, v_r x w_t - w_r x v_t) for v = (v_r, v_t)."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.groups.group import Layout
+from galvi.groups.group import Layout, one_factor
 from galvi.groups.matrices import check_rotation
-from galvi.kernels.lie import charts
+from galvi.kernels.lie.groups import so2
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class SO2:
     @property
     def layout(self) -> Layout:
         """One factor."""
-        return np.array([[charts.SO2, 0]])
+        return one_factor(so2, 1, 4, 1)
 
     def check(self, name: str, g: Array) -> None:
         """ValueError unless g is a rotation of the plane."""

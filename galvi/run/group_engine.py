@@ -8,6 +8,7 @@ from typing import cast
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.charts import CHARTS
 from galvi.charts.branch_tracking import unwrapped
 from galvi.charts.exponential import Exponential
 from galvi.charts.maps import coordinates, tangent
@@ -15,7 +16,7 @@ from galvi.checkpoint import Checkpoint
 from galvi.curves.local_chart import GroupChart
 from galvi.groups.group import Group
 from galvi.groups.so3 import SO3
-from galvi.kernels.lie import charts
+from galvi.kernels.lie import product
 from galvi.kernels.nystrom.advance import GUESS
 from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.kernels.on_group.advance import LEFT_CHART, RATES
@@ -81,18 +82,14 @@ def rates_from_substeps(
             work.counts[row] += run.counts[name]
         if run.success:
             places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
-            turning = Exponential()
-            path = unwrapped(group, coordinates(turning, group, q, run(t + step * places)))
-            work.turned[0] = max(farthest_turn(group, xi) for xi in path)
+            path, turning = run(t + step * places), Exponential()
+            turns = unwrapped(turning, group, coordinates(turning, group, q, path))
+            work.turned[0] = max(farthest_turn(group, xi) for xi in turns)
             if work.turned[0] > chart.limit:
                 return None
-            times = t + method.table.c * step
-            xi = (
-                path[np.searchsorted(places, method.table.c)]
-                if isinstance(chart, Exponential)
-                else coordinates(chart, group, q, run(times))
-            )
-            velocities = run.velocity(times)
+            xi = unwrapped(chart, group, coordinates(chart, group, q, path))
+            xi = xi[np.searchsorted(places, method.table.c)]
+            velocities = run.velocity(t + method.table.c * step)
             rates = np.linalg.solve(tangent(chart, group, xi), velocities[..., None])[..., 0]
             return np.ascontiguousarray(rates.T)
     return None
@@ -100,7 +97,7 @@ def rates_from_substeps(
 
 def farthest_turn(group: Group, xi: Array) -> float:
     """The largest |xi| of a rotation in exponential coordinates or velocities (d,)."""
-    return float(charts.largest_turn(group.layout, np.ascontiguousarray(xi)))
+    return float(product.largest_rotation(group.layout, np.ascontiguousarray(xi)))
 
 
 def _failure(
@@ -110,7 +107,11 @@ def _failure(
     if not turn < FAR:
         return "velocities above 1e100 overflow. Use other units, or a smaller step."
     if turn >= NEAR_LIMIT * limit or code == LEFT_CHART:
-        other = "" if limit > 4.0 else ", or chart=galvi.Exponential(), which ends at 2 pi"
+        farther = max(CHARTS, key=lambda chart: chart.limit)
+        other = "" if farther.limit <= limit else (
+            f", or chart=galvi.{type(farther).__name__}(), which ends at {farther.limit / np.pi:g} "
+            f"pi"
+        )  # fmt: skip
         return (
             f"the step turns by {turn:.4g} radians, and the chart {type(method.chart).__name__} "
             f"ends at {limit:.4g}. Use a step of at most "

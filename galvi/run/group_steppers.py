@@ -7,19 +7,19 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from galvi.charts.cayley import Cayley
-from galvi.charts.exponential import Exponential
 from galvi.checkpoint import Checkpoint
 from galvi.kernels.compile.interpreted import interpreted
+from galvi.kernels.forces.lagrangian_derivatives import Law
 from galvi.kernels.lanes import body as packed_body
 from galvi.kernels.nystrom.solve import DIVERGED, NEWTON_STREAK
 from galvi.kernels.on_group.advance import STREAK, advance_group, compiled_advance_group
+from galvi.kernels.on_group.stages import Basis
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
 from galvi.run.group_system import group_system
 from galvi.run.nystrom_steppers import aligned, collocation_tables, kernel_tableau
-from galvi.run.run_arrays import RunArrays
+from galvi.run.run_arrays import RunArrays, run_plan
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import GroupSystem
@@ -35,17 +35,22 @@ def general_stepper(
     field = system.lagrangian_kernel()
     unknowns = first_unknowns(method, system.group.dimension)
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
-    functions, table, chart = field.functions, method.table, method.chart
-    tolerance, every = max(start.tolerance, FINEST), start.save_every
+    layout, chart = system.group.layout, method.chart
+    law = tuple(Law(
+        field.functions, field.kind, field.time_dependent, field.matrix_rows, field.constants,
+        field.force_kind, field.force_constants,
+    ))  # fmt: skip
+    table, tableau = method.table, kernel_tableau(method.table)
+    basis = tuple(Basis(
+        table.psi, table.slope, table.end, table.b, table.c, unknowns, table.projection,
+        tableau.analysis, tableau.extrapolation, tableau.growth,
+    ))  # fmt: skip
+    plan = run_plan(problem, step, steps, start, max(start.tolerance, FINEST))
 
     def call(todo: int) -> int:
         return int(kernel(
-            functions, field.kind, field.timed, field.side, field.constants, field.pushed,
-            field.push_constants, system.group.layout, chart.number, chart.farthest,
-            kernel_tableau(table), table.psi, table.slope, table.end, table.projection, unknowns,
-            problem.t0, step, tolerance, start.first, todo, steps, every, work.state, work.stages,
-            work.solver_state, work.turned, work.counts, work.saved_q, work.saved_v, work.bases,
-            work.coefficients,
+            law, layout, chart.number, chart.farthest, basis, plan, todo, work.progress,
+            work.turned, work.kept,
         ))  # fmt: skip
 
     return call
@@ -65,7 +70,6 @@ def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     return (
         isinstance(system, RigidBody) and system.gradient is None and system.force is None
         and square and one_space
-        and isinstance(method.chart, Cayley | Exponential)
         and isinstance(system.potential, UniformGravity | None)
     )  # fmt: skip
 
@@ -86,26 +90,29 @@ def compiled_stepper(
     charts, weights = (0,) * (1 + chart), (0,) * (1 + int(weight is not None))
     tables = collocation_tables(table, step)
     width, weights_in_space = tables[0].shape[1], force[:3].copy()
-    room, spare = aligned(36, width), aligned(6, width)
-    tolerance, every = max(start.tolerance, FINEST), start.save_every
-    general = general_stepper(*arguments)
+    scratch, spare = aligned(36, width), aligned(6, width)
+    plan = run_plan(problem, step, steps, start, max(start.tolerance, FINEST))
+    general: list[Call] = []  # made when it is needed: its compilation takes long
+
+    def by_newton(todo: int) -> int:
+        general[:] = general or [general_stepper(*arguments)]
+        return general[0](todo)
 
     def call(todo: int) -> int:
         if work.solver_state[STREAK]:
             before = work.done
-            code = general(min(todo, int(work.solver_state[STREAK])))
+            code = by_newton(min(todo, int(work.solver_state[STREAK])))
             work.solver_state[STREAK] -= work.done - before
             return code
         code = int(kernel(
-            charts, weights, *tables, body, weights_in_space, step, tolerance, start.first, todo,
-            steps, every, work.state, work.stages, room, spare, work.solver_state, work.counts,
-            work.saved_q, work.saved_v, work.bases, work.coefficients,
+            charts, weights, tables, body, weights_in_space, plan, todo, work.progress, scratch,
+            spare, work.kept,
         ))  # fmt: skip
         if code and start.solver == "fixed_point":
             return DIVERGED  # its forces are finite
         if code:
             work.solver_state[STREAK] = NEWTON_STREAK - 1
-            code = general(1)
+            code = by_newton(1)
         return code
 
     return call

@@ -79,7 +79,7 @@ def _trajectory(
         )  # fmt: skip
     return Trajectory(
         problem=problem,
-        t=read_only(problem.t0 + (start.first + np.array(work.kept)) * step),
+        t=read_only(problem.t0 + (start.first + np.array(work.saved_steps)) * step),
         q=read_only(work.saved_q.reshape(-1, *shape)),
         p=read_only(engine.momenta(problem, work.saved_v)),
         success=done == steps,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
@@ -14,11 +14,12 @@ from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.lanes import nbody as packed
 from galvi.kernels.lanes.gravity import LANES
 from galvi.kernels.nystrom import advance
-from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON
+from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON, Force
+from galvi.kernels.nystrom.step import NystromTableau
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
-from galvi.run.run_arrays import RunArrays
+from galvi.run.run_arrays import RunArrays, run_plan
 from galvi.systems.nbody import NBody
 from galvi.systems.system import VectorSystem
 from galvi.tableau import Tableau
@@ -32,17 +33,15 @@ def general_stepper(
     """A function that does so many more steps in the general kernel and returns its code."""
     field = cast(VectorSystem, problem.system).force_kernel(problem.q0.shape[-1])
     kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
-    functions, tableau = field.functions, kernel_tableau(method.table)
-    every = start.save_every
+    force = tuple(Force(
+        field.kind, field.functions, field.slope is not None, field.constants, field.inverse_mass,
+        field.width,
+    ))  # fmt: skip
+    tableau, solver = tuple(kernel_tableau(method.table)), SOLVERS[start.solver]
+    plan = run_plan(problem, step, steps, start, start.tolerance)
 
     def call(todo: int) -> int:
-        return int(kernel(
-            field.kind, functions, field.slope is not None, field.constants,
-            field.inverse_mass, field.width, tableau, problem.t0, step, SOLVERS[start.solver],
-            start.tolerance, start.first, todo, steps, every, work.state, work.stages,
-            work.solver_state, work.counts, work.saved_q, work.saved_v, work.bases,
-            work.coefficients,
-        ))  # fmt: skip
+        return int(kernel(force, tableau, plan, solver, todo, work.progress, work.kept))
 
     return call
 
@@ -58,19 +57,15 @@ def compiled_stepper(
     axes = (0,) * problem.q0.shape[1]
     masses = read_only(system.G * system.masses)
     kernel = packed.compiled_advance(len(axes))
-    ahead, series, growth, sums, c = packed_tables(method.table, step)
-    tableau = kernel_tableau(method.table)
-    room = aligned(6, problem.q0.size, series.shape[1])
+    tables, tableau = packed_tables(method.table, step), tuple(kernel_tableau(method.table))
+    plan = run_plan(problem, step, steps, start, start.tolerance)
+    scratch = aligned(6, problem.q0.size, tables[1].shape[1])
     spare = aligned(7, max(problem.q0.size, method.stages, LANES))
     slow: list[Call] = []
-    every = start.save_every
 
     def call(todo: int) -> int:
         code = int(kernel(
-            axes, masses, tableau, ahead, series, growth, sums, c, step, start.tolerance,
-            start.first, todo, steps, every, work.state, work.stages, room, spare,
-            work.solver_state, work.counts, work.saved_q, work.saved_v, work.bases,
-            work.coefficients,
+            axes, masses, tableau, tables, plan, todo, work.progress, scratch, spare, work.kept,
         ))  # fmt: skip
         if code:
             slow[:] = slow or [general_stepper(*arguments)]
@@ -81,13 +76,13 @@ def compiled_stepper(
 
 
 @lru_cache(maxsize=32)
-def kernel_tableau(table: Tableau) -> tuple[Array, ...]:
-    """A table in the order and layout of galvi.kernels.nystrom.step."""
+def kernel_tableau(table: Tableau) -> NystromTableau:
+    """A table in the layout of galvi.kernels.nystrom.step."""
 
     def turned(matrix: Array) -> Array:
         return read_only(matrix.T)
 
-    return (
+    return NystromTableau(
         table.c, table.b, table.beta, turned(table.A), turned(table.psi),
         table.velocity_coefficients, table.C, turned(table.C), turned(table.analysis),
         turned(table.extrapolation), table.growth,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,7 @@ import numpy.typing as npt
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.kernels.nystrom.advance import DONE
+from galvi.kernels.run_record import Kept, Plan, Progress
 from galvi.method import Galerkin
 from galvi.problem import Problem
 
@@ -48,9 +50,9 @@ class RunArrays:
     state, stages, solver_state  see galvi.checkpoint
     turned                       (1,) angle by which the step that failed turns; 0 where none does
     counts                       (5,) those of COUNTED, and evaluations of single pairs of bodies
-    kept                         numbers of the steps that are saved
-    saved_q                      (len(kept), r) configurations, NaN until they are computed
-    saved_v                      (len(kept), d) velocities, on groups momenta; NaN likewise
+    saved_steps                  numbers of the steps that are saved
+    saved_q                      (saved, r) configurations, NaN until they are computed
+    saved_v                      (saved, d) velocities, on groups momenta; NaN likewise
     bases, coefficients          (steps, r), (steps, d, m) of the curves, or no rows
     """
 
@@ -59,7 +61,7 @@ class RunArrays:
     solver_state: npt.NDArray[np.int64]
     turned: Array
     counts: npt.NDArray[np.int64]
-    kept: list[int]
+    saved_steps: list[int]
     saved_q: Array
     saved_v: Array
     bases: Array
@@ -71,19 +73,38 @@ class RunArrays:
     ) -> RunArrays:
         """Arrays for ``steps`` steps from ``start``; ``row`` of its state is the first saved_v."""
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
-        kept = [*range(0, steps, start.save_every), steps]
-        saved_q, saved_v = np.full((len(kept), r), np.nan), np.full((len(kept), d), np.nan)
+        saved_steps = [*range(0, steps, start.save_every), steps]
+        saved_q, saved_v = (np.full((len(saved_steps), size), np.nan) for size in (r, d))
         saved_q[0], saved_v[0] = start.state[0, :r], start.state[row, :d]
         solver_state = start.solver_state.copy()
         solver_state[DONE] = 0
         rows = steps if start.keeps_curves else 0
         return cls(
             start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
-            np.zeros(5, dtype=np.int64), kept, saved_q, saved_v, np.full((rows, r), np.nan),
+            np.zeros(5, dtype=np.int64), saved_steps, saved_q, saved_v, np.full((rows, r), np.nan),
             np.full((rows, d, m), np.nan),
         )  # fmt: skip
+
+    @property
+    def progress(self) -> tuple[Any, ...]:
+        """Where the run stands, as the kernels take it."""
+        return tuple(Progress(self.state, self.stages, self.solver_state, self.counts))
+
+    @property
+    def kept(self) -> tuple[Any, ...]:
+        """What the run keeps, as the kernels take it."""
+        return tuple(Kept(self.saved_q, self.saved_v, self.bases, self.coefficients))
 
     @property
     def done(self) -> int:
         """Steps done so far."""
         return int(self.solver_state[DONE])
+
+
+def run_plan(
+    problem: Problem, step: float, steps: int, start: Checkpoint, tolerance: float
+) -> tuple[Any, ...]:
+    """The steps of a run, as the kernels take them."""
+    return tuple(
+        Plan(float(problem.t0), step, tolerance, start.first, steps, start.save_every)
+    )

@@ -57,7 +57,7 @@ class CanonicalOnRn:
             if built_in
             else lagrangian_derivatives.CANONICAL_GRADIENT,
             field.force,
-            timed=field.kind == force_kinds.TIMED_GRADIENT,
+            time_dependent=field.kind == force_kinds.TIMED_GRADIENT,
             constants=np.concatenate([mass.ravel(), field.constants]),
             compiled=field.compiled,
         )

@@ -6,8 +6,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
-from galvi.kernels.lie import charts
-from galvi.kernels.lie.charts import RN
+from galvi.kernels.lie import product
 
 SMALLEST = 1e-24  # coordinates and velocities below it are taken as zero
 
@@ -20,19 +19,15 @@ def difference_scales(group: Group, q: Array, v: Array) -> tuple[Array, Array]:
     1 where all of these vanish.
     """
     by_q, by_v = np.ones(v.size), np.ones(v.size)
-    flat, first, start = np.ravel(q), 0, 0
-    for kind, n in group.layout:
-        d = charts.dimension(kind, n)
-        turning = 0 if kind == RN else min(d, 3)
-        turns, moves = slice(start, start + turning), slice(start + turning, start + d)
-        entries = charts.entries(kind, n)
-        own = flat[first : first + entries]
-        where = own if kind == RN else own[3:12:4] if d > turning else own[:0]
-        far, fast = (float(np.max(np.abs(x), initial=0.0)) for x in (where, v[moves]))
+    sizes, start = np.empty(v.size), 0
+    product.position_scale(group.layout, np.array(q, dtype=np.float64).ravel(), sizes)
+    for _, d, _, rotations in group.layout:
+        turns, moves = slice(start, start + rotations), slice(start + rotations, start + d)
+        far, fast = (float(np.max(np.abs(x), initial=0.0)) for x in (sizes[moves], v[moves]))
         by_q[moves] = _first(max(far, fast))
         by_v[moves] = _first(fast, far)
         by_v[turns] = _first(float(np.max(np.abs(v[turns]), initial=0.0)))
-        first, start = first + entries, start + d
+        start += d
     return by_q, by_v
 
 

@@ -167,7 +167,7 @@ class RigidBody:
         field = LagrangianKernel(
             lagrangian_derivatives.GRADIENT,
             slope if compiled else self._checked,
-            timed=self.explicit_time,
+            time_dependent=self.explicit_time,
             constants=numbers.copy(),
             compiled=compiled,
         )

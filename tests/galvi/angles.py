@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 
 from galvi.charts import CHARTS
-from galvi.kernels.lie import chart_coefficients
+from galvi.kernels.lie.charts import exponential
 
-CAYLEY, EXPONENTIAL = CHARTS
+CAYLEY, EXPONENTIAL, RODRIGUES = CHARTS
 DECADES = [10.0**k for k in range(-12, 1)]
-SWITCH = np.sqrt(chart_coefficients.SMALL)
+SWITCH = np.sqrt(exponential.SMALL)
 # |xi| up to where a step may go, and on either side of the switch from one series to another
 SIZES = {
     CAYLEY: [*DECADES, 2.0, 20.0, CAYLEY.farthest],
+    RODRIGUES: [*DECADES, 2.0, 4.0, 40.0, RODRIGUES.farthest],
     EXPONENTIAL: [
         *DECADES, 2.0, np.pi, 5.0, EXPONENTIAL.farthest,
         *(SWITCH * (1.0 + side * 10.0**k) for k in (-15, -8, -3) for side in (-1, 1)),

@@ -30,7 +30,11 @@ def hat(group, v):
         return np.array([[0.0, -v[0]], [v[0], 0.0]])
     if isinstance(group, galvi.SO3):
         return cross_matrix(v)
-    turning, moving = (cross_matrix(v[:3]), v[3:]) if isinstance(group, galvi.SE3) else (None, v)
+    turning, moving = None, v
+    if isinstance(group, galvi.SE2):
+        turning, moving = np.array([[0.0, -v[0]], [v[0], 0.0]]), v[1:]
+    if isinstance(group, galvi.SE3):
+        turning, moving = cross_matrix(v[:3]), v[3:]
     n = moving.size
     matrix = np.zeros((n + 1, n + 1), dtype=v.dtype)
     if turning is not None:
@@ -62,6 +66,10 @@ def element(group, v):
         return np.array(v, dtype=np.float64)
     if isinstance(group, galvi.SO2):
         return np.array([[np.cos(v[0]), -np.sin(v[0])], [np.sin(v[0]), np.cos(v[0])]])
+    if isinstance(group, galvi.SE2):
+        g = np.eye(3)
+        g[:2, :2], g[:2, 2] = element(galvi.SO2(), v[:1]), v[1:]
+        return g
     R = Rotation.from_rotvec(v[:3]).as_matrix()
     if isinstance(group, galvi.SO3):
         return R

@@ -13,7 +13,7 @@ from galvi.charts import CHARTS
 from references.closed_forms.free_top import FREE_TOP
 from tests.galvi.group_matrices import cross_matrix, element, title
 
-CAYLEY, EXPONENTIAL = CHARTS
+CAYLEY, EXPONENTIAL, RODRIGUES = CHARTS
 
 
 FREE, PENDULUM = galvi.problems.free_rigid_body(), galvi.problems.pendulum_3d()

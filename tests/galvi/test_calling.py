@@ -9,7 +9,7 @@ from numba.core.errors import TypingError
 from numba.core.runtime import _nrt_python, rtsys
 
 from galvi.kernels.compile.array_types import MATRIX, REAL, VECTOR
-from galvi.kernels.compile.function_pointers import addresses, fill, matrix, vector
+from galvi.kernels.compile.function_pointers import addresses, call_matrix, call_vector, call_void
 
 NOTHING = types.void(VECTOR, REAL)
 
@@ -43,8 +43,8 @@ def copied(x):
 @njit
 def all_three(functions, x, y):
     """Each of them once."""
-    fill(functions[0], x, y)
-    return vector(functions[1], x, y), matrix(functions[2], x)
+    call_void(functions[0], x, y)
+    return call_vector(functions[1], x, y), call_matrix(functions[2], x)
 
 
 def where():
@@ -65,7 +65,7 @@ def test_what_is_returned_is_freed():
     def many(functions, x, times):
         total = 0.0
         for _ in range(times):
-            total += vector(functions[0], x)[0]
+            total += call_vector(functions[0], x)[0]
         return total
 
     _nrt_python.memsys_enable_stats()
@@ -80,7 +80,7 @@ def test_what_is_returned_is_freed():
 def test_what_a_function_raises_reaches_the_caller():
     @njit
     def square(functions, x):
-        return matrix(functions[2], x)
+        return call_matrix(functions[2], x)
 
     with pytest.raises(ValueError, match="nothing to multiply"):
         square(where(), np.zeros(0))
@@ -93,7 +93,7 @@ def test_no_address_stands_for_no_function():
 def test_arrays_of_other_layouts_are_refused_when_the_kernel_is_compiled():
     @njit
     def broken(functions, x):
-        return vector(functions[1], x[::2], 1.0)
+        return call_vector(functions[1], x[::2], 1.0)
 
     with pytest.raises(TypingError, match="cannot take array"):
         broken(where(), np.zeros(4))

@@ -13,6 +13,7 @@ from tests.galvi.group_motions import (
     EXPONENTIAL,
     FREE,
     PENDULUM,
+    RODRIGUES,
     WINDOWS,
     collocation,
     each_chart,
@@ -43,6 +44,7 @@ def test_the_order_is_twice_the_degree_no_less_and_no_more(degree, more, chart):
     [
         (2, CAYLEY, (48, 200)), (3, CAYLEY, (24, 64)), (4, CAYLEY, (36, 56)), (5, CAYLEY, (20, 28)),
         (2, EXPONENTIAL, (48, 200)), (3, EXPONENTIAL, (32, 64)), (4, EXPONENTIAL, (18, 26)),
+        (2, RODRIGUES, (48, 200)), (3, RODRIGUES, (32, 64)), (4, RODRIGUES, (18, 26)),
     ],
 )  # fmt: skip
 def test_the_order_is_so_too_against_the_closed_form_of_the_free_body(degree, chart, window):

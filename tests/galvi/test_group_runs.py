@@ -15,6 +15,7 @@ from tests.galvi.group_motions import (
     FLYING,
     FREE,
     PENDULUM,
+    RODRIGUES,
     collocation,
     each_chart,
     hall,
@@ -25,7 +26,11 @@ from tests.galvi.group_motions import (
 
 
 @pytest.mark.parametrize("problem", ALL, ids=title)
-@pytest.mark.parametrize("method", [collocation(4), hall(5, EXPONENTIAL)], ids=["square", "H's"])
+@pytest.mark.parametrize(
+    "method",
+    [collocation(4), hall(5, EXPONENTIAL), collocation(4, RODRIGUES)],
+    ids=["square", "H's", "modified Rodrigues"],
+)
 def test_a_run_in_parts_and_from_a_file_is_one_long_run_to_the_bit(problem, method, tmp_path):
     whole = galvi.integrate(problem, method, 0.11, 40)
     part = galvi.integrate(problem, method, 0.11, 23, save_every=4)

@@ -6,7 +6,6 @@ from hypothesis import given
 from scipy.spatial.transform import Rotation
 
 import galvi
-from galvi.charts import CHARTS
 from galvi.charts.maps import place
 from galvi.systems.finite_differences import WEIGHTS
 from tests.galvi.group_bodies import MOMENTS, R0, SO3, TWIST, bent, bent_slope, run
@@ -26,8 +25,8 @@ def along(function, group, g, a, nudge=2.0**-7):
     unit = np.eye(group.dimension)[a]
     return sum(
         weight / nudge
-        * (function(place(CHARTS[1], group, g, k * nudge * unit))
-           - function(place(CHARTS[1], group, g, -k * nudge * unit)))
+        * (function(place(galvi.Exponential(), group, g, k * nudge * unit))
+           - function(place(galvi.Exponential(), group, g, -k * nudge * unit)))
         for k, weight in enumerate(WEIGHTS, start=1)
     )  # fmt: skip
 

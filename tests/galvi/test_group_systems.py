@@ -160,6 +160,35 @@ def test_a_pendulum_on_rotations_of_the_plane_is_the_one_of_the_angle():
 
 
 @pytest.mark.parametrize("chart", CHARTS, ids=title)
+def test_a_body_in_the_plane_moves_as_in_its_angle_and_place(chart):
+    """With its centre of mass, c in its frame, off the origin, and a spring to the point 0."""
+    mass, inertia, centre = 1.3, 0.7, np.array([0.4, -0.2])
+
+    def on_group(g, v):
+        moved = v[1:] + v[0] * np.array([-centre[1], centre[0]])
+        place = g[:2, :2] @ centre + g[:2, 2]
+        return 0.5 * inertia * v[0] ** 2 + 0.5 * mass * moved @ moved - place @ place
+
+    def on_vectors(q, v):
+        cosine, sine = np.cos(q[0]), np.sin(q[0])
+        R = np.array([[cosine, -sine], [sine, cosine]])
+        slope = np.array([[-sine, -cosine], [cosine, -sine]]) @ centre
+        moved, place = v[1:] + v[0] * slope, R @ centre + q[1:]
+        return 0.5 * inertia * v[0] ** 2 + 0.5 * mass * moved @ moved - place @ place
+
+    q0, v0 = np.array([0.6, 0.3, -0.8]), np.array([1.1, 0.5, 0.2])
+    g0 = element(galvi.SE2(), q0)
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), chart)
+    plane = galvi.Problem(galvi.Lagrangian(on_vectors, galvi.Rn(3)), q0, v0)
+    body = galvi.Problem(
+        galvi.Lagrangian(on_group, galvi.SE2()), g0, [v0[0], *(g0[:2, :2].T @ v0[1:])]
+    )
+    one, two = (galvi.integrate(problem, method, 0.2, 15) for problem in (plane, body))
+    assert np.allclose(two.q, [element(galvi.SE2(), q) for q in one.q], rtol=0.0, atol=1e-9)
+    assert np.allclose(galvi.energy(two), galvi.energy(one), rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("chart", CHARTS, ids=title)
 @pytest.mark.parametrize("g", [(0.0, 0.0, 0.0), (0.5, 0.0, -9.81)], ids=["drifting", "falling"])
 def test_a_free_body_turns_as_a_rigid_body_and_flies_as_a_point(chart, g):
     """In the air with rounding of x times the linear momentum, here 100 times 100."""

@@ -4,20 +4,29 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from galvi.kernels.lanes import body_formulas
-from galvi.kernels.lanes.values import polynomial
-from galvi.kernels.lie import chart_coefficients
-from tests.galvi.angles import CAYLEY, DECADES, EXPONENTIAL, each_size
+from galvi.charts import CHARTS
+from galvi.kernels.lie import chart_functions
+from galvi.kernels.lie.arithmetic import polynomial
+from galvi.kernels.lie.charts import exponential
+from tests.galvi.angles import CAYLEY, DECADES, EXPONENTIAL, RODRIGUES, each_size
+
+# the angle of a rotation with |xi| = x, and its derivative
+ANGLES = {
+    CAYLEY: (lambda x: 2 * mp.atan(x / 2), lambda x: 1 / (1 + x * x / 4)),
+    EXPONENTIAL: (lambda x: x, lambda x: mp.mpf(1)),
+    RODRIGUES: (lambda x: 4 * mp.atan(x / 4), lambda x: 1 / (1 + x * x / 16)),
+}
 
 
 def exact_radial(chart, u):
-    """(sine, cosine), (a, b, c) and (k, d) of galvi.kernels.lie.chart_coefficients, in mpmath."""
-    if chart == CAYLEY:
-        a = 1 / (1 + u / 4)
-        return (a, a / 2), (a, a / 2, mp.mpf(0)), (1 + u / 4, mp.mpf(1) / 4)
+    """(sine, cosine), (a, b, c) and (k, d) of galvi.kernels.lie.charts, in mpmath."""
     x = mp.sqrt(u)
-    c1, c2 = mp.sin(x) / x, (1 - mp.cos(x)) / u
-    return (c1, c2), (c1, c2, (1 - c1) / u), (mp.mpf(1), (1 - x / 2 * mp.cot(x / 2)) / u)
+    angle, slope = (function(x) for function in ANGLES[chart])
+    sine, cosine = mp.sin(angle) / x, (1 - mp.cos(angle)) / u
+    k = 1 / slope
+    return (
+        (sine, cosine), (sine, cosine, (slope - sine) / u), (k, (k - x / 2 * mp.cot(angle / 2)) / u)
+    )  # fmt: skip
 
 
 def slope_of_radial(chart, u, times):
@@ -32,17 +41,17 @@ def test_the_functions_of_the_angle_are_exact_to_a_few_units(chart, size):
         exact = mp.mpf(u)
         rotation, turn, inverse = exact_radial(chart, exact)
         first, second = (slope_of_radial(chart, exact, times) for times in (1, 2))
-    value, slope, bend = chart_coefficients.tangent_radial(chart.number, u)
+    value, slope, bend = chart_functions.tangent_radial(chart.number, u)
     near = size > 5.0 and chart == EXPONENTIAL
     for mine, expected, close in (
         (
-            chart_coefficients.rotation_radial(chart.number, u),
+            chart_functions.rotation_radial(chart.number, u),
             rotation,
             4e-15,
         ),  # 1.4e-15, 2e-16 below 5
         (value, turn, 1e-15),  # 3e-16
         (
-            chart_coefficients.inverse_radial(chart.number, u),
+            chart_functions.inverse_radial(chart.number, u),
             inverse,
             1e-13 if near else 1e-15,
         ),  # 4e-14, 2e-16
@@ -53,35 +62,55 @@ def test_the_functions_of_the_angle_are_exact_to_a_few_units(chart, size):
         assert np.allclose(mine, numbers, rtol=0.0, atol=close * np.max(np.abs(numbers)))
 
 
+@each_size
+def test_quaternions_and_plane_angles_are_those_of_the_angle(chart, size):
+    number = chart.number
+    with mp.workdps(60):
+        x = mp.mpf(size)
+        angle, slope = (function(x) for function in ANGLES[chart])
+        half = mp.cos(angle / 2), mp.sin(angle / 2)
+        bend = mp.diff(ANGLES[chart][1], x)
+    along, less = chart_functions.half_turn(number, float(size) ** 2)
+    assert along * size == pytest.approx(float(half[1]), rel=1e-15, abs=1e-15)
+    assert less == pytest.approx(float(half[0] - 1), rel=1e-14)
+    found = float(angle), float(slope), float(bend)
+    assert (
+        chart_functions.angle_of(number, size),
+        *chart_functions.angle_slopes(number, size),
+    ) == (pytest.approx(found, rel=1e-14))
+    if found[0] < 3.0:
+        assert chart_functions.coordinate_of(number, found[0]) == pytest.approx(size, rel=1e-14)
+        factor = chart_functions.from_quaternion(number, *map(float, half))
+        assert factor * float(half[1]) == pytest.approx(size, rel=1e-14)
+
+
 def test_a_series_with_too_few_terms_is_seen_at_the_switch(monkeypatch):
-    u = chart_coefficients.SMALL * (1.0 - 1e-15)
-    sound = np.array(chart_coefficients.stumpff.py_func(u))
-    assert np.array_equal(sound, chart_coefficients.stumpff(u))
-    monkeypatch.setattr(chart_coefficients, "TERMS", 5)
-    wrong = np.array(chart_coefficients.stumpff.py_func(u))
-    beyond = np.array(chart_coefficients.stumpff(chart_coefficients.SMALL))
+    u = exponential.SMALL * (1.0 - 1e-15)
+    sound = np.array(exponential.stumpff.py_func(u))
+    assert np.array_equal(sound, exponential.stumpff(u))
+    monkeypatch.setattr(exponential, "TERMS", 5)
+    wrong = np.array(exponential.stumpff.py_func(u))
+    beyond = np.array(exponential.stumpff(exponential.SMALL))
     assert np.max(np.abs(sound - beyond) / sound) < 1e-13  # 1.4e-14, in c7
     assert np.max(np.abs(wrong - beyond) / sound) > 1e-10
 
 
-@pytest.mark.parametrize("u", [0.0, *(s * s for s in DECADES), 2.0, 3.0, 3.999999, 4.0])
-def test_the_packed_series_are_exact_as_far_as_they_are_used(u):
-    assert body_formulas.REACHES[1] == 2.0
+@pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: type(chart).__name__)
+@pytest.mark.parametrize("share", [0.0, *(s / 2 for s in DECADES), 0.7, 0.86, 0.9999999, 1.0])
+def test_the_functions_for_lanes_are_exact_as_far_as_they_are_used(chart, share):
+    module = chart_functions.CHARTS[chart.number]
+    u = (share * module.REACH_IN_LANES) ** 2
     with mp.workdps(150):
         x = mp.mpf(u) or mp.mpf(10) ** -30
-        _, turn, inverse = exact_radial(EXPONENTIAL, x)
-        slope = mp.diff(lambda y: exact_radial(EXPONENTIAL, y)[2][1], x)
-        rest = (inverse[1] - mp.mpf(1) / 12) / x
-    k, d, dk, dd = body_formulas._inverse_terms(2, u)
-    assert (k, dk) == (1.0, 0.0)
-    found = np.array(
-        [*body_formulas._tangent_terms(2, u), d, dd, polynomial(body_formulas.E_TERMS, u)]
-    )
-    exact = np.array([*turn, inverse[1], slope, rest], dtype=float)
+        _, turn, inverse = exact_radial(chart, x)
+        slopes = [mp.diff(lambda y, i=i: exact_radial(chart, y)[2][i], x) for i in range(2)]
+    found = np.array([*module.lane_tangent(u), *module.lane_inverse(u)])
+    exact = np.array([*turn, *inverse, *slopes], dtype=float)
     # 7e-16 in dd, a difference; 5e-16 in sin(x) / x; 2e-16 otherwise
-    assert np.max(np.abs(found / exact - 1.0)) < 2e-15
+    assert np.allclose(found, exact, rtol=2e-15, atol=1e-40)
 
 
 def test_a_packed_series_that_is_shorter_is_caught():
-    shorter = polynomial(body_formulas.E_TERMS[:-4], 4.0)
-    assert abs(shorter / polynomial(body_formulas.E_TERMS, 4.0) - 1.0) > 1e-13
+    assert exponential.REACH_IN_LANES == 2.0
+    shorter = polynomial(exponential.E_TERMS[:-4], 4.0)
+    assert abs(shorter / polynomial(exponential.E_TERMS, 4.0) - 1.0) > 1e-13

@@ -5,9 +5,9 @@ compiled once and kept on disk, serves every system. (numba's first-class functi
 a dozen of them take longer to hand to the next kernel than a small Lagrangian takes.) The
 interpreter's form of a kernel takes the functions themselves, in a tuple.
 
-    fill(functions[0], Q, t, constants, out)       a function that returns nothing
-    vector(functions[0], q)                        one that returns a vector (d,)
-    matrix(functions[1], q, t)                     one that returns a matrix (d, d)
+    call_void(functions[0], Q, t, constants, out)       a function that returns nothing
+    call_vector(functions[0], q)                        one that returns a vector (d,)
+    call_matrix(functions[1], q, t)                     one that returns a matrix (d, d)
 """
 
 from __future__ import annotations
@@ -74,18 +74,18 @@ def _call(returned, address, arguments):
 
 
 @intrinsic
-def fill(typing_context, address, *arguments):
+def call_void(typing_context, address, *arguments):
     """Call a function that returns nothing."""
     return _call(types.void, address, arguments)
 
 
 @intrinsic
-def vector(typing_context, address, *arguments):
+def call_vector(typing_context, address, *arguments):
     """Call a function that returns a vector."""
     return _call(VECTOR, address, arguments)
 
 
 @intrinsic
-def matrix(typing_context, address, *arguments):
+def call_matrix(typing_context, address, *arguments):
     """Call a function that returns a matrix."""
     return _call(MATRIX, address, arguments)

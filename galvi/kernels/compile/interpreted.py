@@ -14,9 +14,9 @@ from typing import Any
 
 from numba.core.registry import CPUDispatcher
 
-from galvi.kernels.compile.function_pointers import fill, matrix, vector
+from galvi.kernels.compile.function_pointers import call_matrix, call_vector, call_void
 
-CALLS = (fill, vector, matrix)
+CALLS = (call_void, call_vector, call_matrix)
 
 
 def interpreted(kernel: Any) -> Callable[..., Any]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi.kernels.compile.function_pointers import fill, vector
+from galvi.kernels.compile.function_pointers import call_vector, call_void
 from galvi.kernels.compile.jit import jit, jit_inline
 from galvi.kernels.forces import force_kinds
 
@@ -22,7 +22,7 @@ TIMED_GRADIENT = force_kinds.TIMED_GRADIENT
 def accelerations(kind, functions, constants, inverse_mass, Q, t, out):
     """Fill out (d, s) with the accelerations; the one place where a force is evaluated."""
     if kind == BUILT_IN:
-        fill(functions[0], Q, t, constants, out)
+        call_void(functions[0], Q, t, constants, out)
     else:
         gradients(kind, functions, Q, t, out)
     apply_inverse_mass(inverse_mass, out)
@@ -33,9 +33,9 @@ def gradients(kind, functions, Q, t, out):
     """Fill out (d, s) with a user's gradients."""
     for k in range(Q.shape[1]):
         if kind == TIMED_GRADIENT:
-            fill_stage(vector(functions[0], stage(Q, k), t[k]), k, out)
+            fill_stage(call_vector(functions[0], stage(Q, k), t[k]), k, out)
         else:
-            fill_stage(vector(functions[0], stage(Q, k)), k, out)
+            fill_stage(call_vector(functions[0], stage(Q, k)), k, out)
 
 
 @jit

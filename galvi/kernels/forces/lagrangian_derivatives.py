@@ -21,50 +21,75 @@ its own, or a user's (q, v) or (q, v, t) -> (d,).
 from __future__ import annotations
 
 from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
 
 from galvi.kernels.compile.array_types import MATRIX, REAL, VECTOR
-from galvi.kernels.compile.function_pointers import fill, matrix, vector
+from galvi.kernels.compile.function_pointers import call_matrix, call_vector, call_void
 from galvi.kernels.compile.jit import jit, jit_inline
 from galvi.kernels.forces import force_kinds as fields
 from galvi.kernels.forces.accelerations import accelerations
-from galvi.kernels.lie import coadjoint
+from galvi.kernels.lie import product
 
 LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL, CANONICAL_GRADIENT = 0, 1, 2, 3, 4, 5
-FREE, PUSHED, TIMED_PUSHED, PUSHED_BY_LAW = 0, 1, 2, 3  # which force acts
+NO_FORCE, FORCE, TIMED_FORCE, FORCE_LAW = 0, 1, 2, 3  # which force acts
 
+
+class Law(NamedTuple):
+    """A Lagrangian and an external force.
+
+    functions       of both
+    kind            of the Lagrangian, as above
+    time_dependent  whether a user's function takes the time
+    matrix_rows     of the matrix that a user's functions take; 0 for a vector
+    constants       (c,) numbers of the Lagrangian
+    force_kind      which force acts, and force_constants (c,) its numbers
+    """
+
+    functions: Any
+    kind: int
+    time_dependent: bool
+    matrix_rows: int
+    constants: Any
+    force_kind: int
+    force_constants: Any
+
+
+LAW_TUPLE = types.Tuple(
+    (types.int64[::1], types.int64, types.boolean, types.int64, VECTOR, types.int64, VECTOR)
+)
 LAW_TYPE = types.void(VECTOR, VECTOR, REAL, VECTOR, MATRIX)
 
 
 @cache
-def signature(kind, timed, side):
-    """Of the Lagrangian's function; side = 0 when a user's takes a vector, else its rows."""
+def signature(kind, time_dependent, matrix_rows):
+    """Of the Lagrangian's function; matrix_rows = 0 when a user's takes a vector, else its rows."""
     if kind == LAW:
         return LAW_TYPE
     if kind == GRADIENT:
-        return MATRIX(MATRIX, REAL) if timed else MATRIX(MATRIX)
+        return MATRIX(MATRIX, REAL) if time_dependent else MATRIX(MATRIX)
     if kind >= CANONICAL:
-        return fields.SIGNATURES[force_kind(kind, timed)][0]
-    return force_signature(TIMED_PUSHED if timed else PUSHED, side)
+        return fields.SIGNATURES[gradient_kind(kind, time_dependent)][0]
+    return force_signature(TIMED_FORCE if time_dependent else FORCE, matrix_rows)
 
 
 @cache
-def force_signature(pushed, side):
+def force_signature(force_kind, matrix_rows):
     """Of the external force."""
-    place = MATRIX if side else VECTOR
-    if pushed == PUSHED_BY_LAW:
+    place = MATRIX if matrix_rows else VECTOR
+    if force_kind == FORCE_LAW:
         return LAW_TYPE
-    return VECTOR(place, VECTOR, REAL) if pushed == TIMED_PUSHED else VECTOR(place, VECTOR)
+    return VECTOR(place, VECTOR, REAL) if force_kind == TIMED_FORCE else VECTOR(place, VECTOR)
 
 
 @jit
-def force_kind(kind, timed):
+def gradient_kind(kind, time_dependent):
     """Of a canonical system's dV/dq, in galvi.kernels.forces.force_kinds."""
     if kind == CANONICAL:
         return fields.BUILT_IN
-    return fields.TIMED_GRADIENT if timed else fields.GRADIENT
+    return fields.TIMED_GRADIENT if time_dependent else fields.GRADIENT
 
 
 @jit
@@ -103,7 +128,7 @@ def rotation_slopes(gradient, v, constants, layout, g, out):
     fits = gradient.shape[0] == 3 and gradient.shape[1] == 3
     for i in range(9):
         slope[i] = -gradient[i // 3, i % 3] if fits else np.nan
-    coadjoint.pull(layout, g, slope, out[1])
+    product.left_derivative(layout, g, slope, out[1])
     for i in range(3):
         out[0, i] = 0.0
         for j in range(3):
@@ -125,7 +150,7 @@ def spread(values, kind, layout, g, out):
         for i in range(d):
             out[1, i] = values[d + i]
     else:
-        coadjoint.pull(layout, g, values[d:], out[1])
+        product.left_derivative(layout, g, values[d:], out[1])
 
 
 @jit
@@ -144,18 +169,17 @@ def canonical(kind, functions, constants, g, v, t, out):
 
 
 @jit
-def push(force, constants, pushed, side, g, v, t, out):
+def external_force(law, g, v, t, out):
     """out[1] <- out[1] + the external force."""
-    if pushed == PUSHED_BY_LAW:
-        fill(force, g, v, t, constants, out)
-        return
-    timed = pushed == TIMED_PUSHED
-    if side == 0:
+    force, timed = law.functions[1], law.force_kind == TIMED_FORCE
+    if law.force_kind == FORCE_LAW:
+        call_void(force, g, v, t, law.force_constants, out)
+    elif law.matrix_rows == 0:
         q = g.copy()
-        add(vector(force, q, v.copy(), t) if timed else vector(force, q, v.copy()), out)
+        add(call_vector(force, q, v.copy(), t) if timed else call_vector(force, q, v.copy()), out)
     else:
-        R = g.copy().reshape((side, side))
-        add(vector(force, R, v.copy(), t) if timed else vector(force, R, v.copy()), out)
+        R = g.copy().reshape((law.matrix_rows, law.matrix_rows))
+        add(call_vector(force, R, v.copy(), t) if timed else call_vector(force, R, v.copy()), out)
 
 
 @jit
@@ -169,39 +193,37 @@ def add(values, out):
 def slopes(law, layout, g, v, t, out):
     """out (2, d) at one configuration.
 
-    law  (functions, kind, timed, side, constants, pushed, push_constants): both functions, the
-         Lagrangian's kind, whether it takes the time, rows of the matrix that a user's functions
-         take (0: a vector), its numbers, which force acts, and that one's numbers
+    law  a ``Law``
     """
-    functions, kind, timed, side, constants, pushed, push_constants = law
-    if kind == LAW:
-        fill(functions[0], g, v, t, constants, out)
+    if law.kind == LAW:
+        call_void(law.functions[0], g, v, t, law.constants, out)
     else:
-        own_slopes(functions, kind, timed, side, constants, layout, g, v, t, out)
-    if pushed > 0:
-        push(functions[1], push_constants, pushed, side, g, v, t, out)
+        own_slopes(law, layout, g, v, t, out)
+    if law.force_kind > 0:
+        external_force(law, g, v, t, out)
 
 
 @jit
-def own_slopes(functions, kind, timed, side, constants, layout, g, v, t, out):
+def own_slopes(law, layout, g, v, t, out):
     """As ``slopes``, of a Lagrangian of another kind than LAW, without the force."""
+    functions, kind, time_dependent, matrix_rows, constants, _, _ = law
     if kind >= CANONICAL:
-        canonical(force_kind(kind, timed), functions, constants, g, v, t, out)
+        canonical(gradient_kind(kind, time_dependent), functions, constants, g, v, t, out)
     elif kind == GRADIENT:
         R = g.copy().reshape((3, 3))
-        if timed:
-            rotation_slopes(matrix(functions[0], R, t), v, constants, layout, g, out)
+        if time_dependent:
+            rotation_slopes(call_matrix(functions[0], R, t), v, constants, layout, g, out)
         else:
-            rotation_slopes(matrix(functions[0], R), v, constants, layout, g, out)
-    elif side == 0:
+            rotation_slopes(call_matrix(functions[0], R), v, constants, layout, g, out)
+    elif matrix_rows == 0:
         q = g.copy()
-        if timed:
-            spread(vector(functions[0], q, v.copy(), t), kind, layout, g, out)
+        if time_dependent:
+            spread(call_vector(functions[0], q, v.copy(), t), kind, layout, g, out)
         else:
-            spread(vector(functions[0], q, v.copy()), kind, layout, g, out)
+            spread(call_vector(functions[0], q, v.copy()), kind, layout, g, out)
     else:
-        R = g.copy().reshape((side, side))
-        if timed:
-            spread(vector(functions[0], R, v.copy(), t), kind, layout, g, out)
+        R = g.copy().reshape((matrix_rows, matrix_rows))
+        if time_dependent:
+            spread(call_vector(functions[0], R, v.copy(), t), kind, layout, g, out)
         else:
-            spread(vector(functions[0], R, v.copy()), kind, layout, g, out)
+            spread(call_vector(functions[0], R, v.copy()), kind, layout, g, out)

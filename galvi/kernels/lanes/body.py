@@ -11,7 +11,7 @@ those of collocation in the chart, with eta and f from xi and pi
 
 p0 would be mu0, were the base point of the chart to stay; it differs by the error of a step. The
 equations are solved by fixed-point iteration; a step for which that fails, or that turns by more
-than body_lanes.REACHES, is left to the general kernel.
+than REACHES, is left to the general kernel.
 
 state   (4, 9)  R by rows; mu, the last p0 - mu0, the momentum in space; a quaternion of R, not
         normalised (zeros when only R and mu are known); what rounding lost of it and, from entry 4,
@@ -25,7 +25,7 @@ body    (33,)   see galvi.kernels.lanes.body_formulas; from 21 on it is renewed 
 weight  (3,)    mass g in space
 work    (36, P) xi, pi, [eta, f, n, velocity], -, guess, zeros, corrections of xi and of pi
 spare   (6, P)  scratch
-memo    (4,)    as in galvi.kernels.on_group.advance, then Legendre terms that are extrapolated
+solver_state    (4,)    as in galvi.kernels.on_group.advance, then Legendre terms that are extrapolated
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
+from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.jit import compiled_for, jit_inline
-from galvi.kernels.lanes.body_formulas import REACHES, stage_forces, stage_momenta, stage_rates
+from galvi.kernels.lanes.body_formulas import stage_forces, stage_momenta, stage_rates
 from galvi.kernels.lanes.body_update import (
     end_defect,
     kick_momentum,
@@ -47,6 +47,7 @@ from galvi.kernels.lanes.body_update import (
 )
 from galvi.kernels.lanes.gravity import LANES, combine, move
 from galvi.kernels.lanes.nbody import RECONSIDER, choose_terms, copy_rows
+from galvi.kernels.lie.chart_functions import CHARTS
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import (
     DIVERGED,
@@ -58,8 +59,12 @@ from galvi.kernels.nystrom.solve import (
     reset_history,
     verdict,
 )
+from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
+from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
-TERMS = 3  # place in memo
+BODY_TABLES = types.Tuple((FIXED_MATRIX,) * 5 + (FIXED_VECTOR, FIXED_MATRIX))
+REACHES = tuple(chart.REACH_IN_LANES for chart in CHARTS)
+TERMS = 3  # place in solver_state
 PULLS = 2  # corrections of a first guess for the chart's tangent map
 AXES = (0, 0, 0)
 NEAR = 1e-4  # relative change of the stages below which the end says what p0 lacks
@@ -163,36 +168,27 @@ def within_reach(chart, xi, end):
 
 
 @jit_inline
-def record(fit, step, every, total, R, eta, state, saved_g, saved_mu, bases, curves):
-    """Store what is kept of the (step + 1)-th step, which started at R."""
-    if bases.shape[0] > 0:
-        for i in range(9):
-            bases[step, i] = R[i]
-        for i in range(3):
-            for l in range(fit.shape[0]):
-                coefficient = 0.0
-                for j in range(fit.shape[1]):
-                    coefficient += fit[l, j] * eta[i, j]
-                curves[step, i, l] = coefficient
-    last, due = saved_g.shape[0] - 1, (step + 1) // every
-    if due * every == step + 1 or step + 1 == total:
-        row = last if step + 1 == total else due
-        for i in range(9):
-            saved_g[row, i] = state[0, i]
-        for i in range(3):
-            saved_mu[row, i] = state[1, i]
+def curve_of(fit, eta, out):
+    """out (3, m) <- coefficients of a step's curve from its rates eta at the stages."""
+    for i in range(3):
+        for l in range(fit.shape[0]):
+            coefficient = 0.0
+            for j in range(fit.shape[1]):
+                coefficient += fit[l, j] * eta[i, j]
+            out[i, l] = coefficient
 
 
 @jit_inline
-def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fit, body, weight, h,
-                 tolerance, first, todo, total, every, state, stages, work, spare, memo, counts,
-                 saved_g, saved_mu, bases, curves):  # fmt: skip
+def advance_body(charts, weights, tables, body, weight, plan, todo, progress, work, spare, kept):
     """Do ``todo`` more steps; returns a code, and leaves a step that fails undone."""
+    plan, kept = Plan(*plan), Kept(*kept)
+    moves, turns, kicks, ahead, series, growth, fit = tables
+    state, stages, solver_state, counts = progress
     s, padded = kicks.shape[1], moves.shape[1]
-    velocity, guess, terms = work[15:18], work[24:27], memo[TERMS:]
+    velocity, guess, terms = work[15:18], work[24:27], solver_state[TERMS:]
     chart, mu0, p0, history, R = len(charts) - 1, spare[3], spare[4], spare[5], body[24:]
     copy_rows(velocity, stages)
-    for step in range(memo[DONE], memo[DONE] + todo):
+    for step in range(solver_state[DONE], solver_state[DONE] + todo):
         quaternion_of(state)
         for i in range(3):
             mu0[i] = state[1, i]
@@ -200,8 +196,8 @@ def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fi
             body[21 + i] = 0.0
             for j in range(3):
                 body[21 + i] += state[0, 3 * j + i] * weight[j]
-        if memo[HOLDS] == LAST_STEP:
-            if (first + step) % RECONSIDER == 0 or terms[0] == 0:
+        if solver_state[HOLDS] == LAST_STEP:
+            if (plan.first + step) % RECONSIDER == 0 or terms[0] == 0:
                 choose_terms(AXES, series, growth, velocity, guess, terms, spare[0])
             for chunk in range(padded // LANES):
                 combine(AXES, ahead, (terms[0] - 1) * s, velocity, guess, 0, s, padded, chunk)
@@ -211,8 +207,8 @@ def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fi
                     guess[i, k] = velocity[i, min(k, s - 1)]
         copy_rows(stages, velocity)
         start(charts, moves, body, s, guess, work)
-        code = relax(charts, weights, moves, turns, kicks, body, mu0, p0, work, spare, tolerance,
-                     counts, history)  # fmt: skip
+        code = relax(charts, weights, moves, turns, kicks, body, mu0, p0, work, spare,
+                     plan.tolerance, counts, history)  # fmt: skip
         xi = spare[0]
         if code == SOLVED and not within_reach(chart, work[0:3], xi):
             code = DIVERGED
@@ -221,7 +217,7 @@ def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fi
         for i in range(3):  # what is left of p0's error, to first order
             p0[i] += spare[2, i]
             for j in range(3):
-                xi[i] += h * body[3 * i + j] * spare[2, j]
+                xi[i] += plan.step * body[3 * i + j] * spare[2, j]
         for i in range(9):
             R[i] = state[0, i]
         turn_quaternion(chart, xi, state)
@@ -229,8 +225,10 @@ def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fi
         kick_momentum(spare[1], R, state)
         for i in range(3):
             state[1, 3 + i] = p0[i] - mu0[i]
-        memo[HOLDS], memo[DONE] = LAST_STEP, step + 1
-        record(fit, step, every, total, R, work[6:9], state, saved_g, saved_mu, bases, curves)
+        solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
+        record(plan, kept, step, R, state[0], state[1])
+        if kept.bases.shape[0] > 0:
+            curve_of(fit, work[6:9], kept.curves[step])
     copy_rows(stages, velocity)
     return SOLVED
 
@@ -238,13 +236,9 @@ def advance_body(charts, weights, moves, turns, kicks, ahead, series, growth, fi
 @cache
 def compiled_advance_body(chart, weight):
     """``advance_body`` for a chart's number and with or without a weight, or from the cache."""
-    fixed = types.Array(types.float64, 1, "C", readonly=True)
-    fixed_matrix = types.Array(types.float64, 2, "C", readonly=True)
-    whole, real, matrix, vector = types.int64, types.float64, MATRIX, VECTOR
+    whole = types.int64
     signature = whole(
-        types.UniTuple(whole, 1 + chart), types.UniTuple(whole, 1 + weight), fixed_matrix,
-        fixed_matrix, fixed_matrix, fixed_matrix, fixed_matrix, fixed, fixed_matrix, vector, vector,
-        real, real, whole, whole, whole, whole, matrix, matrix, matrix, matrix, types.int64[::1],
-        types.int64[::1], matrix, matrix, matrix, TENSOR3,
+        types.UniTuple(whole, 1 + chart), types.UniTuple(whole, 1 + weight), BODY_TABLES, VECTOR,
+        VECTOR, PLAN, whole, PROGRESS, MATRIX, MATRIX, KEPT,
     )  # fmt: skip
     return compiled_for(advance_body, signature, jit_inline)

@@ -6,10 +6,9 @@ changes are summed with what rounding lost of them.
 
 from __future__ import annotations
 
-import numpy as np
-
 from galvi.kernels.compile.jit import jit_inline
-from galvi.kernels.lie.chart_coefficients import CAYLEY, inverse_radial, rotation_radial
+from galvi.kernels.lie.chart_functions import half_turn, inverse_radial, rotation_radial
+from galvi.kernels.lie.rotations import quaternion
 from galvi.kernels.nystrom.step import two_sum
 
 
@@ -70,29 +69,13 @@ def matrix_of(state):
 
 @jit_inline
 def quaternion_of(state):
-    """What the general kernel does not know: a quaternion (Shepperd 1978), and nothing lost."""
+    """What the general kernel does not know: a quaternion, and nothing lost."""
     if state[2, 0] != 0.0 or state[2, 1] != 0.0 or state[2, 2] != 0.0 or state[2, 3] != 0.0:
         return
-    a, b, c = state[0, 0], state[0, 4], state[0, 8]
-    x, y, z = (
-        state[0, 7] - state[0, 5], state[0, 2] - state[0, 6], state[0, 3] - state[0, 1],
-    )  # fmt: skip
-    p, q, r = (
-        state[0, 3] + state[0, 1], state[0, 2] + state[0, 6], state[0, 7] + state[0, 5],
-    )  # fmt: skip
-    largest = max(a + b + c, a, b, c)
-    if largest == a + b + c:
-        w, x, y, z = 1.0 + largest, x, y, z
-    elif largest == a:
-        w, x, y, z = x, 1.0 + a - b - c, p, q
-    elif largest == b:
-        w, x, y, z = y, p, 1.0 - a + b - c, r
-    else:
-        w, x, y, z = z, q, r, 1.0 - a - b + c
-    length = np.sqrt(w * w + x * x + y * y + z * z)
-    state[2, 0], state[2, 1], state[2, 2], state[2, 3] = (
-        w / length, x / length, y / length, z / length,
-    )  # fmt: skip
+    R = state[0]
+    state[2, 0], state[2, 1], state[2, 2], state[2, 3] = quaternion(
+        ((R[0], R[1], R[2]), (R[3], R[4], R[5]), (R[6], R[7], R[8]))
+    )
     for i in range(3):
         state[1, 3 + i] = state[3, i] = state[3, 3 + i] = state[3, 6 + i] = 0.0
 
@@ -118,15 +101,7 @@ def kick_momentum(kick, R, state):
 def turn_quaternion(chart, xi, state):
     """q <- q (half the turn of xi), by a compensated change."""
     x, y, z = xi[0], xi[1], xi[2]
-    u = x * x + y * y + z * z
-    if chart == CAYLEY:
-        length = np.sqrt(1.0 + 0.25 * u)
-        along, less = 0.5 / length, -0.25 * u / (length * (length + 1.0))
-    else:
-        half = 0.25 * np.sqrt(u)
-        sine = np.sin(half)
-        along = 0.5 * sine * np.cos(half) / half if half > 0.0 else 0.5
-        less = -2.0 * sine * sine
+    along, less = half_turn(chart, x * x + y * y + z * z)
     a, b, c = along * x, along * y, along * z
     w, x, y, z = state[2, 0], state[2, 1], state[2, 2], state[2, 3]
     steps = (

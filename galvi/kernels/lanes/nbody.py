@@ -16,7 +16,7 @@ c        (2, P)     nodes, and what rounding lost of them
 work     (6, d, P)  stages, last accelerations, h c v, corrections too small for it, scratch,
                     new accelerations
 spare    (7, at least d and s)  state before the step, sizes, the iteration's history, scratch
-memo     (3 + bodies,)  as in the general kernel, then Legendre terms kept for each body
+solver_state     (3 + bodies,)  as in the general kernel, then Legendre terms kept for each body
 """
 
 from __future__ import annotations
@@ -30,10 +30,21 @@ from galvi.kernels.compile.array_types import MATRIX, TENSOR3
 from galvi.kernels.compile.jit import compiled_for, jit_inline
 from galvi.kernels.lanes.gravity import LANES, combine, drift, fused
 from galvi.kernels.lanes.nbody_iteration import iterate, move_one
-from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, STREAK, TABLEAU, keep
+from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, STREAK
 from galvi.kernels.nystrom.solve import DIVERGED, NOT_FINITE, SOLVED
-from galvi.kernels.nystrom.step import copy_into, terms_to_extrapolate, two_sum
+from galvi.kernels.nystrom.step import (
+    FIXED_MATRIX,
+    FIXED_VECTOR,
+    TABLEAU,
+    NystromTableau,
+    copy_into,
+    curve_coefficients,
+    terms_to_extrapolate,
+    two_sum,
+)
+from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
+GRAVITY_TABLES = types.Tuple((FIXED_MATRIX, FIXED_MATRIX, FIXED_VECTOR, FIXED_MATRIX, FIXED_MATRIX))
 RECONSIDER = 16  # steps between choices of how many terms to extrapolate
 
 
@@ -62,7 +73,7 @@ def place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes,
     that goes farthest in a step for its distance, other than the star.
     """
     dimension, padded, bodies = len(axes), c.shape[1], masses.size
-    largest, most, swift = 0.0, 0.0, 1 if star == 0 else 0
+    largest, most, fastest_planet = 0.0, 0.0, 1 if star == 0 else 0
     for body in range(bodies):
         for chunk in range(padded // LANES):
             start = (2 * terms[body] + 1) * s
@@ -79,14 +90,14 @@ def place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes,
         sizes[body] = size
         largest = max(largest, size)
         if body != star and way > most * size:
-            swift, most = body, way / size
+            fastest_planet, most = body, way / size
     for body in range(bodies):
         size = sizes[body] if sizes[body] > 0.0 else largest
         sizes[body] = 1.0 / size if size > 0.0 else 1.0
         move_one(
             axes, ahead, 2 * terms[body] * s, s, a, base, low, state, Q, 0.0, sizes[body], body
         )
-    return swift
+    return fastest_planet
 
 
 @jit_inline
@@ -114,31 +125,35 @@ def finish(axes, sums, h, a, state, out):
 
 
 @jit_inline
-def advance(axes, masses, tableau, ahead, series, growth, sums, c, h, tolerance, first, todo, total,
-            every, state, stages, work, spare, memo, counts, saved_q, saved_v, bases,
-            curves):  # fmt: skip
+def advance(axes, masses, tableau, tables, plan, todo, progress, work, spare, kept):
     """Do ``todo`` more steps of a run; returns a code as the general kernel does."""
+    tableau, plan, kept = NystromTableau(*tableau), Plan(*plan), Kept(*kept)
+    ahead, series, growth, sums, c = tables
+    state, stages, solver_state, counts = progress
+    h, tolerance = plan.step, plan.tolerance
     bodies, s, d = masses.size, series.shape[0], state.shape[1]
     Q, a, base, low, scratch, new = work[0], work[1], work[2], work[3], work[4], work[5]
-    before, sizes, history, terms = spare[:4, :d], spare[4, :bodies], spare[5, :4], memo[3:]
+    before, sizes, history, terms = spare[:4, :d], spare[4, :bodies], spare[5, :4], solver_state[3:]
     star = 0
     for body in range(bodies):
         if masses[body] > masses[star]:
             star = body
     copy_rows(a, stages)
-    for step in range(memo[DONE], memo[DONE] + todo):
-        if memo[STREAK] > 0:
+    for step in range(solver_state[DONE], solver_state[DONE] + todo):
+        if solver_state[STREAK] > 0:
             copy_rows(stages, a)
             return DIVERGED
         copy_into(before, state)
-        if memo[HOLDS] != LAST_STEP:
+        if solver_state[HOLDS] != LAST_STEP:
             terms[:] = 0
-        elif (first + step) % RECONSIDER == 0 or terms[0] == 0:
+        elif (plan.first + step) % RECONSIDER == 0 or terms[0] == 0:
             choose_terms(axes, series, growth, a, scratch, terms, spare[6, :s])
-        swift = place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q)
+        fastest_planet = place(
+            axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q
+        )
         code = iterate(
-            axes, masses, star, swift, ahead, s, state, base, low, sizes, tolerance, counts, Q, new,
-            scratch, history,
+            axes, masses, star, fastest_planet, ahead, s, state, base, low, sizes, tolerance,
+            counts, Q, new, scratch, history,
         )  # fmt: skip
         if code == SOLVED and not finish(axes, sums, h, new, state, scratch):
             code = NOT_FINITE
@@ -147,10 +162,11 @@ def advance(axes, masses, tableau, ahead, series, growth, sums, c, h, tolerance,
             copy_rows(stages, a)
             return code
         a, new = new, a
-        if bases.shape[0] > 0:
+        solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
+        record(plan, kept, step, before[0], state[0], state[2])
+        if kept.bases.shape[0] > 0:
             copy_rows(stages, a)
-        memo[HOLDS], memo[DONE] = LAST_STEP, step + 1
-        keep(tableau, h, every, step, total, before, state, stages, saved_q, saved_v, bases, curves)
+            curve_coefficients(tableau, h, before, stages, kept.curves[step])
     copy_rows(stages, a)
     return SOLVED
 
@@ -166,13 +182,9 @@ def copy_rows(target, source):
 @cache
 def compiled_advance(dimension):
     """``advance`` for bodies in the plane or in space, from the cache on disk if it is there."""
-    fixed = types.Array(types.float64, 1, "C", readonly=True)
-    fixed_matrix = types.Array(types.float64, 2, "C", readonly=True)
-    whole, real, matrix = types.int64, types.float64, MATRIX
+    whole = types.int64
     signature = whole(
-        types.UniTuple(whole, dimension), fixed, TABLEAU, fixed_matrix, fixed_matrix, fixed,
-        fixed_matrix, fixed_matrix, real, real, whole, whole, whole, whole, matrix, matrix,
-        TENSOR3, matrix, types.int64[::1], types.int64[::1], matrix, matrix, matrix,
-        TENSOR3,
+        types.UniTuple(whole, dimension), FIXED_VECTOR, TABLEAU, GRAVITY_TABLES, PLAN, whole,
+        PROGRESS, TENSOR3, MATRIX, KEPT,
     )  # fmt: skip
     return compiled_for(advance, signature, jit_inline)

@@ -1,10 +1,10 @@
 """Fixed-point iteration of one step of point masses, in vector instructions.
 
-Arrays as in `galvi.kernels.lanes.nbody`: moves holds h^2 A^T first, Q, a, base, low, held are (d,
-P). After the first pass over all bodies come some over two alone, the star and the body that moves
-fastest for its distance. Extrapolation predicts that body worst, and by far: of Sun and planets
-the innermost to 1e-4, the next to 1e-10 (`benchmarks.experiments.solver_ideas`). What the passes
-find is a better guess, nothing more.
+Arrays as in `galvi.kernels.lanes.nbody`: moves holds h^2 A^T first, Q, a, base, low and background
+are (d, P). After the first pass over all bodies come some over two alone, the star and the body
+that moves fastest for its distance, its planet. Extrapolation predicts that one worst, and by far:
+of Sun and planets the innermost to 1e-4, the next to 1e-10 (`benchmarks.experiments.solver_ideas`).
+What the passes find is a better guess, nothing more.
 Iterations and force evaluations count the passes over all bodies; the PAIR_PASSES + 1 pulls of
 those over two are counted as PAIRS.
 """
@@ -36,11 +36,13 @@ def pull_all(axes, masses, Q, a):
 
 
 @jit_inline
-def pull_pair(axes, masses, star, swift, sign, Q, given, a):
+def pull_pair(axes, masses, star, fastest_planet, sign, Q, given, a):
     """a <- given + sign times the pull between two bodies, in their rows."""
-    star_mass, swift_mass = sign * masses[star], sign * masses[swift]
+    star_mass, planet_mass = sign * masses[star], sign * masses[fastest_planet]
     for chunk in range(Q.shape[1] // LANES):
-        attract_pair(axes, Q, given, a, star, swift, star_mass, swift_mass, Q.shape[1], chunk)
+        attract_pair(
+            axes, Q, given, a, star, fastest_planet, star_mass, planet_mass, Q.shape[1], chunk
+        )
 
 
 @jit_inline
@@ -54,36 +56,40 @@ def move_one(axes, moves, start, s, a, base, low, state, Q, change, size, body):
 
 
 @jit_inline
-def iterate_pair(axes, masses, star, swift, moves, s, state, base, low, sizes, Q, a, held, history):
-    """Some passes over the star and the swiftest body alone, the pull of all others ``held``.
+def iterate_pair(
+    axes, masses, star, fastest_planet, moves, s, state, base, low, sizes, Q, a, background, history
+):
+    """Some passes over the star and one planet alone, the pull of all others in ``background``.
 
-    The swiftest is the one that extrapolation predicts worst, by far, and these passes cost little.
+    The fastest planet is what extrapolation predicts worst, by far, and these passes cost little.
     Their contraction is that of the passes over all bodies, which go on from here.
     """
     last, change = history[0], history[0]
     for _passes in range(PAIR_PASSES):
         last = change
-        pull_pair(axes, masses, star, swift, 1.0, Q, held, a)
+        pull_pair(axes, masses, star, fastest_planet, 1.0, Q, background, a)
         change = move_one(axes, moves, 0, s, a, base, low, state, Q, 0.0, sizes[star], star)
-        change = move_one(axes, moves, 0, s, a, base, low, state, Q, change, sizes[swift], swift)
+        change = move_one(
+            axes, moves, 0, s, a, base, low, state, Q, change, sizes[fastest_planet], fastest_planet
+        )
     reset_history(history)
     if change > 0.0:
         history[0], history[1] = change, change / last
 
 
 @jit_inline
-def iterate(axes, masses, star, swift, moves, s, state, base, low, sizes, tolerance, counts, Q, a,
-            held, history):  # fmt: skip
+def iterate(axes, masses, star, fastest_planet, moves, s, state, base, low, sizes, tolerance,
+            counts, Q, a, background, history):  # fmt: skip
     """Fixed-point iteration from stages Q, until settled; a holds the last accelerations.
 
-    ``held`` is scratch, (d, P).
+    ``background`` is scratch, (d, P).
     """
     reset_history(history)
     for passes in range(FIXED_POINT_PASSES):
         pull_all(axes, masses, Q, a)
         with_pair = passes == 0 and masses.size > 2
         if with_pair:
-            pull_pair(axes, masses, star, swift, -1.0, Q, a, held)
+            pull_pair(axes, masses, star, fastest_planet, -1.0, Q, a, background)
             counts[PAIRS] += (PAIR_PASSES + 1) * s
         change = 0.0
         for body in range(masses.size):
@@ -95,6 +101,19 @@ def iterate(axes, masses, star, swift, moves, s, state, base, low, sizes, tolera
             return code
         if with_pair:
             iterate_pair(
-                axes, masses, star, swift, moves, s, state, base, low, sizes, Q, a, held, history
+                axes,
+                masses,
+                star,
+                fastest_planet,
+                moves,
+                s,
+                state,
+                base,
+                low,
+                sizes,
+                Q,
+                a,
+                background,
+                history,
             )
     return DIVERGED

@@ -1,12 +1,9 @@
-"""Arithmetic on eight stages at once, written as on numbers, for functions in
-galvi.kernels.lanes.gravity.
+"""Arithmetic on eight stages at once, written as on numbers.
 
 A Lane wraps a vector that a compiler builds; sums of products may be fused.
 """
 
 from __future__ import annotations
-
-from itertools import zip_longest
 
 from llvmlite import ir
 
@@ -40,21 +37,3 @@ class Lane:
         return Lane(self.builder, self.builder.fsub(self._lane(other), self.value, flags=FUSED))
 
     __radd__, __rmul__ = __add__, __mul__
-
-
-def dot(v, w):
-    """v . w of two triples."""
-    return v[0] * w[0] + v[1] * w[1] + v[2] * w[2]
-
-
-def cross(v, w):
-    """v x w of two triples."""
-    return [v[1] * w[2] - v[2] * w[1], v[2] * w[0] - v[0] * w[2], v[0] * w[1] - v[1] * w[0]]
-
-
-def polynomial(coefficients, u):
-    """sum_k coefficients[k] u^k, in pairs, so that products overlap."""
-    square, total = u * u, 0.0
-    for even, odd in reversed(list(zip_longest(coefficients[::2], coefficients[1::2]))):
-        total = square * total + (even if odd is None else u * odd + even)
-    return total

@@ -1,1 +1,1 @@
-"""Rotations, rigid motions, charts and the coadjoint action, as compiled functions."""
+"""Rotations, rigid motions, charts and groups, as compiled functions."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi.kernels.compile.function_pointers import fill, matrix
+from galvi.kernels.compile.function_pointers import call_matrix, call_void
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.forces import force_kinds
 from galvi.kernels.forces.accelerations import accelerations, stage
@@ -41,12 +41,12 @@ def jacobians(kind, functions, has_hessian, constants, inverse_mass, Q, t, out):
         return 2 * width * stages
     if kind == GRADIENT:
         for k in range(stages):
-            fill_matrix(matrix(functions[1], stage(Q, k)), k, out)
+            fill_matrix(call_matrix(functions[1], stage(Q, k)), k, out)
     elif kind == TIMED_GRADIENT:
         for k in range(stages):
-            fill_matrix(matrix(functions[1], stage(Q, k), t[k]), k, out)
+            fill_matrix(call_matrix(functions[1], stage(Q, k), t[k]), k, out)
     else:
-        fill(functions[1], Q, t, constants, out)
+        call_void(functions[1], Q, t, constants, out)
     apply_inverse_mass_to_rows(inverse_mass, out)
     return 0
 

@@ -6,8 +6,12 @@ Both start from stages Q (d, s) and leave accelerations a (d, s) from which the 
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any, NamedTuple
 
+import numpy as np
+from numba import types
+
+from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.jit import jit, jit_inline
 from galvi.kernels.forces.accelerations import accelerations
 from galvi.kernels.nystrom.jacobians import jacobians
@@ -21,6 +25,23 @@ from galvi.kernels.nystrom.step import (
     place_stages,
 )
 
+
+class Force(NamedTuple):
+    """The force of a system, as galvi.kernels.forces.accelerations takes it.
+
+    has_hessian  whether functions[1] gives its derivative
+    width        of the blocks that its derivative has on the diagonal
+    """
+
+    kind: int
+    functions: Any
+    has_hessian: bool
+    constants: Any
+    inverse_mass: Any
+    width: int
+
+
+FORCE = types.Tuple((types.int64, types.int64[::1], types.boolean, VECTOR, MATRIX, types.int64))
 AUTO, FIXED_POINT, NEWTON = 0, 1, 2
 SOLVED, NOT_FINITE, DIVERGED, GOING = 0, 1, 2, 3
 
@@ -67,14 +88,19 @@ def reset_history(history):
     history[0], history[1], history[2], history[3] = np.inf, 1.0, np.inf, 0.0
 
 
+@jit_inline
+def force_at_stages(force, Q, t, a):
+    """a (d, s) <- accelerations at the stages Q."""
+    accelerations(force.kind, force.functions, force.constants, force.inverse_mass, Q, t, a)
+
+
 @jit
-def solve_fixed_point(kind, functions, constants, inverse_mass, tableau, h, t, state, tolerance,
-                      scale, counts, a, Q):  # fmt: skip
+def solve_fixed_point(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
     """Q <- stages of a(Q), until another pass would change nothing that matters."""
     moved, history = np.empty(Q.shape), np.empty(4)
     reset_history(history)
     for _passes in range(FIXED_POINT_PASSES):
-        accelerations(kind, functions, constants, inverse_mass, Q, t, a)
+        force_at_stages(force, Q, t, a)
         place_stages(tableau, h, state, a, moved)
         counts[ITERATIONS] += 1
         counts[FORCES] += Q.shape[1]
@@ -85,26 +111,28 @@ def solve_fixed_point(kind, functions, constants, inverse_mass, tableau, h, t, s
 
 
 @jit
-def solve_newton(kind, functions, has_hessian, constants, inverse_mass, width, tableau, h, t,
-                 state, tolerance, scale, counts, a, Q):  # fmt: skip
+def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
     """Newton on the curve's coefficients; all passes but one must halve the last change.
 
     A first correction as large as the motion itself is trusted only when the second is negligible
     (a linear force): far from the start Newton may find another root.
     """
-    d, s = Q.shape
-    x = np.empty((d, tableau[5].size))
+    (d, s), width = Q.shape, force.width
+    x = np.empty((d, tableau.velocity_coefficients.size))
     curve_coefficients(tableau, h, state, a, x)
     jacobian = np.empty((d, width, s))
     moved = np.empty((d, s))
     previous = np.inf
     slow = 0
     for passes in range(NEWTON_PASSES):
-        accelerations(kind, functions, constants, inverse_mass, Q, t, a)
-        extra = jacobians(kind, functions, has_hessian, constants, inverse_mass, Q, t, jacobian)
+        force_at_stages(force, Q, t, a)
+        extra = jacobians(
+            force.kind, force.functions, force.has_hessian, force.constants, force.inverse_mass, Q,
+            t, jacobian,
+        )  # fmt: skip
         counts[ITERATIONS] += 1
         counts[FORCES] += s + extra
-        counts[HESSIANS] += s if has_hessian else 0
+        counts[HESSIANS] += s if force.has_hessian else 0
         counts[SOLVES] += d // width
         if not (all_finite(a) and all_finite(jacobian.reshape(d, width * s))):
             return NOT_FINITE
@@ -119,7 +147,7 @@ def solve_newton(kind, functions, has_hessian, constants, inverse_mass, width, t
         if change <= tolerance or (passes > 0 and (
             (halved and change * change <= tolerance * previous) or (not halved and change <= FLOOR)
         )):  # fmt: skip
-            accelerations(kind, functions, constants, inverse_mass, Q, t, a)
+            force_at_stages(force, Q, t, a)
             counts[FORCES] += s
             return SOLVED
         slow += 0 if halved else 1
@@ -130,12 +158,11 @@ def solve_newton(kind, functions, has_hessian, constants, inverse_mass, width, t
 
 
 @jit
-def solve(kind, functions, has_hessian, constants, inverse_mass, width, tableau, h, t, state,
-          solver, tolerance, streak, counts, a, Q):  # fmt: skip
+def solve(force, tableau, h, t, state, solver, tolerance, streak, counts, a, Q):
     """Solve one step from the accelerations in a; returns (code, streak of Newton steps left)."""
     place_stages(tableau, h, state, a, Q)
     scale = np.empty(Q.shape[0])
-    measure_scale(h, width, state, scale)
+    measure_scale(h, force.width, state, scale)
     start = np.empty(a.shape)
     copy_into(start, a)
     newton_first = solver == NEWTON or (solver == AUTO and streak > 0)
@@ -143,14 +170,11 @@ def solve(kind, functions, has_hessian, constants, inverse_mass, width, tableau,
     for attempt in range(2):
         if newton_first == (attempt == 0):
             if solver != FIXED_POINT:
-                code = solve_newton(kind, functions, has_hessian, constants, inverse_mass, width,
-                                    tableau, h, t, state, tolerance, scale, counts, a,
-                                    Q)  # fmt: skip
+                code = solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q)
                 if code == SOLVED:
                     return code, streak - 1 if newton_first else NEWTON_STREAK
         elif solver != NEWTON:
-            code = solve_fixed_point(kind, functions, constants, inverse_mass, tableau, h, t,
-                                     state, tolerance, scale, counts, a, Q)  # fmt: skip
+            code = solve_fixed_point(force, tableau, h, t, state, tolerance, scale, counts, a, Q)
             if code == SOLVED:
                 return code, 0
         copy_into(a, start)

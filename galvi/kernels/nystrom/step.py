@@ -3,19 +3,47 @@
 d components, s stages, m curve coefficients; notation of galvi.tableau. Rows are components.
 
 state    (4, d)  q, what rounding lost of q, v, what rounding lost of v
-tableau  c (s,), b (s,), beta (s,), A^T (s, s), psi^T (m, s), lead (m,), C (m, s), C^T (s, m),
-         analysis^T (s, s), ahead^T (l, s), growth (l,)
+tableau  a ``NystromTableau``
 a        (d, s)  accelerations at the stages
 """
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
+from numba import types
 
 from galvi.kernels.compile.jit import jit, jit_inline
 
 EPSILON = 2.0**-52
 SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
+
+
+class NystromTableau(NamedTuple):
+    """A table as kernels take it: matrices are transposed, but for C, which comes both ways.
+
+    c, b, beta (s,), A (s, s), psi (m, s), lead (m,), C (m, s), C_transposed (s, m),
+    analysis (s, s), ahead (l, s), growth (l,)
+    """
+
+    c: Any
+    b: Any
+    beta: Any
+    A: Any
+    psi: Any
+    velocity_coefficients: Any
+    C: Any
+    C_transposed: Any
+    analysis: Any
+    extrapolation: Any
+    growth: Any
+
+
+FIXED_VECTOR, FIXED_MATRIX = (types.Array(types.float64, n, "C", readonly=True) for n in (1, 2))
+TABLEAU = types.Tuple(
+    (FIXED_VECTOR,) * 3 + (FIXED_MATRIX,) * 2 + (FIXED_VECTOR,) + (FIXED_MATRIX,) * 4
+    + (FIXED_VECTOR,))  # fmt: skip
 
 
 @jit_inline
@@ -50,7 +78,7 @@ def predict(tableau, a, guess):
 
     Each row's Legendre series is cut where that costs least.
     """
-    analysis, ahead, growth = tableau[8], tableau[9], tableau[10]
+    analysis, extrapolation, growth = tableau.analysis, tableau.extrapolation, tableau.growth
     d, s = a.shape
     sizes = np.empty(s)
     for i in range(d):
@@ -65,13 +93,13 @@ def predict(tableau, a, guess):
             guess[i, k] = 0.0
         for l in range(terms):
             for k in range(s):
-                guess[i, k] += ahead[l, k] * series[l]
+                guess[i, k] += extrapolation[l, k] * series[l]
 
 
 @jit_inline
 def place_stages(tableau, h, state, a, Q):
     """Q_k = q + c_k h v + h^2 sum_j A_kj a_j."""
-    c, A = tableau[0], tableau[3]
+    c, A = tableau.c, tableau.A
     d, s = Q.shape
     for i in range(d):
         for k in range(s):
@@ -115,7 +143,7 @@ def measure_scale(h, width, state, scale):
 @jit_inline
 def curve_coefficients(tableau, h, state, a, x):
     """x = h v lead + h^2 C a, (d, m)."""
-    lead, C = tableau[5], tableau[7]
+    velocity_coefficients, C = tableau.velocity_coefficients, tableau.C_transposed
     for i in range(a.shape[0]):
         for l in range(x.shape[1]):
             x[i, l] = 0.0
@@ -123,7 +151,7 @@ def curve_coefficients(tableau, h, state, a, x):
             for l in range(x.shape[1]):
                 x[i, l] += C[j, l] * a[i, j]
         for l in range(x.shape[1]):
-            x[i, l] = h * state[2, i] * lead[l] + h * h * x[i, l]
+            x[i, l] = h * state[2, i] * velocity_coefficients[l] + h * h * x[i, l]
 
 
 @jit
@@ -133,7 +161,7 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
     Returns whether the equations could be solved.
     Residual r = x - h v lead - h^2 C a(q + psi x); derivative I - h^2 C diag_j(da_j) psi.
     """
-    psi, C = tableau[4], tableau[6]
+    psi, C = tableau.psi, tableau.C
     d, m = x.shape
     stages = Q.shape[1]
     size = width * m
@@ -210,7 +238,7 @@ def two_product(x, y):
 @jit_inline
 def complete_step(tableau, h, a, state):
     """q += h v + h^2 sum_j beta_j a_j,  v += h sum_j b_j a_j, with what rounding loses kept."""
-    b, beta = tableau[1], tableau[2]
+    b, beta = tableau.b, tableau.beta
     for i in range(a.shape[0]):
         kick, bend = 0.0, 0.0
         for j in range(a.shape[1]):

@@ -6,23 +6,24 @@ It only steers Newton's iteration: what that converges to does not depend on it.
 from __future__ import annotations
 
 from galvi.kernels.compile.jit import jit_noalloc
-from galvi.kernels.on_group.stages import carried, end_momentum, end_place, is_flat, local_slopes
+from galvi.kernels.lie.product import is_flat
+from galvi.kernels.on_group.stages import carried, end_momentum, end_place, local_slopes
 
 NUDGE = 2.0**-22  # of a difference: slopes may be differenced themselves, to 1e-11
 
 
 @jit_noalloc
-def curvature(law, layout, chart, room, scale, pace, g, t, xi, eta, here, blocks):
+def curvature(law, layout, chart, scratch, scale, rate_scale, g, t, xi, eta, here, blocks):
     """blocks (2, 3, d, d) <- slopes by xi and xi' of pi, f and n, whose values are here (3, d)."""
     d = xi.size
-    velocity, ahead = room[2], room[5]
+    velocity, ahead = scratch.velocity, scratch.local
     for a in range(d):
         for kind in range(2):
             moved = xi if kind == 0 else eta
             kept = moved[a]
-            moved[a] = kept + NUDGE * (scale[a] if kind == 0 else pace)
+            moved[a] = kept + NUDGE * (scale[a] if kind == 0 else rate_scale)
             nudge = moved[a] - kept
-            local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, ahead)
+            local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, ahead)
             moved[a] = kept
             for row in range(3):
                 for i in range(d):
@@ -30,7 +31,7 @@ def curvature(law, layout, chart, room, scale, pace, g, t, xi, eta, here, blocks
 
 
 @jit_noalloc
-def end_curvature(layout, chart, room, scale, xi, momentum, by_place, by_momentum):
+def end_curvature(layout, chart, scratch, scale, xi, momentum, by_place, by_momentum):
     """Derivatives (d, d) of p1 by xi(1) and by the momentum, by central differences."""
     d = xi.size
     if is_flat(layout):
@@ -39,7 +40,8 @@ def end_curvature(layout, chart, room, scale, xi, momentum, by_place, by_momentu
         for a in range(d):
             by_momentum[a, a] = 1.0
         return
-    mu1, ahead, behind, T, G = room[2], room[4][0], room[4][1], room[6], room[7]
+    mu1, T, G = scratch.velocity, scratch.T, scratch.G
+    ahead, behind = scratch.slopes[0], scratch.slopes[1]
     size = 0.0
     for a in range(d):
         size = max(size, abs(momentum[a]))
@@ -60,13 +62,29 @@ def end_curvature(layout, chart, room, scale, xi, momentum, by_place, by_momentu
 
 @jit_noalloc
 def derivative(
-    law, layout, chart, basis, room, scale, pace, h, g, mu0, t, x, place, rate, forces, matrix
+    law,
+    layout,
+    chart,
+    basis,
+    scratch,
+    scale,
+    rate_scale,
+    h,
+    g,
+    mu0,
+    t,
+    x,
+    place,
+    rate,
+    forces,
+    matrix,
 ):
     """matrix <- dR/dx, (unknowns, unknowns), that of x[a, i] and equation R[a, i] first[a] + i."""
-    psi, slope, end, b, c, first = basis
-    blocks, kicks, by_end, by_momentum, here = room[8], room[9], room[10], room[11], room[12]
+    psi, slope, end, b, first = basis.psi, basis.slope, basis.end, basis.b, basis.first
+    blocks, kicks, here = scratch.blocks, scratch.kicks, scratch.here
+    by_end, by_momentum = scratch.by_end, scratch.by_momentum
     d, s = place.shape
-    xi, eta, momentum = room[0], room[1], room[1]
+    xi, eta, momentum = scratch.xi, scratch.eta, scratch.eta
     matrix[:, :] = 0.0
     kicks[:, :, :] = 0.0
     for j in range(s):
@@ -74,7 +92,7 @@ def derivative(
             xi[a], eta[a] = place[a, j], rate[a, j]
             for row in range(3):
                 here[row, a] = forces[row, a, j]
-        curvature(law, layout, chart, room, scale, pace, g, t[j], xi, eta, here, blocks)
+        curvature(law, layout, chart, scratch, scale, rate_scale, g, t[j], xi, eta, here, blocks)
         for a in range(d):
             for k in range(d):
                 late, bend = h * b[j] * blocks[0, 2, a, k], b[j] * blocks[1, 2, a, k]
@@ -90,7 +108,7 @@ def derivative(
                         )
     end_place(basis, x, xi)
     carried(basis, h, mu0, forces, momentum)
-    end_curvature(layout, chart, room, scale, xi, momentum, by_end, by_momentum)
+    end_curvature(layout, chart, scratch, scale, xi, momentum, by_end, by_momentum)
     for a in range(d):
         for k in range(d):
             for l in range(first[k + 1] - first[k]):

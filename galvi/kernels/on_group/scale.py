@@ -7,49 +7,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi.kernels.compile.jit import jit_inline, jit_noalloc
-from galvi.kernels.lie import charts
+from galvi.kernels.compile.jit import jit_noalloc
+from galvi.kernels.lie.product import DIMENSION, ROTATIONS
 
 QUIET = 2.0**-47  # of the largest rate: changes that may be round-off
 FAR = 16.0  # times another size: a size that was a bad guess
 
 
 @jit_noalloc
-def measure(layout, g, scale):
-    """scale (d,) <- 1 for rotations; the largest coordinate of a factor for its places, maybe 0."""
-    first, start = 0, 0
-    for factor_ in range(layout.shape[0]):
-        kind, n = layout[factor_, 0], layout[factor_, 1]
-        d, turning = charts.dimension(kind, n), turns(kind)
-        size = 0.0
-        for i in range(turning, d):
-            where = g[first + i] if kind == charts.RN else g[first + 4 * (i - 3) + 3]
-            size = max(size, abs(where))
-        for i in range(d):
-            scale[start + i] = 1.0 if i < turning else size
-        first, start = first + charts.entries(kind, n), start + d
-
-
-@jit_noalloc
 def grow_scale(layout, place, rate, h, scale):
     """scale (d,) <- for translations at least the largest place and h rate (d, s) of the factor."""
     start = 0
-    for factor_ in range(layout.shape[0]):
-        kind = layout[factor_, 0]
-        d, turning = charts.dimension(kind, layout[factor_, 1]), turns(kind)
+    for factor in range(layout.shape[0]):
+        first, end = start + layout[factor, ROTATIONS], start + layout[factor, DIMENSION]
         size = 0.0
-        for i in range(start + turning, start + d):
+        for i in range(first, end):
             for j in range(place.shape[1]):
                 size = max(size, abs(place[i, j]), abs(h * rate[i, j]))
-        for i in range(start + turning, start + d):
+        for i in range(first, end):
             scale[i] = max(scale[i], size)
-        start += d
-
-
-@jit_inline
-def turns(kind):
-    """How many of a factor's components are rotations; they come first."""
-    return 0 if kind == charts.RN else (1 if kind == charts.SO2 else 3)
+        start = end
 
 
 @jit_noalloc
@@ -63,17 +40,17 @@ def largest(values):
 
 
 @jit_noalloc
-def relative(place, rate, h, scale, pace):
+def relative(place, rate, h, scale, rate_scale):
     """The largest of |place| and |h rate| (d, s) over scale; 0 for 0, NaN when one is not finite.
 
     Rates are among them, since they alone see every function of a space (M lemma 1), but for the
-    rounding of rates of the size of pace.
+    rounding of rates of the size of rate_scale.
     """
     size, total = 0.0, 0.0
     for a in range(place.shape[0]):
         for j in range(place.shape[1]):
             moved = abs(place[a, j])
-            if abs(rate[a, j]) > QUIET * pace:
+            if abs(rate[a, j]) > QUIET * rate_scale:
                 moved = max(moved, abs(h * rate[a, j]))
             if moved > 0.0:
                 size = max(size, moved / scale[a] if scale[a] > 0.0 else 1.0)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit, jit_noalloc
-from galvi.kernels.lie import charts
+from galvi.kernels.lie import product
+from galvi.kernels.lie.product import is_flat, position_scale
 from galvi.kernels.nystrom.solve import (
     DIVERGED,
     FORCES,
@@ -19,8 +20,8 @@ from galvi.kernels.nystrom.solve import (
 )
 from galvi.kernels.on_group.derivative import derivative
 from galvi.kernels.on_group.elimination import factor, substitute
-from galvi.kernels.on_group.scale import FAR, grow_scale, largest, measure, relative, shrink_scale
-from galvi.kernels.on_group.stages import is_flat, place_curve, residual, scratch, stage_slopes
+from galvi.kernels.on_group.scale import FAR, grow_scale, largest, relative, shrink_scale
+from galvi.kernels.on_group.stages import new_scratch, place_curve, residual, stage_slopes
 
 PASSES = 60
 RENEW = 0.2  # contraction above which the derivative is formed anew
@@ -31,45 +32,46 @@ PULLS = 4  # corrections of a first guess for the chart's tangent map
 
 
 @jit_noalloc
-def coefficients(first, fit, h, rates, x):
+def coefficients(basis, h, rates, x):
     """x (d, m) <- those of the curve nearest to rates xi' (d, s) at the stages."""
+    first, projection = basis.first, basis.projection
     x[:, :] = 0.0
     for a in range(x.shape[0]):
         for i in range(first[a + 1] - first[a]):
             total = 0.0
             for j in range(rates.shape[1]):
-                total += fit[i, j] * rates[a, j]
+                total += projection[i, j] * rates[a, j]
             x[a, i] = h * total
 
 
 @jit
-def guess_curve(layout, chart, basis, fit, h, velocities, x):
+def guess_curve(layout, chart, basis, h, velocities, x):
     """x <- coefficients of a curve with about these velocities (d, s) at the stages.
 
-    xi' = T(xi)^-1 velocity, where xi is improved a few times; fit (m, s) takes rates to x / h.
+    xi' = T(xi)^-1 velocity, where xi is improved a few times.
     """
     if is_flat(layout):
-        coefficients(basis[5], fit, h, velocities, x)
+        coefficients(basis, h, velocities, x)
         return
     d, s = velocities.shape
     place, rate = np.zeros((d, s)), np.empty((d, s))
     xi, eta, T, G = np.empty(d), np.zeros(d), np.empty((d, d)), np.empty((d, d))
     pivots = np.empty(d, np.int64)
-    pace = velocities.copy()
+    rates = velocities.copy()
     for _pull in range(PULLS):
-        coefficients(basis[5], fit, h, pace, x)
+        coefficients(basis, h, rates, x)
         place_curve(basis, h, x, place, rate)
         for j in range(s):
             for a in range(d):
                 xi[a] = place[a, j]
-            charts.tangent(layout, chart, xi, eta, T, G)
+            product.tangent(layout, chart, xi, eta, T, G)
             solved = np.empty(d)
             for a in range(d):
                 solved[a] = velocities[a, j]
             if factor(T, pivots):
                 substitute(T, pivots, solved)
             for a in range(d):
-                pace[a, j] = solved[a]
+                rates[a, j] = solved[a]
 
 
 @jit
@@ -95,41 +97,41 @@ def add(x, factor_, step):
 
 
 @jit
-def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, bold, counts, x, forces,
-                velocities):  # fmt: skip
+def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_damping, counts, x,
+                forces, velocities):  # fmt: skip
     """x (d, m) <- the solution nearest to x; forces and velocities there. Returns a code.
 
     The derivative is kept as long as the iteration contracts well. A correction after which the
     next one is larger was too long: it is taken back, and done with a new derivative or by half
     (natural monotonicity: Deuflhard, Newton Methods for Nonlinear Problems, 3.3). Far from a good
-    guess that may find another root, where a step turns further than the chart: only if ``bold``.
-    What a motion from rest measures is known from its first correction, with which differences are
-    done again.
+    guess that may find another root, where a step turns further than the chart: only if
+    ``allow_damping``. What a motion from rest measures is known from its first correction, with
+    which differences are done again.
     """
     d, m = x.shape
-    s, first = t.size, basis[5]
+    s, first = t.size, basis.first
     place, rate = np.empty((d, s)), np.empty((d, s))
     to_place, to_rate = np.empty((d, s)), np.empty((d, s))
     R, ahead, step = np.empty((d, m)), np.empty((d, m)), np.empty((d, m))
     matrix, pivots = np.empty((first[d], first[d])), np.empty(first[d], np.int64)
-    room, history, scale = scratch(d, g.size, m), np.empty(4), np.empty(d)
+    scratch, history, scale = new_scratch(d, g.size, m), np.empty(4), np.empty(d)
     now, sizes = np.empty(d), np.empty(d)
     reset_history(history)
     formed = here = False  # whether there is a derivative, and whether it is of where step began
     last, share = np.inf, 1.0
     place_curve(basis, h, x, place, rate)
-    measure(layout, g, scale)
+    position_scale(layout, g, scale)
     grow_scale(layout, place, rate, h, scale)
     for passes in range(PASSES):
-        stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities)
-        residual(layout, chart, basis, room, h, mu0, forces, x, R)
+        stage_slopes(law, layout, chart, scratch, g, t, place, rate, forces, velocities)
+        residual(layout, chart, basis, scratch, h, mu0, forces, x, R)
         counts[ITERATIONS] += 1
         counts[FORCES] += s
         if formed:
             correct(matrix, pivots, first, R, ahead)
             place_curve(basis, h, ahead, to_place, to_rate)
             change = relative(to_place, to_rate, h, scale, largest(rate))
-            if bold and not change <= last and last > NEAR:
+            if allow_damping and not change <= last and last > NEAR:
                 add(x, -share, step)
                 formed, share = here, 0.5 * share
                 if here:
@@ -141,14 +143,14 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, bold, counts
             formed = change <= RENEW * last or change < NEAR
         here = not formed
         if not formed:
-            pace = largest(rate)
-            at_rest = pace == 0.0
+            rate_scale = largest(rate)
+            at_rest = rate_scale == 0.0
             for _measured in range(MEASURED if passes == 0 else 1):
                 for a in range(d):
                     sizes[a] = scale[a] if scale[a] > 0.0 else 1.0
-                pace = pace if pace > 0.0 else np.max(sizes) / abs(h)
-                derivative(law, layout, chart, basis, room, sizes, pace, h, g, mu0, t, x, place,
-                           rate, forces, matrix)  # fmt: skip
+                rate_scale = rate_scale if rate_scale > 0.0 else np.max(sizes) / abs(h)
+                derivative(law, layout, chart, basis, scratch, sizes, rate_scale, h, g, mu0, t, x,
+                           place, rate, forces, matrix)  # fmt: skip
                 counts[FORCES] += 2 * d * s
                 counts[SOLVES] += 1
                 if not factor(matrix, pivots):
@@ -156,10 +158,12 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, bold, counts
                 correct(matrix, pivots, first, R, ahead)
                 place_curve(basis, h, ahead, to_place, to_rate)
                 found = largest(to_rate)
-                if not found > FAR * pace and not (at_rest and 0.0 < FAR * found < pace):
+                if not found > FAR * rate_scale and not (
+                    at_rest and 0.0 < FAR * found < rate_scale
+                ):
                     break
                 grow_scale(layout, to_place, to_rate, h, scale)
-                pace = found
+                rate_scale = found
             grow_scale(layout, to_place, to_rate, h, scale)
             change = relative(to_place, to_rate, h, scale, largest(rate))
             formed = True
@@ -171,10 +175,10 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, bold, counts
             return NOT_FINITE
         code = verdict(change, tolerance, history)
         if code == SOLVED:
-            measure(layout, g, now)
+            position_scale(layout, g, now)
             grow_scale(layout, place, rate, h, now)
             if not shrink_scale(now, scale):
-                stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities)
+                stage_slopes(law, layout, chart, scratch, g, t, place, rate, forces, velocities)
                 counts[FORCES] += s
                 return SOLVED
             reset_history(history)

@@ -17,49 +17,94 @@ d components, s stages, m coefficients a component; rows are components.
 x        (d, m)
 place    (d, s) and rate (d, s)   xi and xi' at the stages
 forces   (3, d, s)   pi, f and n
-basis    (psi (s, m), slope (s, m), end (m,), b (s,), c (s,), first (d + 1,)); the unknowns of
-         component a are x[a, i] with i < first[a + 1] - first[a], the others are 0
-law      see galvi.kernels.forces.lagrangian_derivatives
+basis    a ``Basis``; the unknowns of component a are x[a, i] with i < first[a + 1] - first[a], the
+         others are 0
+law      a ``Law`` of galvi.kernels.forces.lagrangian_derivatives
 scale    (d,)  1 for rotations, the size of places and of moves for translations; not 0
-pace     of xi', not 0
-room     arrays to work in, of ``scratch``
+rate_scale   of xi', not 0
+scratch  a ``Scratch``
 """
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
+from numba import types
 
 from galvi.kernels.compile.jit import jit, jit_inline, jit_noalloc
 from galvi.kernels.forces.lagrangian_derivatives import slopes
-from galvi.kernels.lie import charts, coadjoint
+from galvi.kernels.lie import product
+from galvi.kernels.lie.product import is_flat
+from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
+
+
+class Basis(NamedTuple):
+    """The space's basis and the rule of a method.
+
+    psi, slope  (s, m)  basis functions and their derivatives at the stages; end (m,) at 1
+    b, c        (s,)    weights and nodes of the rule
+    first       (d + 1,)  of the unknowns of each component
+    fit         (m, s)  takes rates at the stages to x / h
+    analysis, ahead, growth   as of galvi.kernels.nystrom.step.NystromTableau
+    """
+
+    psi: Any
+    slope: Any
+    end: Any
+    b: Any
+    c: Any
+    first: Any
+    projection: Any
+    analysis: Any
+    extrapolation: Any
+    growth: Any
+
+
+BASIS = types.Tuple(
+    (FIXED_MATRIX, FIXED_MATRIX, FIXED_VECTOR, FIXED_VECTOR, FIXED_VECTOR, types.int64[::1],
+     FIXED_MATRIX, FIXED_MATRIX, FIXED_MATRIX, FIXED_VECTOR))  # fmt: skip
 
 
 @jit_noalloc
 def place_curve(basis, h, x, place, rate):
     """xi_j = sum_i psi_ji x_i,  xi'_j = sum_i psi_ji' x_i / h."""
-    psi, slope = basis[0], basis[1]
+    psi, slope = basis.psi, basis.slope
     for a in range(x.shape[0]):
         for j in range(psi.shape[0]):
-            where, pace = 0.0, 0.0
+            where, speed = 0.0, 0.0
             for i in range(psi.shape[1]):
                 where += psi[j, i] * x[a, i]
-                pace += slope[j, i] * x[a, i]
-            place[a, j], rate[a, j] = where, pace / h
+                speed += slope[j, i] * x[a, i]
+            place[a, j], rate[a, j] = where, speed / h
 
 
-@jit_inline
-def is_flat(layout):
-    """Whether the group is R^n alone, where T = Ad* = 1."""
-    return layout.shape[0] == 1 and layout[0, 0] == charts.RN
+class Scratch(NamedTuple):
+    """Arrays to work in.
+
+    xi, eta, velocity (d,), place (r,), slopes (2, d), local (3, d), T and G (d, d); for the
+    derivative blocks (2, 3, d, d), kicks (d, d, m), by_end and by_momentum (d, d), here (3, d)
+    """
+
+    xi: Any
+    eta: Any
+    velocity: Any
+    place: Any
+    slopes: Any
+    local: Any
+    T: Any
+    G: Any
+    blocks: Any
+    kicks: Any
+    by_end: Any
+    by_momentum: Any
+    here: Any
 
 
 @jit
-def scratch(d, r, m):
-    """Room for one step: xi, eta, velocity (d,), place (r,), (2, d), (3, d), T and G (d, d).
-
-    And for the derivative: (2, 3, d, d), (d, d, m), two (d, d) and (3, d).
-    """
-    return (
+def new_scratch(d, r, m):
+    """For d components, r entries of an element and m coefficients."""
+    return Scratch(
         np.empty(d), np.empty(d), np.empty(d), np.empty(r), np.empty((2, d)), np.empty((3, d)),
         np.empty((d, d)), np.empty((d, d)), np.empty((2, 3, d, d)), np.empty((d, d, m)),
         np.empty((d, d)), np.empty((d, d)), np.empty((3, d)),
@@ -67,16 +112,16 @@ def scratch(d, r, m):
 
 
 @jit_inline
-def local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, out):
+def local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, out):
     """out (3, d) <- pi, f and n of the Lagrangian in the chart at g; velocity (d,) <- T xi'."""
-    there, own, T, G = room[3], room[4], room[6], room[7]
+    there, own, T, G = scratch.place, scratch.slopes, scratch.T, scratch.G
     d, flat = xi.size, is_flat(layout)
     if flat:
         for i in range(d):
             there[i], velocity[i] = g[i] + xi[i], eta[i]
     else:
-        charts.place(layout, chart, g, xi, there)
-        charts.tangent(layout, chart, xi, eta, T, G)
+        product.place(layout, chart, g, xi, there)
+        product.tangent(layout, chart, xi, eta, T, G)
         for i in range(d):
             velocity[i] = 0.0
             for j in range(d):
@@ -91,18 +136,18 @@ def local_slopes(law, layout, chart, room, g, xi, eta, t, velocity, out):
         for j in range(d):
             out[0, i] += T[j, i] * own[0, j]
             out[1, i] += G[j, i] * own[0, j] + T[j, i] * own[1, j]
-    coadjoint.coadjoint_inverse(layout, chart, xi, own[1], out[2])
+    product.coadjoint_inverse(layout, chart, xi, own[1], out[2])
 
 
 @jit_noalloc
-def stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities):
+def stage_slopes(law, layout, chart, scratch, g, t, place, rate, forces, velocities):
     """forces (3, d, s) and the velocities (d, s) at all stages."""
     d, s = place.shape
-    xi, eta, velocity, out = room[0], room[1], room[2], room[5]
+    xi, eta, velocity, out = scratch.xi, scratch.eta, scratch.velocity, scratch.local
     for j in range(s):
         for a in range(d):
             xi[a], eta[a] = place[a, j], rate[a, j]
-        local_slopes(law, layout, chart, room, g, xi, eta, t[j], velocity, out)
+        local_slopes(law, layout, chart, scratch, g, xi, eta, t[j], velocity, out)
         for a in range(d):
             forces[0, a, j], forces[1, a, j], forces[2, a, j] = out[0, a], out[1, a], out[2, a]
             velocities[a, j] = velocity[a]
@@ -111,7 +156,7 @@ def stage_slopes(law, layout, chart, room, g, t, place, rate, forces, velocities
 @jit_noalloc
 def end_place(basis, x, xi):
     """xi <- xi(1), (d,)."""
-    end = basis[2]
+    end = basis.end
     for a in range(x.shape[0]):
         xi[a] = 0.0
         for i in range(end.size):
@@ -121,7 +166,7 @@ def end_place(basis, x, xi):
 @jit_noalloc
 def carried(basis, h, mu0, forces, out):
     """out <- mu0 + h sum_j b_j n_j, the momentum at the end, seen from the frame of g."""
-    b = basis[3]
+    b = basis.b
     for a in range(mu0.size):
         kick = 0.0
         for j in range(b.size):
@@ -131,14 +176,17 @@ def carried(basis, h, mu0, forces, out):
 
 @jit_noalloc
 def end_momentum(layout, chart, T, G, xi, momentum, mu1, p1):
-    """mu1 and p1 = T^T mu1 from xi(1) and the momentum seen from the frame of g; T, G room."""
+    """mu1 and p1 = T^T mu1 from xi(1) and the momentum seen from the frame of g.
+
+    T, G  scratch
+    """
     d = xi.size
     if is_flat(layout):
         for i in range(d):
             mu1[i] = p1[i] = momentum[i]
         return
-    coadjoint.coadjoint(layout, chart, xi, momentum, mu1)
-    charts.tangent(layout, chart, xi, xi, T, G)
+    product.coadjoint(layout, chart, xi, momentum, mu1)
+    product.tangent(layout, chart, xi, xi, T, G)
     for i in range(d):
         p1[i] = 0.0
         for j in range(d):
@@ -146,13 +194,13 @@ def end_momentum(layout, chart, T, G, xi, momentum, mu1, p1):
 
 
 @jit_noalloc
-def residual(layout, chart, basis, room, h, mu0, forces, x, R):
+def residual(layout, chart, basis, scratch, h, mu0, forces, x, R):
     """R (d, m), as above."""
-    psi, slope, end, b, c, first = basis
-    xi, momentum, mu1, p1 = room[0], room[1], room[2], room[4][0]
+    psi, slope, end, b, first = basis.psi, basis.slope, basis.end, basis.b, basis.first
+    xi, momentum, mu1, p1 = scratch.xi, scratch.eta, scratch.velocity, scratch.slopes[0]
     end_place(basis, x, xi)
     carried(basis, h, mu0, forces, momentum)
-    end_momentum(layout, chart, room[6], room[7], xi, momentum, mu1, p1)
+    end_momentum(layout, chart, scratch.T, scratch.G, xi, momentum, mu1, p1)
     for a in range(x.shape[0]):
         for i in range(first[a + 1] - first[a]):
             total = -p1[a] * end[i]

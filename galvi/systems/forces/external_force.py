@@ -70,10 +70,10 @@ def check_force_at(system: Forced, q: Array, v: Array, t: float) -> None:
         )
 
 
-def with_force(field: LagrangianKernel, system: Forced, side: int) -> LagrangianKernel:
+def with_force(field: LagrangianKernel, system: Forced, matrix_rows: int) -> LagrangianKernel:
     """The kernel description with the system's external force added.
 
-    side  rows of the matrix that the user's force takes as q; 0 for a vector
+    matrix_rows  rows of the matrix that the user's force takes as q; 0 for a vector
     """
     if system.force is None:
         return field
@@ -81,21 +81,21 @@ def with_force(field: LagrangianKernel, system: Forced, side: int) -> Lagrangian
         add, constants = system.force.compiled()
         return replace(
             field,
-            pushed=lagrangian_derivatives.PUSHED_BY_LAW,
+            force_kind=lagrangian_derivatives.FORCE_LAW,
             force=add,
-            push_constants=constants,
+            force_constants=constants,
         )
-    timed = system.timed_force
-    kind = lagrangian_derivatives.TIMED_PUSHED if timed else lagrangian_derivatives.PUSHED
-    compiled = compiles(system.force, lagrangian_derivatives.force_signature(kind, side))
+    time_dependent = system.timed_force
+    kind = lagrangian_derivatives.TIMED_FORCE if time_dependent else lagrangian_derivatives.FORCE
+    compiled = compiles(system.force, lagrangian_derivatives.force_signature(kind, matrix_rows))
 
     def checked(q: Array, v: Array, t: float = 0.0) -> Array:
         return force_at(system, q, v, t)
 
     return replace(
         field,
-        pushed=kind,
-        side=side,
+        force_kind=kind,
+        matrix_rows=matrix_rows,
         force=system.force if compiled else checked,
         compiled=field.compiled and compiled,
     )

@@ -1,0 +1,33 @@
+"""Arithmetic of triples and polynomials: for numbers in kernels, and for lanes of eight.
+
+What is decorated with ``generic`` is compiled into the kernels that call it, and stays a Python
+function for whoever calls it with lanes (galvi.kernels.lanes.values) or with numbers.
+"""
+
+from __future__ import annotations
+
+from itertools import zip_longest
+
+from numba.extending import register_jitable
+
+generic = register_jitable(error_model="numpy", _nrt=False, forceinline=True)
+
+
+@generic
+def dot(v, w):
+    """v . w of two triples."""
+    return v[0] * w[0] + v[1] * w[1] + v[2] * w[2]
+
+
+@generic
+def cross(v, w):
+    """v x w of two triples."""
+    return v[1] * w[2] - v[2] * w[1], v[2] * w[0] - v[0] * w[2], v[0] * w[1] - v[1] * w[0]
+
+
+def polynomial(coefficients, u):
+    """sum_k coefficients[k] u^k, in pairs, so that products overlap."""
+    square, total = u * u, 0.0
+    for even, odd in reversed(list(zip_longest(coefficients[::2], coefficients[1::2]))):
+        total = square * total + (even if odd is None else u * odd + even)
+    return total

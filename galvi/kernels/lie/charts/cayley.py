@@ -1,0 +1,90 @@
+"""Cayley's chart: xi = 2 tan(angle / 2) axis, Phi = (I - hat(xi) / 2)^-1 (I + hat(xi) / 2).
+
+sine = a = 1 / (1 + u / 4), cosine = b = a / 2, c = 0, V = (I - hat(xi) / 2)^-1.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from galvi.kernels.lie.arithmetic import generic
+
+LIMIT = math.pi
+FARTHEST = 2.0 * math.tan(0.5 * 0.995 * math.pi)
+REACH_IN_LANES = 20.0  # nearly half a turn
+
+
+@generic
+def rotation(u):
+    """(sine, cosine)."""
+    a = 1.0 / (1.0 + 0.25 * u)
+    return a, 0.5 * a
+
+
+@generic
+def tangent(u):
+    """((a, b, c), (a1, b1, c1), (a2, b2, c2))."""
+    a = 1.0 / (1.0 + 0.25 * u)
+    a1 = -0.25 * a * a
+    a2 = 0.125 * a * a * a
+    return (a, 0.5 * a, 0.0), (a1, 0.5 * a1, 0.0), (a2, 0.5 * a2, 0.0)
+
+
+@generic
+def inverse(u):
+    """(k, d)."""
+    return 1.0 + 0.25 * u, 0.25
+
+
+@generic
+def translation(u):
+    """((e, f), (e1, f1), (e2, f2))."""
+    a = 1.0 / (1.0 + 0.25 * u)
+    a1 = -0.25 * a * a
+    a2 = 0.125 * a * a * a
+    return (0.5 * a, 0.25 * a), (0.5 * a1, 0.25 * a1), (0.5 * a2, 0.25 * a2)
+
+
+@generic
+def half_turn(u):
+    """(along, less)."""
+    length = np.sqrt(1.0 + 0.25 * u)
+    return 0.5 / length, -0.25 * u / (length * (length + 1.0))
+
+
+@generic
+def from_quaternion(w, sine):
+    """xi over (x, y, z); infinite at half a turn, where the chart ends."""
+    return 2.0 / w
+
+
+@generic
+def angle(x):
+    """Of a rotation of the plane."""
+    return 2.0 * np.arctan(0.5 * x)
+
+
+@generic
+def coordinate(angle):
+    """Of a rotation of the plane."""
+    return 2.0 * np.tan(0.5 * angle)
+
+
+@generic
+def angle_slopes(x):
+    """d angle/dx and d^2 angle/dx^2."""
+    slope = 1.0 / (1.0 + 0.25 * x * x)
+    return slope, -0.5 * x * slope**2
+
+
+def lane_tangent(u):
+    """(a, b, c)."""
+    a = 1.0 / (0.25 * u + 1.0)
+    return a, 0.5 * a, 0.0
+
+
+def lane_inverse(u):
+    """(k, d, dk/du, dd/du)."""
+    return 0.25 * u + 1.0, 0.25, 0.25, 0.0

@@ -1,0 +1,149 @@
+"""The exponential chart: xi = angle axis, Phi = exp(hat(xi)).
+
+sine = a = c1, cosine = b = c2, c = c3 and V = I + c2 hat(xi) + c3 hat(xi)^2, with Stumpff's
+functions c_k = sum_j (-u)^j / (2 j + k)!,  dc_k/du = (k c_{k+2} - c_{k+1}) / 2.
+
+In lanes, d = 1/12 + u e with e = sum |B_{2k+4}| u^k / (2k+4)!, and dd/du = (d^2 - 3 e) / 2.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from galvi.kernels.compile.jit import jit_inline
+from galvi.kernels.lie.arithmetic import generic, polynomial
+
+LIMIT = 2.0 * math.pi
+FARTHEST = 0.995 * LIMIT
+REACH_IN_LANES = 2.0  # where the series for lanes are exact
+TERMS = 12  # of the series of c6 and c7, for u up to SMALL
+SMALL = 9.0
+ONE_OVER = np.array([1.0 / math.factorial(k) for k in range(10 + 2 * TERMS)])
+LANE_TERMS = 16
+
+
+def _bernoulli_terms():
+    """|B_{2k+4}| / (2k+4)! for k = 0, 1, ..., LANE_TERMS - 1."""
+    numbers: list[Any] = [Fraction(1)]
+    for n in range(1, 2 * LANE_TERMS + 5):
+        total = sum(math.comb(n + 1, k) * numbers[k] for k in range(n))
+        numbers.append(-total / (n + 1))
+    return [float(abs(numbers[2 * k + 4]) / math.factorial(2 * k + 4)) for k in range(LANE_TERMS)]
+
+
+def _stumpff_terms(k):
+    """(-1)^j / (2 j + k)! for j = 0, 1, ..., 12."""
+    return [(-1.0) ** j / math.factorial(2 * j + k) for j in range(13)]
+
+
+E_TERMS = _bernoulli_terms()
+
+
+@jit_inline
+def stumpff(u):
+    """c1 to c7 at u >= 0, as a tuple.
+
+    For u below SMALL by the series of c6 and c7 and c_k = 1/k! - u c_{k+2}; above by c1 and c2 and
+    the same relation upwards, which loses no digits there.
+    """
+    if u < SMALL:
+        c6, c7, power = 0.0, 0.0, 1.0
+        for j in range(TERMS):
+            c6 += power * ONE_OVER[6 + 2 * j]
+            c7 += power * ONE_OVER[7 + 2 * j]
+            power *= -u
+        c5 = ONE_OVER[5] - u * c7
+        c4 = ONE_OVER[4] - u * c6
+        c3 = ONE_OVER[3] - u * c5
+        c2 = ONE_OVER[2] - u * c4
+        return 1.0 - u * c3, c2, c3, c4, c5, c6, c7
+    angle = np.sqrt(u)
+    half = np.sin(0.5 * angle)
+    c1 = np.sin(angle) / angle
+    c2 = 2.0 * half * half / u
+    c3 = (1.0 - c1) / u
+    c4 = (ONE_OVER[2] - c2) / u
+    c5 = (ONE_OVER[3] - c3) / u
+    return c1, c2, c3, c4, c5, (ONE_OVER[4] - c4) / u, (ONE_OVER[5] - c5) / u
+
+
+@generic
+def rotation(u):
+    """(sine, cosine)."""
+    c = stumpff(u)
+    return c[0], c[1]
+
+
+@generic
+def tangent(u):
+    """((a, b, c), (a1, b1, c1), (a2, b2, c2))."""
+    c1, c2, c3, c4, c5, c6, c7 = stumpff(u)
+    d2, d3 = 0.5 * (2.0 * c4 - c3), 0.5 * (3.0 * c5 - c4)
+    d4, d5 = 0.5 * (4.0 * c6 - c5), 0.5 * (5.0 * c7 - c6)
+    first = 0.5 * (c3 - c2), d2, d3
+    second = 0.5 * (d3 - d2), 0.5 * (2.0 * d4 - d3), 0.5 * (3.0 * d5 - d4)
+    return (c1, c2, c3), first, second
+
+
+@generic
+def inverse(u):
+    """(k, d)."""
+    c = stumpff(u)
+    return 1.0, 0.5 * (c[2] - 2.0 * c[3]) / c[1]
+
+
+@generic
+def translation(u):
+    """((e, f), (e1, f1), (e2, f2))."""
+    (_, b, c), (_, b1, c1), (_, b2, c2) = tangent(u)
+    return (b, c), (b1, c1), (b2, c2)
+
+
+@generic
+def half_turn(u):
+    """(along, less)."""
+    half = 0.25 * np.sqrt(u)
+    sine = np.sin(half)
+    along = 0.5 * sine * np.cos(half) / half if half > 0.0 else 0.5
+    return along, -2.0 * sine * sine
+
+
+@generic
+def from_quaternion(w, sine):
+    """xi over (x, y, z)."""
+    return 2.0 * np.arctan2(sine, w) / sine if sine > 1e-150 else 2.0 / w
+
+
+@generic
+def angle(x):
+    """Of a rotation of the plane."""
+    return x
+
+
+@generic
+def coordinate(angle):
+    """Of a rotation of the plane."""
+    return angle
+
+
+@generic
+def angle_slopes(x):
+    """d angle/dx and d^2 angle/dx^2."""
+    return 1.0, 0.0
+
+
+def lane_tangent(u):
+    """(a, b, c)."""
+    b, c = polynomial(_stumpff_terms(2), u), polynomial(_stumpff_terms(3), u)
+    return 1.0 - u * c, b, c
+
+
+def lane_inverse(u):
+    """(k, d, dk/du, dd/du)."""
+    e = polynomial(E_TERMS, u)
+    d = u * e + 1.0 / 12.0
+    return 1.0, d, 0.0, 0.5 * (d * d - 3.0 * e)

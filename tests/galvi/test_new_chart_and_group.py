@@ -1,0 +1,109 @@
+"""A new chart, or group, is one kernel file, one value and one entry: nothing else changes."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import galvi
+
+SOURCE = Path(galvi.__file__).parent
+USE = """
+import numpy as np
+from galvi.charts import CHARTS
+from galvi.charts.maps import coordinates, place, tangent_slope
+from galvi.groups import GROUPS
+from galvi.kernels.lie.chart_functions import CHARTS as MODULES
+from galvi.run.files import VALUES
+
+assert [MODULES[chart.number].__name__.rpartition(".")[2] for chart in CHARTS] == {charts}
+chart, like = CHARTS[-1], CHARTS[{like}]
+for group in GROUPS:
+    name = type(group).__name__
+    if name != "Product":
+        g = np.eye(group.shape[0]) if len(group.shape) == 2 else np.zeros(group.shape)
+        xi, eta = np.linspace(0.3, -0.7, group.dimension), np.linspace(1.0, 2.0, group.dimension)
+        there = place(chart, group, g, xi)
+        assert np.array_equal(there, place(like, group, g, xi)), name
+        assert np.allclose(coordinates(chart, group, g, there), xi, rtol=0.0, atol=1e-15), name
+        slopes = (tangent_slope(each, group, xi, eta) for each in (chart, like))
+        assert np.array_equal(*slopes), name
+assert type(chart) in VALUES and {{type(group) for group in GROUPS}} <= set(VALUES)
+print(type(chart).__name__, [type(group).__name__ for group in GROUPS])
+"""
+
+
+def copied(folder, old, new, names):
+    """A file of the package under another name, with other words in it."""
+    text = (folder / f"{old}.py").read_text()
+    for one, other in names.items():
+        text = text.replace(one, other)
+    (folder / f"{new}.py").write_text(text)
+
+
+def entered(path, imported, before, after):
+    """One more entry in the tuple of an __init__.py."""
+    text = path.read_text()
+    assert before in text
+    path.write_text(imported + text.replace(before, after))
+
+
+def outcome(folder, charts, like):
+    """What a Python without numba's compiler says of the copy."""
+    return subprocess.run(
+        [sys.executable, "-c", USE.format(charts=charts, like=like)],
+        cwd=folder,
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(folder)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """The package, to add to."""
+    shutil.copytree(SOURCE, tmp_path / "galvi", ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path
+
+
+NOW = ["cayley", "exponential", "modified_rodrigues"]
+
+
+def test_a_chart_is_a_kernel_file_a_value_and_an_entry(copy):
+    """Its name comes first in its folder, so that all other numbers change."""
+    names = {"modified_rodrigues": "another", "ModifiedRodrigues": "Another"}
+    for folder in ("kernels/lie/charts", "charts"):
+        copied(copy / "galvi" / folder, "modified_rodrigues", "another", names)
+    entered(
+        copy / "galvi/charts/__init__.py",
+        "from galvi.charts.another import Another\n",
+        "ModifiedRodrigues())",
+        "ModifiedRodrigues(), Another())",
+    )
+    found = outcome(copy, [*NOW, "another"], 2)
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.startswith("Another")
+
+
+def test_a_group_is_a_kernel_file_a_value_and_an_entry(copy):
+    names = {"import se2": "import another", "factor(se2": "factor(another", "SE2": "Another"}
+    for folder in ("kernels/lie/groups", "groups"):
+        copied(copy / "galvi" / folder, "se2", "another", names)
+    entered(
+        copy / "galvi/groups/__init__.py",
+        "from galvi.groups.another import Another\n",
+        "SE3(), Product",
+        "SE3(), Another(), Product",
+    )
+    found = outcome(copy, NOW, 2)
+    assert found.returncode == 0, found.stderr
+    assert "'Another'" in found.stdout
+
+
+def test_a_chart_without_its_kernel_file_is_refused(copy):
+    (copy / "galvi/kernels/lie/charts/modified_rodrigues.py").unlink()
+    assert "ImportError" in outcome(copy, NOW, 2).stderr
