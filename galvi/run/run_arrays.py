@@ -105,6 +105,4 @@ def run_plan(
     problem: Problem, step: float, steps: int, start: Checkpoint, tolerance: float
 ) -> tuple[Any, ...]:
     """The steps of a run, as the kernels take them."""
-    return tuple(
-        Plan(float(problem.t0), step, tolerance, start.first, steps, start.save_every)
-    )
+    return tuple(Plan(float(problem.t0), step, tolerance, start.first, steps, start.save_every))

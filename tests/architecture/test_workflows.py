@@ -70,7 +70,7 @@ def test_every_command_of_a_workflow_exists(path: Path) -> None:
 
 
 def test_commands_of_the_page_and_of_ci_exist() -> None:
-    page = (ROOT / "README.md").read_text() + (ROOT / ".ci" / "run").read_text()
+    page = (ROOT / "docs" / "suite.md").read_text() + (ROOT / ".ci" / "run").read_text()
     lines = re.findall(r"^\.venv/bin/python -m reports[^\n#]*", page, re.M)
     assert len(lines) >= 4 and [line for line in lines if unknown(line)] == []
 

@@ -47,7 +47,7 @@ class Trouble:
 def folder(tmp_path_factory):
     """A place that Python imports from, with the page's example and one that goes wrong."""
     folder = tmp_path_factory.mktemp("outside")
-    page = (ROOT / "README.md").read_text()
+    page = (ROOT / "docs" / "suite.md").read_text()
     (example,) = re.findall(r"^```python\n(# mine\.py\n.*?)^```$", page, re.M | re.S)
     assert len(example.splitlines()) <= 30
     (folder / "mine.py").write_text(example)

@@ -51,7 +51,7 @@ def verify(monkeypatch, make_suite, tmp_path):
 def test_the_example_of_the_page_passes_and_its_rows_are_those_of_a_claim(
     verify, make_suite, tmp_path, capsys
 ):
-    page = (ROOT / "README.md").read_text()
+    page = (ROOT / "docs" / "suite.md").read_text()
     (example,) = re.findall(r"^```python\n(# mine\.py\n.*?)^```$", page, re.M | re.S)
     names: dict[str, type] = {}
     exec(compile(example, "mine.py", "exec"), names)

@@ -25,7 +25,8 @@ body    (33,)   see galvi.kernels.lanes.body_formulas; from 21 on it is renewed 
 weight  (3,)    mass g in space
 work    (36, P) xi, pi, [eta, f, n, velocity], -, guess, zeros, corrections of xi and of pi
 spare   (6, P)  scratch
-solver_state    (4,)    as in galvi.kernels.on_group.advance, then Legendre terms that are extrapolated
+solver_state    (4,)    as in galvi.kernels.on_group.advance, then Legendre terms that are
+                extrapolated
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 state   (4, d)   see galvi.kernels.nystrom.step
 a       (d, s)   accelerations at the last step's stages, the next prediction's source
-solver_state    (3,)     [what a holds: NOTHING, LAST_STEP or GUESS; steps to start with Newton; done]
+solver_state    (3,)     [what a holds: NOTHING, LAST_STEP or GUESS; steps to start with Newton;
+                done]
 counts  (5,)     iterations, force and Hessian evaluations, linear solves, see
         galvi.kernels.nystrom.solve
 """
@@ -54,7 +55,8 @@ def commit(tableau, plan, step, streak, work, progress, kept):
 def advance(force, tableau, plan, solver, todo, progress, kept):
     """Do ``todo`` more steps of a run; returns a code.
 
-    solver_state[DONE] says how many were done; a step that cannot be solved leaves the state where it was.
+    solver_state[DONE] says how many were done; a step that cannot be solved leaves the state where
+    it was.
     """
     force, tableau = Force(*force), NystromTableau(*tableau)
     plan, progress, kept = Plan(*plan), Progress(*progress), Kept(*kept)
@@ -73,8 +75,8 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
         else:
             work = np.zeros((d, s))
         code, streak = solve(
-            force, tableau, h, t, state, solver, plan.tolerance, solver_state[STREAK], progress.counts,
-            work, Q,
+            force, tableau, h, t, state, solver, plan.tolerance, solver_state[STREAK],
+            progress.counts, work, Q,
         )  # fmt: skip
         if code != SOLVED:
             return code
