@@ -20,8 +20,10 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import read_only
+from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves
+from galvi.groups import GROUPS
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
 from galvi.trajectory import Trajectory
@@ -132,9 +134,11 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
 
 
 def storable_values() -> dict[str, Any]:
-    """The classes whose values can be stored, by name: galvi's public frozen dataclasses."""
+    """The classes whose values can be stored, by name: galvi's public frozen dataclasses, and those
+    of its charts and groups."""
     public: dict[str, Any] = vars(sys.modules[__name__.partition(".")[0]])
-    return {name: kind for name, kind in public.items() if _is_frozen_dataclass(kind)}
+    registered = {type(value).__name__: type(value) for value in (*CHARTS, *GROUPS)}
+    return registered | {name: kind for name, kind in public.items() if _is_frozen_dataclass(kind)}
 
 
 def _is_frozen_dataclass(kind: Any) -> bool:

@@ -17,7 +17,7 @@ from galvi.charts import CHARTS
 from galvi.charts.maps import coordinates, place, tangent_slope
 from galvi.groups import GROUPS
 from galvi.kernels.lie.chart_functions import CHARTS as MODULES
-from galvi.run.files import VALUES
+from galvi.run.files import storable_values
 
 assert [MODULES[chart.number].__name__.rpartition(".")[2] for chart in CHARTS] == {charts}
 chart, like = CHARTS[-1], CHARTS[{like}]
@@ -31,7 +31,8 @@ for group in GROUPS:
         assert np.allclose(coordinates(chart, group, g, there), xi, rtol=0.0, atol=1e-15), name
         slopes = (tangent_slope(each, group, xi, eta) for each in (chart, like))
         assert np.array_equal(*slopes), name
-assert type(chart) in VALUES and {{type(group) for group in GROUPS}} <= set(VALUES)
+stored = set(storable_values().values())
+assert type(chart) in stored and {{type(group) for group in GROUPS}} <= stored
 print(type(chart).__name__, [type(group).__name__ for group in GROUPS])
 """
 
