@@ -26,7 +26,7 @@ check: $(STAMP) ## lint, formatting, types, import contracts
 report: $(STAMP) ## verify, compare and show: tables, figures and a page in reports/out
 	$(BIN)/python -m reports
 
-studies: $(STAMP) ## run the long studies: hours, in parts; one that was stopped goes on
+studies: $(STAMP) ## run the long studies: hours, in parts; resumes when it was stopped
 	$(BIN)/python -m reports studies
 
 bench: $(STAMP) ## time steps, trajectories and references, and keep the result; QUICK=1: a few
