@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 import galvi
+from galvi.charts import CHARTS
 
-CHARTS = (galvi.Cayley(), galvi.Exponential())
 SOLVERS = ("auto", "newton")
 
 

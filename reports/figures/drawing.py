@@ -13,8 +13,8 @@ from benchmarks.store.atomic import write
 from benchmarks.work_precision.problem import ANGLE, ATTITUDE, POSITION
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.picture import Picture, picture
-from reports.figures.plots.step_cost import step_cost
-from reports.figures.plots.work_precision import work_precision
+from reports.figures.study_plots.step_cost import step_cost
+from reports.figures.study_plots.work_precision import work_precision
 from reports.results.claim_results import ClaimResult, first_measured
 from reports.results.comparison import Comparison
 from reports.results.figure import Figure

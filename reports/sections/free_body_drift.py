@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.studies import free_body_drift, free_body_drift_long
-from reports.figures.plots.free_body_drift import errors_over_turns
+from reports.figures.study_plots.free_body_drift import errors_over_turns
 from reports.results.figure import Figure
 from reports.results.section import LongForm, Section
 from reports.tables.number_format import capital, readable

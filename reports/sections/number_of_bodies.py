@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 
 from benchmarks.studies.scaling import scaling
-from reports.figures.plots.scaling import seconds_per_orbit, share_of_limit
+from reports.figures.study_plots.scaling import seconds_per_orbit, share_of_limit
 from reports.results.figure import Figure
 from reports.results.section import Section
 from reports.tables.matched_error import is_ours

@@ -7,7 +7,7 @@ import pandas as pd
 from benchmarks.statistics.growth import Growth
 from benchmarks.studies import round_off_long
 from benchmarks.studies.round_off import brouwer, growths
-from reports.figures.plots.energy_growth import energy_growth
+from reports.figures.study_plots.energy_growth import energy_growth
 from reports.results.figure import Figure
 from reports.results.section import LongForm, Section
 from reports.tables.number_format import known, readable, with_uncertainty

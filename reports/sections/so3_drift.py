@@ -7,7 +7,7 @@ import pandas as pd
 from benchmarks.statistics.growth import Growth
 from benchmarks.studies import so3_drift
 from benchmarks.studies.so3_drift import QUANTITIES, growths
-from reports.figures.plots.so3_drift import so3_drift_growth
+from reports.figures.study_plots.so3_drift import so3_drift_growth
 from reports.results.figure import Figure
 from reports.results.section import LongForm, Section
 from reports.tables.number_format import known, readable, with_uncertainty

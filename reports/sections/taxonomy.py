@@ -6,7 +6,7 @@ import pandas as pd
 
 from benchmarks.studies import taxonomy
 from benchmarks.studies.taxonomy import METHOD
-from reports.figures.plots.taxonomy_matrix import short_name, space_label, taxonomy_matrix
+from reports.figures.study_plots.taxonomy_matrix import short_name, space_label, taxonomy_matrix
 from reports.results.figure import Figure
 from reports.results.section import Section
 from reports.tables.number_format import known, readable

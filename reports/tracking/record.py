@@ -13,7 +13,7 @@ from benchmarks.statistics import change_points
 from benchmarks.store.atomic import write
 from reports.figures.drawing import slug
 from reports.figures.picture import Picture, picture
-from reports.figures.plots.track_record import track_record
+from reports.figures.study_plots.track_record import track_record
 from reports.figures.style.no_data import NoData
 from reports.page.grid import Grid, grid
 from reports.page.render import page_environment, style

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+import galvi
 from galvi.charts import CHARTS
 from galvi.kernels.lie.charts import exponential
 
-CAYLEY, EXPONENTIAL, RODRIGUES = CHARTS
+CAYLEY, EXPONENTIAL, RODRIGUES = galvi.Cayley(), galvi.Exponential(), galvi.ModifiedRodrigues()
 DECADES = [10.0**k for k in range(-12, 1)]
 SWITCH = np.sqrt(exponential.SMALL)
 # |xi| up to where a step may go, and on either side of the switch from one series to another
@@ -18,5 +19,7 @@ SIZES = {
         *(SWITCH * (1.0 + side * 10.0**k) for k in (-15, -8, -3) for side in (-1, 1)),
     ],
 }  # fmt: skip
-SIZED = [(chart, size) for chart in CHARTS for size in SIZES[chart]]
+SIZED = [
+    (chart, size) for chart in CHARTS for size in SIZES.get(chart, [*DECADES, 2.0, chart.farthest])
+]
 each_size = pytest.mark.parametrize(("chart", "size"), SIZED, ids=str)

@@ -13,7 +13,7 @@ from galvi.charts import CHARTS
 from references.closed_forms.free_top import FREE_TOP
 from tests.galvi.group_matrices import cross_matrix, element, title
 
-CAYLEY, EXPONENTIAL, RODRIGUES = CHARTS
+CAYLEY, EXPONENTIAL, RODRIGUES = galvi.Cayley(), galvi.Exponential(), galvi.ModifiedRodrigues()
 
 
 FREE, PENDULUM = galvi.problems.free_rigid_body(), galvi.problems.pendulum_3d()

@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 
 from benchmarks.work_precision.problem import ATTITUDE, POSITION
 from benchmarks.work_precision.problems import work_precision_problems
-from reports.figures.plots.work_precision import dashes
+from reports.figures.study_plots.work_precision import dashes
 from reports.figures.style.contender_looks import (
     BLUES,
     FAMILIES,

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.studies.taxonomy import COLUMNS
-from reports.figures.plots.taxonomy_matrix import CODES, code, space_label
+from reports.figures.study_plots.taxonomy_matrix import CODES, code, space_label
 from reports.sections.taxonomy import taxonomy_table
 
 LINE = {

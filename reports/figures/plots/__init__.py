@@ -1,1 +1,1 @@
-"""How one kind of figure is drawn."""
+"""How the figures of claims are drawn."""

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from reports.figures.plots.work_precision import dashes
+from reports.figures.study_plots.work_precision import dashes
 from reports.figures.style.contender_looks import contender_looks
 from reports.figures.style.decades import decades
 from reports.figures.style.no_data import NoData

@@ -1,0 +1,1 @@
+"""How the figures of studies and comparisons are drawn."""
