@@ -31,19 +31,19 @@ def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
     """
     times = scan.duration / choice.measured
     if times > FARTHEST:
-        return f"no error is taken to {times:.3g} times what was measured"
+        return f"an error is not extrapolated to {times:.3g} times the measured length"
     if choice.growth > POWERS[1]:
-        return f"it grew as t^{choice.growth:.1f}, too fast to extrapolate it"
+        return f"the error grew as t^{choice.growth:.1f}, too fast to extrapolate"
     if scan.spent + choice.cost(scan.by) > scan.budget:
-        return "one run over all of it does not fit into the budget"
+        return "a run over the whole duration does not fit into the budget"
     samples = min(MOST, max(FEWEST, ROOM // scan.problem.v0.size**2))
     run, _, _ = scan.run(choice.degree, choice.steps, choice.steps, samples=samples)
     if not run.success:
-        return f"a run over all of it failed. {run.status.rstrip('.')}"
+        return f"a run over the whole duration failed. {run.status.rstrip('.')}"
     part = int(np.sum(np.abs(run.t - run.t[0]) <= choice.measured * (1.0 + 1e-9)))
     turns = turning_points(run.q[:part].reshape(part, -1))
     if turns < TURNS:
-        return f"it holds {turns} turning points of a coordinate, and {TURNS} are needed"
+        return f"it contains {turns} turning points of a coordinate, and {TURNS} are needed"
     speeds = np.linalg.norm(velocity_at(run.problem.system, run.q, run.p, run.t), axis=-1)
     speeds = speeds.reshape(len(run.t), -1)
     before = np.maximum(np.max(speeds[:part], axis=0), FAST * np.max(speeds))
@@ -54,7 +54,7 @@ def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
     off = np.abs(energies - energies[0])
     allowed = WORSE * times * np.max(off[:part]) + ROUNDING * np.max(np.abs(energies))
     if not np.max(off) <= allowed:
-        return f"later the energy is off by {np.max(off):.1e}, in it by {np.max(off[:part]):.1e}"
+        return f"later the energy error is {np.max(off):.1e}, in that part {np.max(off[:part]):.1e}"
     return ""
 
 

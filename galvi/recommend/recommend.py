@@ -86,7 +86,7 @@ def recommend(
     if not scan.tried:
         nothing = Candidate(
             some[0], steps, length / steps, math.inf, 0.0, math.nan, math.nan, math.nan,
-            f"One over a time of {scan.measured:.3g} takes more than the budget, {room:g}.",
+            f"One run over a time of {scan.measured:.3g} takes more than the budget, {room:g}.",
         )  # fmt: skip
         return _answer(scan, nothing, asked, BUDGET_ENDED)
     good = [one for one in scan.tried if one.error <= MARGIN * asked]
@@ -155,7 +155,11 @@ def _confirmed(scan: Scan, choice: Candidate, asked: float, extend: bool) -> Rec
             _most_accurate(scan, {(one.degree, one.steps) for one in found}),
             key=lambda one: one.error,
         )
-    why = "" if best.error <= asked else "what seemed to reach it did not when judged again"
+    why = (
+        ""
+        if best.error <= asked
+        else "the candidate that seemed to reach it did not when compared again"
+    )
     return _answer(scan, best, asked, why)
 
 
@@ -190,19 +194,19 @@ def _answer(scan: Scan, best: Candidate, asked: float, why: str) -> Recommendati
     doubts = "" if whole or not math.isfinite(error) else extrapolation_objection(scan, best)
     status = "" if reached else f"An error of {asked:g} was not reached: {why}. "
     if not math.isfinite(error):
-        said = best.status or "With half the step it goes elsewhere."
-        status = f"No run that was tried is of use: {why}. The last said: {said}"
+        said = best.status or "With half the step its result is entirely different."
+        status = f"No run tried is usable: {why}. The last one: {said}"
     elif doubts:
         reached, error = False, math.inf
         status += (
-            f"What was found, {best.error:.1e}, cannot be relied on. It comes from too short a "
+            f"The error found, {best.error:.1e}, is unreliable. It was measured over too short a "
             f"part, the first {best.measured:.4g} of {scan.duration:.4g}: {doubts}. Raise budget "
             f"or measured, or ask for a shorter duration."
         )
     elif not reached:
         status += (
-            f"The least found is {error:.1e}. Ask for more than that, for a shorter duration, or "
-            f"raise budget."
+            f"The smallest error found is {error:.1e}. Ask for a larger error or a shorter "
+            f"duration, or raise budget."
         )
     elif whole:
         status = "Its error was measured over the whole duration."
