@@ -1,4 +1,4 @@
-"""The array type of the whole package: float64, C order, read-only when handed out."""
+"""The array type of the package: float64, C order, read-only in public values."""
 
 from __future__ import annotations
 

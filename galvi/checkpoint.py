@@ -1,4 +1,4 @@
-"""Where a run stands, to the bit: what the next step needs."""
+"""The complete state of a run between two steps."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from galvi.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """A run after ``first`` steps from the problem's start, and the settings that it goes on with.
+    """A run after ``first`` steps from the problem's start, and the settings of its continuation.
 
-    first         steps done so far, so that times are t0 + k h in every part of a run
+    first         steps done so far; times are t0 + k h in every part of a continued run
     state         (4, d) q, its low part, v, its low part; on a group see galvi.kernels.lanes.body
     stages        (d, s) accelerations, on a group velocities, at the last step's stages, from which
-                  the next is predicted
-    solver_state  what the kernels remember, see galvi.kernels.nystrom.advance, .lanes.nbody and
+                  the next step is predicted
+    solver_state  integers of the solver, see galvi.kernels.nystrom.advance, .lanes.nbody and
                   .on_group.advance
     solver        "auto", "fixed_point" or "newton"
     tolerance     relative change at which a step's iteration stops
     save_every    k keeps the states after 0, k, 2 k, ... steps and the last
-    curves        whether curves are kept; None means only when save_every is 1
+    curves        whether curves are kept; None: only when save_every is 1
     """
 
     first: int

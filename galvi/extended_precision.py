@@ -1,4 +1,4 @@
-"""Arithmetic with 60 decimal digits for tables, so that what is stored is rounded only once.
+"""Arithmetic with 60 decimal digits for tables, so that stored numbers are rounded only once.
 
 An error in a table acts on every step with the same sign, as a drift of the energy (Hairer,
 McLachlan, Razakarivony, BIT 48 (2008) 231, section 2). Arrays of dtype object hold the decimals.
@@ -21,7 +21,7 @@ PI = Decimal("3.1415926535897932384626433832795028841971693993751058209749445923
 
 @contextmanager
 def extended_precision() -> Iterator[None]:
-    """Inside, decimals are computed with ``DIGITS`` digits."""
+    """A context in which decimals are computed with ``DIGITS`` digits."""
     with localcontext(Context(prec=DIGITS)):
         yield
 
@@ -41,7 +41,7 @@ def rounded(numbers: Any) -> Array:
 
 
 def cosine(angle: Decimal) -> Decimal:
-    """cos(angle) by its Taylor series; for angles of at most pi."""
+    """cos(angle) by its Taylor series, for angles up to pi."""
     total, term, k = Decimal(0), Decimal(1), 0
     while abs(term) > Decimal(10) ** -(DIGITS + 5):
         total += term

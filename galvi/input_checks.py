@@ -1,4 +1,4 @@
-"""Input checks: each raises one sentence that says what, expected, received and the remedy."""
+"""Input checks; each message states in one sentence what was expected, received, and a remedy."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 
-LARGEST = 2**62  # of whole numbers: the kernels count in 64 bits
-LONG = 256  # bits of the longest whole number that is shown in full
+LARGEST = 2**62  # largest whole number: the kernels count in 64 bits
+LONG = 256  # bits of the longest whole number that messages show in full
 
 
 def whole(name: str, value: Any, at_least: int = 1, at_most: int | None = None) -> int:
     """``value`` as an int, or ValueError when it is not a whole number in the stated range.
 
-    at_most  None means LARGEST, which is stated only to whom it concerns
+    at_most  None: LARGEST, which the message states only when it is exceeded
     """
     most = LARGEST if at_most is None else at_most
     numbers = (int, float, np.integer, np.floating)
@@ -53,7 +53,7 @@ def positive(name: str, value: Any, remedy: str = "") -> float:
 
 
 def returned(name: str, value: Any) -> float:
-    """What a user's function returned as a float, finite or not; ValueError for no real number."""
+    """A user function's result as a float, finite or not; ValueError unless a real number."""
     number = np.asarray(value)
     if number.ndim:
         raise ValueError(f"{name} must return a number; received an array of shape {number.shape}.")

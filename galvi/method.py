@@ -23,10 +23,11 @@ class Galerkin:
 
     space  e.g. ``Polynomials(8)``
     rule   e.g. ``gauss(8)``
-    chart  of the groups that a problem lives on; on vector spaces it changes nothing
+    chart  coordinates on a Lie group about the start of each step; unused on vector spaces
 
-    Raises ValueError for an ill-posed pair (the free particle has no unique motion, M lemma 1) and,
-    with another sentence, for an inconsistent one (it does not move in a straight line).
+    Raises ValueError for an ill-posed pair (the free particle has no unique motion, M lemma 1) and
+    for an inconsistent one (the free particle does not move in a straight line); TypeError for an
+    argument of another kind.
     """
 
     space: Space
@@ -55,7 +56,7 @@ class Galerkin:
 
     @property
     def stages(self) -> int:
-        """Force evaluations of one pass over a step."""
+        """Number of stages: force evaluations per iteration of a step."""
         return self.rule.points
 
     @property
@@ -65,16 +66,16 @@ class Galerkin:
 
     @cached_property
     def symmetric(self) -> bool:
-        """Whether a step forward and a step backward cancel, on vector spaces.
+        """Whether a step forward and a step backward cancel on vector spaces.
 
-        Not so on groups, where a chart has its base at a step's start: what is left is of order
-        2 s + 1, and nothing for degree 1 with the exponential chart.
+        On groups they do not, since each step's chart is based at its start: the remainder is of
+        order 2 s + 1 (none for degree 1 with the exponential chart).
         """
         return is_symmetric(self.table, self.rule)
 
     @cached_property
     def name(self) -> str:
-        """The classical name when the tableau is a known one, else the space and the rule."""
+        """The classical name if the tableau is a known one, else the space and the rule."""
         known = classical_name(self.table) if self._one_degree else ""
         space = f"degree {self.space.degree}" if _polynomials(self.space) else str(self.space)
         return known or f"Galerkin {space}, {self.rule.name}"
@@ -86,7 +87,7 @@ class Galerkin:
     def theory(
         self, problem: Any = None, step: float | None = None, lipschitz: float | None = None
     ) -> Any:
-        """What theory says of this method, and of a step of it on a problem: `galvi.theory`."""
+        """Theoretical properties of this method and of a step on a problem: see `galvi.theory`."""
         return self.theory_of(self, None, problem, step, lipschitz)
 
     @property

@@ -1,4 +1,4 @@
-"""An initial value problem: a mechanical system, where it starts, and what its numbers mean."""
+"""An initial value problem: a mechanical system with its initial state and units."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from galvi.systems.system import System
 class Problem:
     """Everything an integrator or a reference receives.
 
-    system      what moves, e.g. ``Canonical(...)``, ``NBody(...)`` or ``RigidBody(...)``
+    system      the mechanical system, e.g. ``Canonical(...)``, ``NBody(...)``, ``RigidBody(...)``
     q0          configuration at t0, in the system's shape: (d,), (bodies, 2 or 3), or an element of
                 a Lie group, e.g. a rotation matrix (3, 3)
     v0          velocity at t0: of q0's shape, or on a Lie group the body velocity, e.g. (3,)
     t0          initial time
-    name        for titles and tables; nothing ever decides by it
-    parameters  the numbers the problem was made from, for records
+    name        for titles and tables; it has no effect on any computation
+    parameters  the numbers from which the problem was built, for records
     units       one line: the units of length, time and mass
 
-    Raises ValueError when a shape does not match or a number is not finite, TypeError for something
-    that is no system.
+    Raises ValueError when a shape does not match or a number is not finite, TypeError when system
+    is not a system or parameters not a mapping.
     """
 
     system: System

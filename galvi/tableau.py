@@ -28,8 +28,10 @@ from galvi.spaces.protocol_checks import checked
 from galvi.spaces.space import Space
 
 CONSISTENT = 1e-13
-BLIND = 1e-24  # of the largest entry of K: a square of float64's rounding, e.g. that of 2 pi
-FARTHEST = 26  # the next Legendre polynomial multiplies round-off by more than 1e18 a step ahead
+# Pivots of K below this share of its largest entry count as 0: float64's rounding of a parameter
+# such as 2 pi, squared.
+BLIND = 1e-24
+FARTHEST = 26  # one step ahead, the next Legendre polynomial amplifies round-off by over 1e18
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +54,7 @@ class Tableau:
     projection             (m, s)  K^-1 slope^T diag(b), coefficients of the curve nearest to given
                                    slopes
     integral               (s, s)  curve at the stages from its slopes there, psi projection
-    low_parts              what rounding took from c, b, beta, A and the integral, in their shapes
+    low_parts              rounding errors of c, b, beta, A and integral, in their shapes
     """
 
     c: Array
@@ -75,10 +77,10 @@ class Tableau:
 
 @dataclass(frozen=True, eq=False)
 class Assembled:
-    """What a space and a rule give, also where it makes no method (claim V19).
+    """The result of combining a space and a rule, also when it is no method (claim V19).
 
     table   None when the pair is ill-posed
-    defect  how far a free particle is from a straight line, the largest of |alpha_k - c_k| and
+    defect  deviation of a free particle from a straight line, the largest of |alpha_k - c_k| and
             |beta_p - 1|; infinite when the pair is ill-posed
     """
 
@@ -97,7 +99,7 @@ class Assembled:
 
 
 def tabulate(space: Space, rule: Rule) -> Tableau:
-    """The table of a pair. ValueError when it is ill-posed or inconsistent (claim V19)."""
+    """The table of a pair; ValueError when it is ill-posed or inconsistent (claim V19)."""
     found = assemble(checked(space), rule)
     if found.table is None:
         raise ValueError(_ill_posed(space, rule))
@@ -108,7 +110,7 @@ def tabulate(space: Space, rule: Rule) -> Tableau:
 
 @lru_cache(maxsize=128)
 def assemble(space: Space, rule: Rule) -> Assembled:
-    """The table of a pair, with what is wrong with it. ValueError for no space of functions."""
+    """The table of a pair and its defect; ValueError for an object that is not a space."""
     with extended_precision():
         c, b = decimals(rule.exact_nodes), decimals(rule.exact_weights)
         start, psi, end = (_basis(space, t) for t in (decimals([0.0]), c, decimals([1.0])))
@@ -158,7 +160,7 @@ def _check_constant(start: Any, values: Any) -> None:
 
 
 def _solve(K: Any, rhs: Any, space: Space) -> Any:
-    """K^-1 rhs by elimination, or None; K is symmetric and not negative: it needs no pivoting."""
+    """K^-1 rhs by elimination, None if K is singular; K is positive semidefinite: no pivoting."""
     tiny, blind = (1e-40, BLIND) if space.exact else (1e-12, 1e-12)
     work = np.column_stack([K, rhs])
     scale = [abs(K[i, i]) for i in range(len(K))]
@@ -193,7 +195,7 @@ def _inconsistent(space: Space, rule: Rule, defect: float) -> str:
     if space.degree < 1:
         remedy = (
             "a space that contains linear functions, e.g. galvi.PolynomialFourier(1, harmonics) "
-            "in the place of galvi.Fourier(harmonics)"
+            "instead of galvi.Fourier(harmonics)"
         )
     elif pieces > 1:
         remedy = (

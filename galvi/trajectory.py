@@ -1,4 +1,4 @@
-"""What a run leaves behind: times, states, why it ended, what it cost, and its curves."""
+"""The result of a run: times, states, status, counts and curves."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ COMPLETED = "Completed."
 class Trajectory:
     """States of one problem at increasing (or, for a negative step, decreasing) times.
 
-    problem       what was integrated
+    problem       the problem integrated
     t             (saved,) times
-    q, p          (saved, ...) configurations and conjugate momenta; NaN past a failure
-    success       whether every step was done
+    q, p          (saved, ...) configurations and conjugate momenta; NaN after a failure
+    success       whether all steps were completed
     status        a sentence saying why the run ended
-    failed_step   number of the first step that was not done, counted from 1; None on success
+    failed_step   number of the first step not completed, counted from 1; None on success
     counts        steps, iterations, force_evaluations, hessian_evaluations, linear_solves, and
-                  for N bodies pair_evaluations, which include passes over two bodies alone
-    step          the step size; None for a reference with steps of its own
-    method        the method or reference that made it
-    curves        the Galerkin curve of each step; None when not kept
-    checkpoint    what `galvi.resume` needs; None for references
-    interrupted   whether Ctrl-C ended it; it can be resumed
+                  for N bodies pair_evaluations, including those of two-body iterations
+    step          the step size; None for a reference that chooses its own steps
+    method        the method or reference that computed it
+    curves        the Galerkin curve of each step; None if not kept
+    checkpoint    the state from which `galvi.resume` continues; None for references
+    interrupted   whether Ctrl-C ended the run, which can then be resumed
     """
 
     problem: Problem
@@ -55,13 +55,12 @@ class Trajectory:
     def __call__(self, t: Any) -> Array:
         """Configuration on the curve at t: shape (...) for a scalar, (k, ...) for t of shape (k,).
 
-        Raises ValueError when t is outside the run or the curves were not kept. Past a failure the
-        curve is NaN.
+        NaN after a failure. Raises ValueError when t is outside the run or curves were not kept.
         """
         return self._kept_curves().position(t)
 
     def velocity(self, t: Any) -> Array:
-        """Velocity of the curve at t: dq/dt, or on a group the body's; errors as for a call."""
+        """Velocity of the curve at t: dq/dt, or on a group the body velocity; raises as a call."""
         return self._kept_curves().velocity(t)
 
     def to_frame(self) -> pandas.DataFrame:

@@ -16,12 +16,21 @@ from galvi.systems.component_degrees import checked_degrees
 
 STEPS = 10.0  # number of steps along which K is estimated
 BOUNDS = (
-    "unique_motion_step", "unique_step", "stage_step", "minimum_step", "coercive_step",
+    "unique_motion_step",
+    "unique_step",
+    "stage_step",
+    "minimum_step",
+    "coercive_step",
     "fixed_point_step",
-)  # fmt: skip
+)
 AT_A_STEP = (
-    "contraction", "spectral_contraction", "exists", "minimizes", "coercive", "converges",
-)  # fmt: skip
+    "contraction",
+    "spectral_contraction",
+    "exists",
+    "minimizes",
+    "coercive",
+    "converges",
+)
 
 
 def motion_theory(
@@ -49,7 +58,7 @@ def motion_theory(
     if pair["symmetric"] and not _commutes(problem.system):
         changed["symmetric"] = None
         reasons["symmetric"] = (
-            "on a group a step's chart has its base at the start: forward and backward differ by "
+            "on a group a step's chart is based at its start: forward and backward steps differ by "
             "an error of order 2 s + 1."
         )
     stiffness, why = _stiffness(problem, step, lipschitz)
@@ -116,9 +125,11 @@ def _at_a_step(
 ) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, limit in (
-        ("exists", "unique_step"), ("minimizes", "minimum_step"), ("coercive", "coercive_step"),
+        ("exists", "unique_step"),
+        ("minimizes", "minimum_step"),
+        ("coercive", "coercive_step"),
         ("converges", "fixed_point_step"),
-    ):  # fmt: skip
+    ):
         bound = bounds[limit]
         found[name] = None if bound.step is None else h < bound.step
         if bound.step is None:
@@ -128,8 +139,9 @@ def _at_a_step(
     found["contraction"] = None if C is None else eta * C**2
     found["spectral_contraction"] = None if radius is None else h * h * stiffness.square * radius
     for name, constant in (
-        ("contraction", "friedrichs"), ("spectral_contraction", "spectral_radius"),
-    ):  # fmt: skip
+        ("contraction", "friedrichs"),
+        ("spectral_contraction", "spectral_radius"),
+    ):
         if found[name] is None:
             reasons[name] = pair["reasons"][constant]
     return found

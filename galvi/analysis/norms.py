@@ -15,10 +15,10 @@ from galvi.rules.gauss import gauss
 from galvi.rules.rule import Rule
 from galvi.spaces.space import Space
 
-FINE = 64  # Gauss points on each part of a step for what M calls exact: degree 127
-PARTS = 4  # of each smooth piece
-DEPENDENT = 1e11  # condition of a basis of norm 1: above it float64 does not tell the constants
-BLIND = 1e-12  # relative to the largest eigenvalue: below it the rule does not see a function
+FINE = 64  # Gauss points on each part of a step for M's exact integrals: degree 127
+PARTS = 4  # parts of each smooth piece
+DEPENDENT = 1e11  # condition number of a normalised basis above which constants are not known
+BLIND = 1e-12  # eigenvalues below this share of the largest count as 0
 
 
 @dataclass(frozen=True)

@@ -63,8 +63,8 @@ def estimated(problem: Problem, duration: float | None) -> tuple[Stiffness | Non
     force, found = _at(system, q, t, root)
     if duration is None and found[1] == 0.0:
         return None, (
-            "at the start the force does not change with place, which tells no time to look along. "
-            "Give a step, or lipschitz."
+            "the force does not change with position at the start, which gives no time scale for "
+            "an estimate. Give a step, or lipschitz."
         )
     left = PERIODS / np.sqrt(found[1]) if duration is None else duration
     largest, most = found, _longest(found, left)

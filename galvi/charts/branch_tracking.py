@@ -1,4 +1,4 @@
-"""Coordinates in a chart along a path, beyond half a turn."""
+"""Continuous chart coordinates along a path that rotates by more than half a turn."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ TURN = 2.0 * np.pi
 
 
 def unwrapped(chart: Chart, group: Group, xi: Array) -> Array:
-    """Coordinates (k, d) of a path from 0, with rotations followed continuously.
+    """Coordinates (k, d) of a path from 0, with their rotations made continuous.
 
-    A rotation by an angle about an axis is one by angle - 2 pi m, of which the nearest to the last
-    place is taken; the translation of a rigid motion goes with it. The path must not turn by more
-    than the chart's limit, but in the exponential chart, whose map goes on there.
+    A rotation by an angle about an axis is also one by angle - 2 pi m; the m nearest to the
+    coordinates before is taken, and the translation of a rigid motion is changed to match. The
+    rotation must stay below the chart's limit, except in the exponential chart, whose map extends
+    beyond it.
     """
     path, start = xi.copy(), 0
     for number, d, _, rotations in group.layout:
@@ -32,7 +33,7 @@ def unwrapped(chart: Chart, group: Group, xi: Array) -> Array:
 
 
 def _followed(chart: Chart, last: Array, here: Array) -> Array | None:
-    """The coordinates of the same rotation that are nearest to the last; None for ``here``."""
+    """The coordinates of the same rotation nearest to ``last``; None if these are ``here``."""
     size, last_size = float(np.linalg.norm(here)), float(np.linalg.norm(last))
     if last_size == 0.0:
         return None

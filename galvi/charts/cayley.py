@@ -13,8 +13,8 @@ from galvi.kernels.lie.charts import cayley
 class Cayley:
     """Phi(xi) = (I - hat(xi) / 2)^-1 (I + hat(xi) / 2), |xi| = 2 tan(angle / 2) (H 3.4.2).
 
-    Rational, and so the fastest; a step must turn by less than half a turn. H's xi is half of ours
-    with the opposite sign.
+    Rational and therefore the fastest; a step must rotate by less than half a turn, the limit pi.
+    H's xi is half of ours with the opposite sign.
     """
 
     number: ClassVar[int] = CHARTS.index(cayley)

@@ -1,4 +1,4 @@
-"""What a chart of a group is: how far it reaches, and its number in the kernels."""
+"""Interface of charts of a Lie group."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ class Chart(Hashable, Protocol):
 
     @property
     def number(self) -> int:
-        """Its place in galvi.kernels.lie.chart_functions.CHARTS."""
+        """Index in galvi.kernels.lie.chart_functions.CHARTS."""
 
     @property
     def limit(self) -> float:
-        """The angle, radians, at which it or its tangent map becomes singular."""
+        """The rotation angle, in radians, at which the map or its tangent becomes singular."""
 
     @property
     def farthest(self) -> float:
-        """The largest |xi| of a rotation that a step may reach."""
+        """The largest |xi| of a rotation within a step."""

@@ -11,7 +11,7 @@ from galvi.kernels.lie.charts import exponential
 
 @dataclass(frozen=True)
 class Exponential:
-    """Phi(xi) = exp(hat(xi)), |xi| = angle; a step must turn by less than a whole turn (L14)."""
+    """Phi(xi) = exp(hat(xi)), |xi| = angle; a step must rotate by less than 2 pi (claim L14)."""
 
     number: ClassVar[int] = CHARTS.index(exponential)
     limit: ClassVar[float] = exponential.LIMIT

@@ -1,4 +1,4 @@
-"""A chart's map, its tangent map and its inverse on any group, for many elements at once."""
+"""A chart's map, its inverse and its tangent map on any group, for arrays of elements."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def place(chart: Chart, group: Group, g: Any, xi: Any) -> Array:
 
 
 def tangent(chart: Chart, group: Group, xi: Any) -> Array:
-    """T(xi), (..., d, d): g^-1 g' = T(xi) xi', for xi (..., d)."""
+    """T(xi), (..., d, d), with g^-1 g' = T(xi) xi' along g = Phi(xi), for xi (..., d)."""
     return _tangents(chart, group, xi, np.zeros_like(xi))[0]
 
 

@@ -11,10 +11,11 @@ from galvi.kernels.lie.charts import modified_rodrigues
 
 @dataclass(frozen=True)
 class ModifiedRodrigues:
-    """Cayley's map twice, Phi(xi) = ((I - hat(xi) / 4)^-1 (I + hat(xi) / 4))^2.
+    """The Cayley transform squared, Phi(xi) = ((I - hat(xi) / 4)^-1 (I + hat(xi) / 4))^2.
 
-    |xi| = 4 tan(angle / 4). Rational, like Cayley's chart; a step must turn by less than a whole
-    turn. Modified Rodrigues parameters are xi / 4.
+    |xi| = 4 tan(angle / 4). Rational, like the Cayley chart; a step must rotate by less than 2 pi.
+    The modified Rodrigues parameters are xi / 4 (Schaub and Junkins, J. Astronautical Sciences 44
+    (1996) 1).
     """
 
     number: ClassVar[int] = CHARTS.index(modified_rodrigues)

@@ -18,11 +18,11 @@ EPSILON = float(np.finfo(np.float64).eps)
 class Curves:
     """q(t_k + tau h) is at xi = sum_i coefficients[k, :, i] psi_i(tau) about base_k, 0 <= tau <= 1.
 
-    space         gives psi_i = its basis functions after the constant, less their value at 0
+    space         psi_i are its basis functions after the constant, minus their values at 0
     t0, step      start of the first curve and the length h of each
     bases         (steps, *shape) configuration at the start of each step
     coefficients  (steps, d, dimension - 1)
-    chart         what xi means: base + xi on a vector space, base Phi(xi) on a Lie group
+    chart         maps xi to base + xi on a vector space, to base Phi(xi) on a Lie group
 
     Steps that failed hold NaN.
     """
@@ -35,13 +35,13 @@ class Curves:
     chart: LocalChart
 
     def position(self, t: Any) -> Array:
-        """q at t: its shape for a scalar, (k, ...) for (k,). ValueError outside the run."""
+        """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
         index, tau, single = self._locate(t)
         places = self.chart.place(self.bases[index], self._coordinates(index, tau))
         return places[0] if single else places
 
     def velocity(self, t: Any) -> Array:
-        """dq/dt at t, on a group the body velocity; at the joint of two steps, the later one's.
+        """dq/dt at t, on a group the body velocity; where two steps meet, that of the later one.
 
         ValueError outside the run.
         """
@@ -52,13 +52,13 @@ class Curves:
         return velocities[0] if single else velocities
 
     def _coordinates(self, index: Any, tau: Array) -> Array:
-        """xi (k, d)."""
+        """xi (k, d) at places tau (k,) of the steps ``index`` (k,)."""
         basis = self.space.basis(tau)[:, 1:] - self.space.basis(np.zeros(1))[:, 1:]
         xi: Array = np.einsum("kdi,ki->kd", self.coefficients[index], basis)
         return xi
 
     def _locate(self, t: Any) -> tuple[Any, Array, bool]:
-        """Step (k,), place in it (k,) from 0 to 1, and whether t is a scalar."""
+        """Index of the step (k,), fraction of it (k,) in [0, 1], and whether t is a scalar."""
         times = np.asarray(t, dtype=np.float64)
         if times.ndim > 1:
             raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")

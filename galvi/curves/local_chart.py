@@ -1,4 +1,4 @@
-"""How coordinates about the start of a step become configurations and velocities."""
+"""Maps coordinates about the start of a step to configurations and velocities."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class LocalChart(Protocol):
         """The configurations at xi about base (..., *shape)."""
 
     def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
-        """The velocities at xi where xi' is ``rate``; xi is a call, which a flat space saves."""
+        """The velocities for xi' = rate; xi is a function, which a vector space never calls."""
 
 
 @dataclass(frozen=True)

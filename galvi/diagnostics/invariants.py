@@ -85,7 +85,7 @@ def _require_space(run: Trajectory) -> None:
         )
     if isinstance(system, RigidBody):
         raise ValueError(
-            "a galvi.RigidBody turns about a point and has no linear momentum of its own; use "
+            "a galvi.RigidBody rotates about a point and has no linear momentum of its own; use "
             "galvi.momentum_map for its angular momentum, or a galvi.FreeBody, which moves."
         )
     in_space = isinstance(system, NBody) or (

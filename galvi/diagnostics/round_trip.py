@@ -22,6 +22,8 @@ def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int
     if not there.success:
         return float("nan")
     end, t = there.q[-1], float(there.t[-1])
-    turned = Problem(problem.system, end, velocity_at(problem.system, end, there.p[-1], t), t)
-    back = uninterrupted(integrate(turned, method, -step, steps, save_every=steps))
+    reversed_start = Problem(
+        problem.system, end, velocity_at(problem.system, end, there.p[-1], t), t
+    )
+    back = uninterrupted(integrate(reversed_start, method, -step, steps, save_every=steps))
     return float(np.max(np.abs(back.q[-1] - problem.q0)))

@@ -1,4 +1,4 @@
-"""Lie groups: where bodies that turn live. One file each; `GROUPS` drives the tests."""
+"""Lie groups as configuration spaces; `GROUPS` drives the tests."""
 
 from galvi.groups.product import Product
 from galvi.groups.rn import Rn

@@ -1,4 +1,4 @@
-"""What the rest of the package asks of a Lie group of matrices or vectors."""
+"""Interface of Lie groups of matrices or vectors."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ class Group(Hashable, Protocol):
 
     @property
     def dimension(self) -> int:
-        """Of the group and of its algebra."""
+        """Dimension d of the group and of its algebra."""
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of one element."""
+        """Shape of one element."""
 
     @property
     def layout(self) -> Layout:
-        """(factors, 4): each factor's group, dimension, entries and rotations, as of
-        galvi.kernels.lie.product."""
+        """(factors, 4): number of each factor's group in the kernels, its dimension, entries and
+        rotations; see galvi.kernels.lie.product."""
 
     def check(self, name: str, g: Array) -> None:
-        """ValueError, in one sentence, unless g is an element to within 1e-9."""
+        """Raise ValueError unless g is an element of the group to within 1e-9."""
 
     def multiply(self, g: Array, k: Array) -> Array:
         """g k, for elements with any leading axes."""
@@ -47,15 +47,15 @@ class Group(Hashable, Protocol):
 
 
 def one_factor(kernel: Any, dimension: int, entries: int, rotations: int) -> Layout:
-    """The layout of a group that is no product.
+    """The layout of a group that is not a product.
 
     kernel     its module of galvi.kernels.lie.groups
-    entries    of one element
-    rotations  how many components of a velocity are rotations; they come first
+    entries    number of entries of one element
+    rotations  number of leading components of a velocity that are rotations
     """
     return np.array([[GROUPS.index(kernel), dimension, entries, rotations]])
 
 
 def is_group(value: Any) -> bool:
-    """Whether it is a group, and not the class of one."""
+    """Whether the value is a group, not a class of groups."""
     return hasattr(value, "layout") and not isinstance(value, type)

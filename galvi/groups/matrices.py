@@ -1,4 +1,4 @@
-"""Is a matrix a rotation, and if not, how far off is it and which one is nearest?"""
+"""Checks of rotation matrices and rigid motions, and the nearest rotation of a matrix."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ import numpy as np
 from galvi.arrays import Array
 
 CLOSE = 1e-9
-LOST = 1e-14  # of the largest singular value: rounding
+RANK = 1e-14  # singular values below this share of the largest count as 0
 
 
 def check_rotation(name: str, R: Array, n: int) -> None:
     """ValueError unless R is (n, n), orthogonal to 1e-9 and of determinant +1."""
     if R.shape != (n, n):
-        raise ValueError(f"{name} must be a rotation matrix of shape ({n}, {n}); received shape "
-                         f"{R.shape}.")  # fmt: skip
+        raise ValueError(
+            f"{name} must be a rotation matrix of shape ({n}, {n}); received shape {R.shape}."
+        )
     defect = float(np.max(np.abs(R.T @ R - np.eye(n))))
     determinant = float(np.linalg.det(R))
     if defect > CLOSE or determinant < 0.0:
@@ -46,11 +47,11 @@ def check_motion(name: str, g: Array, n: int) -> None:
 
 
 def inverse_motion(g: Array) -> Array:
-    """[[R^T, -R^T x], [0, 1]] of rigid motions with any leading axes."""
+    """[[R^T, -R^T x], [0, 1]] for rigid motions with any leading axes."""
     n, result = g.shape[-1] - 1, np.zeros_like(g)
-    turned = np.swapaxes(g[..., :n, :n], -1, -2)
-    result[..., :n, :n] = turned
-    result[..., :n, n] = -(turned @ g[..., :n, n:])[..., 0]
+    transpose = np.swapaxes(g[..., :n, :n], -1, -2)
+    result[..., :n, :n] = transpose
+    result[..., :n, n] = -(transpose @ g[..., :n, n:])[..., 0]
     result[..., n, n] = 1.0
     return result
 
@@ -59,8 +60,8 @@ def nearest_rotation(matrix: Array) -> Array:
     """The rotation R that is closest to ``matrix`` (n, n) in the Frobenius norm.
 
     R = U diag(1, ..., 1, det(U V^T)) V^T from the singular value decomposition U S V^T (Kabsch,
-    Acta Cryst. A32 (1976) 922). ValueError for a matrix that is not square, not finite, or of a
-    rank below n - 1, where no rotation is the nearest.
+    Acta Cryst. A32 (1976) 922). Raises ValueError for a matrix that is not square, not finite, or
+    of rank below n - 1, for which the nearest rotation is not unique.
     """
     given = np.asarray(matrix)
     if given.dtype.kind not in "iuf":
@@ -84,7 +85,7 @@ def nearest_rotation(matrix: Array) -> Array:
 
 def _nearest(matrix: Array) -> Array | None:
     U, sizes, Vt = np.linalg.svd(matrix)
-    if not sizes[max(len(sizes) - 2, 0)] > LOST * sizes[0]:
+    if not sizes[max(len(sizes) - 2, 0)] > RANK * sizes[0]:
         return None
     U[:, -1] *= np.sign(np.linalg.det(U @ Vt))
     nearest: Array = U @ Vt

@@ -1,4 +1,4 @@
-"""Several groups side by side: several bodies, or a body and a cart."""
+"""Direct products of groups: several bodies, or a body and a cart."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from galvi.groups.group import Group, Layout, is_group
 
 @dataclass(frozen=True)
 class Product:
-    """factors[0] x factors[1] x ...; elements are the factors' entries in one vector.
+    """factors[0] x factors[1] x ...; an element is a vector of the entries of all factors.
 
-    ``join`` makes an element of one array for each factor, ``parts`` takes it apart; velocities are
-    the factors' velocities one after another. Raises ValueError when it has no factors.
+    ``join`` builds an element from one array for each factor, ``parts`` splits it; velocities are
+    the concatenated velocities of the factors. Raises ValueError unless factors are one or more
+    groups.
     """
 
     factors: tuple[Group, ...]
@@ -35,23 +36,23 @@ class Product:
 
     @property
     def dimension(self) -> int:
-        """The sum of the factors'."""
+        """The sum of the factors' dimensions."""
         return sum(factor.dimension for factor in self.factors)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """(entries of all factors,)."""
+        """(n,), n the total number of entries of the factors."""
         return (sum(prod(factor.shape) for factor in self.factors),)
 
     @property
     def layout(self) -> Layout:
-        """The factors' layouts, one after another."""
+        """The factors' layouts, concatenated."""
         return np.concatenate([factor.layout for factor in self.factors])
 
     def join(self, *parts: Array) -> Array:
-        """One element of an element of each factor, each with the same leading axes.
+        """The element with these parts, one for each factor, with the same leading axes.
 
-        Raises ValueError for another number of parts, or a part of another shape.
+        Raises ValueError for a wrong number of parts or a part of a wrong shape.
         """
         shapes = [factor.shape for factor in self.factors]
         if len(parts) != len(shapes):
@@ -73,7 +74,7 @@ class Product:
         return np.concatenate([part.reshape(*leads[0], -1) for part in arrays], axis=-1)
 
     def parts(self, g: Array) -> tuple[Array, ...]:
-        """An element of each factor, from elements with any leading axes."""
+        """The elements of the factors, from elements with any leading axes."""
         ends = np.cumsum([prod(factor.shape) for factor in self.factors])[:-1]
         return tuple(
             flat.reshape(*flat.shape[:-1], *factor.shape)

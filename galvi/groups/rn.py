@@ -14,7 +14,7 @@ from galvi.kernels.lie.groups import rn
 
 @dataclass(frozen=True)
 class Rn:
-    """R^n; elements have shape (n,), and so have velocities. ValueError unless n is 1 or more."""
+    """R^n; elements and velocities have shape (n,). ValueError unless n is at least 1."""
 
     n: int
 

@@ -14,9 +14,9 @@ from galvi.kernels.lie.groups import se2
 
 @dataclass(frozen=True)
 class SE2:
-    """Matrices [[R, x], [0, 1]] of shape (3, 3): a body of attitude R with its origin at x.
+    """Matrices [[R, x], [0, 1]] of shape (3, 3): a body with attitude R and origin at x.
 
-    Velocities (3,) are the angular velocity and, in the body's frame, the linear one:
+    Velocities (3,) are the angular velocity and the linear velocity in the body's frame:
     g' = g [[0, -w, v_x], [w, 0, v_y], [0, 0, 0]].
     """
 
@@ -48,6 +48,6 @@ class SE2:
         return inverse_motion(g)
 
     def bracket(self, v: Array, w: Array) -> Array:
-        """(0, J (v_r w_t - w_r v_t)) for v = (v_r, v_t), J a quarter turn."""
+        """(0, J (v_r w_t - w_r v_t)) for v = (v_r, v_t), J = [[0, -1], [1, 0]]."""
         x, y = v[0] * w[1:] - w[0] * v[1:]
         return np.array([0.0, -y, x])

@@ -14,9 +14,9 @@ from galvi.kernels.lie.groups import se3
 
 @dataclass(frozen=True)
 class SE3:
-    """Matrices [[R, x], [0, 1]] of shape (4, 4): a body of attitude R with its origin at x.
+    """Matrices [[R, x], [0, 1]] of shape (4, 4): a body with attitude R and origin at x.
 
-    Velocities (6,) are the body's angular velocity and, in its own frame, its linear one:
+    Velocities (6,) are the angular and the linear velocity in the body's frame:
     g' = g [[hat(w), v], [0, 0]].
     """
 

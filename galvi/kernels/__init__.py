@@ -1,1 +1,1 @@
-"""Free functions on arrays, compiled; they import nothing of the rest of galvi."""
+"""Compiled free functions on arrays, independent of the rest of galvi."""

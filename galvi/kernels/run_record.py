@@ -1,7 +1,7 @@
-"""What all kernels that advance a run share: which steps they do, where it stands, what is kept.
+"""Arguments shared by all kernels that advance a run, and the recording of results.
 
-They are called with plain tuples, whose types numba finds several times faster than those of named
-ones, and name them first.
+Kernels are called with plain tuples, whose types numba determines several times faster than those
+of named tuples, and convert them at their start.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Plan(NamedTuple):
     tolerance  relative change at which a step's iteration stops
     first      number of the run's first step since the problem's start
     total      steps of the run
-    every      steps from one that is saved to the next
+    every      number of steps between saved states
     """
 
     t0: float
@@ -34,7 +34,7 @@ class Plan(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """Where a run stands, written by each kernel; each says what its rows are.
+    """The current state of a run, updated by each kernel; for rows see the kernels.
 
     state (4, n), stages (d, s), solver_state (3 or more,), counts (4 or 5,)
     """
@@ -46,11 +46,11 @@ class Progress(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """What a run keeps.
+    """The kept results of a run.
 
     q, p           (saved, r), (saved, d)  rows 1, 2, ... are steps every, 2 every, ...; the last
-                   row is the end
-    bases, curves  (steps, r), (steps, d, m)  or no rows, when curves are not kept
+                   row is the final state
+    bases, curves  (steps, r), (steps, d, m); no rows when curves are not kept
     """
 
     q: Any
@@ -66,7 +66,7 @@ KEPT = types.Tuple((MATRIX, MATRIX, MATRIX, TENSOR3))
 
 @jit_inline
 def record(plan, kept, step, start, q, p):
-    """Keep what is due of the (step + 1)-th step, from ``start`` to (q, p), but for its curve."""
+    """Record the (step + 1)-th step, from ``start`` to (q, p), except its curve coefficients."""
     row, rest = divmod(step + 1, plan.every)
     if step + 1 == plan.total:
         row, rest = kept.q.shape[0] - 1, 0

@@ -1,4 +1,4 @@
-"""The outer solar system of Applegate et al., whose energy is published."""
+"""The outer solar system of Applegate et al., with a published energy."""
 
 from __future__ import annotations
 
@@ -44,14 +44,13 @@ BODIES = {  # body: mass (Msun), position (au), velocity (au / day)
 
 
 def applegate() -> Problem:
-    """Five planets about the Sun, which has the mass of the inner planets too.
+    """Five planets about the Sun, to whose mass those of the inner planets are added.
 
-    Masses and start of heyoka.py's notebook "Brouwer's law in the outer Solar System", which takes
-    them from Applegate, Douglas, Gursel, Sussman and Wisdom, Astron. J. 92 (1986) 176; REBOUND's
-    example of the same name has them too, with a massless Pluto, and so the barycentre is at rest
-    but for Pluto's mass. In au, solar masses and years of 365 days the energy is
-    -0.004286848855986956, as the notebook "Conserving first integrals via manifold projection" of
-    heyoka.py prints it.
+    Masses and initial state of heyoka.py's notebook "Brouwer's law in the outer Solar System", from
+    Applegate, Douglas, Gursel, Sussman and Wisdom, Astron. J. 92 (1986) 176. REBOUND's example of
+    the same name uses them with a massless Pluto, so the barycentre is at rest except for Pluto's
+    mass. In au, solar masses and years of 365 days the energy is -0.004286848855986956, the value
+    printed in heyoka.py's notebook "Conserving first integrals via manifold projection".
     """
     masses, q0, v0 = (np.array(column) for column in zip(*BODIES.values(), strict=True))
     return Problem(

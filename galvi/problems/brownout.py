@@ -24,20 +24,21 @@ def brownout(
     velocity: Any = (0.0, 1.0, 0.0),
     drag_coefficient: float = DRAG_COEFFICIENT,
 ) -> Problem:
-    """Gravity, as a potential, and M's drag (14) in `galvi.kernels.forces.rotor_wind`.
+    """Gravity, as a potential, and the drag M (14) in the wind of `galvi.RotorDrag`.
 
-    diameter          d in m, of a sphere of quartz; sand has 10e-6 to 500e-6
+    diameter          d in m of a sphere of quartz; sand has 10e-6 to 500e-6
     position          (3,) m from the foot of the rotor's axis, z up, above the ground
     velocity          (3,) m / s
-    drag_coefficient  C_d, constant as in M (14), which gives no number. Real grains are below the
-                      Reynolds numbers of 0.44: 200 micrometres at 3 to 9 m/s have Re of 40 to 125
-                      and C_d = 24 / Re + 3.6 Re^-0.313 of 1.7 to 1 (Schiller and Naumann)
+    drag_coefficient  C_d, constant as in M (14), which gives no value. The default 0.44 holds at
+                      higher Reynolds numbers than those of real grains: 200 micrometres at 3 to
+                      9 m/s give Re from 40 to 125 and C_d = 24 / Re + 3.6 Re^-0.313 from 1.7 to 1
+                      (Schiller and Naumann)
 
-    f = -(1/2) rho_air |w| w (pi d^2 / 4) C_d with w = v - wind(q, t), quadratic: only C^1 at w = 0.
-    Nothing stops a particle at the ground, where no wind goes through.
+    f = -(1/2) rho_air |w| w (pi d^2 / 4) C_d with w = v - wind(q, t), only C^1 at w = 0.
+    There is no contact with the ground; the wind is tangential there.
 
-    Raises ValueError for a diameter outside 1e-6 to 1e-2 m, a place below the ground, a shape that
-    is not (3,) or a drag coefficient that is not positive.
+    Raises ValueError for a diameter outside 1e-6 to 1e-2 m, a position below the ground, a shape
+    other than (3,) or a drag coefficient that is not positive.
     """
     d = input_checks.positive("diameter", diameter, "Give it in metres.")
     if not SMALLEST <= d <= LARGEST:

@@ -20,11 +20,11 @@ def double_pendulum(
 ) -> Problem:
     """Two point masses on weightless rods, the second hanging from the first.
 
-    masses, lengths  (2,) from the fixed pivot on
-    angles, rates    (2,) of the rods, each from hanging straight down, in radians
+    masses, lengths  (2,) starting at the fixed pivot
+    angles, rates    (2,) angles of the rods from the downward vertical, in radians, and their rates
 
-    Chaotic from the angles given here (tests/references/test_chains.py measures how fast). Raises
-    ValueError unless masses and lengths are two positive numbers.
+    Chaotic for the default angles (tests/references/test_chains.py measures how fast). Raises
+    ValueError unless masses and lengths are two positive numbers each.
     """
     two = (2,)
     chain = PlanarChain(
@@ -38,7 +38,9 @@ def double_pendulum(
         v0=input_checks.array("rates", rates, two),
         name="double pendulum",
         parameters={
-            "masses": chain.masses, "lengths": chain.lengths, "gravity": chain.gravity,
+            "masses": chain.masses,
+            "lengths": chain.lengths,
+            "gravity": chain.gravity,
         },
         units="those of masses, lengths and gravity; angles in radians",
-    )  # fmt: skip
+    )

@@ -11,9 +11,9 @@ from galvi.systems.potentials.spring_chain import SpringChain
 
 
 def fermi_pasta_ulam_tsingou(masses: int = 15, alpha: float = 0.25, beta: float = 0.0) -> Problem:
-    """``masses`` unit masses between walls, at rest in the lowest mode with amplitude 1.
+    """``masses`` unit masses between walls, released at rest in the lowest mode, amplitude 1.
 
-    Los Alamos report LA-1940 (1955). Raises ValueError for fewer than one mass.
+    Fermi, Pasta and Ulam, Los Alamos report LA-1940 (1955). Raises ValueError for no masses.
     """
     masses = input_checks.whole("masses", masses)
     place = np.arange(1, masses + 1) / (masses + 1)

@@ -14,10 +14,10 @@ from galvi.systems.free_body import FreeBody
 def free_body_se3(mass: float = 2.0, g: Any = (0.0, 0.0, 0.0)) -> Problem:
     """H's free rigid body, thrown with velocity (0.3, 0.2, -0.1) of its centre of mass.
 
-    mass  of the body
+    mass  mass of the body
     g     (3,) acceleration of gravity; the attitude does not depend on it
 
-    Raises ValueError as `galvi.FreeBody` does.
+    Raises ValueError as `galvi.FreeBody`.
     """
     start = np.eye(4)
     return Problem(

@@ -22,7 +22,7 @@ def free_rigid_body(
     velocity  (3,) angular velocity in the body's frame
     attitude  (3, 3) rotation matrix; None for the identity
 
-    The defaults are H's. Raises ValueError as `galvi.RigidBody` and `galvi.Problem` do.
+    The defaults are H's. Raises ValueError as `galvi.RigidBody` and `galvi.Problem`.
     """
     return Problem(
         system=RigidBody(inertia),

@@ -12,11 +12,12 @@ from galvi.systems.rigid_body import RigidBody
 
 
 def heavy_top(spin: float = 8.0, tilt: float = 0.5) -> Problem:
-    """A top on a fixed tip, released ``tilt`` from upright with ``spin`` about its axis.
+    """A top on a fixed tip, released at angle ``tilt`` from upright, rotating at rate ``spin``.
 
-    Moments (1.5, 1.5, 0.5) about the tip, m g l = 2, gravity along -z. Conserved: the energy, the
-    momentum about the vertical and, by symmetry, that about the axis. An upright top sleeps when
-    (0.5 spin)^2 > 4 * 1.5 m g l = 12. Raises ValueError unless 0 < tilt < pi.
+    The spin is about the axis of symmetry. Moments of inertia (1.5, 1.5, 0.5) about the tip,
+    m g l = 2, gravity along -z. Energy, angular momentum about the vertical and, by symmetry, about
+    the axis are conserved. An upright top is stable (sleeping) when (0.5 spin)^2 > 4 * 1.5 m g l =
+    12. Raises ValueError unless 0 < tilt < pi.
     """
     rate, angle = input_checks.real("spin", spin), input_checks.real("tilt", tilt)
     if not 0.0 < angle < np.pi:

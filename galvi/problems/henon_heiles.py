@@ -34,8 +34,8 @@ def hessian(q: Any) -> Any:
 def henon_heiles(energy: float = 0.1) -> Problem:
     """A star in an axisymmetric galaxy, from q = (0, 0.1) with v = (v_x, 0.05) at this energy.
 
-    Motion is bounded below the escape energy 1/6. Raises ValueError for an energy that the start
-    cannot have or that lets the star escape.
+    The motion is bounded below the escape energy 1/6. Raises ValueError for an energy below that of
+    the position or at least 1/6.
     """
     energy = input_checks.real("energy", energy)
     q0 = np.array([0.0, 0.1])

@@ -1,4 +1,4 @@
-"""The outer planets and Pluto about the Sun, the inner planets added to it (H 2.4.3)."""
+"""The outer planets and Pluto about the Sun merged with the inner planets (H 2.4.3)."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ INNER = 5  # Sun, Mercury, Venus, Earth-Moon barycentre, Mars: one body here
 
 
 def outer_solar_system() -> Problem:
-    """Sun and inner planets as one, Jupiter, Saturn, Uranus, Neptune, Pluto.
+    """Sun and inner planets as one body, Jupiter, Saturn, Uranus, Neptune, Pluto.
 
-    The first body has the total GM of the Sun and the inner planets and starts at their barycentre
-    with its velocity: total mass, linear momentum and barycentre are those of `solar_system`.
-    Units, frame, epoch and source are those of `solar_system` too. The sums are rounded once, so
-    that the start is the same to the last bit on every machine.
+    The first body has the total GM of the Sun and the inner planets and their barycentric position
+    and velocity, so that total mass, linear momentum and barycentre are those of `solar_system`, as
+    are units, frame, epoch and source. The sums are correctly rounded: the initial state is
+    bit-identical on every machine.
     """
     whole = solar_system()
     masses = whole.system.masses  # type: ignore[attr-defined]

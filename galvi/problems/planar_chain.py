@@ -18,14 +18,14 @@ def planar_chain(
     gravity: float = 9.81,
     angle: float = 1.0,
 ) -> Problem:
-    """Uniform rods, hinged end to end, released straight and at rest.
+    """Uniform rods hinged end to end, released in a straight line at rest.
 
     links         number of rods; the first is hinged to a fixed point
     mass, length  of each rod
-    angle         of all rods at the start, radians from hanging straight down
+    angle         initial angle of all rods from the downward vertical, in radians
 
-    Angles are absolute: q_i is that of rod i against the vertical. Raises ValueError for less than
-    one link, or a mass or length that is not positive.
+    q_i is the angle of rod i against the vertical. Raises ValueError for fewer than one link, or a
+    mass or length that is not positive.
     """
     n = input_checks.whole("links", links, at_most=1000)
     chain = PlanarChain(

@@ -13,7 +13,7 @@ from galvi.systems.potentials.cosine_potential import CosinePotential
 
 
 def planar_pendulum(amplitude: float = 2.0) -> Problem:
-    """m = g = l = 1, released at rest at the angle ``amplitude``, radians from hanging down.
+    """m = g = l = 1, released at rest at ``amplitude`` radians from the downward vertical.
 
     Its period is 4 K(sin(amplitude / 2)). Raises ValueError for an amplitude outside (0, pi).
     """

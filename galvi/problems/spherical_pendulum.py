@@ -10,11 +10,11 @@ from galvi.problem import Problem
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 
-AXIAL = 0.5  # moment about the rod; it plays no part, since nothing turns the rod about itself
+AXIAL = 0.5  # moment about the rod; it has no effect, since the rod has no spin about itself
 
 
 def spherical_pendulum(angle: float = 1.0, rate: float = 0.5) -> Problem:
-    """m = g = l = 1, at ``angle`` from hanging, moving sideways with azimuthal ``rate``.
+    """m = g = l = 1, at ``angle`` from the downward vertical, with azimuthal ``rate``.
 
     The rod is a symmetric rigid body that does not spin: R e3 points from the pivot to the mass.
     Raises ValueError unless 0 < angle < pi and rate is finite.

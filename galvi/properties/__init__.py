@@ -1,1 +1,1 @@
-"""What a space and a rule make of a method: exactness, order, symmetry, classical name."""
+"""Properties of the method of a space and a rule: exactness, order, symmetry, classical name."""

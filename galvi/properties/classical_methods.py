@@ -8,19 +8,19 @@ from galvi.arrays import Array
 from galvi.spaces.legendre import legendre
 from galvi.tableau import Tableau
 
-MOST = 65  # stages up to which matrices of collocation are computed in float64
+MOST = 65  # largest number of stages for which collocation matrices are computed in float64
 VERLET = ("Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2")
 
 
 def classical_name(table: Tableau) -> str:
-    """The best known name of a method with this tableau, or ''."""
+    """The best known name of the method with this tableau, or ''."""
     return next(iter(classical_names(table)), "")
 
 
 def classical_names(table: Tableau) -> tuple[str, ...]:
-    """Names of the known methods with this tableau, the best known first.
+    """Names of known methods with this tableau, the best known first.
 
-    They are partitioned Runge-Kutta pairs a, a^ of positions and velocities, A = a a^: a is
+    These are partitioned Runge-Kutta pairs a, a^ for positions and velocities, A = a a^: a is
     collocation at the nodes c, a_kj the integral over [0, c_k] of the Lagrange basis on c, and
     a^_kj = b_j (1 - a_jk / b_k) makes the pair symplectic (Hairer, Lubich, Wanner, Geometric
     Numerical Integration, II.1.4, IV.2.1, VI.4.1). At Gauss's nodes a^ = a, at Lobatto's it is
@@ -58,7 +58,7 @@ def _names(c: Array, b: Array, A: Array) -> tuple[str, ...]:
 
 
 def _in_substeps(table: Tableau) -> tuple[str, ...]:
-    """Names of a method that does several equal steps of a known one."""
+    """Names of a method that consists of several equal steps of a known one."""
     c, b, A = table.c, table.b, table.A
     for steps in range(2, c.size + 1):
         own = c.size // steps
@@ -71,9 +71,9 @@ def _in_substeps(table: Tableau) -> tuple[str, ...]:
 
 
 def _repeated(c: Array, b: Array, A: Array, steps: int) -> tuple[Array, Array, Array]:
-    """The tableau of equal steps of a method, in units of their whole length.
+    """The tableau of ``steps`` equal steps of a method, with the total length as unit.
 
-    A step at stage c_k has felt each b_j of a step d before it for d + c_k - c_j of one step.
+    The kick b_j of a step acts on stage c_k of the d-th step after it for d + c_k - c_j steps.
     """
     stages = c.size
     first = np.arange(steps)
@@ -96,7 +96,7 @@ def _integrals(c: Array) -> Array:
 
 
 def _interpolatory(values: Array) -> Array:
-    """Weights at nodes with these Legendre polynomials (s, s): the integral of P_0 is 1."""
+    """Interpolatory weights at nodes with these values (s, s) of the Legendre polynomials."""
     weights: Array = np.linalg.inv(values)[0]
     return weights
 

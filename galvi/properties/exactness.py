@@ -1,4 +1,4 @@
-"""How exact a rule is on each smooth piece of a space's functions."""
+"""Degree of exactness of a rule on each smooth piece of a space's functions."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ CLOSE = Decimal("1e-13")
 
 @lru_cache(maxsize=256)
 def exactness(space: Space, rule: Rule) -> int:
-    """The highest degree of polynomials on each piece that the rule integrates; -1 for none.
+    """The highest degree to which the rule is exact for piecewise polynomials; -1 for none.
 
-    The rule's degree for a space of one piece. A space that is smooth only on ``pieces`` equal
-    parts of [0, 1] has integrands that are, so moments are taken on each part; the weight of a
-    node at a joint is shared so that both sides have the right sum of weights.
+    For a space of one piece it is the rule's degree. Integrands of a space that is smooth only on
+    each of ``pieces`` equal parts of [0, 1] are smooth there too, so moments are computed on each
+    part; the weight of a node at a joint is divided such that both sides have the correct sum.
     """
     pieces = getattr(space, "pieces", 1)
     if pieces == 1:
@@ -33,7 +33,7 @@ def exactness(space: Space, rule: Rule) -> int:
 
 
 def _parts(rule: Rule, pieces: int) -> list[list[tuple[Decimal, Decimal]]]:
-    """(place in [0, 1], weight) of the nodes on each piece, with the weights' sum near 1."""
+    """(position in [0, 1], weight) of the nodes on each piece; the weights sum to about 1."""
     parts: list[list[tuple[Decimal, Decimal]]] = [[] for _ in range(pieces)]
     with extended_precision():
         for node, weight in zip(rule.exact_nodes, rule.exact_weights, strict=True):

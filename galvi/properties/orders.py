@@ -1,4 +1,4 @@
-"""The orders of convergence that a space and a rule can have."""
+"""Orders of convergence of a space and a rule."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ SPACE, FORCE, KINETIC = "space", "rule for the force", "rule for the kinetic ene
 
 @dataclass(frozen=True)
 class Orders:
-    """Of a consistent method, on smooth problems at a fixed final time; 0 for any other pair.
+    """Orders of a consistent method on smooth problems at a fixed final time; 0 for other pairs.
 
-    at_steps  of positions and momenta at step ends
-    on_curve  of positions between them
-    limit     what keeps at_steps from being higher: "space", "rule for the force" or "rule for
-              the kinetic energy", the first of these when several do; "" when the order is 0
+    at_steps  order of positions and momenta at step ends
+    on_curve  order of positions between them
+    limit     what limits at_steps: "space", "rule for the force" or "rule for the kinetic energy",
+              the first of these if several do; "" when the order is 0
     """
 
     at_steps: int
@@ -34,16 +34,17 @@ class Orders:
 def orders(space: Space, rule: Rule) -> Orders:
     """With s the space's degree and g the rule's on each of its smooth pieces:
 
-    at steps      min(2 s, g + 1, 2 (g - s) + 4): what the space can do, what the rule can do for
-                  the force (Ober-Blobaum and Saake, Adv. Comput. Math. 41 (2015), section 4.2;
-                  claims V6, V17, V22), and for the kinetic energy, whose degree is 2 s - 2. The
-                  last is ours. A symmetric method has an even order: an odd bound is one too low.
+    at steps      min(2 s, g + 1, 2 (g - s) + 4): limits of the space, of the rule for the force
+                  (Ober-Blobaum and Saake, Adv. Comput. Math. 41 (2015), section 4.2; claims V6,
+                  V17, V22), and of the rule for the kinetic energy, whose degree is 2 s - 2; the
+                  last is our own result. A symmetric method has an even order, so an odd bound is
+                  raised by one.
     on the curve  min(order at steps, s + 1, g - s + 3): the coefficient of degree s + 1 is missing
-                  and those above degree g - s + 2 are wrong; ours.
+                  and those above degree g - s + 2 are wrong; our own result.
 
-    Functions beyond the polynomials of degree s change the constants, not the orders. Components
-    of different degrees have the order of the worst. tests/galvi/test_theory_orders.py measures
-    both, from either side.
+    Functions beyond the polynomials of degree s change the constants, not the orders. With
+    different degrees for components the order is that of the lowest. Both orders are tested from
+    above and below in tests/galvi/test_theory_orders.py.
     """
     found = assemble(space, rule)
     if found.table is None or not found.consistent:

@@ -9,9 +9,9 @@ from galvi.tableau import Tableau
 
 
 def is_symmetric(table: Tableau, rule: Rule) -> bool:
-    """Whether a step forward and a step backward cancel, on vector spaces.
+    """Whether a step forward and a step backward cancel on vector spaces.
 
-    A*_kj = A_kj - beta_j + (1 - c_k) b_j of the adjoint equals A with its stages reversed.
+    The adjoint's matrix A*_kj = A_kj - beta_j + (1 - c_k) b_j equals A with its stages reversed.
     """
     adjoint = table.A - table.beta + np.outer(1.0 - table.c, table.b)
     mirrored = np.allclose(adjoint, table.A[::-1, ::-1], rtol=0.0, atol=1e-13)

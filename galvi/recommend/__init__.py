@@ -1,1 +1,1 @@
-"""Which method and which step for a given error."""
+"""Recommends a method and a step for a required accuracy."""

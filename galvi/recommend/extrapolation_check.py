@@ -13,37 +13,37 @@ from galvi.recommend.scan import POWERS, Scan
 from galvi.systems.velocities import velocity_at
 from galvi.trajectory import Trajectory
 
-FARTHEST = 100.0  # times as long as was measured: beyond, an error is not extrapolated
-TURNS = 6  # turning points of a coordinate, two a revolution, that the part must hold
-MOVES = 1e-3  # of the widest coordinate, from which the turning points of another one count
-FASTER = 2.0  # than in the part, from which the rest is another motion
-WORSE = 10.0  # energy errors than in the part, per length
-ROUNDING = 1e-12  # of the energy
-FAST = 1e-3  # of the fastest body's speed, below which those of others are not compared
-MOST, FEWEST, ROOM = 4096, 256, 2**24  # saved states; pairs of coordinates in all of them
+FARTHEST = 100.0  # largest ratio of the duration to the part over which an error is extrapolated
+TURNS = 6  # turning points of a coordinate, two a revolution, that the part must contain
+MOVES = 1e-3  # smallest range of a coordinate, over the largest range, whose turning points count
+FASTER = 2.0  # ratio of speeds to those in the part above which the rest is a different motion
+WORSE = 10.0  # largest ratio of the energy error to that in the part, per unit of time
+ROUNDING = 1e-12  # relative energy error that counts as round-off
+FAST = 1e-3  # speeds below this share of the fastest body's are not compared
+MOST, FEWEST, ROOM = 4096, 256, 2**24  # saved states; total number of pairs of coordinates
 
 
 def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
-    """Why the extrapolated error of a choice cannot be relied on; empty when it can.
+    """The reason why the extrapolated error of a choice is unreliable; empty if it is reliable.
 
-    The choice is run once over the whole duration, if the budget allows; it has to complete, and to
-    be there what it was in the part: no body much faster, its energy as good.
+    If the budget allows, the choice is run once over the whole duration; the run has to complete
+    and to resemble the measured part: no body much faster, no larger energy error.
     """
     times = scan.duration / choice.measured
     if times > FARTHEST:
-        return f"no error is taken to {times:.3g} times what was measured"
+        return f"an error is not extrapolated to {times:.3g} times the measured length"
     if choice.growth > POWERS[1]:
-        return f"it grew as t^{choice.growth:.1f}, too fast to extrapolate it"
+        return f"the error grew as t^{choice.growth:.1f}, too fast to extrapolate"
     if scan.spent + choice.cost(scan.by) > scan.budget:
-        return "one run over all of it does not fit into the budget"
+        return "a run over the whole duration does not fit into the budget"
     samples = min(MOST, max(FEWEST, ROOM // scan.problem.v0.size**2))
     run, _, _ = scan.run(choice.degree, choice.steps, choice.steps, samples=samples)
     if not run.success:
-        return f"a run over all of it failed. {run.status.rstrip('.')}"
+        return f"a run over the whole duration failed. {run.status.rstrip('.')}"
     part = int(np.sum(np.abs(run.t - run.t[0]) <= choice.measured * (1.0 + 1e-9)))
     turns = turning_points(run.q[:part].reshape(part, -1))
     if turns < TURNS:
-        return f"it holds {turns} turning points of a coordinate, and {TURNS} are needed"
+        return f"it contains {turns} turning points of a coordinate, and {TURNS} are needed"
     speeds = np.linalg.norm(velocity_at(run.problem.system, run.q, run.p, run.t), axis=-1)
     speeds = speeds.reshape(len(run.t), -1)
     before = np.maximum(np.max(speeds[:part], axis=0), FAST * np.max(speeds))
@@ -54,14 +54,14 @@ def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
     off = np.abs(energies - energies[0])
     allowed = WORSE * times * np.max(off[:part]) + ROUNDING * np.max(np.abs(energies))
     if not np.max(off) <= allowed:
-        return f"later the energy is off by {np.max(off):.1e}, in it by {np.max(off[:part]):.1e}"
+        return f"later the energy error is {np.max(off):.1e}, in that part {np.max(off[:part]):.1e}"
     return ""
 
 
 def turning_points(q: Array) -> int:
-    """How often the coordinate turns that turns most often; q is (saved, d).
+    """The largest number of turning points of a coordinate; q is (saved, d).
 
-    Coordinates that hardly move do not count.
+    Coordinates that hardly change are ignored.
     """
     if len(q) < 3:
         return 0
@@ -71,7 +71,7 @@ def turning_points(q: Array) -> int:
 
 
 def _energies(run: Trajectory) -> Array:
-    """(saved,), one state at a time, since many bodies need much memory."""
+    """Energies (saved,), one state at a time, since many bodies need much memory."""
     one_by_one = (slice(k, k + 1) for k in range(len(run.t)))
     return np.concatenate(
         [energy(replace(run, t=run.t[k], q=run.q[k], p=run.p[k])) for k in one_by_one]

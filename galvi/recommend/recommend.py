@@ -1,4 +1,4 @@
-"""Which degree, which step, for the error one needs: by a short scan of the problem itself."""
+"""Recommends a degree and a step for a required accuracy, from a short scan of the problem."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from galvi.recommend.step_search import BUDGET_ENDED, fewest_steps
 
 DEGREES = (8, 12, 6, 16, 4)
 ALLOWED = {TIME: 10.0, EVALUATIONS: 2e7}
-MARGIN = 0.7  # of the error asked for that a candidate may use
-RUNS = 8  # of one degree that are expected
-FOR_SEARCH = 0.6  # of the budget
-ROUGH = 1 / 16  # of what is measured, in a first search
-ROUNDS = 5  # of interleaved runs
+MARGIN = 0.7  # share of the required error that a candidate may use
+RUNS = 8  # expected number of runs of one degree
+FOR_SEARCH = 0.6  # share of the budget for the search
+ROUGH = 1 / 16  # share of the measured part that a first, rough search integrates
+ROUNDS = 5  # rounds of interleaved runs
 CONFIRMATIONS = 4
 MOST = 60
 
@@ -35,27 +35,27 @@ def recommend(
     budget: float | None = None,
     measured: float | None = None,
 ) -> Recommendation:
-    """The degree s of Galerkin(Polynomials(s), gauss(s)) and the step of least cost for an error.
+    """The degree s of Galerkin(Polynomials(s), gauss(s)) and the step that reach an error cheapest.
 
-    error     largest distance of a body from where it should be at any time of the run, in the
-              problem's unit of length
-    duration  of the run
-    degrees   from 1 to 60, in the order in which they are tried
+    error     largest position error of a body at any time of the run, in the problem's unit of
+              length
+    duration  length of the run, in the problem's unit of time
+    degrees   degrees to try, in this order, from 1 to 60
     by        "time", from interleaved runs on this machine, or "evaluations" of the force, which
               gives the same answer every time on one machine
     budget    seconds, or evaluations, that the scan may take; default 10 s or 2e7
-    measured  length of the part of the run over which errors are measured; by default all of it, or
-              as much as the budget allows, and the choice is then checked over all of it if that
-              can be afforded
+    measured  length of the part of the run over which errors are measured; by default the whole
+              run, or as much as the budget allows; the choice is then checked over the whole run if
+              the budget permits
 
-    For each degree the largest step within the error is searched; each run is judged by a better
-    one (see `galvi.recommend.scan`) and the cheapest by two. An error that is extrapolated is
-    taken to grow as t^1.5, or as fast as it was seen to, and is relied on only after one run over
-    the whole duration (see `galvi.recommend.extrapolation_check`). What fails is kept in
-    ``scanned`` with its reason. When nothing reaches the error the result says so (``reached``,
-    ``status``) and is the most accurate found. On groups methods have the exponential chart.
-    Raises ValueError or TypeError for bad input, KeyboardInterrupt on Ctrl-C, and what a user's
-    function raises.
+    For each degree, the largest step within the error is searched; each run is compared with a more
+    accurate one (see `galvi.recommend.scan`), the cheapest with two. An extrapolated error is
+    assumed to grow as t^1.5, or as fast as measured, and is accepted only after one run over the
+    whole duration (see `galvi.recommend.extrapolation_check`). Failed candidates are kept in
+    ``scanned`` with the reason. If no candidate reaches the error, the result is the most accurate
+    one found, and ``reached`` and ``status`` say so. On groups, methods have the exponential chart.
+    Raises ValueError or TypeError for bad input, KeyboardInterrupt on Ctrl-C; exceptions of user
+    functions pass through.
     """
     if not isinstance(problem, Problem):
         raise TypeError(f"problem must be a galvi.Problem; received {problem!r}.")
@@ -86,14 +86,16 @@ def recommend(
     if not scan.tried:
         nothing = Candidate(
             some[0], steps, length / steps, math.inf, 0.0, math.nan, math.nan, math.nan,
-            f"One over a time of {scan.measured:.3g} takes more than the budget, {room:g}.",
+            f"One run over a time of {scan.measured:.3g} takes more than the budget, {room:g}.",
         )  # fmt: skip
         return _answer(scan, nothing, asked, BUDGET_ENDED)
     good = [one for one in scan.tried if one.error <= MARGIN * asked]
     if not good:
         return _not_reached(scan, asked, whys)
-    few = [min((one for one in good if one.degree == s), key=lambda one: one.evaluations)
-           for s in {one.degree: None for one in good}]  # fmt: skip
+    few = [
+        min((one for one in good if one.degree == s), key=lambda one: one.evaluations)
+        for s in {one.degree: None for one in good}
+    ]
     best = min(_timed(scan, few) if by == TIME else few, key=lambda one: one.cost(by))
     answer = _confirmed(scan, best, asked, measured is None)
     if BUDGET_ENDED in whys and answer.reached:
@@ -105,7 +107,7 @@ def recommend(
 
 
 def _fit_to_budget(scan: Scan, degree: int, steps: int, asked: float, runs: int) -> int:
-    """Set how much is measured, by the number of steps that a rough search finds; returns it."""
+    """Set the measured length from the number of steps of a rough search, which is returned."""
     budget, scan.budget = scan.budget, FOR_SEARCH * scan.budget
     scan.measured = ROUGH * scan.reach(degree, steps, runs)
     steps, _ = fewest_steps(scan, degree, steps, asked)
@@ -116,7 +118,7 @@ def _fit_to_budget(scan: Scan, degree: int, steps: int, asked: float, runs: int)
 
 
 def _timed(scan: Scan, some: list[Candidate]) -> list[Candidate]:
-    """With seconds from interleaved runs, of a length that a tenth of the budget allows."""
+    """The candidates with times from interleaved runs, which use a tenth of the budget."""
     share = min(1.0, 0.1 * scan.budget / ROUNDS / sum(one.seconds for one in some))
     samples: list[list[float]] = [[] for _ in some]
     for _ in range(ROUNDS):
@@ -130,7 +132,7 @@ def _timed(scan: Scan, some: list[Candidate]) -> list[Candidate]:
 
 
 def _confirmed(scan: Scan, choice: Candidate, asked: float, extend: bool) -> Recommendation:
-    """Judged twice, over the whole duration if that can be afforded, with more steps if needed."""
+    """A choice compared twice, over the whole duration if affordable, with more steps if needed."""
     part, rate = scan.measured, choice.seconds / choice.steps
     if extend and part < scan.duration:
         scan.measured = scan.duration
@@ -148,14 +150,21 @@ def _confirmed(scan: Scan, choice: Candidate, asked: float, extend: bool) -> Rec
             break
     best = min(found, key=lambda one: one.error)
     if best.error > asked:
-        best = min(best, _most_accurate(scan, {(one.degree, one.steps) for one in found}),
-                   key=lambda one: one.error)  # fmt: skip
-    why = "" if best.error <= asked else "what seemed to reach it did not when judged again"
+        best = min(
+            best,
+            _most_accurate(scan, {(one.degree, one.steps) for one in found}),
+            key=lambda one: one.error,
+        )
+    why = (
+        ""
+        if best.error <= asked
+        else "the candidate that seemed to reach it did not when compared again"
+    )
     return _answer(scan, best, asked, why)
 
 
 def _most_accurate(scan: Scan, known: Collection[tuple[int, int]] = ()) -> Candidate:
-    """Of what was tried but for the known, judged twice over the same length as all else is."""
+    """The most accurate candidate not yet known, compared twice over the same length as others."""
     ranked = sorted(scan.tried, key=lambda one: (one.error, -one.steps))
     best = ranked[0]
     judged: list[Candidate] = []
@@ -185,19 +194,19 @@ def _answer(scan: Scan, best: Candidate, asked: float, why: str) -> Recommendati
     doubts = "" if whole or not math.isfinite(error) else extrapolation_objection(scan, best)
     status = "" if reached else f"An error of {asked:g} was not reached: {why}. "
     if not math.isfinite(error):
-        said = best.status or "With half the step it goes elsewhere."
-        status = f"No run that was tried is of use: {why}. The last said: {said}"
+        said = best.status or "With half the step its result is entirely different."
+        status = f"No run tried is usable: {why}. The last one: {said}"
     elif doubts:
         reached, error = False, math.inf
         status += (
-            f"What was found, {best.error:.1e}, cannot be relied on. It comes from too short a "
+            f"The error found, {best.error:.1e}, is unreliable. It was measured over too short a "
             f"part, the first {best.measured:.4g} of {scan.duration:.4g}: {doubts}. Raise budget "
             f"or measured, or ask for a shorter duration."
         )
     elif not reached:
         status += (
-            f"The least found is {error:.1e}. Ask for more than that, for a shorter duration, or "
-            f"raise budget."
+            f"The smallest error found is {error:.1e}. Ask for a larger error or a shorter "
+            f"duration, or raise budget."
         )
     elif whole:
         status = "Its error was measured over the whole duration."

@@ -14,12 +14,12 @@ class Candidate:
     degree       s of Galerkin(Polynomials(s), gauss(s))
     steps, step  N and h, with N h the duration
     error        largest distance from a better run at any time, in the problem's unit of length;
-                 what was measured, times (duration / measured)^power; infinite for a failure
-    measured     how much of the duration was run to find it
-    growth       power of time that the measured error grew with over its last three quarters
-    seconds      of one run; measured once, and by interleaved runs for those that could be chosen
+                 the measured error times (duration / measured)^power; infinite for a failure
+    measured     length of the part over which it was measured
+    growth       power of time with which the measured error grew over its last three quarters
+    seconds      time of one run; for possible choices, measured again in interleaved runs
     evaluations  of the force; one of its Jacobian counts as many as there are coordinates
-    status       empty, or why it has no error
+    status       empty, or the reason why the error is unknown
     """
 
     degree: int
@@ -39,22 +39,22 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Recommendation:
-    """The cheapest way that was found to stay within an error.
+    """The cheapest degree and step found that stay within an error.
 
     ``galvi.integrate(problem, choice.method, choice.step, choice.steps)`` is the run.
 
     method       a `galvi.Galerkin`
     step, steps  h and N, with N h the duration
-    duration     length of time that it is meant for
-    asked        the error asked for
-    error        estimated, over the duration, see `Candidate`; infinite where nothing is known
-    seconds      that the run takes on this machine
+    duration     length of the run
+    asked        the required error
+    error        estimated error over the duration, see `Candidate`; infinite if unknown
+    seconds      time of the run on this machine
     evaluations  of the force in the run, see `Candidate`
-    reached      whether ``error`` is at most ``asked`` and can be relied on; if not, this is the
-                 most accurate found
-    status       a sentence: what the error rests on, or why it was not reached and the remedy
-    measured     how much of the duration the error was measured over, the rest is extrapolated
-    scanned      all that was tried, in order
+    reached      whether ``error`` is at most ``asked`` and reliable; if not, this is the most
+                 accurate candidate found
+    status       a sentence: how the error was obtained, or why it was not reached and the remedy
+    measured     length over which the error was measured; beyond, it is extrapolated
+    scanned      all candidates tried, in order
     """
 
     method: Galerkin

@@ -1,8 +1,8 @@
-"""The error and the cost of a degree and a step on one problem, measured without a truth.
+"""Measures the error and the cost of a degree and a step without an exact solution.
 
-Each run is compared with one of four degrees more at the same step and times, which is far more
-accurate as long as either is of use, and rounds alike. What that is worth, and an extrapolation of
-it, is measured against truths in benchmarks/studies/recommendation.py.
+Each run is compared with one whose degree is higher by four, at the same step and times, which is
+far more accurate whenever either is usable, and has similar round-off. The reliability of the
+comparison and of its extrapolation is measured in benchmarks/studies/recommendation.py.
 """
 
 from __future__ import annotations
@@ -26,28 +26,28 @@ from galvi.run.interruption import uninterrupted
 from galvi.spaces.polynomials import Polynomials
 from galvi.trajectory import COMPLETED, Trajectory
 
-MORE = 4  # degrees of the run that is compared with
-SAMPLES = 64  # times at which the two are compared
-POWERS = (1.5, 3.0)  # of time, between which an error that is not measured is taken to grow
-WITH_CHECK = 2.5  # cost of a run and its check over that of the run
+MORE = 4  # additional degrees of the run used for comparison
+SAMPLES = 64  # times at which two runs are compared
+POWERS = (1.5, 3.0)  # range of the power of time with which an unmeasured error may grow
+WITH_CHECK = 2.5  # cost of a run and its comparison over that of the run
 DOUBLINGS = 60
-LEAST = 512  # force evaluations of a pass over what is measured: some 4 to 10 periods
-FINEST = 2**50  # steps in a duration
-FAR = 1e100  # times what is measured: powers of more may overflow
-USELESS = 0.1  # error over the size of the motion
-ROUNDED = 1e-8  # of a position: below it an error is taken as one of rounding
+LEAST = 512  # least stages in the measured part: some 4 to 10 periods
+FINEST = 2**50  # largest number of steps in a duration
+FAR = 1e100  # largest ratio of the duration to the measured part: its powers must not overflow
+USELESS = 0.1  # error over the size of the motion above which a run is unusable
+ROUNDED = 1e-8  # relative position error below which an error may be round-off
 TIME, EVALUATIONS = "time", "evaluations"
 
 
 def collocation(problem: Problem, degree: int) -> Galerkin:
-    """The cheapest rule for the order 2 s; on a group with the chart that reaches farthest."""
+    """The cheapest method of order 2 s; on a group with the exponential chart."""
     space, rule = Polynomials(degree), gauss(degree)
     on_group = group_system(problem) is not None
     return Galerkin(space, rule, Exponential()) if on_group else Galerkin(space, rule)
 
 
 def distances(one: Array, other: Array) -> Array:
-    """Largest distance of a body, a vector or a row of a matrix, (saved,), of (saved, ..., d)."""
+    """Largest distance of a body, a vector or a row of a matrix, (saved,), for (saved, ..., d)."""
     apart = np.linalg.norm(one - other, axis=-1).reshape(len(one), -1)
     largest: Array = np.max(apart, axis=1)
     return largest
@@ -57,14 +57,14 @@ def distances(one: Array, other: Array) -> Array:
 class Scan:
     """Runs of one problem over the first part of a duration, within a budget.
 
-    problem   what is integrated
-    duration  that errors and costs are stated for
-    measured  length of the part that is integrated, at most the duration, if it is not shorter
-              than LEAST evaluations
-    by        "time" or "evaluations": what cost, budget and spent are in
-    budget    that runs may cost together
-    spent     so far
-    tried     what was tried
+    problem   the problem integrated
+    duration  length for which errors and costs are stated
+    measured  length of the integrated part, at most the duration; longer if it would have fewer
+              than LEAST stages
+    by        "time" or "evaluations": the unit of cost, budget and spent
+    budget    total cost of runs allowed
+    spent     cost so far
+    tried     candidates tried so far
     size      largest coordinate seen
     """
 
@@ -76,16 +76,18 @@ class Scan:
     spent: float = 0.0
     tried: list[Candidate] = field(default_factory=list)
     size: float = 0.0
-    _per_step: dict[int, float] = field(default_factory=dict)  # of each degree, with its check
+    _per_step: dict[int, float] = field(
+        default_factory=dict
+    )  # cost per step of each degree, with its comparison
 
     @property
     def most(self) -> int:
-        """Steps in the duration, of which each still changes the time."""
+        """Largest number of steps in the duration such that each still changes the time."""
         apart = float(np.spacing(abs(self.problem.t0) + self.duration))
         return int(min(FINEST, max(1.0, 0.25 * self.duration / apart)))
 
     def affords(self, degree: int, steps: int, runs: float = 1.0) -> bool:
-        """Whether a run with its check, so many times, is expected to fit into the budget."""
+        """Whether ``runs`` runs with their comparisons are expected to fit into the budget."""
         known = self._per_step
         if not known:
             return self.spent < self.budget
@@ -94,21 +96,21 @@ class Scan:
         return self.spent + runs * cost <= self.budget
 
     def part(self, degree: int, steps: int) -> int:
-        """How many of the steps are in the part that is measured."""
+        """How many of the steps are in the measured part."""
         share = min(1.0, self.measured / self.duration)
         return min(steps, max(math.ceil(LEAST / degree), math.ceil(share * steps)))
 
     def length(self, degree: int, steps: int) -> float:
-        """Length of the part that is measured when the duration has so many steps."""
+        """Length of the measured part when the duration has ``steps`` steps."""
         return self.duration * (self.part(degree, steps) / steps)
 
     def run(
         self, degree: int, steps: int, part: int, finer: int = 1, solver: str = "auto",
         samples: int = SAMPLES,
     ) -> tuple[Trajectory, float, float]:  # fmt: skip
-        """The first ``part`` steps, each in ``finer`` ones, with its seconds and evaluations.
+        """The first ``part`` steps, each cut into ``finer``, with seconds and evaluations.
 
-        Ctrl-C raises KeyboardInterrupt, since a part of a run says nothing.
+        Ctrl-C raises KeyboardInterrupt, since a part of a run is of no use here.
         """
         began = time.perf_counter()
         run = uninterrupted(integrate(
@@ -122,17 +124,16 @@ class Scan:
         return run, seconds, evaluations
 
     def first_guess(self, degree: int, error: float) -> int:
-        """Number of steps of which the first is off by at most its share of the error.
+        """A number of steps for which the first has at most its share of the error.
 
-        Outside the budget, so that what is compiled and loaded on the way does not count.
+        Not charged to the budget, since it includes compilation and loading.
         """
         size, spent, steps = float(np.max(np.abs(self.problem.q0))), self.spent, 1
         method = collocation(self.problem, degree)
         plain = engine_for(self.problem, method).solves_by_iteration(self.problem, method)
         solver = "fixed_point" if plain else "auto"
         for _ in range(DOUBLINGS):
-            one, other = (self.run(s, steps, 1, solver=solver)[0]
-                          for s in (degree, degree + MORE))  # fmt: skip
+            one, other = (self.run(s, steps, 1, solver=solver)[0] for s in (degree, degree + MORE))
             if one.success and other.success:
                 off = float(np.max(distances(one.q, other.q)))
                 if off * steps <= error or off <= 1e-14 * size:
@@ -145,7 +146,7 @@ class Scan:
         return steps
 
     def reach(self, degree: int, steps: int, runs: int) -> float:
-        """Length over which so many runs like this one fit into the budget, with their checks."""
+        """Length over which ``runs`` such runs and their comparisons fit into the budget."""
         part = math.ceil(LEAST / degree)
         for _ in range(DOUBLINGS):
             before = self.spent
@@ -176,14 +177,14 @@ class Scan:
         return found
 
     def half_step_error(self, found: Candidate) -> float:
-        """Its error against its own degree at half the step, which rounds otherwise."""
+        """The error against the same degree at half the step, which has different round-off."""
         part = self.part(found.degree, found.steps)
         run, _, _ = self.run(found.degree, found.steps, part)
         half, _, _ = self.run(found.degree, found.steps, part, finer=2)
         return self._error(run, half)[0]
 
     def _error(self, run: Trajectory, better: Trajectory) -> tuple[float, float, str]:
-        """The error over the duration, the power of time it grew with, and why it is of no use."""
+        """The error over the duration, the power of time it grew with, and why it is unusable."""
         if wrong := _failure(better):
             return math.inf, math.nan, f"The run to compare with failed. {wrong}"
         apart = np.maximum.accumulate(distances(run.q, better.q))
@@ -205,5 +206,5 @@ class Scan:
 
 
 def _failure(run: Trajectory) -> str:
-    """Why a run is of no use, or an empty text."""
+    """Why a run is unusable, or an empty string."""
     return "" if run.success and run.status == COMPLETED else run.status

@@ -1,4 +1,4 @@
-"""The fewest steps of one degree that stay within an error, as long as fewer are cheaper."""
+"""Searches the fewest steps of one degree that stay within an error."""
 
 from __future__ import annotations
 
@@ -7,20 +7,21 @@ import math
 from galvi.recommend.recommendation import Candidate
 from galvi.recommend.scan import FINEST, Scan
 
-TRIES = 14  # numbers of steps
+TRIES = 14  # numbers of steps tried
 BUDGET_ENDED = "the budget ended"
-CLOSE = 1.06  # ratio of numbers of steps at which the search ends
-COARSER = 0.9  # a next try, when all so far were within the error
-DEARER = 4.0  # where fewer steps cost that much more, since they are hard to solve, it ends too
-PERHAPS_ROUNDING = 1e-5  # of the largest coordinate: no larger error is taken as one of rounding
-FLAT = 2  # refinements in a row that do not help, after which rounding decides
+CLOSE = 1.06  # ratio of upper to lower number of steps at which the search ends
+COARSER = 0.9  # ratio to the next number when all so far were within the error
+DEARER = 4.0  # it also ends where fewer steps cost this much more, being hard to solve
+PERHAPS_ROUNDING = 1e-5  # largest error, over the largest coordinate, that may be round-off
+FLAT = 2  # consecutive refinements without gain after which the error counts as round-off
 
 
 def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str]:
-    """Measure numbers of steps from ``steps`` on; the fewest within the error, or the last tried.
+    """The fewest steps within the error, searched from ``steps``, or the last number tried.
 
-    Also why the search ended without reaching the error, or nothing. The next number is the one at
-    which an error of order 2 s would be as asked, kept between what failed and what did not.
+    Also why the search ended without reaching the error, else an empty string. Each next number is
+    the one for which an error of order 2 s would be as required, kept between those known to be too
+    few and enough.
     """
     low, high, flat, least = 0, 0, 0, math.inf
     before: Candidate | None = None
@@ -47,7 +48,7 @@ def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int
 
 
 def _next(found: Candidate, low: int, high: int, error: float) -> int:
-    """The number of steps to try, of which ``low`` are known to be too few and ``high`` enough."""
+    """The next number of steps; ``low`` are known to be too few and ``high`` enough."""
     if low and high:
         least, most = low + 1, high - 1
     elif high:
@@ -65,7 +66,7 @@ def _next(found: Candidate, low: int, high: int, error: float) -> int:
 
 
 def _no_better(before: Candidate, after: Candidate) -> bool:
-    """Whether the error fell, in decades, by less than half of what the order promises."""
+    """Whether the error fell by less than half the decades that the order predicts."""
     if not (math.isfinite(before.error) and after.error > 0.0) or after.steps <= before.steps:
         return False
     if not math.isfinite(after.error):

@@ -1,6 +1,6 @@
-"""Quadrature rules on [0, 1]; RULES names every family, each made from its number of points.
+"""Quadrature rules on [0, 1]; RULES maps each family's name to its constructor by points.
 
-`composite` repeats one of them on equal pieces, and is no family of its own.
+`composite` repeats a rule on equal pieces and is not a family of its own.
 """
 
 from galvi.rules.clenshaw_curtis import clenshaw_curtis

@@ -15,7 +15,8 @@ from galvi.rules.rule import Rule, from_interval
 def clenshaw_curtis(points: int) -> Rule:
     """The interpolatory rule on the Chebyshev points cos(j pi / (points - 1)).
 
-    Its degree is points - 1, one more for an odd number of points; one point is the midpoint.
+    Its degree is points - 1, one more for an odd number of points; with one point, the midpoint
+    rule.
     Raises ValueError unless points is a whole number of at least 1.
     """
     return _clenshaw_curtis(input_checks.whole("points", points))

@@ -11,13 +11,13 @@ from galvi.rules.rule import Rule
 
 
 def composite(rule: Rule, pieces: int) -> Rule:
-    """``rule`` on each of ``pieces`` equal parts of [0, 1]; its degree stays.
+    """``rule`` on each of ``pieces`` equal parts of [0, 1], with the same degree.
 
     A rule with both end points has pieces * (points - 1) + 1 nodes: at a joint the last node of one
     piece is the first of the next, and their weights are added. One piece is the rule itself.
 
-    Raises TypeError when rule is no `Rule`, ValueError unless pieces is a whole number of at least
-    1.
+    Raises TypeError when rule is not a `Rule`, ValueError unless pieces is a whole number of at
+    least 1.
     """
     if not isinstance(rule, Rule):
         raise TypeError(f"rule must be a rule such as galvi.gauss(8); received {rule!r}.")

@@ -14,7 +14,7 @@ from galvi.spaces.legendre import legendre
 
 
 def lobatto(points: int) -> Rule:
-    """The rule with both end points and degree 2 points - 3; two points are the trapezoid.
+    """The rule with both end points and degree 2 points - 3; with two points, trapezoidal.
 
     The inner nodes are the zeros of P_n', n = points - 1. Raises ValueError unless points is a
     whole number of at least 2.

@@ -18,8 +18,8 @@ MOST = 8
 def newton_cotes(points: int) -> Rule:
     """The interpolatory rule on ``points`` equally spaced nodes, both ends among them, 2 to 8.
 
-    Its degree is points - 1, one more for an odd number of points; two are the trapezoid, three
-    Simpson's rule. With 9 points, and with 11 and more, some weights are negative.
+    Its degree is points - 1, one more for an odd number of points; two points give the trapezoidal
+    rule, three Simpson's. With 9 points, and with 11 or more, some weights are negative.
 
     Raises ValueError unless points is a whole number from 2 to 8.
     """

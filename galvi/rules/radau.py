@@ -14,9 +14,9 @@ from galvi.spaces.legendre import legendre
 
 
 def radau(points: int, left: bool = False) -> Rule:
-    """The rule with one end point and degree 2 points - 2, the nodes of Radau IIA.
+    """The rule with one end point and degree 2 points - 2; its nodes are those of Radau IIA.
 
-    left  whether the end point is 0 (as in Radau I and IA), not 1
+    left  whether the end point is 0 (as in Radau I and IA) instead of 1
 
     The nodes are mirrored zeros of P_{n-1} + P_n, n = points. Raises ValueError unless points is a
     whole number of at least 1.

@@ -14,7 +14,7 @@ from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.spaces.legendre import legendre
 
-EXACT = 1e-12  # of the integral of a Legendre polynomial; 2e-15 was measured up to 200 points
+EXACT = 1e-12  # largest error of a Legendre polynomial's integral; 2e-15 for up to 200 points
 
 
 @dataclass(frozen=True)
@@ -22,11 +22,11 @@ class Rule:
     """sum_j weights_j f(nodes_j), exact for polynomials of at most ``degree``.
 
     name           e.g. "Gauss 4"
-    degree         degree of exactness, at least 0; what is given is checked to 1e-12
-    exact_nodes    decimals in [0, 1], increasing (floats are taken as they are)
+    degree         degree of exactness, at least 0; checked to 1e-12
+    exact_nodes    decimals in [0, 1], increasing (floats are converted exactly)
     exact_weights  decimals, positive, with sum 1 to 1e-13
 
-    Raises ValueError, naming the identity, when the numbers are not a rule of this degree.
+    Raises ValueError naming the violated identity when the numbers are not a rule of this degree.
     """
 
     name: str

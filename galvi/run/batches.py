@@ -1,9 +1,10 @@
-"""The loop around a compiled kernel: a bounded number of steps a call, with progress and Ctrl-C."""
+"""The loop around a compiled kernel: about 0.1 s of steps per call, with progress and Ctrl-C."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Protocol
 
 from tqdm import tqdm
@@ -11,11 +12,11 @@ from tqdm import tqdm
 from galvi.run.interruption import defer_interrupts
 
 CALL_SECONDS = 0.1
-GROWTH = 64.0  # of the steps in a call from one to the next, at most
+GROWTH = 64.0  # largest ratio of the number of steps in a call to that in the call before
 
 
 class Progress(Protocol):
-    """What a run writes into, as far as this loop cares."""
+    """The arrays that a run writes to, as far as this loop needs them."""
 
     @property
     def done(self) -> int:
@@ -30,23 +31,26 @@ def step_in_batches(
     progress: bool | None,
     interrupted: Callable[[], bool] | None = None,
 ) -> int:
-    """Do ``steps`` steps; returns the code of the last call, 0 when it was interrupted or is done.
+    """Do ``steps`` steps; returns the code of the last call, 0 if all are done or on interruption.
 
-    call         does so many steps and returns 0, or the code of the step that failed
-    recover      (code) tries that step in another way, and returns its code
-    interrupted  says whether to stop; None means that Ctrl-C stops it
+    call         (n) does n steps and returns 0, or the code of the step that failed
+    recover      (code) retries that step in another way and returns its code
+    interrupted  returns whether to stop; None: Ctrl-C stops the run
 
-    Raises KeyboardInterrupt only when all steps were done all the same.
+    Raises KeyboardInterrupt if Ctrl-C was pressed but all steps had been done by then.
     """
     code, chunk = 0, 1
-    with defer_interrupts() as pressed, tqdm(total=steps, disable=not progress, unit="step") as bar:
+    with defer_interrupts() as pressed, ExitStack() as stack:
+        # A bar makes a multiprocessing semaphore, which a killed process would leave behind.
+        bar = stack.enter_context(tqdm(total=steps, unit="step")) if progress else None
         stopped = interrupted or pressed
         while code == 0 and work.done < steps and not stopped():
             before, clock = work.done, time.perf_counter()
             code = call(min(chunk, steps - before))
             if code:
                 code = recover(code)
-            bar.update(work.done - before)
+            if bar is not None:
+                bar.update(work.done - before)
             more = 0.5 * CALL_SECONDS / max(time.perf_counter() - clock, 1e-9)
             chunk = max(1, int((work.done - before) * min(max(more, 0.5), GROWTH)))
         if pressed() and work.done == steps:

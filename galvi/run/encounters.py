@@ -1,4 +1,4 @@
-"""Which point masses a step could not be solved for."""
+"""Identifies the point masses for which a step could not be solved."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from galvi.arrays import Array
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
-FAR = 1e100  # lengths; squares of larger ones overflow
-SOLVABLE = 0.5  # step / sqrt(r^3 / G(m_i + m_j)) that each stage adds to what can be solved
+FAR = 1e100  # largest length whose square is safe from overflow
+SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
 
 
 @np.errstate(all="ignore")
 def encounter(problem: Problem, system: NBody, stages: int, step: float, state: Array) -> str:
-    """Which bodies the step from ``state`` failed for, and the remedy.
+    """The bodies for which the step from ``state`` failed, and the remedy, as a sentence.
 
-    A body that is too far away, or the pair with the shortest time scale.
+    Either a body that is too far away, or the pair with the shortest time scale.
     """
     q, v = (state[row].reshape(problem.q0.shape) for row in (0, 2))
     masses, G = system.masses, system.G

@@ -1,4 +1,4 @@
-"""Checks the energy at the end of a run against the one at its start."""
+"""Compares the energy at the end of a run with that at its start."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from galvi.systems.potentials.potential import Potential
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 
-USABLE = 0.1  # change of the energy over |T| + |V| that a usable run may have
+USABLE = 0.1  # largest change of the energy, over |T| + |V|, of a usable run
 
 
 def conserves_energy(system: Any) -> bool:
-    """Whether a system conserves its energy, and that is known to round-off at little cost."""
+    """Whether a system conserves its energy and evaluates it to round-off at little cost."""
     if isinstance(system, NBody | FreeBody):
         return True
     if getattr(system, "force", None) is not None:
@@ -33,9 +33,9 @@ def conserves_energy(system: Any) -> bool:
 
 
 def energy_change(problem: Problem, q: Array, v: Array, p: Array | None = None) -> float:
-    """How much the energy differs at (q, v) from the start, over |T| + |V| there.
+    """Change of the energy from the start to (q, v), over |T| + |V| at the start.
 
-    p  of a Lagrangian, the momentum that v has; None means that it is not known
+    p  for a Lagrangian, the momentum at (q, v); None: computed from v
     """
     with np.errstate(all="ignore"):
         start, end = _energy(problem, problem.q0, problem.v0), _energy(problem, q, v, p)
@@ -44,7 +44,7 @@ def energy_change(problem: Problem, q: Array, v: Array, p: Array | None = None) 
 
 
 def _energy(problem: Problem, q: Array, v: Array, p: Array | None = None) -> tuple[float, float]:
-    """T and V; for a Lagrangian p . v and -L, with p the momentum of v unless it is given."""
+    """T and V; for a Lagrangian p . v and -L, with p computed from v unless given."""
     system: Any = problem.system
     if isinstance(system, Lagrangian):
         p = system.momentum(v, q, problem.t0) if p is None else p

@@ -1,4 +1,4 @@
-"""What differs between a run on a vector space and one on a Lie group."""
+"""Interface of the two engines: runs on vector spaces and runs on Lie groups."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from galvi.problem import Problem
 from galvi.run.run_arrays import RunArrays
 from galvi.trajectory import Trajectory
 
-Call = Callable[[int], int]  # does so many more steps; 0, or the code of one that failed
+Call = Callable[[int], int]  # does n more steps; returns 0, or the code of a step that failed
 Stepper = Callable[[Problem, Galerkin, float, int, Checkpoint, RunArrays], Call]
 Start = tuple[Array, Array, npt.NDArray[np.int64]]
 
 
 class Substeps(Protocol):
-    """A run with smaller steps, none of which is tried again when it fails."""
+    """A run with smaller steps, which are not retried when they fail."""
 
     def __call__(
         self, problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint
@@ -33,23 +33,26 @@ class Substeps(Protocol):
 
 @dataclass(frozen=True)
 class Engine:
-    """One way to run; there are two values, `NYSTROM` and `ON_GROUP`.
+    """The functions that differ between runs on vector spaces and on groups.
+
+    There are two values, `NYSTROM` and `ON_GROUP`.
 
     start                (problem, stages) -> state, stages and solver_state before the first step,
                          see `Checkpoint`
-    velocity_row         row of the state that is saved beside q: velocities or momenta
-    solves_by_iteration  (problem, method) -> whether the solver fixed_point can be chosen
-    is_compiled          (problem, method) -> whether other threads can run beside its kernel
-    stepper              (problem, method, step, steps, start, arrays) -> does more steps
-    stepper_from_guess   as ``stepper``, for a step that begins with a guess
-    guess_from_substeps  (substeps, problem, method, step, start, arrays) -> what the stages (d, s)
-                         of the next step are, from smaller steps, or None
-    guess_kind           what that is, as the kernels count it
+    velocity_row         row of the state that is saved with q: velocities or momenta
+    solves_by_iteration  (problem, method) -> whether the solver fixed_point is available
+    is_compiled          (problem, method) -> whether its kernel is compiled, so that other threads
+                         can run at the same time
+    stepper              (problem, method, step, steps, start, arrays) -> `Call`
+    stepper_from_guess   as ``stepper``, for a step that starts from a given guess
+    guess_from_substeps  (substeps, problem, method, step, start, arrays) -> a guess (d, s) of the
+                         next step's stages from smaller steps, or None
+    guess_kind           the kernels' code for the kind of that guess
     momenta              (problem, saved_v) -> conjugate momenta, (saved, ...)
-    local_chart          (problem, method) -> what the coordinates of its curves mean
-    energy_change        (problem, t, arrays) -> of the energy, see galvi.run.energy_check
-    failure              (problem, method, step, code, solver, arrays) -> sentences: why the next
-                         step failed, and the remedy
+    local_chart          (problem, method) -> chart of the coordinates of its curves
+    energy_change        (problem, t, arrays) -> see galvi.run.energy_check
+    failure              (problem, method, step, code, solver, arrays) -> text: why the next step
+                         failed, and the remedy
     """
 
     start: Callable[[Problem, int], Start]

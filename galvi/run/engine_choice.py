@@ -1,4 +1,4 @@
-"""Which engine runs a problem: the one place that decides it."""
+"""Selects the engine that runs a problem."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Many initial conditions at once, in the threads of one process.
+"""Many initial conditions at once, in a pool of threads.
 
-Compiled kernels leave other threads alone while they run, and threads share what is compiled and
-what is kept. Processes would import and load everything anew, a second or more for each, and take
-no function that cannot be pickled (benchmarks/timings/test_ensemble.py).
+Compiled kernels release the interpreter's lock while they run, and threads share compiled code and
+tables. A process would import and load everything again, which takes a second or more, and accepts
+only functions that can be pickled (benchmarks/timings/test_ensemble.py).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from tqdm import tqdm
@@ -43,23 +43,23 @@ def integrate_many(
     """Integrate each of ``problems``, as `galvi.integrate` would, several at a time.
 
     problems  e.g. ``[problem.with_initial_state(q, v) for q, v in zip(q0, v0)]``
-    threads   how many run at a time; None means one for each processor this process may use
+    threads   number of concurrent runs; None: one for each processor available to this process
     progress  True shows a progress bar of runs
     others    as for `galvi.integrate`
 
-    Returns the runs in the order of the problems, bit for bit those of one by one, for any number
-    of threads. A run that fails is a value as ever, and the others go on; Ctrl-C stops all, and
-    each can be resumed. A problem with plain Python functions is integrated with no other one
-    beside it: compile its functions with ``numba.njit``.
+    Returns the runs in the order of the problems, bit-identical to single runs for any number of
+    threads. A failed run is returned like any other and does not stop the rest; Ctrl-C stops all of
+    them, and each can be resumed. If any problem has plain Python functions, the runs are done one
+    after another: compile such functions with ``numba.njit``.
 
-    Raises ValueError or TypeError for bad input, before any work; what a user's function raises
-    passes through. Either carries a note of which problem it was.
+    Raises ValueError or TypeError for bad input before any run starts; exceptions of user functions
+    pass through. Both carry a note with the index of the problem.
     """
     if isinstance(problems, Problem) or not isinstance(problems, Iterable):
         raise TypeError(
-            f"problems must be several of galvi.Problem, as in "
-            f"[problem.with_initial_state(q, v), ...]; received {problems!r}. For one, call "
-            f"galvi.integrate."
+            f"problems must be several galvi.Problem values, as in "
+            f"[problem.with_initial_state(q, v), ...]; received {problems!r}. For one problem, "
+            f"call galvi.integrate."
         )
     given = tuple(problems)
     threads = _processors() if threads is None else input_checks.whole("threads", threads)
@@ -68,9 +68,16 @@ def integrate_many(
     for k, problem in enumerate(given):
         with _naming_problem(k):
             run = prepared(
-                problem, method, step, steps, duration=duration, save_every=save_every,
-                curves=curves, solver=solver, tolerance=tolerance,
-            )  # fmt: skip
+                problem,
+                method,
+                step,
+                steps,
+                duration=duration,
+                save_every=save_every,
+                curves=curves,
+                solver=solver,
+                tolerance=tolerance,
+            )
             runs.append(run)
             compiled = compiled and engine_for(problem, method).is_compiled(problem, method)
     if given:
@@ -84,10 +91,8 @@ def _all_of(
 ) -> tuple[Trajectory, ...]:
     """The results of the runs; raises the exception of the first in order that failed."""
     first_raised, lock = len(runs), threading.Lock()
-    with (
-        defer_interrupts() as pressed,
-        tqdm(total=len(runs), disable=not progress, unit="run") as bar,
-    ):
+    with defer_interrupts() as pressed, ExitStack() as stack:
+        bar = stack.enter_context(tqdm(total=len(runs), unit="run")) if progress else None
 
         def one(k: int) -> Trajectory:
             nonlocal first_raised
@@ -99,8 +104,9 @@ def _all_of(
                     first_raised = min(first_raised, k)
                 raise
             finally:
-                with lock:
-                    bar.update()
+                if bar is not None:
+                    with lock:
+                        bar.update()
 
         if threads < 2:
             results = tuple(map(one, range(len(runs))))

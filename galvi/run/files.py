@@ -1,8 +1,8 @@
 """Runs on disk: one .npz file with arrays and a line of JSON; nothing is pickled.
 
-Spaces, rules, systems and potentials that are plain numbers are written field by field and come
-back as equal values. Functions cannot be written: a run of such a system is loaded with its
-problem given again.
+Spaces, rules, systems and potentials that consist of numbers are written field by field and
+restored as equal values. Functions cannot be written: a run of a system with functions is loaded
+with its problem given again.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ UNREADABLE = (KeyError, ValueError, TypeError, AttributeError, EOFError, OSError
 
 
 def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
-    """Write ``run`` to ``path`` (.npz), whole or not at all.
+    """Write ``run`` to ``path`` (.npz), completely or not at all.
 
-    Raises ValueError for a run that was not made by galvi.
+    Raises ValueError for a run of a reference and for one whose space or rule is not galvi's own.
     """
     if not isinstance(run, Trajectory) or run.checkpoint is None:
         raise ValueError(f"only a run of galvi.integrate can be saved; received {run!r}.")
@@ -81,8 +81,8 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
 
     problem  the run's problem; needed only when its system holds functions
 
-    Raises ValueError when the file is not a saved run, when a problem is needed, or when the one
-    given does not start where the run's did.
+    Raises ValueError when the file is not a saved run, when a problem is needed but not given, or
+    when the given problem differs in its system or initial state.
     """
     if problem is not None and not isinstance(problem, Problem):
         raise TypeError(f"problem must be a galvi.Problem; received {problem!r}.")
@@ -117,10 +117,13 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
     curves = None
     if facts["curves"] is not None:
         curves = Curves(
-            method.space, facts["curves"], facts["step"], read_only(arrays["bases"]),
+            method.space,
+            facts["curves"],
+            facts["step"],
+            read_only(arrays["bases"]),
             read_only(arrays["coefficients"]),
             engine_for(problem, method).local_chart(problem, method),
-        )  # fmt: skip
+        )
     end = Checkpoint(
         facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]),
         arrays["solver_state"], facts["solver"], facts["tolerance"], facts["save_every"],
@@ -159,13 +162,13 @@ def _written(value: Any) -> Any:
         return {"kind": "decimal", "values": str(value)}
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
-    # Functions are alike; of other values at least the type is compared when a run is loaded.
+    # All functions compare equal; of other values at least the type is compared on loading.
     name = kind if is_dataclass(value) else "function"
     return {"kind": "unknown", "type": name, "description": repr(value)}
 
 
 def is_storable(value: Any) -> bool:
-    """Whether all of it can be written to a file, e.g. no function is in it."""
+    """Whether a value can be written to a file completely; functions cannot."""
     return _is_whole(_written(value))
 
 
@@ -178,7 +181,7 @@ def _is_whole(written: Any) -> bool:
 
 
 def _agree(one: Any, other: Any) -> bool:
-    """Whether two written values are the same, as far as what cannot be written leaves to tell."""
+    """Whether two written values are equal, ignoring parts that cannot be written."""
     if not isinstance(one, dict) or not isinstance(other, dict):
         return bool(one == other)
     if "unknown" in (one["kind"], other["kind"]):

@@ -32,10 +32,10 @@ from galvi.systems.system import GroupSystem
 from galvi.systems.velocities import velocity_at
 
 SUBSTEPS = (4, 16, 64)
-PATH = 33  # times at which the turn of a step is followed
-CLOSE = 0.1  # of the momentum; the energy is then known to a part of the square of this
-NEAR_LIMIT = 0.8  # of a chart's limit, from which a step that is not solved is said to leave it
-FAR = 1e100  # velocities times steps; squares of larger ones overflow
+PATH = 33  # times per step at which its rotation is tracked
+CLOSE = 0.1  # relative error of the momentum; that of the energy is then of the order of its square
+NEAR_LIMIT = 0.8  # share of a chart's limit beyond which a failed step is reported as leaving it
+FAR = 1e100  # largest velocity times step whose square is safe from overflow
 
 
 def _system(problem: Problem, method: Galerkin) -> GroupSystem:
@@ -45,7 +45,7 @@ def _system(problem: Problem, method: Galerkin) -> GroupSystem:
 def _start(problem: Problem, stages: int) -> Start:
     """The state's rows are g, mu and their low parts; stages are velocities.
 
-    Of a body that turns, the second row ends in its momentum in space, R mu.
+    For a rotating body, the second row ends with the spatial momentum R mu.
     """
     p0, entries = problem.p0, problem.q0.size
     state = np.zeros((4, max(entries, p0.size)))
@@ -56,22 +56,26 @@ def _start(problem: Problem, stages: int) -> Start:
 
 
 def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:
-    """The same velocity at all stages, and the solver_state that goes with it."""
+    """The same velocity at all stages, and the solver_state that marks it as a guess."""
     return np.repeat(v[:, None], stages, axis=1), np.array([GUESS, 0, 0, 0], dtype=np.int64)
 
 
 def rates_from_substeps(
-    substeps: Substeps, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
+    substeps: Substeps,
+    problem: Problem,
+    method: Galerkin,
+    step: float,
+    start: Checkpoint,
     work: RunArrays,
-) -> Array | None:  # fmt: skip
-    """xi' (d, s) in the chart along a run of the next step with 4, 16 or 64 steps in one, or None.
+) -> Array | None:
+    """xi' (d, s) in the chart along the next step computed with 4, 16 or 64 substeps, or None.
 
-    None also where that run leaves the chart, and for the solver fixed_point. Adds its cost to the
-    counts, and leaves in ``work.turned`` how far its rotations turn from the start.
+    None if no such run succeeds, if it leaves the chart, and for the solver fixed_point. Adds the
+    cost to the counts and stores the largest rotation angle in ``work.step_angle``.
     """
     group, chart = _system(problem, method).group, method.chart
     t, v = problem.t0 + (start.first + work.done) * step, work.stages[:, -1]
-    work.turned[0] = abs(step) * farthest_turn(group, v)
+    work.step_angle[0] = abs(step) * farthest_turn(group, v)
     if start.solver == "fixed_point":
         return None
     q = work.state[0, : problem.q0.size].reshape(group.shape)
@@ -84,8 +88,8 @@ def rates_from_substeps(
             places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
             path, turning = run(t + step * places), Exponential()
             turns = unwrapped(turning, group, coordinates(turning, group, q, path))
-            work.turned[0] = max(farthest_turn(group, xi) for xi in turns)
-            if work.turned[0] > chart.limit:
+            work.step_angle[0] = max(farthest_turn(group, xi) for xi in turns)
+            if work.step_angle[0] > chart.limit:
                 return None
             xi = unwrapped(chart, group, coordinates(chart, group, q, path))
             xi = xi[np.searchsorted(places, method.table.c)]
@@ -96,14 +100,14 @@ def rates_from_substeps(
 
 
 def farthest_turn(group: Group, xi: Array) -> float:
-    """The largest |xi| of a rotation in exponential coordinates or velocities (d,)."""
+    """The largest rotation angle |xi| in exponential coordinates, or angular speed, (d,)."""
     return float(product.largest_rotation(group.layout, np.ascontiguousarray(xi)))
 
 
 def _failure(
     problem: Problem, method: Galerkin, step: float, code: int, solver: str, work: RunArrays
 ) -> str:
-    turn, limit = float(work.turned[0]), method.chart.limit
+    turn, limit = float(work.step_angle[0]), method.chart.limit
     if not turn < FAR:
         return "velocities above 1e100 overflow. Use other units, or a smaller step."
     if turn >= NEAR_LIMIT * limit or code == LEFT_CHART:
@@ -137,8 +141,8 @@ def _failure(
 def _energy_change(problem: Problem, t: float, work: RunArrays) -> float:
     """See `energy_change`.
 
-    A Lagrangian's energy p . v - L(q, v) is stationary where v has the momentum p, so that a
-    velocity that has nearly that momentum serves.
+    A Lagrangian's energy p . v - L(q, v) is stationary in v where dL/dv = p, so a velocity with
+    nearly that momentum is good enough.
     """
     system = problem.system
     q = work.state[0, : problem.q0.size].reshape(problem.q0.shape)

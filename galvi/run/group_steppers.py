@@ -1,4 +1,4 @@
-"""The two ways to do steps on a group: the general kernel, and one for rigid bodies."""
+"""The two kernels for steps on a group: a general one, and one for rigid bodies."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import GroupSystem
 
-FINEST = 2.0**-55  # half of the rounding of a rotation; changes are relative to a radian
+FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
 
 
 def general_stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
-    """A function that does so many more steps in the general kernel and returns its code."""
+    """A `Call` of the general kernel: does n more steps and returns its code."""
     system = cast(GroupSystem, group_system(problem, method))
     field = system.lagrangian_kernel()
     unknowns = first_unknowns(method, system.group.dimension)
@@ -50,34 +50,37 @@ def general_stepper(
     def call(todo: int) -> int:
         return int(kernel(
             law, layout, chart.number, chart.farthest, basis, plan, todo, work.progress,
-            work.turned, work.kept,
+            work.step_angle, work.kept,
         ))  # fmt: skip
 
     return call
 
 
 def first_unknowns(method: Galerkin, dimension: int) -> npt.NDArray[np.int64]:
-    """(d + 1,) where those of each component start: as many as its basis functions, less one."""
+    """(d + 1,) index of the first unknown of each component, which has its degree of unknowns."""
     degrees = getattr(method.space, "degrees", (method.space.dimension - 1,) * dimension)
     return np.concatenate([[0], np.cumsum(degrees)]).astype(np.int64)
 
 
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
-    """Whether the packed kernel serves, the only one on groups with fixed-point iteration."""
+    """Whether the packed kernel applies, the only one on groups with fixed-point iteration."""
     system, table = problem.system, method.table
     square = table.psi.shape[0] == table.psi.shape[1] and float(np.min(table.b)) > 0.0
     one_space = not hasattr(method.space, "degrees")
     return (
-        isinstance(system, RigidBody) and system.gradient is None and system.force is None
-        and square and one_space
+        isinstance(system, RigidBody)
+        and system.gradient is None
+        and system.force is None
+        and square
+        and one_space
         and isinstance(system.potential, UniformGravity | None)
-    )  # fmt: skip
+    )
 
 
 def compiled_stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
-    """As ``general_stepper``, by way of the packed kernel where that one serves."""
+    """As ``general_stepper``, with the packed kernel where it applies."""
     arguments = (problem, method, step, steps, start, work)
     if not solves_by_iteration(problem, method) or start.solver == "newton":
         return general_stepper(*arguments)
@@ -92,7 +95,7 @@ def compiled_stepper(
     width, weights_in_space = tables[0].shape[1], force[:3].copy()
     scratch, spare = aligned(36, width), aligned(6, width)
     plan = run_plan(problem, step, steps, start, max(start.tolerance, FINEST))
-    general: list[Call] = []  # made when it is needed: its compilation takes long
+    general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:
         general[:] = general or [general_stepper(*arguments)]

@@ -1,4 +1,4 @@
-"""Which kernel a problem needs: that of Lie groups, or that of canonical systems."""
+"""Selects the kernel for a problem: that of Lie groups, or that of canonical systems."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from galvi.systems.system import GroupSystem
 
 
 def group_system(problem: Problem, method: Galerkin | None = None) -> GroupSystem | None:
-    """The problem's system on a group; None where the kernel of canonical systems serves.
+    """The problem's system on a group; None where the kernel of canonical systems applies.
 
-    That kernel is a Nystrom method, in which no force depends on the velocity and all components
-    share a space; a Canonical system with more than that is one on R^d. Raises ValueError for
-    component degrees that do not match, or that the system does not allow.
+    The latter is a Nystrom method: forces do not depend on the velocity and all components share
+    one space. Other Canonical systems are treated on the group R^d. Raises ValueError for component
+    degrees that do not match, or that the system does not allow.
     """
     system: Any = problem.system
     degrees = checked_degrees(method.space, system, problem.v0.size) if method else None

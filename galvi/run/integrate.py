@@ -1,4 +1,4 @@
-"""Run a method on a problem."""
+"""Runs a method on a problem."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
 from galvi.trajectory import Trajectory
 
-# Far below the 2^-53 of a rounding: what an iteration leaves is not random, and so makes energy
-# drift. 32 runs of the outer solar system over 1e6 years (benchmarks/studies/round_off.py,
+# Far below the rounding unit 2^-53: the error left by an iteration is not random and makes the
+# energy drift. 32 runs of the outer solar system over 1e6 years (benchmarks/studies/round_off.py,
 # degree 8): 23 standard errors of drift with 2^-60, 1.6 with 2^-64, for 3 % more time.
 ROUND_OFF = 2.0**-64
 
-_CHECKED: WeakSet[Problem] = WeakSet()  # whose functions were called at their start
+_CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 
 
 def integrate(
@@ -52,14 +52,15 @@ def integrate(
     steps       number of steps; or
     duration    length of time, positive and a whole number of steps
     save_every  k keeps steps 0, k, 2 k, ... and the last
-    curves      keep every step's Galerkin curve; None means only when save_every is 1
-    solver      "auto", "fixed_point" or "newton"; on groups "fixed_point" is for some rigid bodies
-    tolerance   change relative to |q| at which a step's iteration stops; None means round-off
+    curves      keep every step's Galerkin curve; None: only when save_every is 1
+    solver      "auto", "fixed_point" or "newton"; on groups, "fixed_point" only for a RigidBody
+                without a force, free or in UniformGravity, with as many points as the degree
+    tolerance   change relative to |q| at which a step's iteration stops; None: round-off
     progress    True shows a progress bar
 
-    Returns a Trajectory, also when a step fails (``success``, ``status``) or Ctrl-C stops it.
-    Raises ValueError or TypeError for bad input, before any work; what a user's function raises
-    passes through.
+    Returns a Trajectory, also when a step fails (see ``success`` and ``status``) or Ctrl-C stops
+    the run. Raises ValueError or TypeError for bad input before the first step; exceptions of user
+    functions pass through.
     """
     run = prepared(
         problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
@@ -83,9 +84,9 @@ def prepared(
     solver: str = "auto",
     tolerance: float | None = None,
 ) -> Callable[..., Trajectory]:
-    """The run that `integrate` does, not begun; it takes the other arguments of `run_steps`.
+    """The run of `integrate` as a function of the remaining arguments of `run_steps`.
 
-    All is checked but whether it fits in memory, maybe beside others: see `check_memory`.
+    Arguments are checked, except that the result fits in memory: see `check_memory`.
     """
     for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
         if not isinstance(value, kind):
@@ -128,12 +129,12 @@ def resume(
 ) -> Trajectory:
     """Continue a run from its end, with its step, method, solver and tolerance.
 
-    save_every, curves  as for `galvi.integrate`; None means as in ``run``
+    save_every, curves  as for `galvi.integrate`; None: as in ``run``
     others              as for `galvi.integrate`
 
-    The result starts where ``run`` ends, also where Ctrl-C ended it, and its states are
-    bit-identical to the same part of one long run. Raises ValueError for a run that failed or that
-    a reference made, and for bad input.
+    The result starts where ``run`` ended, also when Ctrl-C ended it, and its states are
+    bit-identical to the same part of one long run. Raises ValueError for a run that failed, for a
+    run of a reference, and for bad input.
     """
     if not isinstance(run, Trajectory) or run.checkpoint is None or run.step is None:
         raise ValueError(
@@ -154,10 +155,11 @@ def resume(
 
 
 def number_of_steps(step: float, steps: int | None, duration: float | None) -> int:
-    """Steps, or the duration in steps; ValueError when that is no whole number."""
+    """``steps``, or the duration over the step; ValueError unless a whole number."""
     if (steps is None) == (duration is None):
-        raise ValueError("give either steps or duration; received " + (
-            "neither." if steps is None else "both."))  # fmt: skip
+        raise ValueError(
+            "give either steps or duration; received " + ("neither." if steps is None else "both.")
+        )
     if steps is not None:
         return input_checks.whole("steps", steps)
     length = input_checks.positive("duration", duration, "For backwards, make the step negative.")
@@ -174,7 +176,7 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
 
 
 def _check_functions(problem: Problem) -> None:
-    """Once for each problem, which does not change."""
+    """Check the user's functions at the start, once for each problem, since it is immutable."""
     if problem in _CHECKED:
         return
     system = problem.system

@@ -1,4 +1,4 @@
-"""Ctrl-C during a run: noted, and acted on between kernel calls, so no state is half done."""
+"""Ctrl-C during a run takes effect between kernel calls, so that no step is left incomplete."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from galvi.trajectory import Trajectory
 
 @contextmanager
 def defer_interrupts() -> Iterator[Callable[[], bool]]:
-    """Yields a function that says whether Ctrl-C was pressed; a second Ctrl-C raises at once.
+    """Yields a function that returns whether Ctrl-C was pressed; a second Ctrl-C raises at once.
 
-    Only replaces Python's own handler, and only in the main thread, where signals arrive: a handler
-    of the program's stays, and so does Ctrl-C being ignored, as under nohup.
+    Replaces only Python's default handler, and only in the main thread, where signals arrive: a
+    handler of the calling program stays in place, and so does an ignored SIGINT, as under nohup.
     """
     pressed = False
 
@@ -40,7 +40,7 @@ def defer_interrupts() -> Iterator[Callable[[], bool]]:
 
 
 def uninterrupted(run: Trajectory) -> Trajectory:
-    """The run, for callers to whom a part of it is of no use: KeyboardInterrupt if that is all."""
+    """The run itself; KeyboardInterrupt if it was interrupted. For callers that need all of it."""
     if run.interrupted:
         raise KeyboardInterrupt
     return run

@@ -1,4 +1,4 @@
-"""A run: its kernel, a second attempt at a step that fails, and what is kept."""
+"""One run: kernel calls, a second attempt at a step that fails, and the resulting trajectory."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ def run_steps(
 ) -> Trajectory:
     """Do ``steps`` steps from ``start``; arguments as for `galvi.integrate`, already checked.
 
-    interrupted  says whether to stop; None means that Ctrl-C stops it
+    interrupted  returns whether to stop; None: Ctrl-C stops the run
 
-    A step that cannot be solved is tried once more from the path of a run with smaller steps
-    (``rescue``); only then the run ends.
+    With ``rescue``, a step that cannot be solved is retried once with a guess from smaller steps;
+    if that fails too, the run ends.
     """
     work = RunArrays.of(problem, method, steps, start, engine.velocity_row)
     arguments = (problem, method, step, steps, start, work)
@@ -68,15 +68,18 @@ def _trajectory(
     engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
     start: Checkpoint, work: RunArrays, code: int,
 ) -> Trajectory:  # fmt: skip
-    """What the run has kept, after a last kernel call that returned ``code``."""
+    """The trajectory of a run whose last kernel call returned ``code``."""
     done, shape = work.done, problem.q0.shape
     curves = None
     if start.keeps_curves:
         curves = Curves(
-            method.space, problem.t0 + start.first * step, step,
-            read_only(work.bases.reshape(-1, *shape)), read_only(work.coefficients),
+            method.space,
+            problem.t0 + start.first * step,
+            step,
+            read_only(work.bases.reshape(-1, *shape)),
+            read_only(work.coefficients),
             engine.local_chart(problem, method),
-        )  # fmt: skip
+        )
     return Trajectory(
         problem=problem,
         t=read_only(problem.t0 + (start.first + np.array(work.saved_steps)) * step),

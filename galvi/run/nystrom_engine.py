@@ -1,4 +1,4 @@
-"""Runs on vector spaces, where no force depends on the velocity: Nystrom methods."""
+"""Runs on vector spaces with velocity-independent forces: Nystrom methods."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TRIED = {
 
 
 def _start(problem: Problem, stages: int) -> Start:
-    """The state's rows are q, its low part, v and its low part; accelerations are not known."""
+    """The state's rows are q, its low part, v and its low part; no accelerations are known yet."""
     d = problem.q0.size
     state = np.zeros((4, d))
     state[0], state[2] = problem.q0.ravel(), problem.v0.ravel()
@@ -39,13 +39,17 @@ def _start(problem: Problem, stages: int) -> Start:
 
 
 def accelerations_from_substeps(
-    substeps: Substeps, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
+    substeps: Substeps,
+    problem: Problem,
+    method: Galerkin,
+    step: float,
+    start: Checkpoint,
     work: RunArrays,
-) -> Array | None:  # fmt: skip
-    """Accelerations (d, s) along a run of the next step with 4, 16, 64 or 256 steps in one.
+) -> Array | None:
+    """Accelerations (d, s) along the next step computed with 4, 16, 64 or 256 substeps, or None.
 
-    None when none of them can be solved by fixed-point iteration, and when nothing but that was
-    asked for. Adds its cost to the counts.
+    None if none of these runs can be solved by fixed-point iteration, and for the solver
+    fixed_point. Adds the cost to the counts.
     """
     if start.solver == "fixed_point":
         return None

@@ -1,4 +1,4 @@
-"""The two ways to do steps on a vector space: the general kernel, and one for point masses."""
+"""The two kernels for steps on a vector space: a general one, and one for point masses."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SOLVERS = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
 def general_stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
-    """A function that does so many more steps in the general kernel and returns its code."""
+    """A `Call` of the general kernel: does n more steps and returns its code."""
     field = cast(VectorSystem, problem.system).force_kernel(problem.q0.shape[-1])
     kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
     force = tuple(Force(
@@ -49,7 +49,7 @@ def general_stepper(
 def compiled_stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
-    """As ``general_stepper``, by way of the packed kernel where that one serves."""
+    """As ``general_stepper``, with the packed kernel where it applies."""
     arguments = (problem, method, step, steps, start, work)
     system = problem.system
     if not isinstance(system, NBody) or start.solver == "newton" or system.masses.size < 2:
@@ -79,13 +79,13 @@ def compiled_stepper(
 def kernel_tableau(table: Tableau) -> NystromTableau:
     """A table in the layout of galvi.kernels.nystrom.step."""
 
-    def turned(matrix: Array) -> Array:
+    def transposed(matrix: Array) -> Array:
         return read_only(matrix.T)
 
     return NystromTableau(
-        table.c, table.b, table.beta, turned(table.A), turned(table.psi),
-        table.velocity_coefficients, table.C, turned(table.C), turned(table.analysis),
-        turned(table.extrapolation), table.growth,
+        table.c, table.b, table.beta, transposed(table.A), transposed(table.psi),
+        table.velocity_coefficients, table.C, transposed(table.C), transposed(table.analysis),
+        transposed(table.extrapolation), table.growth,
     )  # fmt: skip
 
 
@@ -102,19 +102,23 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
                 (table.c, table.b, table.beta, table.A), table.low_parts[:4], strict=True
             )
         )
-        moves = _with_lost((h * h * A)[lanes].T)
-        sums = np.stack([*_with_lost(h * b), *_with_lost(h * h * beta)], axis=1)
-        nodes = _with_lost(c[lanes])
+        moves = _with_low_part((h * h * A)[lanes].T)
+        sums = np.stack([*_with_low_part(h * b), *_with_low_part(h * h * beta)], axis=1)
+        nodes = _with_low_part(c[lanes])
     ahead = [*moves]
-    with np.errstate(all="ignore"):  # steps whose square overflows are told of by their status
+    with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
         for r in range(1, table.growth.size + 1):
             extrapolated = table.analysis[:r].T @ table.extrapolation[:, :r].T
             ahead += [extrapolated @ kept for kept in moves]
     columns = np.zeros((s, lanes.size))
     columns[:, [0, 2, 1, 3]] = sums
     numbers = (
-        np.concatenate(ahead), table.analysis.T[:, lanes], table.growth, columns, nodes,
-    )  # fmt: skip
+        np.concatenate(ahead),
+        table.analysis.T[:, lanes],
+        table.growth,
+        columns,
+        nodes,
+    )
     return tuple(read_only(np.array(number)) for number in numbers)
 
 
@@ -127,8 +131,8 @@ def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
         h, b = decimals(step), decimals(table.b) + decimals(table.low_parts[1])
         A = decimals(table.integral) + decimals(table.low_parts[4])
         B = b - (A.T * b) / b[:, None]
-        moves, turns = (np.concatenate(_with_lost((h * M)[lanes].T)) for M in (A, B))
-        kicks = _with_lost(h * b)
+        moves, turns = (np.concatenate(_with_low_part((h * M)[lanes].T)) for M in (A, B))
+        kicks = _with_low_part(h * b)
     ahead = [
         table.analysis[:r].T @ table.extrapolation[lanes, :r].T
         for r in range(1, table.growth.size + 1)
@@ -140,14 +144,14 @@ def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     return tuple(read_only(np.array(number)) for number in numbers)
 
 
-def _with_lost(exact: Any) -> Array:
-    """The nearest float64 numbers, and what that rounding lost."""
+def _with_low_part(exact: Any) -> Array:
+    """The nearest float64 numbers and their rounding errors."""
     kept = rounded(exact)
     return np.stack([kept, rounded(exact - decimals(kept))])
 
 
 def aligned(*shape: int) -> Array:
-    """Zeros whose first entry starts a cache line."""
+    """Zeros whose first entry is at the start of a cache line."""
     size = int(np.prod(shape))
     room = np.zeros(size + LANES)
     skipped = (-room.ctypes.data // 8) % LANES

@@ -1,4 +1,4 @@
-"""The arrays that one run writes into."""
+"""The arrays that one run writes to."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_sol
 def check_memory(
     problems: Sequence[Problem], method: Galerkin, steps: int, save_every: int, curves: bool | None
 ) -> None:
-    """ValueError when what a run of each problem would keep is more than this machine's memory."""
+    """ValueError when a run of each problem would keep more data than fits in memory."""
     d, m = sum(problem.q0.size for problem in problems), method.space.dimension - 1
     with_curves = save_every == 1 if curves is None else curves
     rows = 2 * (steps / save_every + 2) + (steps * (1 + m) if with_curves else 0)
@@ -42,24 +42,24 @@ def check_memory(
 
 @dataclass(frozen=True, eq=False)
 class RunArrays:
-    """Where a run stands and what it has kept.
+    """The current state of a run and the results it keeps.
 
-    A configuration has r entries, a velocity d, which differ on groups alone; there are s stages
+    A configuration has r entries and a velocity d, which differ only on groups; there are s stages
     and m curve coefficients.
 
     state, stages, solver_state  see galvi.checkpoint
-    turned                       (1,) angle by which the step that failed turns; 0 where none does
-    counts                       (5,) those of COUNTED, and evaluations of single pairs of bodies
-    saved_steps                  numbers of the steps that are saved
+    step_angle                   (1,) rotation angle of a failed step, radians; 0 without rotations
+    counts                       (5,) as in COUNTED, then evaluations of single pairs of bodies
+    saved_steps                  numbers of the saved steps
     saved_q                      (saved, r) configurations, NaN until they are computed
-    saved_v                      (saved, d) velocities, on groups momenta; NaN likewise
-    bases, coefficients          (steps, r), (steps, d, m) of the curves, or no rows
+    saved_v                      (saved, d) velocities, on groups momenta; NaN until computed
+    bases, coefficients          (steps, r), (steps, d, m) of the curves; no rows if not kept
     """
 
     state: Array
     stages: Array
     solver_state: npt.NDArray[np.int64]
-    turned: Array
+    step_angle: Array
     counts: npt.NDArray[np.int64]
     saved_steps: list[int]
     saved_q: Array
@@ -87,12 +87,12 @@ class RunArrays:
 
     @property
     def progress(self) -> tuple[Any, ...]:
-        """Where the run stands, as the kernels take it."""
+        """The current state of the run, as the kernels take it."""
         return tuple(Progress(self.state, self.stages, self.solver_state, self.counts))
 
     @property
     def kept(self) -> tuple[Any, ...]:
-        """What the run keeps, as the kernels take it."""
+        """The arrays of kept results, as the kernels take them."""
         return tuple(Kept(self.saved_q, self.saved_v, self.bases, self.coefficients))
 
     @property

@@ -1,4 +1,4 @@
-"""Why a run ended, in one sentence with the remedy."""
+"""The status of a run: one sentence saying why it ended, with a remedy."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def final_status(
 
 
 def _completed(engine: Engine, problem: Problem, t: float, work: RunArrays) -> str:
-    """Completed, or a remark that the energy, where it is conserved, has changed too much."""
+    """COMPLETED, or a warning that a conserved energy has changed too much."""
     if not conserves_energy(problem.system):
         return COMPLETED
     change = engine.energy_change(problem, t, work)
@@ -38,8 +38,8 @@ def _completed(engine: Engine, problem: Problem, t: float, work: RunArrays) -> s
         return COMPLETED
     if np.isnan(change):
         return (
-            "Completed, but no velocity was found that has the momentum at the end: the step is "
-            "too large for this motion. Use a smaller step or a higher degree."
+            "Completed, but no velocity was found for the momentum at the end: the step is too "
+            "large for this motion. Use a smaller step or a higher degree."
         )
     return (
         f"Completed, but the energy changed by {change:.2g} times |T| + |V| at the start: the step "

@@ -1,4 +1,4 @@
-"""Function spaces on [0, 1]; SPACES makes one of every kind from a number of at least 1."""
+"""Function spaces on [0, 1]; SPACES constructs one of every kind from a number of at least 1."""
 
 from collections.abc import Callable
 from functools import partial

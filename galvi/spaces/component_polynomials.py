@@ -15,10 +15,10 @@ class ComponentPolynomials:
 
     degrees  one for each component, at least 1
 
-    The bases are those of Polynomials, of which component i uses the first degrees[i] + 1: the
-    stage equations have sum(degrees) unknowns. Symplectic as every method, but a rotation mixes
-    components, and its momentum is conserved only nearly when their degrees differ. Raises
-    ValueError unless each degree is a whole number of at least 1.
+    Component i uses the first degrees[i] + 1 basis functions of Polynomials: the stage equations
+    have sum(degrees) unknowns. Symplectic like every method; but since a rotation mixes components,
+    angular momentum is conserved only approximately when their degrees differ. Raises ValueError
+    unless each degree is a whole number from 1 to 64.
     """
 
     degrees: tuple[int, ...]
@@ -38,17 +38,17 @@ class ComponentPolynomials:
 
     @property
     def degree(self) -> int:
-        """The least: of the polynomials that every component contains."""
+        """The lowest of the degrees."""
         return min(self.degrees)
 
     @property
     def dimension(self) -> int:
-        """Of the largest component."""
+        """max(degrees) + 1, that of the largest component."""
         return self.largest.dimension
 
     @property
     def exact(self) -> bool:
-        """As Polynomials."""
+        """True: basis and derivative work in decimals."""
         return self.largest.exact
 
     @property

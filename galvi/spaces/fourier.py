@@ -1,4 +1,4 @@
-"""Cosines and sines alone: what well posed, but inconsistent, looks like."""
+"""Cosines and sines alone: an example of a well-posed but inconsistent space."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ class Fourier:
     harmonics  1 to 64
     frequency  w, in radians a step, positive; 2 pi has the step as its period
 
-    phi_0 = 1; the derivatives of the others are orthonormal. Linear functions are not in it, so
-    that a step with it is well posed but inconsistent whatever the rule, and `Galerkin` refuses it
-    (claim V19): with the step as period a particle would never move, with w = 0.01 it is off a
-    straight line by 8e-7 of a step. Only a w of 1e-6 or less passes, where the space cannot be told
-    from polynomials of degree 2 harmonics. `PolynomialFourier` adds what is missing.
+    phi_0 = 1; the derivatives of the others are orthonormal. The space does not contain linear
+    functions, so a step is well posed but inconsistent with every rule, and `Galerkin` refuses it
+    (claim V19): with w = 2 pi a free particle would never move, with w = 0.01 it deviates from a
+    straight line by 8e-7 of a step. Only w of at most 1e-6 is accepted, where the space is
+    numerically that of polynomials of degree 2 harmonics. `PolynomialFourier` adds the linear
+    functions.
 
-    Raises ValueError for numbers outside these.
+    Raises ValueError for numbers outside these ranges.
     """
 
     harmonics: int
@@ -43,12 +44,12 @@ class Fourier:
 
     @property
     def degree(self) -> int:
-        """0: the constant is the only polynomial."""
+        """0: constants are the only polynomials."""
         return 0
 
     @property
     def exact(self) -> bool:
-        """Works in decimals."""
+        """True: basis and derivative work in decimals."""
         return True
 
     def basis(self, t: Any) -> Any:

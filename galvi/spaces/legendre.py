@@ -1,4 +1,4 @@
-"""Legendre polynomials and their integrals, for floats and for decimals alike."""
+"""Legendre polynomials and their integrals, for floats and decimals."""
 
 from __future__ import annotations
 

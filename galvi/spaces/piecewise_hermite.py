@@ -1,4 +1,4 @@
-"""Cubics on each of several equal pieces, joined with their derivatives."""
+"""Piecewise cubics with a continuous derivative."""
 
 from __future__ import annotations
 
@@ -14,11 +14,13 @@ from galvi.spaces.polynomials import HIGHEST
 
 @dataclass(frozen=True)
 class PiecewiseHermite:
-    """Cubic on each of equal pieces of [0, 1], with a continuous derivative; 1 to 64 pieces.
+    """Cubic on each of ``pieces`` equal parts of [0, 1], with a continuous derivative.
+
+    pieces  1 to 64; one piece gives ``Polynomials(3)``
 
     phi_0 = 1; the derivatives of the others span the continuous piecewise quadratics: a hat of
-    height 1 on each of the pieces + 1 joints and ends, then 6 u (1 - u) on each piece. One piece is
-    ``Polynomials(3)``. The second derivative jumps: use ``composite(rule, pieces)``.
+    height 1 at each of the pieces + 1 joints and ends, then 6 u (1 - u) on each piece. The second
+    derivative jumps at joints: use ``composite(rule, pieces)``.
 
     Raises ValueError for a number of pieces outside 1 to 64.
     """
@@ -35,12 +37,12 @@ class PiecewiseHermite:
 
     @property
     def dimension(self) -> int:
-        """2 (pieces + 1): as many as values and derivatives at the joints and ends."""
+        """2 (pieces + 1), the values and derivatives at the joints and ends."""
         return 2 * (self.pieces + 1)
 
     @property
     def exact(self) -> bool:
-        """Works in decimals."""
+        """True: basis and derivative work in decimals."""
         return True
 
     def basis(self, t: Any) -> Any:
@@ -57,7 +59,7 @@ class PiecewiseHermite:
         return np.concatenate([t[:, None] * 0, slopes], axis=1)
 
     def _joined(self, rising: Any, falling: Any, bubble: Any) -> Any:
-        """Hats from what rises towards the joint after a piece and falls from the one before it."""
+        """Hats, from their rising and falling parts on each piece, then the bubbles."""
         none = rising[:, :1] * 0
         hats = np.concatenate([none, rising], axis=1) + np.concatenate([falling, none], axis=1)
         return np.concatenate([hats, bubble], axis=1)

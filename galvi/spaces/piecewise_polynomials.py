@@ -1,4 +1,4 @@
-"""Continuous functions that are polynomials on each of several equal pieces."""
+"""Continuous piecewise polynomials."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from galvi.spaces.polynomials import HIGHEST
 
 @dataclass(frozen=True)
 class PiecewisePolynomials:
-    """Continuous on [0, 1], of at most this degree on each of equal pieces; degree 1 is linear.
+    """Continuous functions on [0, 1], of at most this degree on each of ``pieces`` equal parts.
 
     degree  1 to 64
     pieces  1 to 64; one is `Polynomials`
 
     phi_0 = 1; the derivatives of the others are Legendre polynomials on one piece each, 0 elsewhere
-    (at a joint they are those of the later piece). They jump at the joints, so the space needs a
-    rule that keeps the pieces apart, ``composite(rule, pieces)`` of one without the end point 1,
-    such as gauss or radau from the left: a step with ``composite(gauss(degree), pieces)`` is that
-    many steps of Gauss collocation.
+    (at a joint, the values of the later piece). Since they jump at the joints, the space needs a
+    composite rule, ``composite(rule, pieces)``, of a rule without the end point 1 such as gauss or
+    radau from the left: a step with ``composite(gauss(degree), pieces)`` is ``pieces`` steps of
+    Gauss collocation.
 
-    Raises ValueError for numbers outside these.
+    Raises ValueError for numbers outside these ranges.
     """
 
     degree: int
@@ -43,7 +43,7 @@ class PiecewisePolynomials:
 
     @property
     def exact(self) -> bool:
-        """Works in decimals."""
+        """True: basis and derivative work in decimals."""
         return True
 
     def basis(self, t: Any) -> Any:

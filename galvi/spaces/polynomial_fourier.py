@@ -1,4 +1,4 @@
-"""Polynomials together with cosines and sines: for a fast motion on top of a slow one."""
+"""Polynomials and trigonometric functions: for fast oscillations on top of a slow motion."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ class PolynomialFourier:
     frequency  w, in radians a step, positive; 2 pi has the step as its period
 
     phi_0 = 1; the derivatives of the others are P_{i-1}(2 t - 1) and then orthonormal functions
-    orthogonal to them, so that K has a condition of at most 2 degree - 1 whatever w is. A motion
-    that is in the space, such as that of an oscillator with angular frequency w / h for the step h,
-    is found exactly once the rule integrates its action. Waves pay where unknowns are dear; for
-    each force evaluation Gauss collocation is better (`python -m
+    orthogonal to them, so that the condition number of K is at most 2 degree - 1 for every w. A
+    motion in the space, such as that of an oscillator with angular frequency w / h for the step h,
+    is reproduced exactly if the rule integrates its action exactly. The space is efficient where
+    unknowns are expensive; per force evaluation, Gauss collocation is more accurate (`python -m
     benchmarks.experiments.two_time_scales`).
 
     A free particle moves in a straight line to 1e-13 with 10, 13, 15, 18 and 26 Gauss points for
     1, 2, 3, 4 and 8 harmonics of 2 pi and degrees up to 4 (about 9 + 0.37 harmonics w in general);
     with fewer, `Galerkin` refuses the pair as inconsistent.
 
-    Raises ValueError for numbers outside these, and where the waves are no different from
+    Raises ValueError for numbers outside these ranges, and where the waves are numerically
     polynomials.
     """
 
@@ -55,7 +55,7 @@ class PolynomialFourier:
 
     @property
     def exact(self) -> bool:
-        """Works in decimals."""
+        """True: basis and derivative work in decimals."""
         return True
 
     def basis(self, t: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Polynomials, as integrals of Legendre polynomials; Chebyshev points are their nodal view."""
+"""Polynomials, as integrals of Legendre polynomials; also the Lagrange basis on their nodes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Polynomials:
 
     @property
     def exact(self) -> bool:
-        """Works in decimals."""
+        """True: basis and derivative work in decimals."""
         return True
 
     def basis(self, t: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Whether a user's space keeps the promises of the protocol `Space`."""
+"""Checks that a user's space satisfies the protocol `Space`."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from galvi.spaces.legendre import legendre
 from galvi.spaces.space import Space
 
 PARTS = ("dimension", "degree", "exact", "basis", "derivative")
-GOLDEN = 0.6180339887498949  # multiples of it, modulo 1, keep away from joints
+GOLDEN = 0.6180339887498949  # golden ratio; its multiples modulo 1 avoid joints
 NUDGE = 1e-6
-SLOPE = 1e-4  # of the largest slope; differences leave 2.5e-6 for galvi's own spaces
-AGREE = 1e-10  # decimals against floats; 5e-15 for galvi's own spaces
-CONTAINED = 1e-9  # what a polynomial may lack; 4e-13 for galvi's own spaces
+SLOPE = 1e-4  # tolerance relative to the largest slope; 2.5e-6 for galvi's own spaces
+AGREE = 1e-10  # tolerance of decimals against floats; 5e-15 for galvi's own spaces
+CONTAINED = 1e-9  # tolerance of fitted polynomials; 4e-13 for galvi's own spaces
 
 
 def checked(space: Any) -> Space:
-    """``space``, or one sentence on the first promise it does not keep.
+    """``space`` itself if it satisfies the protocol.
 
-    Raises TypeError for an attribute that is missing and for a space that cannot be hashed,
-    ValueError for wrong numbers, shapes and values. Exceptions of its functions pass unchanged.
+    Raises TypeError for a missing attribute and for a space that is not hashable, ValueError for
+    wrong numbers, shapes and values. Exceptions of its functions pass through.
     """
     missing = [name for name in PARTS if not hasattr(space, name)]
     if missing:
@@ -37,7 +37,7 @@ def checked(space: Any) -> Space:
         hash(space)
     except TypeError as error:
         raise TypeError(
-            f"a space must be hashable, since tables are kept by it; {type(space).__name__} is "
+            f"a space must be hashable, since tables are cached by it; {type(space).__name__} is "
             f"not ({error}). Make it a frozen dataclass of numbers."
         ) from error
     _check(space)

@@ -1,4 +1,4 @@
-"""What a function space must provide to make a Galerkin method."""
+"""Interface of function spaces."""
 
 from __future__ import annotations
 

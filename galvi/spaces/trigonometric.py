@@ -1,10 +1,10 @@
-"""Cosines and sines as Legendre series, so that what polynomials cannot do of them stands alone.
+"""Cosines and sines as Legendre series, split into their polynomial part and the rest.
 
 With W = k w and x = 2 t - 1, the derivatives of cos W (t - 1/2) and sin W (t - 1/2) are
 proportional to sin(W x / 2) and cos(W x / 2), whose coefficients of P_l(x) are
 (2 l + 1) (-1)^(l // 2) j_l(W / 2), for odd l and for even l (j_l the spherical Bessel functions;
-DLMF 10.60.7). In a series, leaving out all l < s is the projection away from polynomials, without
-a cancellation of numbers of order one.
+DLMF 10.60.7). Omitting all terms with l < s projects onto the complement of the polynomials without
+cancellation.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from galvi.arrays import Array
 from galvi.extended_precision import decimals, rounded
 from galvi.spaces.legendre import integrals, legendre
 
-DIGITS = 100  # of the series; tables use 60
-SMALL = Decimal("1e-90")  # share of the last coefficient kept
-TELLING = Decimal("1e-25")  # share of a wave that polynomials and slower waves must leave over
-MOST = 64  # harmonics
-FASTEST = 512.0  # radians a step, some 80 turns
+DIGITS = 100  # digits of the series; tables use 60
+SMALL = Decimal("1e-90")  # relative size of the last coefficient kept
+TELLING = Decimal("1e-25")  # least part of a wave outside polynomials and slower waves
+MOST = 64  # largest number of harmonics
+FASTEST = 512.0  # radians a step, some 80 periods
 
 
 def wave_numbers(harmonics: Any, frequency: Any) -> tuple[int, float]:
-    """Both checked: 1 to 64 harmonics, the fastest of at most 512 radians a step. ValueError."""
+    """Both values; ValueError unless 1 to 64 harmonics, the fastest at most 512 radians a step."""
     count = input_checks.whole("harmonics", harmonics, 1, MOST)
-    turn = input_checks.positive("frequency", frequency, "Give it in radians a step, such as 2 pi.")
-    if count * turn > FASTEST:
+    w = input_checks.positive("frequency", frequency, "Give it in radians a step, such as 2 pi.")
+    if count * w > FASTEST:
         raise ValueError(
             f"harmonics times frequency must be at most {FASTEST:g} radians a step; received "
-            f"{count} times {turn:g}. Use a shorter step or fewer harmonics."
+            f"{count} times {w:g}. Use a shorter step or fewer harmonics."
         )
-    return count, turn
+    return count, w
 
 
 def waves(t: Any, skip: int, harmonics: int, frequency: float) -> Any:
@@ -59,7 +59,7 @@ def wave_slopes(skip: int, harmonics: int, frequency: float) -> tuple[Any, Array
     the derivatives of polynomials up to the degree ``skip`` and of cos k w t, sin k w t,
     k = 1 .. harmonics.
 
-    Raises ValueError when 25 digits cannot tell the waves from polynomials and slower waves.
+    Raises ValueError when a wave is a combination of polynomials and slower waves to 25 digits.
     """
     with localcontext(Context(prec=DIGITS)):
         half = Decimal(frequency) / 2
@@ -79,7 +79,7 @@ def wave_slopes(skip: int, harmonics: int, frequency: float) -> tuple[Any, Array
 
 
 def _beyond(columns: list[Any], wave: Any, skip: int, frequency: float) -> Any:
-    """What of the wave is orthogonal to the columns, with norm 1."""
+    """The part of the wave orthogonal to the columns, normalised."""
     left = wave / (wave @ wave).sqrt()
     for _ in range(2):
         for column in columns:
@@ -95,7 +95,7 @@ def _beyond(columns: list[Any], wave: Any, skip: int, frequency: float) -> Any:
 
 
 def _terms(least: int, x: Decimal) -> int:
-    """Coefficients after which those of a wave are below SMALL of the one numbered ``least``."""
+    """Number of terms after which coefficients are below SMALL times that of index ``least``."""
     share, n = Decimal(1), least
     while share > SMALL:  # ends: the factors fall below 1/2
         n += 1

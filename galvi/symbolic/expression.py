@@ -92,4 +92,4 @@ def unlike(names: set[str]) -> str:
     if not names:
         return ""
     listed = ", ".join(sorted(names))
-    return f" What was given as {listed} has other assumptions: use one symbol throughout."
+    return f" The given {listed} has other assumptions: use one symbol throughout."

@@ -18,7 +18,7 @@ class SymbolicForce:
     """f(q, v, t), (d,), from `galvi.Lagrangian.from_sympy`; its repr is the expressions.
 
     text       the expressions in the user's notation
-    source     generated code with a function push
+    source     generated code with a function force
     constants  values of the parameters
     """
 
@@ -34,7 +34,7 @@ class SymbolicForce:
         numbers = np.array(self.constants)
         try:
             with np.errstate(all="ignore"):
-                symbolic_code.functions(self.source)["push"].py_func(
+                symbolic_code.functions(self.source)["force"].py_func(
                     q, v, np.float64(t), numbers, out
                 )
         except (ArithmeticError, ValueError):  # math's functions raise where numpy's are NaN
@@ -45,7 +45,7 @@ class SymbolicForce:
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """Compiled function (q, v, t, constants, out (2, d)) that adds the force to the second row
         of out, and its constants."""
-        return symbolic_code.functions(self.source)["push"], np.array(self.constants)
+        return symbolic_code.functions(self.source)["force"], np.array(self.constants)
 
 
 def symbolic_force(given: Expressions) -> SymbolicForce:
@@ -54,5 +54,5 @@ def symbolic_force(given: Expressions) -> SymbolicForce:
     lines = symbolic_code.written(
         given.forces, given.places, lambda k, code: f"out[1, {k}] += {code}"
     )
-    text = symbolic_code.source({"push": ("q, v, t, c, out", lines)})
+    text = symbolic_code.source({"force": ("q, v, t, c, out", lines)})
     return SymbolicForce(f"[{', '.join(map(given.text, given.forces))}]", text, given.values)

@@ -29,9 +29,12 @@ def symbolic(
     given = expressions(L, q, v, t, parameters, force)
     surfaces = kinks.surfaces(given.L, {*given.q, *given.v, given.t})
     found = SymbolicLagrangian(
-        given.text(given.L), _source(given, surfaces), given.values, len(given.q),
+        given.text(given.L),
+        _source(given, surfaces),
+        given.values,
+        len(given.q),
         tuple(map(given.text, surfaces)),
-    )  # fmt: skip
+    )
     for k, words in enumerate(found.switching):
         where = kinks.find_kink(found, k)
         if where:
@@ -40,8 +43,8 @@ def symbolic(
                 f"{where} there. Steps across lose their order; smooth it, or end the run there.",
                 stacklevel=3,
             )
-    pushing = None if given.forces is None else symbolic_force(given)
-    return found, given.t in given.L.free_symbols, pushing
+    external = None if given.forces is None else symbolic_force(given)
+    return found, given.t in given.L.free_symbols, external
 
 
 def _source(given: Expressions, surfaces: tuple[Any, ...]) -> str:
@@ -52,7 +55,10 @@ def _source(given: Expressions, surfaces: tuple[Any, ...]) -> str:
         "value": ([given.L], lambda k, code: f"out[{k}] = {code}"),
         "switches": (surfaces, lambda k, code: f"out[{k}] = {code}"),
     }
-    return symbolic_code.source({
-        name: ("q, v, t, c, out", symbolic_code.written(results, places, store))
-        for name, (results, store) in bodies.items() if results
-    })  # fmt: skip
+    return symbolic_code.source(
+        {
+            name: ("q, v, t, c, out", symbolic_code.written(results, places, store))
+            for name, (results, store) in bodies.items()
+            if results
+        }
+    )

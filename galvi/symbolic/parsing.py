@@ -65,10 +65,11 @@ def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> 
         for kind, count in (("q", len(places)), ("v", len(rates)), ("c", len(numbers)))
     }
     time = sympy.Symbol("t", real=True)
-    replaced = [dict(zip(rates, own["v"], strict=True)),
-                {**dict(zip(places, own["q"], strict=True)),
-                 **dict(zip(numbers, own["c"], strict=True))},
-                {} if t is None else {t: time}]  # fmt: skip
+    replaced = [
+        dict(zip(rates, own["v"], strict=True)),
+        {**dict(zip(places, own["q"], strict=True)), **dict(zip(numbers, own["c"], strict=True))},
+        {} if t is None else {t: time},
+    ]
     known = {*own["q"], *own["v"], *own["c"], time}
     names = {str(x) for x in given}
 

@@ -22,9 +22,9 @@ WEIGHTS = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
 STEPS = (2.0**-6, 2.0**-10, 2.0**-14)
 CALLS = 2 * len(WEIGHTS) * len(STEPS)  # of the function, for each component
 RATIO = STEPS[0] / STEPS[1]
-COARSER, FINER = 24, 7  # further steps, where those above do not serve
+COARSER, FINER = 24, 7  # further steps, tried where those above do not suffice
 ROUNDING = 2.0**-52
-NOISY = 512.0  # roundings: as far neighbouring steps may be apart for them alone
+NOISY = 512.0  # largest difference of neighbouring steps, in roundings, that is only round-off
 
 
 @lru_cache(maxsize=64)
@@ -181,9 +181,9 @@ def differenced_rotation_gradient(potential: Callable[..., Any]) -> Callable[...
     """
 
     def gradient(R: Array, *time: float) -> Array:
-        slope = differenced_gradient.__wrapped__(
-            lambda s: potential(R @ _turned(s), *time), False
-        )(np.zeros(3))  # fmt: skip
+        slope = differenced_gradient.__wrapped__(lambda s: potential(R @ _turned(s), *time), False)(
+            np.zeros(3)
+        )
         return 0.5 * R @ _hat(slope)
 
     return gradient

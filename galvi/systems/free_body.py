@@ -17,7 +17,7 @@ from galvi.systems.rigid_body import possible_inertia
 
 @dataclass(frozen=True, eq=False)
 class FreeBody:
-    """L = w . J w / 2 + mass |v|^2 / 2 + mass g . x, of the rigid motion [[R, x], [0, 1]].
+    """L = w . J w / 2 + mass |v|^2 / 2 + mass g . x for the rigid motion [[R, x], [0, 1]].
 
     mass     positive
     inertia  J about the centre of mass x, in the body's frame: (3,) principal moments or (3, 3)

@@ -50,8 +50,8 @@ class Lagrangian:
 
     L must be regular: d2L/dv2 invertible. Slopes and a force compiled with ``numba.njit`` run
     inside the kernel; L itself is only called from Python, also when it is compiled. Where no
-    two steps of differences agree, the derivative is NaN. Raises TypeError for something that
-    cannot be called or is no group.
+    two difference steps agree, the derivative is NaN. Raises TypeError for a function that is not
+    callable or a group that is not a group.
     """
 
     function: Function
@@ -74,7 +74,7 @@ class Lagrangian:
     def from_sympy(
         cls, L: Any, q: Any, v: Any = None, t: Any = None, parameters: Any = None, force: Any = None
     ) -> Lagrangian:
-        """From a SymPy expression; its derivatives are formed there and compiled.
+        """A Lagrangian from a SymPy expression; its derivatives are symbolic and compiled.
 
         q, v        symbols of coordinates and velocities; without v, q are functions of the time,
                     such as SymPy's dynamicsymbols, and velocities are their derivatives
@@ -82,12 +82,14 @@ class Lagrangian:
         parameters  symbol -> number, for all other symbols
         force       generalised forces, an expression for each coordinate
 
-        Compiled once for each expression, whatever the parameters, and kept on disk. Raises
-        ImportError without SymPy, TypeError or ValueError for what cannot be used, and warns of a
-        Lagrangian that is not twice differentiable.
+        Compiled once for each expression, independently of the parameters, and cached on disk.
+        Raises ImportError without SymPy, TypeError or ValueError for unusable input; warns of a
+        Lagrangian that is not twice differentiable somewhere.
         """
-        found, timed, push = symbolic(L, q, v, t, parameters, force)
-        forces: dict[str, Any] = {} if push is None else {"force": push, "timed_force": True}
+        found, timed, given_force = symbolic(L, q, v, t, parameters, force)
+        forces: dict[str, Any] = (
+            {} if given_force is None else {"force": given_force, "timed_force": True}
+        )
         return cls(found, Rn(found.dimension), explicit_time=timed, **forces)
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
@@ -188,7 +190,7 @@ class Lagrangian:
         """Lagrangians evaluated, for each component, to difference a gradient, at least; else 0."""
         return 0 if self._slopes is not None else 2 * CALLS
 
-    @cached_property  # to look what a value can do takes ten microseconds
+    @cached_property  # inspecting a value takes ten microseconds
     def _slopes(self) -> Function | None:
         known = self.slopes is None and isinstance(self.function, BuiltinLagrangian)
         return cast(BuiltinLagrangian, self.function).slopes if known else self.slopes

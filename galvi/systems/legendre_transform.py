@@ -92,7 +92,7 @@ def check_regular(M: Array) -> None:
     if not np.all(np.isfinite(M)):
         raise ValueError(
             f"d2L/dv2 must be finite at the start; received {M.tolist()}. Start with velocities in "
-            f"the midst of those that the Lagrangian is defined for."
+            f"the interior of the Lagrangian's domain."
         )
     weight = balance(M)
     scaled = M / np.outer(weight, weight)

@@ -18,9 +18,9 @@ from galvi.kernels.forces.planar_chain import planar_chain
 class PlanarChain:
     """L(q, v) of n links, q (n,) their angles from hanging down, as on ``galvi.Rn(n)``.
 
-    masses   (n,) of the links, from the fixed pivot on
-    lengths  (n,) likewise
-    gravity  downwards; zero for none
+    masses   (n,) of the links, starting at the fixed pivot
+    lengths  (n,) of the links, in the same order
+    gravity  downward acceleration; zero for none
     rods     False: each mass is a point at the lower end of its weightless link, as in the double
              pendulum of the textbooks; True: each link is a uniform thin rod
 

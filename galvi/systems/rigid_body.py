@@ -204,6 +204,6 @@ def possible_inertia(inertia: Any) -> Array:
     if moments[2] > (moments[0] + moments[1]) * (1.0 + FLAT):
         raise ValueError(
             f"no body has the inertia {moments.tolist()}: its largest moment exceeds the sum of "
-            f"the others, which masses at real places cannot do. {remedy}"
+            f"the others. {remedy}"
         )
     return read_only(0.5 * (J + J.T))

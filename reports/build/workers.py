@@ -12,7 +12,6 @@ from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 
 import pandas as pd
-from tqdm import tqdm
 
 WORKERS = 2
 FEWEST = 4  # studies, below which starting processes takes longer than it saves
@@ -55,7 +54,6 @@ def _timed(study: Callable[[bool], pd.DataFrame], quick: bool) -> tuple[pd.DataF
 def _begin() -> None:
     """Of a worker: it leaves interrupts to the build, prints nothing, and ends with the build."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    tqdm.set_lock(threading.RLock())  # its own is a semaphore, which a killed process leaves behind
     nothing = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nothing, stream)

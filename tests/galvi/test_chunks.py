@@ -27,3 +27,18 @@ def test_a_kernel_that_hands_over_every_step_is_not_asked_for_ever_more(at_a_tim
     assert batches.step_in_batches(call, lambda code: code, work, total, None) == 0
     assert work.done == total
     assert max(asked) <= batches.GROWTH * min(at_a_time, total)
+
+
+def test_a_run_without_progress_makes_no_bar_whose_semaphore_a_killed_process_would_leave(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delattr(batches, "tqdm")
+    work = Steps()
+
+    def call(todo: int) -> int:
+        work.done += todo
+        return 0
+
+    assert batches.step_in_batches(call, lambda code: code, work, 3, None) == 0
+    with pytest.raises(NameError):
+        batches.step_in_batches(call, lambda code: code, work, 4, True)

@@ -49,7 +49,7 @@ def test_a_jitted_function_that_raises_in_a_thread_is_told_too():
 @pytest.mark.parametrize(
     ("call", "error", "sentence"),
     [
-        (lambda: galvi.integrate_many(KEPLER, EIGHT, 0.1, 3), TypeError, "For one, call"),
+        (lambda: galvi.integrate_many(KEPLER, EIGHT, 0.1, 3), TypeError, "For one problem, call"),
         (lambda: galvi.integrate_many(5, EIGHT, 0.1, 3), TypeError, "problems must be several"),
         (
             lambda: galvi.integrate_many([KEPLER, 5], EIGHT, 0.1, 3),

@@ -88,7 +88,7 @@ def test_an_error_below_round_off_is_refused_with_what_can_be_reached():
     choice = recommend(ORBIT, 1e-15, 200.0, degrees=(8, 12))
     assert not choice.reached
     assert choice.status.startswith("An error of 1e-15 was not reached: rounding decides for d")
-    assert f"The least found is {choice.error:.1e}" in choice.status
+    assert f"The smallest error found is {choice.error:.1e}" in choice.status
     assert 1e-15 < choice.error < 1e-11  # 2e-12 when this was written
     assert found(ORBIT, choice, KEPLER) <= 3.0 * choice.error
 
@@ -123,7 +123,7 @@ def test_what_fails_is_kept_with_its_reason():
     fall = galvi.Problem(galvi.NBody([0.5, 0.5]), [[-0.5, 0.0], [0.5, 0.0]], np.zeros((2, 2)))
     choice = recommend(fall, 1e-6, 3.0, degrees=[8], budget=5e4)
     assert not choice.reached and choice.error == math.inf
-    assert choice.status.startswith("No run that was tried is of use: ")
+    assert choice.status.startswith("No run tried is usable: ")
     assert all(c.error == math.inf and c.status for c in choice.scanned)
 
 

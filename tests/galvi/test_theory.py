@@ -145,7 +145,7 @@ def test_names_reach_the_highest_degree():
 def test_what_does_not_apply_is_none_with_the_reason():
     body = galvi.theory(P(4), galvi.gauss(4), galvi.problems.free_rigid_body(), 0.1)
     assert body.order == 8 and body.symmetric is None
-    assert "chart has its base at the start" in body.reasons["symmetric"]
+    assert "chart is based at its start" in body.reasons["symmetric"]
     for name in ("lipschitz", "unique_step", "exists", "fixed_point_step", "converges"):
         assert getattr(body, name) is None and "not for a RigidBody" in body.reasons[name]
     dragged = galvi.Canonical(1.0, lambda q: 0.5 * q @ q, lambda q: q, force=lambda q, v: -0.1 * v)

@@ -1,1 +1,1 @@
-"""How kernels are compiled, cached on disk and called by address."""
+"""Compilation of kernels, their cache on disk, and calls by address."""

@@ -1,4 +1,4 @@
-"""The types of the numbers and arrays that kernels hand to functions."""
+"""Types of the numbers and arrays that kernels pass to functions."""
 
 from __future__ import annotations
 

@@ -1,13 +1,13 @@
-"""Compiled kernels on disk: no process loads a wrong one, and no fault of a file stops a run.
+"""A cache of compiled kernels on disk that never loads wrong code and never stops a run.
 
-numba's own cache watches only the file that defines a function, not the files of what it calls; it
-stops a run when a file is damaged or its folder cannot be written; and two processes that write at
-once may exchange each other's code. Here a file starts with a digest of its code and of everything
-that the code depends on: what is missing, stale, damaged or not writeable is compiled anew, by one
-process while the others wait. Files are in one folder for each state of the kernels, and the
-folders of other states are removed.
+numba's own cache checks only the file that defines a function, not those of the functions it calls;
+it raises when a file is damaged or its folder is not writable; and two processes that write at the
+same time may exchange their code. Here each file starts with a digest of its code and of everything
+the code depends on. A kernel whose file is missing, stale, damaged or unwritable is compiled again,
+by one process while the others wait. There is one folder for each version of the kernel sources;
+those of other versions are removed.
 
-The digest is no signature: as with numba, whoever can write in the folder can run code of theirs.
+The digest is not a signature: as with numba, anyone with write access to the folder can run code.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ _locks: Locks | None = None
 
 
 def use_locks(locks: Locks | None) -> None:
-    """Let one process compile a kernel while others wait; until then each compiles its own.
+    """Set the locks by which one process compiles a kernel while others wait; None: no waiting.
 
-    locks  path of a file -> a lock with ``acquire()``, which may raise OSError, and ``release()``,
-           such as filelock.FileLock
+    locks  (path of a file) -> a lock such as filelock.FileLock, with ``release()`` and
+           ``acquire()``, which may raise OSError
     """
     global _locks
     _locks = locks
@@ -46,7 +46,7 @@ def use_locks(locks: Locks | None) -> None:
 
 @cache
 def stamp(*files):
-    """A digest of the files and of every kernel's source; OSError when one cannot be read."""
+    """A digest of the files and of all kernel sources; OSError when one cannot be read."""
     digest = hashlib.sha256()
     for path in [*map(Path, files), *sorted(Path(__file__).parents[1].rglob("*.py"))]:
         digest.update(path.read_bytes())
@@ -54,10 +54,10 @@ def stamp(*files):
 
 
 class KernelFiles:
-    """The compiled forms of one function, a file for each signature and kind of processor.
+    """The compiled forms of one function, one file for each signature and processor type.
 
-    folder   where the folders are, one for each state of the kernels
-    name     of the function, with its module and Python's version
+    folder   parent of the folders, one for each version of the kernel sources
+    name     name of the function, with its module and the Python version
     kernels  the stamp of all kernels
     source   the stamp of all kernels and of the function's own file
     """
@@ -67,22 +67,22 @@ class KernelFiles:
         self.place = self.folder / f"galvi-kernels-{kernels[:16]}"
 
     def path(self, key):
-        """Where the code for a key is; a key is numba's: signature, processor, bytecode."""
+        """The file for a key of numba: signature, processor, bytecode."""
         which = hashlib.sha256(repr(key[:2]).encode()).hexdigest()
         return self.place / f"{self.name}.{which[:16]}.nbc"
 
     def load(self, key):
-        """What was saved; None when it is not there, of other sources, or not as it was written."""
+        """The saved code; None if it is missing, of other sources, or damaged."""
         try:
             content = self.path(key).read_bytes()
             if content[:DIGEST] == self._digest(key, content[DIGEST:]):
                 return pickle.loads(content[DIGEST:])
-        except Exception:  # what is not a pickle of these versions can raise anything
+        except Exception:  # unpickling damaged data can raise any exception
             pass
         return None
 
     def save(self, key, data):
-        """Write it; raises OSError, and leaves nothing, when that fails."""
+        """Write the file; raises OSError, leaving no file, when that fails."""
         self.make_place()
         code, path = dumps(data), self.path(key)
         try:
@@ -92,7 +92,7 @@ class KernelFiles:
             raise
 
     def make_place(self):
-        """The folder of this state of the kernels; those of others are removed when it is new."""
+        """Create the folder of this version; those of other versions are removed when it is new."""
         if not self.place.is_dir():
             for other in self.folder.glob("galvi-kernels-*"):
                 shutil.rmtree(other, ignore_errors=True)
@@ -105,8 +105,8 @@ class KernelFiles:
 class KernelCache(FunctionCache):
     """numba's cache of one function, kept in `KernelFiles`.
 
-    Raises RuntimeError when no folder can be written: neither the one of the source, nor the
-    user's, nor NUMBA_CACHE_DIR; OSError when the sources cannot be read, as in a zip file.
+    Raises RuntimeError when no folder is writable: neither that of the source, nor the user's
+    cache, nor NUMBA_CACHE_DIR; OSError when the sources cannot be read, as in a zip file.
     """
 
     def __init__(self, function):
@@ -118,7 +118,7 @@ class KernelCache(FunctionCache):
         self._lock: Any = None
 
     def serve(self, dispatcher):
-        """Keep what a dispatcher compiles, and let others go on whatever becomes of it."""
+        """Cache what a dispatcher compiles, and release the lock even if that fails."""
         compile_it = dispatcher.compile
 
         def compile_and_release(signature):
@@ -131,11 +131,11 @@ class KernelCache(FunctionCache):
         dispatcher._cache, dispatcher.compile = self, compile_and_release
 
     def load_overload(self, sig, target_context):
-        """What was saved, ready to call; None when this process has to compile it."""
+        """The saved code, ready to call; None when this process has to compile it."""
         found = self._loaded(sig, target_context)
         if found is None and _locks is not None:
             path = self._cache_file.path(self._index_key(sig, target_context.codegen()))
-            with suppress(OSError):  # no place for it, or held for too long: as if there were none
+            with suppress(OSError):  # unwritable folder or lock time-out: continue without a lock
                 self._cache_file.make_place()
                 self._lock = _locks(path.with_suffix(".lock"))
                 self._lock.acquire()
@@ -143,12 +143,12 @@ class KernelCache(FunctionCache):
         return found
 
     def save_overload(self, sig, data):
-        """Save it where that is possible; otherwise the next process compiles anew."""
+        """Save the code where possible; otherwise the next process compiles again."""
         with suppress(OSError):
             super().save_overload(sig, data)
 
     def _loaded(self, sig, target_context):
-        """None also when what was saved cannot be made ready."""
+        """As ``load_overload``, without waiting; None also when the code cannot be loaded."""
         with suppress(Exception):
             return super().load_overload(sig, target_context)
         return None

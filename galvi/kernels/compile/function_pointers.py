@@ -1,9 +1,9 @@
-"""How a kernel calls a function that it is given: by its address.
+"""Calls from kernels to functions given by their addresses.
 
 A kernel takes the addresses of a system's functions in an array of integers, so that one kernel,
-compiled once and kept on disk, serves every system. (numba's first-class functions do the same, but
-a dozen of them take longer to hand to the next kernel than a small Lagrangian takes.) The
-interpreter's form of a kernel takes the functions themselves, in a tuple.
+compiled once and cached on disk, serves every system. (numba's first-class functions do the same,
+but passing a dozen of them to the next kernel takes longer than evaluating a small Lagrangian.) The
+interpreted form of a kernel takes the functions themselves, in a tuple.
 
     call_void(functions[0], Q, t, constants, out)       a function that returns nothing
     call_vector(functions[0], q)                        one that returns a vector (d,)
@@ -26,10 +26,10 @@ from galvi.kernels.compile.array_types import MATRIX, REAL, TENSOR3, VECTOR
 
 
 def addresses(*functions: tuple[Callable[..., Any] | None, Any]) -> Any:
-    """(n,) where the compiled code of each (function, signature) is; 0 for None.
+    """Addresses (n,) of the compiled code of each (function, signature); 0 for None.
 
-    They must live as long as the addresses are used. Raises TypeError for a function that is not
-    jitted or returns another type than its signature says.
+    The functions must exist as long as the addresses are used. Raises TypeError for a function that
+    is not jitted or does not return the type of its signature.
     """
     found = [0 if f is None else _address(f, signature) for f, signature in functions]
     return np.array(found, dtype=np.int64)
@@ -53,7 +53,7 @@ def _address(function: Any, signature: Any) -> int:
 
 
 def _call(returned, address, arguments):
-    """The types and the code of a call; what the function raises goes on to the caller."""
+    """Type and code generator of a call; exceptions of the function reach the caller."""
     for argument in arguments:
         if argument not in (REAL, VECTOR, MATRIX, TENSOR3):
             raise errors.TypingError(f"a function called by its address cannot take {argument}")

@@ -1,6 +1,6 @@
-"""The same kernel source, run by the interpreter, for user functions that cannot be compiled.
+"""Runs kernels in the interpreter, for user functions that cannot be compiled.
 
-Only the functions that call the user's code leave the compiler; what they call otherwise stays
+Only the kernels that call user code, directly or indirectly, are interpreted; all others stay
 compiled. Exceptions and Ctrl-C then behave as in any Python program.
 """
 
@@ -20,7 +20,7 @@ CALLS = (call_void, call_vector, call_matrix)
 
 
 def interpreted(kernel: Any) -> Callable[..., Any]:
-    """The plain Python form of a compiled kernel and of every kernel below it that calls out."""
+    """The Python form of a compiled kernel and of every kernel below it that calls user code."""
     source = kernel.py_func
     names = dict(source.__globals__)
     for name, value in _used(kernel).items():
@@ -33,7 +33,7 @@ def interpreted(kernel: Any) -> Callable[..., Any]:
 
 @cache
 def _calls_out(kernel: Any) -> bool:
-    """Whether it, or a kernel below it, calls a function by its address."""
+    """Whether the kernel, or one that it calls, calls a function by its address."""
     return any(
         value in CALLS or (isinstance(value, CPUDispatcher) and _calls_out(value))
         for value in _used(kernel).values()
@@ -41,7 +41,7 @@ def _calls_out(kernel: Any) -> bool:
 
 
 def _used(kernel: Any) -> dict[str, Any]:
-    """The functions that its source names, but for itself."""
+    """The functions named in the kernel's source, except itself."""
     source = kernel.py_func
     found = {name: source.__globals__.get(name) for name in source.__code__.co_names}
     return {name: value for name, value in found.items() if callable(value) and value is not kernel}

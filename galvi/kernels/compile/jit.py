@@ -1,6 +1,6 @@
-"""How every kernel is compiled: cached on disk, IEEE division, no reordering of sums.
+"""Compiler settings of all kernels: cached on disk, IEEE division, no reordering of sums.
 
-While a kernel runs, other threads of Python go on.
+Kernels release the interpreter's lock while they run.
 """
 
 from __future__ import annotations
@@ -18,35 +18,35 @@ _ONE_AT_A_TIME = threading.RLock()
 
 
 def jit(function, **options):
-    """``function`` compiled when first called, for the types it is called with; options of njit.
+    """``function`` compiled at the first call, for the types of its arguments; options of njit.
 
-    Options that are not said would be taken from the first kernel that calls it.
+    All options are stated, since numba would inherit missing ones from the first calling kernel.
     """
     given = {"error_model": "numpy", "nogil": True, "_nrt": True, "forceinline": False, **options}
     dispatcher: Any = numba.njit(**given)(function)
-    if hasattr(dispatcher, "_cache"):  # not so when numba is told not to compile
-        # no folder to keep it in, or no sources to stamp: every process compiles anew
+    if hasattr(dispatcher, "_cache"):  # absent under NUMBA_DISABLE_JIT
+        # Without a writable folder or readable sources, every process compiles again.
         with suppress(RuntimeError, OSError):
             KernelCache(function).serve(dispatcher)
     return dispatcher
 
 
 def jit_inline(function):
-    """As ``jit`` for a function that makes no arrays, to be called from another many times a step.
+    """As ``jit``, for a function that allocates no arrays and is called many times a step.
 
-    It does not count references to the arrays it uses (``_nrt``, not public in numba), and is
-    inlined: handing arrays over takes as long as a pass over few bodies does.
+    It is inlined and compiled without reference counting (``_nrt``, not public in numba): passing
+    arrays takes as long as one iteration for a few bodies.
     """
     return jit(function, _nrt=False, forceinline=True)
 
 
 def jit_noalloc(function):
-    """As ``jit_inline``, but called: for what is long, or called from many places."""
+    """As ``jit_inline``, but not inlined: for long functions, or those with many callers."""
     return jit(function, _nrt=False)
 
 
 def compiled_for(dispatcher, signature, compiler=jit):
-    """A dispatcher of the same function, by ``jit`` or another, for these types and no others."""
+    """A dispatcher of the same function compiled by ``compiler`` for this signature only."""
     with _ONE_AT_A_TIME:
         return _compiled_for(dispatcher, signature, compiler)
 

@@ -1,1 +1,1 @@
-"""Compiled forces: one law each, as acceleration or as derivatives of a Lagrangian."""
+"""Compiled forces, one law per module, as accelerations or as derivatives of a Lagrangian."""

@@ -1,9 +1,9 @@
-"""Accelerations of any system at all stages of a step: a = -M^-1 dV/dq, or a law's own.
+"""Accelerations of any system at all stages: a = -M^-1 dV/dq, or given directly by a law.
 
-functions     the force of a kind in galvi.kernels.forces.force_kinds, and its derivative
+functions     (2,) force of a kind in galvi.kernels.forces.force_kinds, and its derivative
 Q             (d, s)  configuration at the stages
 t             (s,)    stage times
-inverse_mass  (d, 1) diagonal, (d, d) full, or (0, 0) when the law already gives accelerations
+inverse_mass  (d, 1) diagonal, (d, d) full, or (0, 0) when the law gives accelerations
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ TIMED_GRADIENT = force_kinds.TIMED_GRADIENT
 
 @jit_inline
 def accelerations(kind, functions, constants, inverse_mass, Q, t, out):
-    """Fill out (d, s) with the accelerations; the one place where a force is evaluated."""
+    """Fill out (d, s) with the accelerations; all forces are evaluated here."""
     if kind == BUILT_IN:
         call_void(functions[0], Q, t, constants, out)
     else:
@@ -40,7 +40,7 @@ def gradients(kind, functions, Q, t, out):
 
 @jit
 def stage(Q, k):
-    """The configuration at stage k, (d,), as an array of its own."""
+    """A copy of the configuration at stage k, (d,)."""
     q = np.empty(Q.shape[0])
     for i in range(Q.shape[0]):
         q[i] = Q[i, k]
@@ -49,7 +49,7 @@ def stage(Q, k):
 
 @jit
 def fill_stage(values, k, out):
-    """out[:, k] <- values, (d,); NaN when a user's function returned another length."""
+    """out[:, k] <- values, (d,); NaN when a user's function returned a wrong length."""
     fits = values.size == out.shape[0]
     for i in range(out.shape[0]):
         out[i, k] = values[i] if fits else np.nan
@@ -68,7 +68,7 @@ def apply_inverse_mass(inverse_mass, gradients):
 
 @jit
 def apply_full(inverse_mass, gradients):
-    """As ``apply_inverse_mass``, (d, d)."""
+    """As ``apply_inverse_mass``, for a full inverse mass (d, d)."""
     d, stages = gradients.shape
     column = np.empty(d)
     for k in range(stages):

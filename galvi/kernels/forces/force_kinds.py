@@ -1,14 +1,14 @@
-"""The kinds of force that a kernel evaluates, and the types of the functions that give them.
+"""Kinds of force that kernels evaluate, and the types of their functions.
 
 Q    (d, s)  configuration at the s stages, one row for each component
 t    (s,)    stage times
 
-A system has two functions, its force and, maybe, the derivative of that:
+A system has two functions, its force and, optionally, the derivative of the force:
 
 BUILT_IN        a law for all stages at once, (Q, t, constants, out (d, s)), and its derivative,
-                (Q, t, constants, out (d, w, s)), rows of own block
+                (Q, t, constants, out (d, w, s)), w components of the block of each row
 GRADIENT        a user's dV/dq (q (d,)) -> (d,) of one configuration, and d2V/dq2 (q) -> (d, d)
-TIMED_GRADIENT  likewise, of (q, t)
+TIMED_GRADIENT  the same, of (q, t)
 """
 
 from __future__ import annotations
@@ -32,5 +32,5 @@ SIGNATURES = {
 
 
 def no_constants():
-    """The constants of a law that has none."""
+    """The empty constants (0,) of a law without any."""
     return np.zeros(0)

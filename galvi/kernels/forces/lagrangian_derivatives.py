@@ -3,19 +3,19 @@
 g    (r,)  configuration; v (d,) velocity
 out  (2, d)  rows dL/dv and the derivative of L along g hat(e_a)
 
-A system has two functions, its Lagrangian's and its external force, the first of a kind:
+A system has two functions: one for the Lagrangian, of one of these kinds, and its external force:
 
-LAW        a built-in one, (g, v, t, constants, out)
+LAW        built in, (g, v, t, constants, out)
 EUCLIDEAN  a user's (q, v) or (q, v, t) -> (d + r,): dL/dv and the Euclidean dL/dq
 LEFT       the same with the left-trivialised derivative, (d + d,)
-GRADIENT   of a rigid body with inertia in constants: a user's dV/dR of (R) or (R, t)
+GRADIENT   for a rigid body with inertia in constants: a user's dV/dR of (R) or (R, t)
 CANONICAL  L = v.Mv/2 - V on R^d, M by rows in constants: a law of galvi.kernels.forces.force_kinds
-           for dV/dq, its numbers after M
-CANONICAL_GRADIENT  likewise, dV/dq a user's of (q) or (q, t)
+           for dV/dq, whose constants follow M
+CANONICAL_GRADIENT  the same with a user's dV/dq of (q) or (q, t)
 
-The external force is added to the second row: by the principle of Lagrange and d'Alembert it acts
-on a variation along g hat(e_a) as dL/dg does. It is a built-in one, of LAW's type with constants of
-its own, or a user's (q, v) or (q, v, t) -> (d,).
+The external force is added to the second row: by the Lagrange-d'Alembert principle it acts on a
+variation along g hat(e_a) as dL/dg does. It is built in, with the type of LAW and constants of its
+own, or a user's (q, v) or (q, v, t) -> (d,).
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ NO_FORCE, FORCE, TIMED_FORCE, FORCE_LAW = 0, 1, 2, 3  # which force acts
 class Law(NamedTuple):
     """A Lagrangian and an external force.
 
-    functions       of both
-    kind            of the Lagrangian, as above
+    functions       (2,) of the Lagrangian and of the force
+    kind            kind of the Lagrangian, as above
     time_dependent  whether a user's function takes the time
-    matrix_rows     of the matrix that a user's functions take; 0 for a vector
-    constants       (c,) numbers of the Lagrangian
-    force_kind      which force acts, and force_constants (c,) its numbers
+    matrix_rows     rows of the matrix that a user's functions take; 0 for a vector
+    constants       (c,) constants of the Lagrangian
+    force_kind      kind of external force; force_constants (c,) are its constants
     """
 
     functions: Any
@@ -65,7 +65,7 @@ LAW_TYPE = types.void(VECTOR, VECTOR, REAL, VECTOR, MATRIX)
 
 @cache
 def signature(kind, time_dependent, matrix_rows):
-    """Of the Lagrangian's function; matrix_rows = 0 when a user's takes a vector, else its rows."""
+    """Signature of the Lagrangian's function; matrix_rows as in `Law`."""
     if kind == LAW:
         return LAW_TYPE
     if kind == GRADIENT:
@@ -77,7 +77,7 @@ def signature(kind, time_dependent, matrix_rows):
 
 @cache
 def force_signature(force_kind, matrix_rows):
-    """Of the external force."""
+    """Signature of the external force."""
     place = MATRIX if matrix_rows else VECTOR
     if force_kind == FORCE_LAW:
         return LAW_TYPE
@@ -86,7 +86,7 @@ def force_signature(force_kind, matrix_rows):
 
 @jit
 def gradient_kind(kind, time_dependent):
-    """Of a canonical system's dV/dq, in galvi.kernels.forces.force_kinds."""
+    """Kind of a canonical system's dV/dq in galvi.kernels.forces.force_kinds."""
     if kind == CANONICAL:
         return fields.BUILT_IN
     return fields.TIMED_GRADIENT if time_dependent else fields.GRADIENT
@@ -123,7 +123,7 @@ def free_body(g, v, t, constants, out):
 
 @jit
 def rotation_slopes(gradient, v, constants, layout, g, out):
-    """Of a rigid body: J v from constants, and -dV/dR turned into a torque."""
+    """Slopes of a rigid body: J v from constants, and the torque of -dV/dR."""
     slope = np.empty(9)
     fits = gradient.shape[0] == 3 and gradient.shape[1] == 3
     for i in range(9):
@@ -137,7 +137,7 @@ def rotation_slopes(gradient, v, constants, layout, g, out):
 
 @jit
 def spread(values, kind, layout, g, out):
-    """out <- what a user's slopes returned; NaN when it has another length."""
+    """out <- the values of a user's slopes; NaN when they have a wrong length."""
     d = out.shape[1]
     size = d + (d if kind == LEFT else g.size)
     if values.size != size:
@@ -155,7 +155,7 @@ def spread(values, kind, layout, g, out):
 
 @jit
 def canonical(kind, functions, constants, g, v, t, out):
-    """L = v.Mv/2 - V(q, t); kind is that of the force in galvi.kernels.forces.force_kinds."""
+    """L = v.Mv/2 - V(q, t); kind as in galvi.kernels.forces.force_kinds."""
     d = v.size
     place, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
     when[0] = t
@@ -184,14 +184,14 @@ def external_force(law, g, v, t, out):
 
 @jit
 def add(values, out):
-    """out[1] <- out[1] + what a user's force returned; NaN when it has another length."""
+    """out[1] <- out[1] + values of a user's force; NaN when they have a wrong length."""
     for i in range(out.shape[1]):
         out[1, i] += values[i] if values.size == out.shape[1] else np.nan
 
 
 @jit_inline
 def slopes(law, layout, g, v, t, out):
-    """out (2, d) at one configuration.
+    """out (2, d) <- both rows at one state.
 
     law  a ``Law``
     """
@@ -205,7 +205,7 @@ def slopes(law, layout, g, v, t, out):
 
 @jit
 def own_slopes(law, layout, g, v, t, out):
-    """As ``slopes``, of a Lagrangian of another kind than LAW, without the force."""
+    """As ``slopes`` without the force, for a Lagrangian of a kind other than LAW."""
     functions, kind, time_dependent, matrix_rows, constants, _, _ = law
     if kind >= CANONICAL:
         canonical(gradient_kind(kind, time_dependent), functions, constants, g, v, t, out)

@@ -45,7 +45,7 @@ def accelerations(Q, t, constants, out):
 def pull_slope(Q, i, j, k, dimension, mass, slope):
     """slope <- mass (3 g g^T / |g|^2 - I) / |g|^3, g from body i to body j at stage k.
 
-    The derivative, by the place of i, of the pull of j on i; (dimension, dimension).
+    The derivative of the attraction of i by j with respect to q_i, (dimension, dimension).
     """
     square = 0.0
     for x in range(dimension):
@@ -63,8 +63,8 @@ def pull_slope(Q, i, j, k, dimension, mass, slope):
 def own_jacobians(Q, t, constants, out):
     """Derivative of each body's acceleration by its own position, (N * dimension, dimension, s).
 
-    The coupling of one body's acceleration to another body's position is left out: it is smaller
-    by the ratio of the masses for everything but the heaviest body.
+    The coupling to the positions of other bodies is omitted: it is smaller by the mass ratio for
+    all but the heaviest body.
     """
     dimension = int(constants[0])
     bodies = constants.size - 1
@@ -84,7 +84,7 @@ def own_jacobians(Q, t, constants, out):
 def all_jacobians(Q, t, constants, out):
     """Derivative of every body's acceleration by every position, (d, d, s), d = N * dimension.
 
-    For few bodies of like mass, where the coupling that own_jacobians leaves out is not small.
+    For few bodies of similar mass, where the coupling that own_jacobians omits is not small.
     """
     dimension = int(constants[0])
     bodies = constants.size - 1

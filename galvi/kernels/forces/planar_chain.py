@@ -1,6 +1,6 @@
-"""Derivatives of L = sum_ij A_ij cos(q_i - q_j) v_i v_j / 2 + sum_i B_i cos(q_i), a chain's.
+"""Derivatives of a chain's L = sum_ij A_ij cos(q_i - q_j) v_i v_j / 2 + sum_i B_i cos(q_i).
 
-g, v (n,)   angles from hanging down and their rates;   out (2, n)  dL/dv and dL/dq
+g, v (n,)   angles from the downward vertical and their rates;   out (2, n)  dL/dv and dL/dq
 constants   A by rows (n n,), symmetric, and B (n,)
 """
 
@@ -13,7 +13,7 @@ from galvi.kernels.compile.jit import jit
 
 @jit
 def planar_chain(g, v, t, constants, out):
-    """sum_j A_ij cos(q_i - q_j) v_j,  -sum_j A_ij sin(q_i - q_j) v_i v_j - B_i sin(q_i)."""
+    """out <- sum_j A_ij cos(q_i - q_j) v_j,  -sum_j A_ij sin(q_i - q_j) v_i v_j - B_i sin(q_i)."""
     n = g.size
     seen = np.empty((2, n))
     for i in range(n):

@@ -6,20 +6,20 @@ R        radius of the rings                          a       radius of their co
 v        downwash at the hub far from the ground: rings below the rotor, no images
 H(t)     height of the rotor, LOW + (HIGH - LOW) exp(-t / DESCENT)
 Z_j      height of ring j, s_j H(t) with s_j = 1, 3/4, 1/2, 1/4: the wake, down to the ground
-zeta     height above a ring, z - Z_j, and above its image, z + Z_j, which turns the other way
+zeta     height above a ring, z - Z_j, and above its image, z + Z_j, of opposite circulation
 
 One ring, of circulation Gamma, has the Stokes stream function
     psi = (Gamma R^2 / 4) r^2 / B^(3/4),   B = P^2 - 4 R^2 r^2,   P = r^2 + R^2 + zeta^2 + a^2,
-so u_r = -psi_z / r and u_z = psi_r / r: free of divergence by its form, with no flow through the
-ground, where ring and image have the same psi with opposite signs. Far away it is the velocity of
-a thin ring by Biot and Savart's law (Lamb, Hydrodynamics, art. 161), and so it is on the axis, with
-R^2 + zeta^2 + a^2 for R^2 + zeta^2. About the core it is smooth, as
+so u_r = -psi_z / r and u_z = psi_r / r: divergence-free by construction, with no flow through the
+ground, where ring and image have opposite psi. Far away it is the velocity of a thin ring by the
+Biot-Savart law (Lamb, Hydrodynamics, art. 161), and also on the axis with R^2 + zeta^2 + a^2 in
+place of R^2 + zeta^2. It is smooth about the core, since
 B = ((r - R)^2 + zeta^2 + a^2) ((r + R)^2 + zeta^2 + a^2) > 0.
 
-Chosen over elliptic integrals because they lose digits near the axis and are infinite at the core:
-here psi / r^2 is an algebraic function of r^2, so the wind is analytic in x, y, z and t and takes
-two square roots and a division a ring. The rings' own motion is not followed: the field is stated,
-no solution of Euler's equations.
+Elliptic integrals would lose digits near the axis and are infinite at the core; here psi / r^2 is
+an algebraic function of r^2, so the wind is analytic in x, y, z and t and takes two square roots
+and a division per ring. The rings do not move by their own velocity: the field is prescribed, not a
+solution of Euler's equations.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ import math
 from galvi.kernels.compile.jit import jit
 
 R, CORE = 7.0, 2.5
-DOWNWASH = 10.0  # of a hovering helicopter of 3.8 t, by T = 2 rho pi R^2 v^2
+DOWNWASH = 10.0  # m / s, for a hovering helicopter of 3.8 t, by T = 2 rho pi R^2 v^2
 HIGH, LOW, DESCENT = 16.0, 6.0, 2.0
 SHARES = (1.0, 0.75, 0.5, 0.25)
 

@@ -10,7 +10,7 @@ from galvi.kernels.compile.jit import jit
 
 @jit
 def gradient(Q, t, constants, out):
-    """Force of the springs on either side, (d, s)."""
+    """dV/dq at all stages, (d, s)."""
     alpha, beta = constants
     d = Q.shape[0]
     out[:, :] = 0.0

@@ -1,1 +1,1 @@
-"""Steps in vector instructions: point masses and rigid bodies, eight stages at a time."""
+"""Steps of point masses and rigid bodies in vector instructions, eight stages at a time."""

@@ -1,32 +1,33 @@
-"""Many steps of a rigid body in vector instructions: the equations of
-galvi.kernels.on_group.stages.
+"""Many steps of a rigid body in vector instructions, as galvi.kernels.on_group.
 
-For a rule with as many points s as the space's curves have coefficients, the stage equations are
-those of collocation in the chart, with eta and f from xi and pi
+If the rule has as many points s as a curve has coefficients per component, the stage equations of
+galvi.kernels.on_group.stages are those of collocation in the chart, with eta and f from xi and pi
 (galvi.kernels.lanes.body_formulas):
 
     xi_j = h sum_k A_jk eta_k,     xi(1) = h sum_k b_k eta_k,
     pi_j = p0 + h sum_k B_jk f_k,  p1 = p0 + h sum_k b_k f_k = T(xi(1))^T mu1,
     mu1 = Phi(xi(1))^T (mu0 + h sum_k b_k n_k)
 
-p0 would be mu0, were the base point of the chart to stay; it differs by the error of a step. The
-equations are solved by fixed-point iteration; a step for which that fails, or that turns by more
-than REACHES, is left to the general kernel.
+p0 would be mu0 if the base point of the chart were fixed; it differs by the error of a step. The
+equations are solved by fixed-point iteration; a step for which that fails, or whose |xi| exceeds
+REACHES, is left to the general kernel.
 
-state   (4, 9)  R by rows; mu, the last p0 - mu0, the momentum in space; a quaternion of R, not
-        normalised (zeros when only R and mu are known); what rounding lost of it and, from entry 4,
-        of the momentum in space
-moves   (2 s, P)  h A^T;   turns (2 s, P)  h B^T;   kicks (2, s)  h b; each followed by what
-        rounding lost of it; P as in galvi.kernels.lanes.nbody
-ahead   (l s, P)  for r = 1 .. l: extrapolation of velocities that keeps r Legendre terms
-series, growth   as in galvi.kernels.lanes.nbody
-fit     (m, s)  h times the coefficients of a curve from its rates at the stages
-body    (33,)   see galvi.kernels.lanes.body_formulas; from 21 on it is renewed here, then scratch
-weight  (3,)    mass g in space
-work    (36, P) xi, pi, [eta, f, n, velocity], -, guess, zeros, corrections of xi and of pi
-spare   (6, P)  scratch
-solver_state    (4,)    as in galvi.kernels.on_group.advance, then Legendre terms that are
-                extrapolated
+state           (4, 9)    R by rows; mu, the last p0 - mu0, the spatial momentum; a quaternion of R,
+                          not normalised (zeros when only R and mu are known); the low parts of the
+                          quaternion and, from entry 4, of the spatial momentum
+moves           (2 s, P)  h A^T and its low part; P as in galvi.kernels.lanes.nbody
+turns           (2 s, P)  h B^T and its low part
+kicks           (2, s)    h b and its low part
+ahead           (l s, P)  for r = 1 .. l: extrapolation of velocities that keeps r Legendre terms
+series, growth            as in galvi.kernels.lanes.nbody
+fit             (m, s)    h times the coefficients of a curve from its rates at the stages
+body            (33,)     see galvi.kernels.lanes.body_formulas; mass g at 21 to 23 is updated here,
+                          from 24 on it is scratch
+weight          (3,)      mass g in space
+work            (36, P)   xi, pi, [eta, f, n, velocity], -, guess, zeros, low parts of xi and of pi
+spare           (6, P)    scratch
+solver_state    (4,)      as in galvi.kernels.on_group.advance, then the number of Legendre terms
+                          extrapolated
 """
 
 from __future__ import annotations
@@ -65,18 +66,18 @@ from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
 BODY_TABLES = types.Tuple((FIXED_MATRIX,) * 5 + (FIXED_VECTOR, FIXED_MATRIX))
 REACHES = tuple(chart.REACH_IN_LANES for chart in CHARTS)
-TERMS = 3  # place in solver_state
-PULLS = 2  # corrections of a first guess for the chart's tangent map
+TERMS = 3  # index in solver_state
+PULLS = 2  # corrections of an initial guess by the chart's tangent map
 AXES = (0, 0, 0)
-NEAR = 1e-4  # relative change of the stages below which the end says what p0 lacks
-SURE = 3.0  # times the last change that p0 must lack before it is corrected
-LEAST = 3e-16  # relative size of what it may lack
-PATIENCE = 4.0  # growth of what it may lack from one attempt to settle to the next
+NEAR = 1e-4  # relative change of the stages below which the error of p0 is evaluated
+SURE = 3.0  # least ratio of the error of p0 to the last change for p0 to be corrected
+LEAST = 3e-16  # largest relative error of p0 that is accepted
+PATIENCE = 4.0  # growth of that limit from one attempt at convergence to the next
 
 
 @jit_inline
 def momentum_scale(kicks, mu0, f):
-    """1 over the largest momentum or impulse of a step, so that a body may start at rest; or 0."""
+    """1 over the largest momentum or impulse of a step, which may start at rest; 0 if all are 0."""
     h, size = 0.0, max(abs(mu0[0]), abs(mu0[1]), abs(mu0[2]))
     for j in range(kicks.shape[1]):
         h += kicks[0, j]
@@ -89,13 +90,13 @@ def momentum_scale(kicks, mu0, f):
 @jit_inline
 def relax(charts, weights, moves, turns, kicks, body, mu0, p0, work, spare, tolerance, counts,
           history):  # fmt: skip
-    """Fixed-point iteration from xi and pi in work until settled; returns a code.
+    """Fixed-point iteration from xi and pi in work until convergence; returns a code.
 
-    p0            momentum at the start in the chart, corrected as soon as the stages say so
-    spare[0:3]    <- xi(1), what the forces add to the momentum, and what p0 lacked
+    p0            momentum at the start in the chart, corrected during the iteration
+    spare[0:3]    <- xi(1), the impulse of the forces, and the last correction of p0
 
-    How much p0 lacks is known to about the last change of the stages, and each correction costs
-    some passes: it is made when it is SURE, and at the end.
+    The error of p0 is known to about the last change of the stages, and each correction costs some
+    passes: it is made when it exceeds SURE times that change, and at the end.
     """
     stages, padded = kicks.shape[1], moves.shape[1]
     xi, pi, eta, f, nothing = work[0:3], work[3:6], work[6:9], work[9:12], work[27:30]
@@ -144,7 +145,7 @@ def relax(charts, weights, moves, turns, kicks, body, mu0, p0, work, spare, tole
 
 @jit_inline
 def start(charts, moves, body, stages, guess, work):
-    """xi and pi from guessed velocities: a few corrections of xi' = T^-1 velocity."""
+    """xi and pi from guessed velocities, by a few iterations of xi' = T^-1 velocity."""
     padded = moves.shape[1]
     xi, pi, eta = work[0:3], work[3:6], work[6:9]
     for chunk in range(padded // LANES):
@@ -160,7 +161,7 @@ def start(charts, moves, body, stages, guess, work):
 
 @jit_inline
 def within_reach(chart, xi, end):
-    """Whether no stage, nor the end, is farther than this kernel goes in the chart."""
+    """Whether all stages and the end are within REACHES of the chart."""
     farthest = end[0] * end[0] + end[1] * end[1] + end[2] * end[2]
     for k in range(xi.shape[1]):
         square = xi[0, k] * xi[0, k] + xi[1, k] * xi[1, k] + xi[2, k] * xi[2, k]
@@ -181,7 +182,7 @@ def curve_of(fit, eta, out):
 
 @jit_inline
 def advance_body(charts, weights, tables, body, weight, plan, todo, progress, work, spare, kept):
-    """Do ``todo`` more steps; returns a code, and leaves a step that fails undone."""
+    """Do ``todo`` more steps; returns a code. A step that fails is not done."""
     plan, kept = Plan(*plan), Kept(*kept)
     moves, turns, kicks, ahead, series, growth, fit = tables
     state, stages, solver_state, counts = progress
@@ -215,7 +216,7 @@ def advance_body(charts, weights, tables, body, weight, plan, todo, progress, wo
             code = DIVERGED
         if code != SOLVED:
             return code
-        for i in range(3):  # what is left of p0's error, to first order
+        for i in range(3):  # remaining error of p0, to first order
             p0[i] += spare[2, i]
             for j in range(3):
                 xi[i] += plan.step * body[3 * i + j] * spare[2, j]
@@ -236,7 +237,7 @@ def advance_body(charts, weights, tables, body, weight, plan, todo, progress, wo
 
 @cache
 def compiled_advance_body(chart, weight):
-    """``advance_body`` for a chart's number and with or without a weight, or from the cache."""
+    """``advance_body`` compiled or cached for a chart's number, and a weight (1) or none (0)."""
     whole = types.int64
     signature = whole(
         types.UniTuple(whole, 1 + chart), types.UniTuple(whole, 1 + weight), BODY_TABLES, VECTOR,

@@ -1,4 +1,4 @@
-"""A rigid body at eight stages at once, in a chart of rotations; as galvi.kernels.lanes.gravity.
+"""A rigid body at eight stages at once, in a chart of rotations; see galvi.kernels.lanes.gravity.
 
 xi, pi    coordinates and their momenta;  eta = xi'
 velocity  of the body, T(xi) eta;  lambda = J velocity = T^-T pi
@@ -8,8 +8,8 @@ velocity  of the body, T(xi) eta;  lambda = J velocity = T^-T pi
 
 with k and d of the chart (galvi.kernels.lie.charts).
 
-charts   a tuple that is one longer than the chart's number
-weights  a tuple whose length is 1 for a free body, 2 for one with a weight
+charts   a tuple of length 1 + the chart's number
+weights  a tuple of length 1 for a free body, 2 for one with a weight
 body     J^-1 by rows (9,), J by rows (9,), the centre of mass (3,), and mass g in the frame of the
          step's start (3,)
 """

@@ -1,7 +1,7 @@
-"""The end of a rigid body's step: its turn, its momentum and its attitude.
+"""The end of a rigid body's step: rotation, momentum and attitude.
 
-Arrays as in galvi.kernels.lanes.body. What is turned by Phi or Phi^T is found as a change, and
-changes are summed with what rounding lost of them.
+Arrays as in galvi.kernels.lanes.body. The effect of Phi or Phi^T is computed as a change, and
+changes are summed with compensation of their rounding errors.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ def turned(sine, cosine, x, y, z, v0, v1, v2):
 
 @jit_inline
 def end_defect(chart, kicks, results, mu0, p0, size, out):
-    """out <- rows xi(1), h sum_k b_k n_k, and what p0 lacks; returns size times the last.
+    """out <- rows xi(1), h sum_k b_k n_k, and the error of p0; returns size times the last.
 
-    p0 leads to the momentum Phi T^-T (p0 + h sum_k b_k f_k), seen at the start, where it should be
-    mu0 + h sum_k b_k n_k.
+    In the frame of the step's start, p0 gives the final momentum Phi T^-T (p0 + h sum_k b_k f_k),
+    which should be mu0 + h sum_k b_k n_k.
     """
     for i in range(3):
         place, force, kick = 0.0, 0.0, 0.0
@@ -57,7 +57,7 @@ def end_defect(chart, kicks, results, mu0, p0, size, out):
 
 @jit_inline
 def matrix_of(state):
-    """Row 0 of the state from the quaternion, which need not have length 1."""
+    """Row 0 of the state from the quaternion, which need not be normalised."""
     w, x, y, z = state[2, 0], state[2, 1], state[2, 2], state[2, 3]
     two = 2.0 / (w * w + x * x + y * y + z * z)
     state[0, 0], state[0, 4] = 1.0 - two * (y * y + z * z), 1.0 - two * (x * x + z * z)
@@ -69,7 +69,7 @@ def matrix_of(state):
 
 @jit_inline
 def quaternion_of(state):
-    """What the general kernel does not know: a quaternion, and nothing lost."""
+    """A quaternion with zero low part, if the general kernel left none."""
     if state[2, 0] != 0.0 or state[2, 1] != 0.0 or state[2, 2] != 0.0 or state[2, 3] != 0.0:
         return
     R = state[0]
@@ -82,9 +82,9 @@ def quaternion_of(state):
 
 @jit_inline
 def kick_momentum(kick, R, state):
-    """The momentum in space from the kick seen at the start R of a step, and mu1 from it.
+    """Update the spatial momentum by the kick in the frame R of the step's start; mu1 from it.
 
-    So that what rounding does to mu1 is not handed on: R1 mu1 does not move where nothing turns.
+    Rounding errors of mu1 are thus not carried from step to step.
     """
     for i in range(3):
         push = R[3 * i] * kick[0] + R[3 * i + 1] * kick[1] + R[3 * i + 2] * kick[2]
@@ -99,7 +99,7 @@ def kick_momentum(kick, R, state):
 
 @jit_inline
 def turn_quaternion(chart, xi, state):
-    """q <- q (half the turn of xi), by a compensated change."""
+    """q <- q times the quaternion of xi, by a compensated change."""
     x, y, z = xi[0], xi[1], xi[2]
     along, less = half_turn(chart, x * x + y * y + z * z)
     a, b, c = along * x, along * y, along * z

@@ -1,7 +1,7 @@
 """Vector instructions over the stages of a step, eight at a time.
 
-numba does not vectorise loops whose arrays may overlap; these functions are written in the
-compiler's own vector types instead. In an array (rows, P) the lanes past the last stage repeat it.
+numba does not vectorise loops whose arrays may overlap; these functions use LLVM's vector types
+instead. In an array (rows, P) the lanes after the last stage repeat it.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ __all__ = ["LANES", "attract", "attract_pair", "combine", "drift", "fused", "mov
 
 @intrinsic
 def attract(typingctx, axes, Q, a, masses, i, padded, chunk):
-    """Body i and all before it attract each other, in eight stages, the last of these first.
+    """Attraction between body i and all bodies j < i, in eight stages, with j descending.
 
-    a_i += Gm_j g, a_j -= Gm_i g, g = (q_j - q_i) / |q_j - q_i|^3; rows are axes of bodies in turn.
-    For the last body the accelerations are taken as zero before.
+    a_i += Gm_j g, a_j -= Gm_i g, g = (q_j - q_i) / |q_j - q_i|^3; rows are the axes of each body.
+    For the last body, a is initialised to zero.
     """
     whole = types.intp
     signature = types.void(axes, Q, a, masses, whole, whole, whole)
@@ -113,7 +113,7 @@ def move(
 ):
     """Q <- q + (base + (low + sum_j a_j matrix[start + j])), all axes of one body, eight stages.
 
-    Returns the largest of ``change`` and of size |change of Q|; not a number counts as largest.
+    Returns the larger of ``change`` and size |change of Q|; NaN counts as largest.
     """
     whole, real = types.intp, types.float64
     signature = real(
@@ -139,7 +139,7 @@ def move(
             step = builder.fadd(lanes.load(bases, this), total)
             moved = builder.fadd(lanes.spread(lanes.number(origin, this)), step)
             far = lanes.mul(builder.fsub(moved, lanes.load(places, this)), scale)
-            # The bits of numbers that are not negative are ordered as the numbers, NaN on top.
+            # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
             bits = builder.bitcast(lanes.call("fabs", far), BITS)
             largest = builder.select(builder.icmp_signed(">", bits, largest), bits, largest)
             lanes.store(moved, places, this)
@@ -150,10 +150,10 @@ def move(
 
 @intrinsic
 def drift(typingctx, c, base, low, row, far, far_low, lost, padded, chunk):
-    """base <- c far and low <- low + what is too small for it, of one row, in eight stages.
+    """base <- c far and low <- low + its rounding error, for one row, in eight stages.
 
-    c    (2, P)  nodes, and what rounding lost of them
-    far  h v, ``far_low`` what rounding lost of it, ``lost`` what rounding lost of q
+    c    (2, P)  nodes and their low parts
+    far  h v, ``far_low`` its low part, ``lost`` the low part of q
     """
     whole, real = types.intp, types.float64
     signature = types.void(c, base, low, whole, real, real, real, whole, whole)

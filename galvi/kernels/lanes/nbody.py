@@ -1,22 +1,23 @@
 """Many steps of point masses under gravity: `galvi.kernels.nystrom.advance` in vector instructions.
 
-The same method, prediction, stopping rule and compensated updates, with fewer passes over all
+Method, prediction, stopping rule and compensated updates are the same, with fewer passes over all
 bodies (`galvi.kernels.lanes.nbody_iteration`); a step that fixed-point iteration cannot solve is
 left to the general kernel. One compilation serves every number of stages s, padded to P, a
 multiple of LANES.
 
 d = bodies * dimension rows, one for each coordinate
-masses   (bodies,)  G m
-ahead    (2 (l + 1) s, P)  h^2 A^T, then what rounding lost of it; then for r = 1 .. l both of them
-                    after an extrapolation to the next step that keeps r Legendre terms
-series   (s, P)     Legendre coefficients from stages, transposed
-growth   (l,)       Legendre polynomials at the next step's end
-sums     (s, P)     columns h b, h^2 beta and what rounding lost of each
-c        (2, P)     nodes, and what rounding lost of them
-work     (6, d, P)  stages, last accelerations, h c v, corrections too small for it, scratch,
-                    new accelerations
-spare    (7, at least d and s)  state before the step, sizes, the iteration's history, scratch
-solver_state     (3 + bodies,)  as in the general kernel, then Legendre terms kept for each body
+masses        (bodies,)               G m
+ahead         (2 (l + 1) s, P)        h^2 A^T and its low part; then for r = 1 .. l both of these
+                                      after extrapolation to the next step with r Legendre terms
+series        (s, P)                  Legendre coefficients from stages, transposed
+growth        (l,)                    Legendre polynomials at the next step's end
+sums          (s, P)                  columns h b, h^2 beta and the low part of each
+c             (2, P)                  nodes and their low parts
+work          (6, d, P)               stages, last accelerations, h c v, its low part, scratch, new
+                                      accelerations
+spare         (7, at least d and s)   state before the step, sizes, the iteration's history, scratch
+solver_state  (3 + bodies,)           as in the general kernel, then the number of Legendre terms
+                                      kept for each body
 """
 
 from __future__ import annotations
@@ -45,12 +46,12 @@ from galvi.kernels.nystrom.step import (
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
 GRAVITY_TABLES = types.Tuple((FIXED_MATRIX, FIXED_MATRIX, FIXED_VECTOR, FIXED_MATRIX, FIXED_MATRIX))
-RECONSIDER = 16  # steps between choices of how many terms to extrapolate
+RECONSIDER = 16  # steps between choices of the number of terms to extrapolate
 
 
 @jit_inline
 def choose_terms(axes, series, growth, a, out, terms, sizes):
-    """How many Legendre terms of each body's last accelerations to extrapolate.
+    """terms <- how many Legendre terms of each body's last accelerations to extrapolate.
 
     ``out`` (d, P) and ``sizes`` (s,) are scratch.
     """
@@ -69,8 +70,8 @@ def choose_terms(axes, series, growth, a, out, terms, sizes):
 def place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q):
     """The start of a step: base, low, sizes = 1 / distances from the origin, and first stages Q.
 
-    a holds the last step's accelerations, or with no ``terms`` the guess itself. Returns the body
-    that goes farthest in a step for its distance, other than the star.
+    a holds the last step's accelerations, or the guess itself if ``terms`` is empty. Returns the
+    body, other than the star, with the largest displacement in a step relative to its distance.
     """
     dimension, padded, bodies = len(axes), c.shape[1], masses.size
     largest, most, fastest_planet = 0.0, 0.0, 1 if star == 0 else 0
@@ -126,7 +127,7 @@ def finish(axes, sums, h, a, state, out):
 
 @jit_inline
 def advance(axes, masses, tableau, tables, plan, todo, progress, work, spare, kept):
-    """Do ``todo`` more steps of a run; returns a code as the general kernel does."""
+    """Do ``todo`` more steps of a run; returns a code, as the general kernel."""
     tableau, plan, kept = NystromTableau(*tableau), Plan(*plan), Kept(*kept)
     ahead, series, growth, sums, c = tables
     state, stages, solver_state, counts = progress
@@ -173,7 +174,7 @@ def advance(axes, masses, tableau, tables, plan, todo, progress, work, spare, ke
 
 @jit_inline
 def copy_rows(target, source):
-    """The first columns of target <- source, as many as both have."""
+    """Copy the leading columns that both arrays have from source to target."""
     for i in range(target.shape[0]):
         for k in range(min(target.shape[1], source.shape[1])):
             target[i, k] = source[i, k]
@@ -181,7 +182,7 @@ def copy_rows(target, source):
 
 @cache
 def compiled_advance(dimension):
-    """``advance`` for bodies in the plane or in space, from the cache on disk if it is there."""
+    """``advance`` compiled or cached for bodies in the plane or in space."""
     whole = types.int64
     signature = whole(
         types.UniTuple(whole, dimension), FIXED_VECTOR, TABLEAU, GRAVITY_TABLES, PLAN, whole,

@@ -1,12 +1,12 @@
 """Fixed-point iteration of one step of point masses, in vector instructions.
 
-Arrays as in `galvi.kernels.lanes.nbody`: moves holds h^2 A^T first, Q, a, base, low and background
-are (d, P). After the first pass over all bodies come some over two alone, the star and the body
-that moves fastest for its distance, its planet. Extrapolation predicts that one worst, and by far:
-of Sun and planets the innermost to 1e-4, the next to 1e-10 (`benchmarks.experiments.solver_ideas`).
-What the passes find is a better guess, nothing more.
-Iterations and force evaluations count the passes over all bodies; the PAIR_PASSES + 1 pulls of
-those over two are counted as PAIRS.
+Arrays as in `galvi.kernels.lanes.nbody`: moves begins with h^2 A^T; Q, a, base, low and background
+are (d, P). The first pass over all bodies is followed by some over two bodies alone, the star and
+the planet that moves fastest relative to its distance, which extrapolation predicts by far the
+worst: for the Sun and planets, the innermost to 1e-4, the next to 1e-10
+(`benchmarks.experiments.solver_ideas`). These passes only improve the guess. Iterations and force
+evaluations count the passes over all bodies; the PAIR_PASSES + 1 evaluations of the single pair are
+counted as PAIRS.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ PAIR_PASSES = 3  # 2 and 4 are slower for some problems: CONTRIBUTING.md, 'Ideas
 
 @jit_inline
 def pull_all(axes, masses, Q, a):
-    """a <- accelerations at stages Q. Light pairs first: the sums grow."""
+    """a <- accelerations at stages Q, adding the attractions of light pairs first."""
     for body in range(masses.size - 1, -1, -1):
         for chunk in range(Q.shape[1] // LANES):
             attract(axes, Q, a, masses, body, Q.shape[1], chunk)
@@ -37,7 +37,7 @@ def pull_all(axes, masses, Q, a):
 
 @jit_inline
 def pull_pair(axes, masses, star, fastest_planet, sign, Q, given, a):
-    """a <- given + sign times the pull between two bodies, in their rows."""
+    """a <- given + sign times the attraction between two bodies, in their rows."""
     star_mass, planet_mass = sign * masses[star], sign * masses[fastest_planet]
     for chunk in range(Q.shape[1] // LANES):
         attract_pair(
@@ -47,7 +47,7 @@ def pull_pair(axes, masses, star, fastest_planet, sign, Q, given, a):
 
 @jit_inline
 def move_one(axes, moves, start, s, a, base, low, state, Q, change, size, body):
-    """Q <- q + (base + (low + h^2 A a)) of one body; the larger of ``change`` and its own."""
+    """Q <- q + (base + (low + h^2 A a)) of one body; returns the largest change so far."""
     for chunk in range(Q.shape[1] // LANES):
         change = move(
             axes, moves, start, a, base, low, state, Q, change, size, body, s, Q.shape[1], chunk
@@ -59,10 +59,10 @@ def move_one(axes, moves, start, s, a, base, low, state, Q, change, size, body):
 def iterate_pair(
     axes, masses, star, fastest_planet, moves, s, state, base, low, sizes, Q, a, background, history
 ):
-    """Some passes over the star and one planet alone, the pull of all others in ``background``.
+    """Some passes over the star and one planet, the attraction of all others in ``background``.
 
-    The fastest planet is what extrapolation predicts worst, by far, and these passes cost little.
-    Their contraction is that of the passes over all bodies, which go on from here.
+    Extrapolation predicts the fastest planet by far the worst, and these passes are cheap. They
+    contract like the passes over all bodies, which continue from their result.
     """
     last, change = history[0], history[0]
     for _passes in range(PAIR_PASSES):
@@ -80,7 +80,7 @@ def iterate_pair(
 @jit_inline
 def iterate(axes, masses, star, fastest_planet, moves, s, state, base, low, sizes, tolerance,
             counts, Q, a, background, history):  # fmt: skip
-    """Fixed-point iteration from stages Q, until settled; a holds the last accelerations.
+    """Fixed-point iteration from stages Q until convergence; a holds the last accelerations.
 
     ``background`` is scratch, (d, P).
     """

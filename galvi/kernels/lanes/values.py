@@ -1,6 +1,6 @@
-"""Arithmetic on eight stages at once, written as on numbers.
+"""Arithmetic operators on eight stages at once.
 
-A Lane wraps a vector that a compiler builds; sums of products may be fused.
+A Lane wraps an LLVM vector under construction; sums of products may be fused.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from galvi.kernels.lanes.vectors import FUSED, LANES, VECTOR
 
 
 class Lane:
-    """Eight doubles; +, - and * with another Lane or a number, and a number over them."""
+    """Eight doubles, with +, - and * by another Lane or a number, and division of a number."""
 
     def __init__(self, builder, value):
         self.builder, self.value = builder, value

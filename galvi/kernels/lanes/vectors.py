@@ -1,6 +1,6 @@
-"""Eight doubles at a time, in the compiler's own vector types.
+"""Operations on eight doubles at a time, in LLVM's vector types.
 
-An array (rows, P), P a multiple of LANES, holds a number for every stage in each row. Sums of
+Each row of an array (rows, P), P a multiple of LANES, holds a number for every stage. Sums of
 products may be fused.
 """
 
@@ -21,9 +21,9 @@ ONE = ir.Constant(VECTOR, [1.0] * LANES)
 
 
 class Lanes:
-    """Loads, stores and arithmetic on eight stages of a row, from number 8 chunk on.
+    """Loads, stores and arithmetic on the eight stages of a row that start at 8 chunk.
 
-    builder  of the function that is being compiled, in its context
+    builder  LLVM builder of the function being compiled, in its context
     padded   P, the length of a row
     """
 
@@ -93,7 +93,7 @@ class Lanes:
     def sums(self, first, factors, start, values, row, stages):
         """first[x] + sum_j values[row + x, j] factors[start + j], one vector for each axis x.
 
-        Even and odd j apart: the sums wait half as long for each other.
+        Even and odd j are summed separately, which halves the chain of dependent additions.
         """
         builder = self.builder
         even = [self.variable(vector) for vector in first]
@@ -118,7 +118,7 @@ class Lanes:
         ]
 
     def pull(self, places, here, row):
-        """The gaps from ``here`` to the body whose rows start at ``row``, and 1 / distance^3."""
+        """The vector from ``here`` to the body whose rows start at ``row``, and 1 / distance^3."""
         gaps = [self.sub(self.load(places, self.plus(row, x)), q) for x, q in enumerate(here)]
         square = self.mul(gaps[0], gaps[0])
         for gap in gaps[1:]:

@@ -1,1 +1,1 @@
-"""Rotations, rigid motions, charts and groups, as compiled functions."""
+"""Compiled functions of rotations, rigid motions, charts and groups."""

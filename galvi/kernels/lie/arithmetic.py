@@ -1,7 +1,7 @@
-"""Arithmetic of triples and polynomials: for numbers in kernels, and for lanes of eight.
+"""Arithmetic of triples and polynomials, for numbers in kernels and for lanes of eight.
 
-What is decorated with ``generic`` is compiled into the kernels that call it, and stays a Python
-function for whoever calls it with lanes (galvi.kernels.lanes.values) or with numbers.
+A function decorated with ``generic`` is compiled into the kernels that call it, and remains a
+Python function for calls with lanes (galvi.kernels.lanes.values) or numbers.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def cross(v, w):
 
 
 def polynomial(coefficients, u):
-    """sum_k coefficients[k] u^k, in pairs, so that products overlap."""
+    """sum_k coefficients[k] u^k, evaluated in pairs so that products can run in parallel."""
     square, total = u * u, 0.0
     for even, odd in reversed(list(zip_longest(coefficients[::2], coefficients[1::2]))):
         total = square * total + (even if odd is None else u * odd + even)

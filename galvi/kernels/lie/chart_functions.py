@@ -1,6 +1,6 @@
-"""The functions of a chart of rotations, by its number.
+"""Functions of charts of rotations, called by the number of the chart.
 
-galvi.kernels.lie.charts says what each is.
+For their definitions see galvi.kernels.lie.charts.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Charts and groups by number: one compiled kernel serves all of them.
+"""Selection of charts and groups by number, so that one compiled kernel serves all of them.
 
-A chart, or a group, is a module with functions of the same names; its number is its place among the
-modules of its folder. Nothing else chooses between them.
+A chart or a group is a module with functions of fixed names; its number is its index among the
+modules of its package in alphabetical order. Nothing else branches on charts or groups.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from galvi.kernels.lie.arithmetic import generic
 
 
 def modules_of(package):
-    """The modules of a package, in the order of their names."""
+    """The modules of a package in alphabetical order."""
     names = sorted(module.name for module in iter_modules(package.__path__))
     return tuple(import_module(f"{package.__name__}.{name}") for name in names)
 
@@ -27,7 +27,7 @@ def by_number(name, modules):
 
 
 def _choice(own, function, others):
-    """``function`` for the number ``own``, and what ``others`` chooses for a larger one."""
+    """A function that calls ``function`` for the number ``own``, else ``others``."""
     if others is None:
 
         @generic

@@ -1,12 +1,12 @@
-"""Groups side by side: charts, tangent maps, coordinates and momenta of all factors at once.
+"""Products of groups: charts, tangent maps, coordinates and momenta of all factors.
 
-layout  (factors, 4)  of each factor its group's number, its dimension, the entries of an element
-                      and how many components are rotations, which come first
+layout  (factors, 4)  for each factor the number of its group, its dimension, the entries of an
+                      element, and the number of leading components that are rotations
 chart   number of a chart of rotations (galvi.kernels.lie.chart_functions)
 g       (r,)  an element, the entries of all factors; xi, eta (d,) in the algebra
 T, G    (d, d)  g^-1 g' = T(xi) xi',  G = d(T(xi) eta)/dxi; blocks on the diagonal
 
-galvi.kernels.lie.groups says what is done for each factor.
+For the functions of each factor see galvi.kernels.lie.groups.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def is_flat(layout):
 
 @jit_inline
 def is_one_rotation(layout):
-    """Whether the group is that of rotations of space alone."""
+    """Whether the group is SO(3) alone."""
     return layout.shape[0] == 1 and layout[0, DIMENSION] == 3 and layout[0, ROTATIONS] == 3
 
 
@@ -55,7 +55,7 @@ def place(layout, chart, g, xi, out):
 
 @jit_noalloc
 def tangent(layout, chart, xi, eta, T, G):
-    """T and G."""
+    """T and G, (d, d), block diagonal."""
     for i in range(T.shape[0]):
         for j in range(T.shape[1]):
             T[i, j] = G[i, j] = 0.0
@@ -79,7 +79,7 @@ def coordinates(layout, chart, g, k, xi):
 
 @jit_noalloc
 def restore(layout, g):
-    """Bring rotations back to orthogonality, from which rounding takes them: one Newton step."""
+    """Correct the orthogonality of rotations, which rounding disturbs, by one Newton step."""
     first = 0
     for factor in range(layout.shape[0]):
         _restore(layout[factor, NUMBER], g[first : first + layout[factor, ENTRIES]])
@@ -88,7 +88,7 @@ def restore(layout, g):
 
 @jit_noalloc
 def coadjoint_inverse(layout, chart, xi, mu, out):
-    """out <- Ad*_{Phi(xi)^-1} mu: a body covector at g Phi(xi), seen from the frame of g."""
+    """out <- Ad*_{Phi(xi)^-1} mu: a body covector at g Phi(xi), in the frame of g."""
     start = 0
     for factor in range(layout.shape[0]):
         own = slice(start, start + layout[factor, DIMENSION])
@@ -119,7 +119,7 @@ def left_derivative(layout, g, slope, out):
 
 @jit_noalloc
 def position_scale(layout, g, scale):
-    """scale (d,) <- 1 for rotations; the largest coordinate of a factor for its places, maybe 0."""
+    """scale (d,) <- 1 for rotations, the largest coordinate of the factor for positions (or 0)."""
     first, start = 0, 0
     for factor in range(layout.shape[0]):
         row = layout[factor]
@@ -131,7 +131,7 @@ def position_scale(layout, g, scale):
 
 @jit_noalloc
 def largest_rotation(layout, xi):
-    """The largest |xi| of a rotation in it, 0 without one."""
+    """The largest |xi| of the rotations in xi (d,); 0 without rotations."""
     start, largest = 0, 0.0
     for factor in range(layout.shape[0]):
         size, square = 0.0, 0.0

@@ -37,7 +37,7 @@ def transpose(R):
 
 @generic
 def times(R, v):
-    """R v of three rows."""
+    """R v for R given by three rows."""
     return dot(R[0], v), dot(R[1], v), dot(R[2], v)
 
 
@@ -55,7 +55,7 @@ def tangent(chart, xi, eta, T, G):
     u = x * x + y * y + z * z
     (a, b, c), (a1, b1, c1), _ = tangent_radial(chart, u)
     along = x * eta[0] + y * eta[1] + z * eta[2]
-    hat(b, xi, T)  # with the sign turned below
+    hat(b, xi, T)  # the sign is reversed below
     hat(b, eta, G)
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
@@ -80,7 +80,7 @@ def hat(factor, w, out):
 
 @generic
 def quaternion(R):
-    """(w, x, y, z) of length 1, one of the two of three rows R, by its largest component.
+    """A unit quaternion (w, x, y, z) of the rotation with rows R, from its largest component.
 
     Shepperd, J. Guidance and Control 1 (1978) 223.
     """
@@ -102,7 +102,7 @@ def quaternion(R):
 
 @jit_inline
 def coordinates(chart, R, xi):
-    """xi <- the coordinates of three rows R, of which a chart's angle is at most half a turn."""
+    """xi <- the coordinates of the rotation with rows R, by the angle of at most pi."""
     w, x, y, z = quaternion(R)
     factor = from_quaternion(chart, abs(w), np.sqrt(x * x + y * y + z * z))
     factor = -factor if w < 0.0 else factor

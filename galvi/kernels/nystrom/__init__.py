@@ -1,1 +1,1 @@
-"""A step of a canonical system on a vector space: a Nystrom tableau, Newton or fixed point."""
+"""Steps of canonical systems on vector spaces: Nystrom methods, by Newton or fixed point."""

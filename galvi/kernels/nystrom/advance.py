@@ -1,11 +1,10 @@
 """Many steps of a canonical system: predict, solve, complete, record.
 
-state   (4, d)   see galvi.kernels.nystrom.step
-a       (d, s)   accelerations at the last step's stages, the next prediction's source
-solver_state    (3,)     [what a holds: NOTHING, LAST_STEP or GUESS; steps to start with Newton;
-                done]
-counts  (5,)     iterations, force and Hessian evaluations, linear solves, see
-        galvi.kernels.nystrom.solve
+state         (4, d)   see galvi.kernels.nystrom.step
+a             (d, s)   accelerations at the last step's stages, from which the next is predicted
+solver_state  (3,)     [content of a: NOTHING, LAST_STEP or GUESS; steps to start with Newton; done]
+counts        (5,)     iterations, force and Hessian evaluations, linear solves, pair evaluations;
+                       see galvi.kernels.nystrom.solve
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ HOLDS, STREAK, DONE = 0, 1, 2
 
 @jit
 def commit(tableau, plan, step, streak, work, progress, kept):
-    """Complete the (step + 1)-th step and keep what is due of it, all or nothing."""
+    """Complete the (step + 1)-th step and record it; False, with nothing changed, if not finite."""
     state, h = progress.state, plan.step
     before = np.empty(state.shape)
     copy_into(before, state)
@@ -55,8 +54,8 @@ def commit(tableau, plan, step, streak, work, progress, kept):
 def advance(force, tableau, plan, solver, todo, progress, kept):
     """Do ``todo`` more steps of a run; returns a code.
 
-    solver_state[DONE] says how many were done; a step that cannot be solved leaves the state where
-    it was.
+    solver_state[DONE] counts the steps done; a step that cannot be solved leaves the state
+    unchanged.
     """
     force, tableau = Force(*force), NystromTableau(*tableau)
     plan, progress, kept = Plan(*plan), Progress(*progress), Kept(*kept)
@@ -87,6 +86,6 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
 
 @cache
 def compiled_advance():
-    """``advance`` compiled for every system at once, from the cache on disk where there is one."""
+    """``advance`` compiled or cached, one kernel for all systems."""
     whole = types.int64
     return compiled_for(advance, whole(FORCE, TABLEAU, PLAN, whole, whole, PROGRESS, KEPT))

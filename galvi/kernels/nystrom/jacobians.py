@@ -1,7 +1,7 @@
 """Derivatives of the accelerations of any system at all stages, for Newton's method.
 
 Q    (d, s)     configuration at the stages
-out  (d, w, s)  row i holds d a_i / d q of the w components in the block of i
+out  (d, w, s)  row i holds da_i/dq for the w components in the block of i
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def jacobians(kind, functions, has_hessian, constants, inverse_mass, Q, t, out):
 
     Differences move one component of a whole configuration: they need a single block, w = d.
 
-    Returns the number of single-configuration force evaluations it took (0 with a Hessian).
+    Returns the number of force evaluations at single configurations (0 with a Hessian).
     """
     d, width, stages = out.shape
     if not has_hessian:
@@ -73,7 +73,7 @@ def shifted(Q, j, step):
 
 @jit
 def fill_matrix(values, k, out):
-    """out[:, :, k] <- values, (d, d); NaN when a user's function returned another shape."""
+    """out[:, :, k] <- values, (d, d); NaN when a user's function returned a wrong shape."""
     d = out.shape[0]
     fits = values.shape[0] == d and values.shape[1] == d
     for i in range(d):

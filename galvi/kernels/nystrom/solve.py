@@ -1,7 +1,7 @@
-"""The stage equations of one step: fixed-point iteration, Newton's method, and the choice.
+"""Solves the stage equations of one step by fixed-point iteration or Newton's method.
 
 Both start from stages Q (d, s) and leave accelerations a (d, s) from which the step is completed.
-``tolerance`` bounds the estimated change, relative to ``scale``, that another pass would make.
+``tolerance`` bounds the estimated change of a further pass, relative to ``scale``.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Force(NamedTuple):
     """The force of a system, as galvi.kernels.forces.accelerations takes it.
 
     has_hessian  whether functions[1] gives its derivative
-    width        of the blocks that its derivative has on the diagonal
+    width        size of the diagonal blocks of its derivative
     """
 
     kind: int
@@ -46,13 +46,13 @@ AUTO, FIXED_POINT, NEWTON = 0, 1, 2
 SOLVED, NOT_FINITE, DIVERGED, GOING = 0, 1, 2, 3
 
 ITERATIONS, FORCES, HESSIANS, SOLVES, PAIRS = 0, 1, 2, 3, 4
-FLOOR = 1e-11  # changes that no longer shrink are round-off below this
-TRUSTED = 0.3  # relative size of a first Newton correction that stays near its start
-LINEAR = 1e-8  # relative size of a second correction that shows a linear force
-IDLE = 3.0  # passes without a smaller change that show round-off, or twice that divergence
+FLOOR = 1e-11  # relative change below which changes that no longer shrink are round-off
+TRUSTED = 0.3  # largest relative size of a first Newton correction near its start
+LINEAR = 1e-8  # relative size of a second correction below which the force is linear
+IDLE = 3.0  # passes without a smaller change that mean round-off; twice as many, divergence
 FIXED_POINT_PASSES = 200
 NEWTON_PASSES = 30
-NEWTON_STREAK = 16  # steps that start with Newton after it was needed once
+NEWTON_STREAK = 16  # number of steps that start with Newton after it was needed
 
 
 @jit_inline
@@ -60,9 +60,10 @@ def verdict(change, tolerance, history):
     """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass of fixed-point iteration.
 
     change   largest relative change of the pass
-    history  (4,) last change and rate, least change, passes since; (inf, 1, inf, 0) at the start
+    history  (4,) last change and rate, least change, passes since; initially (inf, 1, inf, 0)
 
-    Errors rotate as they shrink: one small rate, or one change that did not shrink, says nothing.
+    Errors oscillate as they shrink: a single small rate, or one change that did not shrink, is not
+    conclusive.
     """
     if not change < np.inf:
         return NOT_FINITE
@@ -84,7 +85,7 @@ def verdict(change, tolerance, history):
 
 @jit_inline
 def reset_history(history):
-    """history as at the start of an iteration."""
+    """Set history to its initial values."""
     history[0], history[1], history[2], history[3] = np.inf, 1.0, np.inf, 0.0
 
 
@@ -96,7 +97,7 @@ def force_at_stages(force, Q, t, a):
 
 @jit
 def solve_fixed_point(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
-    """Q <- stages of a(Q), until another pass would change nothing that matters."""
+    """Iterate Q <- stages from a(Q) to the tolerance; returns a code."""
     moved, history = np.empty(Q.shape), np.empty(4)
     reset_history(history)
     for _passes in range(FIXED_POINT_PASSES):
@@ -112,10 +113,10 @@ def solve_fixed_point(force, tableau, h, t, state, tolerance, scale, counts, a, 
 
 @jit
 def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
-    """Newton on the curve's coefficients; all passes but one must halve the last change.
+    """Newton's method on the curve's coefficients; all passes but one must halve the last change.
 
-    A first correction as large as the motion itself is trusted only when the second is negligible
-    (a linear force): far from the start Newton may find another root.
+    A first correction as large as the motion itself is accepted only when the second is negligible
+    (a linear force): far from its start Newton's method may find another root.
     """
     (d, s), width = Q.shape, force.width
     x = np.empty((d, tableau.velocity_coefficients.size))

@@ -1,8 +1,8 @@
-"""The pieces of one step that never call a user's function.
+"""The parts of one step that never call a user's function.
 
 d components, s stages, m curve coefficients; notation of galvi.tableau. Rows are components.
 
-state    (4, d)  q, what rounding lost of q, v, what rounding lost of v
+state    (4, d)  q, its low part, v, its low part (the rounding errors of q and v)
 tableau  a ``NystromTableau``
 a        (d, s)  accelerations at the stages
 """
@@ -21,10 +21,10 @@ SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
 
 
 class NystromTableau(NamedTuple):
-    """A table as kernels take it: matrices are transposed, but for C, which comes both ways.
+    """A `galvi.tableau.Tableau` as kernels take it: matrices are transposed; C is given both ways.
 
-    c, b, beta (s,), A (s, s), psi (m, s), lead (m,), C (m, s), C_transposed (s, m),
-    analysis (s, s), ahead (l, s), growth (l,)
+    c, b, beta (s,), A (s, s), psi (m, s), velocity_coefficients (m,), C (m, s),
+    C_transposed (s, m), analysis (s, s), extrapolation (l, s), growth (l,)
     """
 
     c: Any
@@ -48,13 +48,13 @@ TABLEAU = types.Tuple(
 
 @jit_inline
 def terms_to_extrapolate(sizes, growth):
-    """How many terms of a Legendre series to keep one step ahead, where they are ``growth`` larger.
+    """Number of terms of a Legendre series to keep one step ahead, where they grow by ``growth``.
 
     sizes   (s,)  magnitudes of the coefficients
     growth  (l,)  l at most s
 
-    Cutting after some terms costs the next two, and keeping them their round-off; a term that
-    outgrows the whole series says that the series does not reach so far.
+    Truncation costs the next two terms, keeping terms costs their round-off; a term that outgrows
+    the whole series marks the limit of extrapolation.
     """
     s = growth.size
     largest = 0.0
@@ -76,7 +76,7 @@ def terms_to_extrapolate(sizes, growth):
 def predict(tableau, a, guess):
     """Extrapolate the last step's accelerations to this step's stages.
 
-    Each row's Legendre series is cut where that costs least.
+    Each row's Legendre series is truncated where the estimated error is least.
     """
     analysis, extrapolation, growth = tableau.analysis, tableau.extrapolation, tableau.growth
     d, s = a.shape
@@ -116,7 +116,7 @@ def place_stages(tableau, h, state, a, Q):
 def largest_change(Q, moved, scale):
     """max |moved - Q| / scale, or NaN when something is not finite; then Q <- moved.
 
-    Where the scale is 0, at rest in the origin, changes are relative to the place itself.
+    Where the scale is 0, at rest at the origin, changes are relative to the position itself.
     """
     change, total = 0.0, 0.0
     for i in range(Q.shape[0]):
@@ -142,7 +142,7 @@ def measure_scale(h, width, state, scale):
 
 @jit_inline
 def curve_coefficients(tableau, h, state, a, x):
-    """x = h v lead + h^2 C a, (d, m)."""
+    """x = h v velocity_coefficients + h^2 C a, (d, m)."""
     velocity_coefficients, C = tableau.velocity_coefficients, tableau.C_transposed
     for i in range(a.shape[0]):
         for l in range(x.shape[1]):
@@ -159,7 +159,8 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
     """One Newton correction of the coefficients x (d, m) block by block, and the new stages Q.
 
     Returns whether the equations could be solved.
-    Residual r = x - h v lead - h^2 C a(q + psi x); derivative I - h^2 C diag_j(da_j) psi.
+    Residual r = x - h v velocity_coefficients - h^2 C a(q + psi x); derivative
+    I - h^2 C diag_j(da_j) psi.
     """
     psi, C = tableau.psi, tableau.C
     d, m = x.shape
@@ -184,7 +185,7 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
             return False
         try:
             step = np.linalg.solve(matrix, step)
-        except Exception:  # numba knows no other way to catch a singular matrix
+        except Exception:  # the only way to catch a singular matrix in numba
             return False
         for i in range(width):
             for l in range(m):
@@ -237,7 +238,7 @@ def two_product(x, y):
 
 @jit_inline
 def complete_step(tableau, h, a, state):
-    """q += h v + h^2 sum_j beta_j a_j,  v += h sum_j b_j a_j, with what rounding loses kept."""
+    """q += h v + h^2 sum_j beta_j a_j,  v += h sum_j b_j a_j, with compensated summation."""
     b, beta = tableau.b, tableau.beta
     for i in range(a.shape[0]):
         kick, bend = 0.0, 0.0

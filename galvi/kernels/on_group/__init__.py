@@ -1,1 +1,1 @@
-"""A step of any Lagrangian on a Lie group, in a chart, by Newton's method."""
+"""Steps of any Lagrangian on a Lie group, in a chart, by Newton's method."""

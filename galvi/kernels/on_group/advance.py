@@ -1,10 +1,10 @@
 """Many steps on a group: predict, solve, complete, record; as galvi.kernels.nystrom.advance.
 
-state    (4, n)  g and mu in the first entries of their rows; see galvi.kernels.lanes.body for the
-                 momentum in space, which is kept here too
-stages   (d, s)  velocities at the last step's stages, the next prediction's source
-solver_state     (4,)    [LAST_STEP, GUESS or RATES; steps left to this kernel; done; -]
-turned   (1,)    the angle of a step that left the chart
+state         (4, n)   g and mu in the first entries of their rows; for one rotating body also its
+                       spatial momentum, see galvi.kernels.lanes.body
+stages        (d, s)   velocities at the last step's stages, from which the next is predicted
+solver_state  (4,)     [LAST_STEP, GUESS or RATES; steps left to this kernel; done; -]
+turned        (1,)     rotation angle of a step that left the chart
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
 STREAK = 1
 LEFT_CHART = 4
-RATES = 3  # what stages may hold, besides galvi.kernels.nystrom.advance: xi' of the step to come
+RATES = 3  # content of stages, as in galvi.kernels.nystrom.advance: xi' of the next step
 
 
 @jit
@@ -48,9 +48,10 @@ def arrive(layout, chart, basis, h, g, mu0, forces, x, g1, mu1):
 
 @jit
 def momentum_in_space(basis, h, g, forces, state, g1, mu1):
-    """Of one rotating body: state[1, 6:9] += R h sum_j b_j n_j, and mu1 <- R1^T of it.
+    """For one rotating body: state[1, 6:9] += R h sum_j b_j n_j, and mu1 <- R1^T of the sum.
 
-    So that what rounding does to mu1 is not handed on; as in galvi.kernels.lanes.body_update.
+    Rounding errors of mu1 are thus not carried from step to step, see
+    galvi.kernels.lanes.body_update.
     """
     kick = np.empty(3)
     carried(basis, h, np.zeros(3), forces, kick)
@@ -65,9 +66,9 @@ def momentum_in_space(basis, h, g, forces, state, g1, mu1):
 
 @jit
 def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, turned, kept):
-    """Do ``todo`` more steps; returns a code. A step that fails leaves the state where it was.
+    """Do ``todo`` more steps; returns a code. A step that fails leaves the state unchanged.
 
-    farthest  largest |xi| of a rotation that the chart is trusted with
+    farthest  largest |xi| of a rotation that the chart allows
     """
     law, basis, plan, kept = Law(*law), Basis(*basis), Plan(*plan), Kept(*kept)
     state, stages, solver_state, counts = progress
@@ -114,7 +115,7 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
         for i in range(d):
             state[1, i] = mu1[i]
         copy_into(stages, velocities)
-        state[2, :] = 0.0  # what the packed kernel knows of it is out of date
+        state[2, :] = 0.0  # invalidates the quaternion of the packed kernel
         state[3, :] = 0.0
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
         record(plan, kept, step, g, g1, mu1)
@@ -125,7 +126,7 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
 
 @cache
 def compiled_advance_group():
-    """``advance_group`` compiled for every system at once, or from the cache on disk."""
+    """``advance_group`` compiled or cached, one kernel for all systems."""
     whole, real = types.int64, types.float64
     signature = whole(
         LAW_TUPLE, types.int64[:, ::1], whole, real, BASIS, PLAN, whole, PROGRESS, VECTOR, KEPT

@@ -1,6 +1,6 @@
 """The derivative of a step's equations on a group; notation of galvi.kernels.on_group.stages.
 
-It only steers Newton's iteration: what that converges to does not depend on it.
+It affects only the convergence of Newton's iteration, not its limit.
 """
 
 from __future__ import annotations
@@ -9,12 +9,12 @@ from galvi.kernels.compile.jit import jit_noalloc
 from galvi.kernels.lie.product import is_flat
 from galvi.kernels.on_group.stages import carried, end_momentum, end_place, local_slopes
 
-NUDGE = 2.0**-22  # of a difference: slopes may be differenced themselves, to 1e-11
+NUDGE = 2.0**-22  # relative difference step: slopes may themselves be differenced, to 1e-11
 
 
 @jit_noalloc
 def curvature(law, layout, chart, scratch, scale, rate_scale, g, t, xi, eta, here, blocks):
-    """blocks (2, 3, d, d) <- slopes by xi and xi' of pi, f and n, whose values are here (3, d)."""
+    """blocks (2, 3, d, d) <- derivatives by xi and xi' of pi, f and n, with values here (3, d)."""
     d = xi.size
     velocity, ahead = scratch.velocity, scratch.local
     for a in range(d):
@@ -79,7 +79,7 @@ def derivative(
     forces,
     matrix,
 ):
-    """matrix <- dR/dx, (unknowns, unknowns), that of x[a, i] and equation R[a, i] first[a] + i."""
+    """matrix <- dR/dx, (unknowns, unknowns); x[a, i] and R[a, i] have the index first[a] + i."""
     psi, slope, end, b, first = basis.psi, basis.slope, basis.end, basis.b, basis.first
     blocks, kicks, here = scratch.blocks, scratch.kicks, scratch.here
     by_end, by_momentum = scratch.by_end, scratch.by_momentum

@@ -1,4 +1,4 @@
-"""Linear equations by elimination with partial pivoting, without a call that allocates."""
+"""Linear equations by Gaussian elimination with partial pivoting, without allocation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from galvi.kernels.compile.jit import jit_noalloc
 
 @jit_noalloc
 def factor(matrix, pivots):
-    """matrix <- its LU factors with partial pivoting, in place; whether it is regular."""
+    """matrix <- its LU factors with partial pivoting, in place; returns whether it is regular."""
     n = matrix.shape[0]
     for k in range(n):
         best, row = 0.0, k

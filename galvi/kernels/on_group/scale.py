@@ -1,6 +1,6 @@
-"""How large are the motions of one step on a group? Notation of galvi.kernels.on_group.stages.
+"""Scales of the motion in one step on a group; notation of galvi.kernels.on_group.stages.
 
-scale  (d,)  of a component: 1 for rotations; one size for a factor's places, 0 when unknown
+scale  (d,)  of each component: 1 for rotations, one for all positions of a factor, 0 if unknown
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ import numpy as np
 from galvi.kernels.compile.jit import jit_noalloc
 from galvi.kernels.lie.product import DIMENSION, ROTATIONS
 
-QUIET = 2.0**-47  # of the largest rate: changes that may be round-off
-FAR = 16.0  # times another size: a size that was a bad guess
+QUIET = 2.0**-47  # share of the largest rate below which changes may be round-off
+FAR = 16.0  # ratio of scales above which the larger one was a bad guess
 
 
 @jit_noalloc
 def grow_scale(layout, place, rate, h, scale):
-    """scale (d,) <- for translations at least the largest place and h rate (d, s) of the factor."""
+    """Increase scale (d,) of translations to the factor's largest place and h rate, (d, s)."""
     start = 0
     for factor in range(layout.shape[0]):
         first, end = start + layout[factor, ROTATIONS], start + layout[factor, DIMENSION]
@@ -43,8 +43,8 @@ def largest(values):
 def relative(place, rate, h, scale, rate_scale):
     """The largest of |place| and |h rate| (d, s) over scale; 0 for 0, NaN when one is not finite.
 
-    Rates are among them, since they alone see every function of a space (M lemma 1), but for the
-    rounding of rates of the size of rate_scale.
+    Rates are included, since only they see every function of a space (M lemma 1), except for the
+    rounding errors of rates of size rate_scale.
     """
     size, total = 0.0, 0.0
     for a in range(place.shape[0]):
@@ -60,7 +60,7 @@ def relative(place, rate, h, scale, rate_scale):
 
 @jit_noalloc
 def shrink_scale(now, scale):
-    """Whether scale (d,) was much larger than now, somewhere; then scale <- now."""
+    """Whether scale (d,) was much larger than now in some component; if so, scale <- now."""
     found = False
     for a in range(scale.size):
         if scale[a] > FAR * now[a] > 0.0:

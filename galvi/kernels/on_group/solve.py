@@ -24,16 +24,16 @@ from galvi.kernels.on_group.scale import FAR, grow_scale, largest, relative, shr
 from galvi.kernels.on_group.stages import new_scratch, place_curve, residual, stage_slopes
 
 PASSES = 60
-RENEW = 0.2  # contraction above which the derivative is formed anew
-NEAR = 1e-10  # relative change below which it is not, and none is taken back
-MEASURED = 4  # derivatives at the start of a step, each with the sizes that the last one found
-SHORTEST = 2.0**-24  # share of a correction, at the end of halving it
-PULLS = 4  # corrections of a first guess for the chart's tangent map
+RENEW = 0.2  # contraction factor above which the derivative is recomputed
+NEAR = 1e-10  # relative change below which neither that nor damping is done
+MEASURED = 4  # most derivatives at the start of a step, each with scales from the one before
+SHORTEST = 2.0**-24  # smallest share of a correction that is tried
+PULLS = 4  # corrections of an initial guess by the chart's tangent map
 
 
 @jit_noalloc
 def coefficients(basis, h, rates, x):
-    """x (d, m) <- those of the curve nearest to rates xi' (d, s) at the stages."""
+    """x (d, m) <- coefficients of the curve nearest to rates xi' (d, s) at the stages."""
     first, projection = basis.first, basis.projection
     x[:, :] = 0.0
     for a in range(x.shape[0]):
@@ -48,7 +48,7 @@ def coefficients(basis, h, rates, x):
 def guess_curve(layout, chart, basis, h, velocities, x):
     """x <- coefficients of a curve with about these velocities (d, s) at the stages.
 
-    xi' = T(xi)^-1 velocity, where xi is improved a few times.
+    xi' = T(xi)^-1 velocity, with a few iterations for xi.
     """
     if is_flat(layout):
         coefficients(basis, h, velocities, x)
@@ -101,12 +101,12 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
                 forces, velocities):  # fmt: skip
     """x (d, m) <- the solution nearest to x; forces and velocities there. Returns a code.
 
-    The derivative is kept as long as the iteration contracts well. A correction after which the
-    next one is larger was too long: it is taken back, and done with a new derivative or by half
-    (natural monotonicity: Deuflhard, Newton Methods for Nonlinear Problems, 3.3). Far from a good
-    guess that may find another root, where a step turns further than the chart: only if
-    ``allow_damping``. What a motion from rest measures is known from its first correction, with
-    which differences are done again.
+    The derivative is reused while the iteration contracts well. If a correction is larger than the
+    one before, the latter is undone and repeated with a new derivative or halved (natural
+    monotonicity test: Deuflhard, Newton Methods for Nonlinear Problems, 3.3). Far from a good
+    guess, damping may find another root, whose rotation exceeds the chart, so it is used only if
+    ``allow_damping``. The scale of a motion from rest is known only after the first correction; the
+    differences are then repeated.
     """
     d, m = x.shape
     s, first = t.size, basis.first
@@ -117,7 +117,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
     scratch, history, scale = new_scratch(d, g.size, m), np.empty(4), np.empty(d)
     now, sizes = np.empty(d), np.empty(d)
     reset_history(history)
-    formed = here = False  # whether there is a derivative, and whether it is of where step began
+    formed = here = False  # whether a derivative exists, and whether at step's start
     last, share = np.inf, 1.0
     place_curve(basis, h, x, place, rate)
     position_scale(layout, g, scale)

@@ -3,26 +3,26 @@
 The curve of a step is g Phi(xi(tau)), xi = sum_i x_i psi_i(tau), and L along it is a Lagrangian
 l(xi, xi', t) in the algebra, with pi = dl/dxi' and f = dl/dxi at the stages. The discrete
 Lagrangian L_d(g, g1) = h sum_j b_j l_j is stationary over all such curves from g to g1 (H 3.2.2).
-Its derivative by g1 is mu1 = T(xi(1))^-T p1, and its derivative by g moves the base point of the
-chart along with g: the curve is carried along, only its end stays. What carries it is the force:
+Its derivative by g1 is mu1 = T(xi(1))^-T p1. The derivative by g moves the base point of the chart
+with g: the whole curve moves, except its end, which gives the impulses n_j:
 
     R_i = sum_j b_j (h f_j psi_ji + pi_j psi_ji') - p1 e_i = 0,     p1 = T(xi(1))^T mu1,
     mu1 = Ad*_{Phi(xi(1))} (mu0 + h sum_j b_j n_j),                 n_j = Ad*_{Phi(xi_j)^-1} tau_j,
 
-where tau_j is the left-trivialised dL/dg at the stage. (With -dl/dxi at a base that stays, as
-H 3.2.2 may be read, momentum and energy drift.) On R^d, Ad* = T = 1, and these are the equations
-of chapter 2.
+where tau_j is the left-trivialised dL/dg at the stage. (With -dl/dxi at a fixed base point, as H
+3.2.2 may be read, momentum and energy drift.) On R^d, Ad* = T = 1, and these are the equations of
+H chapter 2.
 
-d components, s stages, m coefficients a component; rows are components.
-x        (d, m)
-place    (d, s) and rate (d, s)   xi and xi' at the stages
-forces   (3, d, s)   pi, f and n
-basis    a ``Basis``; the unknowns of component a are x[a, i] with i < first[a + 1] - first[a], the
-         others are 0
-law      a ``Law`` of galvi.kernels.forces.lagrangian_derivatives
-scale    (d,)  1 for rotations, the size of places and of moves for translations; not 0
-rate_scale   of xi', not 0
-scratch  a ``Scratch``
+d components, s stages, m coefficients per component; rows are components.
+x            (d, m)     coefficients
+place, rate  (d, s)     xi and xi' at the stages
+forces       (3, d, s)  pi, f and n
+basis        a ``Basis``; the unknowns of component a are x[a, i] with i < first[a + 1] - first[a],
+             the others are 0
+law          a ``Law`` of galvi.kernels.forces.lagrangian_derivatives
+scale        (d,)       1 for rotations; for translations the size of positions and displacements
+rate_scale              size of xi'; as scale, not 0
+scratch      a ``Scratch``
 """
 
 from __future__ import annotations
@@ -42,11 +42,12 @@ from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
 class Basis(NamedTuple):
     """The space's basis and the rule of a method.
 
-    psi, slope  (s, m)  basis functions and their derivatives at the stages; end (m,) at 1
-    b, c        (s,)    weights and nodes of the rule
-    first       (d + 1,)  of the unknowns of each component
-    fit         (m, s)  takes rates at the stages to x / h
-    analysis, ahead, growth   as of galvi.kernels.nystrom.step.NystromTableau
+    psi, slope  (s, m)    basis functions and their derivatives at the stages
+    end         (m,)      basis functions at 1
+    b, c        (s,)      weights and nodes of the rule
+    first       (d + 1,)  index of the first unknown of each component
+    projection  (m, s)    maps rates at the stages to x / h
+    analysis, extrapolation, growth   as in galvi.kernels.nystrom.step.NystromTableau
     """
 
     psi: Any
@@ -80,10 +81,10 @@ def place_curve(basis, h, x, place, rate):
 
 
 class Scratch(NamedTuple):
-    """Arrays to work in.
+    """Scratch arrays.
 
     xi, eta, velocity (d,), place (r,), slopes (2, d), local (3, d), T and G (d, d); for the
-    derivative blocks (2, 3, d, d), kicks (d, d, m), by_end and by_momentum (d, d), here (3, d)
+    derivative: blocks (2, 3, d, d), kicks (d, d, m), by_end and by_momentum (d, d), here (3, d)
     """
 
     xi: Any
@@ -103,7 +104,7 @@ class Scratch(NamedTuple):
 
 @jit
 def new_scratch(d, r, m):
-    """For d components, r entries of an element and m coefficients."""
+    """A ``Scratch`` for d components, r entries of an element and m coefficients."""
     return Scratch(
         np.empty(d), np.empty(d), np.empty(d), np.empty(r), np.empty((2, d)), np.empty((3, d)),
         np.empty((d, d)), np.empty((d, d)), np.empty((2, 3, d, d)), np.empty((d, d, m)),
@@ -141,7 +142,7 @@ def local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, out):
 
 @jit_noalloc
 def stage_slopes(law, layout, chart, scratch, g, t, place, rate, forces, velocities):
-    """forces (3, d, s) and the velocities (d, s) at all stages."""
+    """forces (3, d, s) and velocities (d, s) <- their values at all stages."""
     d, s = place.shape
     xi, eta, velocity, out = scratch.xi, scratch.eta, scratch.velocity, scratch.local
     for j in range(s):
@@ -165,7 +166,7 @@ def end_place(basis, x, xi):
 
 @jit_noalloc
 def carried(basis, h, mu0, forces, out):
-    """out <- mu0 + h sum_j b_j n_j, the momentum at the end, seen from the frame of g."""
+    """out <- mu0 + h sum_j b_j n_j, the final momentum in the frame of g."""
     b = basis.b
     for a in range(mu0.size):
         kick = 0.0
@@ -176,7 +177,7 @@ def carried(basis, h, mu0, forces, out):
 
 @jit_noalloc
 def end_momentum(layout, chart, T, G, xi, momentum, mu1, p1):
-    """mu1 and p1 = T^T mu1 from xi(1) and the momentum seen from the frame of g.
+    """mu1 and p1 = T^T mu1 from xi(1) and the momentum in the frame of g.
 
     T, G  scratch
     """
@@ -195,7 +196,7 @@ def end_momentum(layout, chart, T, G, xi, momentum, mu1, p1):
 
 @jit_noalloc
 def residual(layout, chart, basis, scratch, h, mu0, forces, x, R):
-    """R (d, m), as above."""
+    """R (d, m) <- the residual of the stage equations."""
     psi, slope, end, b, first = basis.psi, basis.slope, basis.end, basis.b, basis.first
     xi, momentum, mu1, p1 = scratch.xi, scratch.eta, scratch.velocity, scratch.slopes[0]
     end_place(basis, x, xi)

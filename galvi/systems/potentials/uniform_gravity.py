@@ -20,7 +20,7 @@ class UniformGravity:
     centre  (3,) of mass, from the fixed point, in the body's frame
     g       (3,) acceleration of gravity in space; a number g stands for (0, 0, -g), downwards
 
-    Raises ValueError for what is not finite or has another shape.
+    Raises ValueError for a mass that is not positive, a wrong shape or a number that is not finite.
     """
 
     mass: float

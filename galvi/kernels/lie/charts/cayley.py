@@ -1,4 +1,4 @@
-"""Cayley's chart: xi = 2 tan(angle / 2) axis, Phi = (I - hat(xi) / 2)^-1 (I + hat(xi) / 2).
+"""The Cayley chart: xi = 2 tan(angle / 2) axis, Phi = (I - hat(xi) / 2)^-1 (I + hat(xi) / 2).
 
 sine = a = 1 / (1 + u / 4), cosine = b = a / 2, c = 0, V = (I - hat(xi) / 2)^-1.
 """
@@ -13,19 +13,19 @@ from galvi.kernels.lie.arithmetic import generic
 
 LIMIT = math.pi
 FARTHEST = 2.0 * math.tan(0.5 * 0.995 * math.pi)
-REACH_IN_LANES = 20.0  # nearly half a turn
+REACH_IN_LANES = 20.0  # a rotation by nearly pi
 
 
 @generic
 def rotation(u):
-    """(sine, cosine)."""
+    """(sine, cosine) of R."""
     a = 1.0 / (1.0 + 0.25 * u)
     return a, 0.5 * a
 
 
 @generic
 def tangent(u):
-    """((a, b, c), (a1, b1, c1), (a2, b2, c2))."""
+    """((a, b, c), (a1, b1, c1), (a2, b2, c2)) of T."""
     a = 1.0 / (1.0 + 0.25 * u)
     a1 = -0.25 * a * a
     a2 = 0.125 * a * a * a
@@ -34,13 +34,13 @@ def tangent(u):
 
 @generic
 def inverse(u):
-    """(k, d)."""
+    """(k, d) of T^-1."""
     return 1.0 + 0.25 * u, 0.25
 
 
 @generic
 def translation(u):
-    """((e, f), (e1, f1), (e2, f2))."""
+    """((e, f), (e1, f1), (e2, f2)) of V."""
     a = 1.0 / (1.0 + 0.25 * u)
     a1 = -0.25 * a * a
     a2 = 0.125 * a * a * a
@@ -49,42 +49,42 @@ def translation(u):
 
 @generic
 def half_turn(u):
-    """(along, less)."""
+    """(along, less) of the quaternion (1 + less, along xi)."""
     length = np.sqrt(1.0 + 0.25 * u)
     return 0.5 / length, -0.25 * u / (length * (length + 1.0))
 
 
 @generic
 def from_quaternion(w, sine):
-    """xi over (x, y, z); infinite at half a turn, where the chart ends."""
+    """factor: xi = factor (x, y, z); infinite at the chart's limit pi."""
     return 2.0 / w
 
 
 @generic
 def angle(x):
-    """Of a rotation of the plane."""
+    """The signed angle of a plane rotation with coordinate x."""
     return 2.0 * np.arctan(0.5 * x)
 
 
 @generic
 def coordinate(angle):
-    """Of a rotation of the plane."""
+    """The coordinate of a plane rotation by ``angle``."""
     return 2.0 * np.tan(0.5 * angle)
 
 
 @generic
 def angle_slopes(x):
-    """d angle/dx and d^2 angle/dx^2."""
+    """d angle/dx and d^2 angle/dx^2 of a plane rotation."""
     slope = 1.0 / (1.0 + 0.25 * x * x)
     return slope, -0.5 * x * slope**2
 
 
 def lane_tangent(u):
-    """(a, b, c)."""
+    """(a, b, c) of T, for lanes."""
     a = 1.0 / (0.25 * u + 1.0)
     return a, 0.5 * a, 0.0
 
 
 def lane_inverse(u):
-    """(k, d, dk/du, dd/du)."""
+    """(k, d, dk/du, dd/du) of T^-1, for lanes."""
     return 0.25 * u + 1.0, 0.25, 0.25, 0.0

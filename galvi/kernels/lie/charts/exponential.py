@@ -19,8 +19,8 @@ from galvi.kernels.lie.arithmetic import generic, polynomial
 
 LIMIT = 2.0 * math.pi
 FARTHEST = 0.995 * LIMIT
-REACH_IN_LANES = 2.0  # where the series for lanes are exact
-TERMS = 12  # of the series of c6 and c7, for u up to SMALL
+REACH_IN_LANES = 2.0  # up to which the series for lanes have full accuracy
+TERMS = 12  # terms of the series of c6 and c7, for u up to SMALL
 SMALL = 9.0
 ONE_OVER = np.array([1.0 / math.factorial(k) for k in range(10 + 2 * TERMS)])
 LANE_TERMS = 16
@@ -47,8 +47,8 @@ E_TERMS = _bernoulli_terms()
 def stumpff(u):
     """c1 to c7 at u >= 0, as a tuple.
 
-    For u below SMALL by the series of c6 and c7 and c_k = 1/k! - u c_{k+2}; above by c1 and c2 and
-    the same relation upwards, which loses no digits there.
+    For u below SMALL from the series of c6 and c7 by c_k = 1/k! - u c_{k+2}; above from c1 and c2
+    by the same relation upwards, which loses no digits there.
     """
     if u < SMALL:
         c6, c7, power = 0.0, 0.0, 1.0
@@ -73,14 +73,14 @@ def stumpff(u):
 
 @generic
 def rotation(u):
-    """(sine, cosine)."""
+    """(sine, cosine) of R."""
     c = stumpff(u)
     return c[0], c[1]
 
 
 @generic
 def tangent(u):
-    """((a, b, c), (a1, b1, c1), (a2, b2, c2))."""
+    """((a, b, c), (a1, b1, c1), (a2, b2, c2)) of T."""
     c1, c2, c3, c4, c5, c6, c7 = stumpff(u)
     d2, d3 = 0.5 * (2.0 * c4 - c3), 0.5 * (3.0 * c5 - c4)
     d4, d5 = 0.5 * (4.0 * c6 - c5), 0.5 * (5.0 * c7 - c6)
@@ -91,21 +91,21 @@ def tangent(u):
 
 @generic
 def inverse(u):
-    """(k, d)."""
+    """(k, d) of T^-1."""
     c = stumpff(u)
     return 1.0, 0.5 * (c[2] - 2.0 * c[3]) / c[1]
 
 
 @generic
 def translation(u):
-    """((e, f), (e1, f1), (e2, f2))."""
+    """((e, f), (e1, f1), (e2, f2)) of V."""
     (_, b, c), (_, b1, c1), (_, b2, c2) = tangent(u)
     return (b, c), (b1, c1), (b2, c2)
 
 
 @generic
 def half_turn(u):
-    """(along, less)."""
+    """(along, less) of the quaternion (1 + less, along xi)."""
     half = 0.25 * np.sqrt(u)
     sine = np.sin(half)
     along = 0.5 * sine * np.cos(half) / half if half > 0.0 else 0.5
@@ -114,36 +114,36 @@ def half_turn(u):
 
 @generic
 def from_quaternion(w, sine):
-    """xi over (x, y, z)."""
+    """factor: xi = factor (x, y, z)."""
     return 2.0 * np.arctan2(sine, w) / sine if sine > 1e-150 else 2.0 / w
 
 
 @generic
 def angle(x):
-    """Of a rotation of the plane."""
+    """The signed angle of a plane rotation with coordinate x."""
     return x
 
 
 @generic
 def coordinate(angle):
-    """Of a rotation of the plane."""
+    """The coordinate of a plane rotation by ``angle``."""
     return angle
 
 
 @generic
 def angle_slopes(x):
-    """d angle/dx and d^2 angle/dx^2."""
+    """d angle/dx and d^2 angle/dx^2 of a plane rotation."""
     return 1.0, 0.0
 
 
 def lane_tangent(u):
-    """(a, b, c)."""
+    """(a, b, c) of T, for lanes."""
     b, c = polynomial(_stumpff_terms(2), u), polynomial(_stumpff_terms(3), u)
     return 1.0 - u * c, b, c
 
 
 def lane_inverse(u):
-    """(k, d, dk/du, dd/du)."""
+    """(k, d, dk/du, dd/du) of T^-1, for lanes."""
     e = polynomial(E_TERMS, u)
     d = u * e + 1.0 / 12.0
     return 1.0, d, 0.0, 0.5 * (d * d - 3.0 * e)

@@ -1,4 +1,4 @@
-"""Modified Rodrigues parameters: xi = 4 tan(angle / 4) axis, Cayley's map of xi / 2 twice.
+"""Modified Rodrigues parameters: xi = 4 tan(angle / 4) axis, Phi = Cayley(xi / 2)^2.
 
 With m = u / 16 and n = 1 / (1 + m):
 
@@ -18,12 +18,12 @@ from galvi.kernels.lie.arithmetic import generic
 
 LIMIT = 2.0 * math.pi
 FARTHEST = 4.0 * math.tan(0.25 * 0.995 * LIMIT)
-REACH_IN_LANES = 40.0  # nearly a whole turn
+REACH_IN_LANES = 40.0  # a rotation by nearly 2 pi
 
 
 @generic
 def rotation(u):
-    """(sine, cosine)."""
+    """(sine, cosine) of R."""
     m = 0.0625 * u
     n = 1.0 / (1.0 + m)
     return (1.0 - m) * n * n, 0.5 * n * n
@@ -31,7 +31,7 @@ def rotation(u):
 
 @generic
 def tangent(u):
-    """((a, b, c), (a1, b1, c1), (a2, b2, c2))."""
+    """((a, b, c), (a1, b1, c1), (a2, b2, c2)) of T."""
     m = 0.0625 * u
     n = 1.0 / (1.0 + m)
     b = 0.5 * n * n
@@ -46,13 +46,13 @@ def tangent(u):
 
 @generic
 def inverse(u):
-    """(k, d)."""
+    """(k, d) of T^-1."""
     return 1.0 + 0.0625 * u, 0.125
 
 
 @generic
 def translation(u):
-    """((e, f), (e1, f1), (e2, f2))."""
+    """((e, f), (e1, f1), (e2, f2)) of V."""
     n = 1.0 / (1.0 + 0.0625 * u)
     e = 0.5 * n * n
     e1 = -0.0625 * n * n * n
@@ -65,7 +65,7 @@ def translation(u):
 
 @generic
 def half_turn(u):
-    """(along, less)."""
+    """(along, less) of the quaternion (1 + less, along xi)."""
     m = 0.0625 * u
     n = 1.0 / (1.0 + m)
     return 0.5 * n, -2.0 * m * n
@@ -73,31 +73,31 @@ def half_turn(u):
 
 @generic
 def from_quaternion(w, sine):
-    """xi over (x, y, z)."""
+    """factor: xi = factor (x, y, z)."""
     return 4.0 / (1.0 + w)
 
 
 @generic
 def angle(x):
-    """Of a rotation of the plane."""
+    """The signed angle of a plane rotation with coordinate x."""
     return 4.0 * np.arctan(0.25 * x)
 
 
 @generic
 def coordinate(angle):
-    """Of a rotation of the plane."""
+    """The coordinate of a plane rotation by ``angle``."""
     return 4.0 * np.tan(0.25 * angle)
 
 
 @generic
 def angle_slopes(x):
-    """d angle/dx and d^2 angle/dx^2."""
+    """d angle/dx and d^2 angle/dx^2 of a plane rotation."""
     slope = 1.0 / (1.0 + 0.0625 * x * x)
     return slope, -0.125 * x * slope**2
 
 
 def lane_tangent(u):
-    """(a, b, c)."""
+    """(a, b, c) of T, for lanes."""
     m = 0.0625 * u
     n = 1.0 / (m + 1.0)
     b = n * n * 0.5
@@ -105,5 +105,5 @@ def lane_tangent(u):
 
 
 def lane_inverse(u):
-    """(k, d, dk/du, dd/du)."""
+    """(k, d, dk/du, dd/du) of T^-1, for lanes."""
     return 0.0625 * u + 1.0, 0.125, 0.0625, 0.0

@@ -28,7 +28,7 @@ def coordinates(chart, g, k, xi):
 
 @jit_inline
 def restore(g):
-    """Nothing turns."""
+    """There are no rotations."""
 
 
 @jit_inline
@@ -63,6 +63,6 @@ def position_scale(g):
 
 @jit_inline
 def with_rotation(chart, xi, w, out):
-    """out <- xi: nothing turns."""
+    """out <- xi: there are no rotations."""
     for i in range(xi.size):
         out[i] = xi[i]

@@ -1,8 +1,8 @@
 """Rigid motions of the plane: matrices [[R, x], [0, 1]] (3, 3), velocities (omega, v_x, v_y).
 
-In a chart of rotations (x, v) goes to the rotation R by angle(x) and the translation V v, with
+A chart of rotations maps (x, v) to the rotation R by angle(x) and the translation V v, with
 V = (1 - f x^2) I + e x J, J = [[0, -1], [1, 0]], and e and f at u = x^2
-(galvi.kernels.lie.charts); a plane matrix p I + q J stands as (p, q).
+(galvi.kernels.lie.charts); the matrix p I + q J is stored as (p, q).
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def coadjoint(chart, xi, mu, out):
 
 @jit_inline
 def left_derivative(g, slope, out):
-    """out <- the derivatives along a turn and along shifts in its own frame."""
+    """out <- the derivatives along a rotation and along translations in the body's frame."""
     out[0] = turn_derivative(g, slope, 3)
     for a in range(2):
         out[1 + a] = g[a] * slope[2] + g[3 + a] * slope[5]
@@ -131,13 +131,13 @@ def left_derivative(g, slope, out):
 
 @jit_inline
 def position_scale(g):
-    """The largest coordinate of its place."""
+    """The largest coordinate of the position."""
     return max(abs(g[2]), abs(g[5]))
 
 
 @jit_inline
 def with_rotation(chart, xi, w, out):
-    """out <- w and the shift that makes it the same motion as xi."""
+    """out <- w and the translation part with which the motion is that of xi."""
     V, _, _ = shift_matrix(chart, xi[0])
     shift = times(V, xi[1], xi[2])
     out[0] = w[0]

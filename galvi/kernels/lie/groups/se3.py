@@ -1,6 +1,6 @@
 """Rigid motions of space: matrices [[R, x], [0, 1]] (4, 4), velocities (w, v) of the body.
 
-A chart takes (w, v) to the rotation R(w) and the translation V(w) v. With u = |w|^2 and
+A chart maps (w, v) to the rotation R(w) and the translation V(w) v. With u = |w|^2 and
 V = I + e hat(w) + f hat(w)^2 (galvi.kernels.lie.charts), the body's linear velocity is
 R^T d(V v)/dt = R^T (M(w, v) w' + V v'), where
 
@@ -57,7 +57,7 @@ def shift_slope(chart, w, v, M):
 
 @jit_inline
 def shift_curvature(chart, w, v, wd, by_w, by_v, turn, bend):
-    """by_w <- d(M(w, v) wd)/dw and by_v <- d(M(w, v) wd)/dv = dV(w)[wd]; turn, bend room."""
+    """by_w <- d(M(w, v) wd)/dw and by_v <- d(M(w, v) wd)/dv = dV(w)[wd]; turn, bend scratch."""
     u, along, pace, mixed = dot(w, w), dot(w, v), dot(w, wd), dot(v, wd)
     (e, f), (e1, f1), (e2, f2) = translation_radial(chart, u)
     x1, vxd = cross(w, v), cross(v, wd)
@@ -89,7 +89,7 @@ def tangent(chart, xi, eta, T, G):
 
 @jit_noalloc
 def tangent_with(chart, xi, eta, room, T, G):
-    """As ``tangent``, with room (10, 3, 3)."""
+    """As ``tangent``, with scratch room (10, 3, 3)."""
     w, v, wd, vd, linear = xi[:3], xi[3:6], eta[:3], eta[3:6], room[9, 0]
     R, V, M, Md, by_w, by_v = room[0], room[1], room[2], room[3], room[4], room[5]
     turning, bending = room[6], room[7]
@@ -149,7 +149,7 @@ def shift_to_coordinates(chart, w, shift, out):
 
 @jit_inline
 def with_rotation(chart, xi, w, out):
-    """out <- w and the shift that makes it the same motion as xi."""
+    """out <- w and the translation part with which the motion is that of xi."""
     shift = times(shift_matrix(chart, xi), xi[3:6])
     for i in range(3):
         out[i] = w[i]
@@ -183,7 +183,7 @@ def coadjoint(chart, xi, mu, out):
 
 @jit_inline
 def left_derivative(g, slope, out):
-    """out <- the derivatives along turns, and along shifts in its own frame."""
+    """out <- the derivatives along rotations and along translations in the body's frame."""
     turn_derivatives(g, slope, 4, out)
     for a in range(3):
         out[3 + a] = 0.0
@@ -193,5 +193,5 @@ def left_derivative(g, slope, out):
 
 @jit_inline
 def position_scale(g):
-    """The largest coordinate of its place."""
+    """The largest coordinate of the position."""
     return max(abs(g[3]), abs(g[7]), abs(g[11]))

@@ -10,7 +10,7 @@ from galvi.kernels.lie.chart_functions import angle_of, angle_slopes, coordinate
 
 @jit_inline
 def turn(chart, g, x, row, out):
-    """out <- g turned by the coordinate x, in the first two columns of rows of that length."""
+    """out <- g rotated by the coordinate x, in the first two columns of rows of length ``row``."""
     angle = angle_of(chart, x)
     cosine, sine = np.cos(angle), np.sin(angle)
     for i in range(0, 2 * row, row):
@@ -20,7 +20,7 @@ def turn(chart, g, x, row, out):
 
 @jit_inline
 def relative_coordinate(chart, g, k, row):
-    """Of the rotation from g to k, whose matrices have rows of that length."""
+    """Coordinate of the rotation from g to k, in matrices with rows of length ``row``."""
     sine = g[0] * k[row] - g[row] * k[0]
     cosine = g[0] * k[0] + g[row] * k[row]
     return coordinate_of(chart, np.arctan2(sine, cosine))
@@ -28,7 +28,7 @@ def relative_coordinate(chart, g, k, row):
 
 @jit_inline
 def restore_rotation(g, row):
-    """One Newton step to orthogonality, in a matrix with rows of that length."""
+    """One Newton step to orthogonality, in a matrix with rows of length ``row``."""
     half = 1.5 - 0.5 * (g[0] ** 2 + g[row] ** 2)
     cosine, sine = half * g[0], half * g[row]
     g[0], g[1], g[row], g[row + 1] = cosine, -sine, sine, cosine
@@ -36,7 +36,7 @@ def restore_rotation(g, row):
 
 @jit_inline
 def turn_derivative(g, slope, row):
-    """The derivative along a turn of g, whose matrix has rows of that length."""
+    """The derivative along a rotation of g, in a matrix with rows of length ``row``."""
     total = 0.0
     for i in range(2):
         total += slope[row * i] * g[row * i + 1] - slope[row * i + 1] * g[row * i]
@@ -51,7 +51,7 @@ def place(chart, g, xi, out):
 
 @jit_inline
 def tangent(chart, xi, eta, T, G):
-    """T and G."""
+    """T and G, (1, 1)."""
     slope, bend = angle_slopes(chart, xi[0])
     T[0, 0], G[0, 0] = slope, bend * eta[0]
 
@@ -82,13 +82,13 @@ def coadjoint(chart, xi, mu, out):
 
 @jit_inline
 def left_derivative(g, slope, out):
-    """out <- the derivative along a turn."""
+    """out <- the derivative along a rotation."""
     out[0] = turn_derivative(g, slope, 2)
 
 
 @jit_inline
 def position_scale(g):
-    """No place."""
+    """0: a rotation has no position."""
     return 0.0
 
 

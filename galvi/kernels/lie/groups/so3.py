@@ -12,7 +12,7 @@ from galvi.kernels.lie.rotations import rotation, times, transpose
 
 @jit_inline
 def relative_coordinates(chart, g, k, row, xi):
-    """xi <- those of the rotation from g to k, whose matrices have rows of that length."""
+    """xi <- coordinates of the rotation from g to k, in matrices with rows of length ``row``."""
     start, end = columns(g, row), columns(k, row)
     turn = times(end, start[0]), times(end, start[1]), times(end, start[2])
     rotations.coordinates(chart, turn, xi)
@@ -20,7 +20,7 @@ def relative_coordinates(chart, g, k, row, xi):
 
 @generic
 def columns(g, row):
-    """Three columns of a matrix with rows of that length."""
+    """Three columns of a matrix with rows of length ``row``."""
     return (
         (g[0], g[row], g[2 * row]),
         (g[1], g[row + 1], g[2 * row + 1]),
@@ -30,7 +30,7 @@ def columns(g, row):
 
 @jit
 def restore_rotation(g, row):
-    """One Newton step to orthogonality, in a matrix with rows of that length."""
+    """One Newton step to orthogonality, in a matrix with rows of length ``row``."""
     R, out = np.empty((3, 3)), np.empty((3, 3))
     for i in range(3):
         for j in range(3):
@@ -43,7 +43,7 @@ def restore_rotation(g, row):
 
 @jit_inline
 def turn_derivatives(g, slope, row, out):
-    """out (3,) <- the derivatives along turns of g, whose matrix has rows of that length."""
+    """out (3,) <- the derivatives along rotations of g, in a matrix with rows of length ``row``."""
     for a in range(3):
         j, k = (a + 1) % 3, (a + 2) % 3
         out[a] = 0.0
@@ -62,7 +62,7 @@ def place(chart, g, xi, out):
 
 @jit_inline
 def tangent(chart, xi, eta, T, G):
-    """T and G."""
+    """T and G, (3, 3)."""
     rotations.tangent(chart, xi, eta, T, G)
 
 
@@ -92,13 +92,13 @@ def coadjoint(chart, xi, mu, out):
 
 @jit_inline
 def left_derivative(g, slope, out):
-    """out <- the derivatives along turns."""
+    """out <- the derivatives along rotations."""
     turn_derivatives(g, slope, 3, out)
 
 
 @jit_inline
 def position_scale(g):
-    """No place."""
+    """0: a rotation has no position."""
     return 0.0
 
 
