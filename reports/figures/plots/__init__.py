@@ -1,1 +1,1 @@
-"""How one kind of figure is drawn."""
+"""Drawing functions, one kind of plot per file."""
