@@ -1,4 +1,4 @@
-"""What a fresh process waits for before its first result, and what a long run keeps in memory."""
+"""Time to the first result of a fresh process, and memory of a long run."""
 
 from __future__ import annotations
 
@@ -28,16 +28,15 @@ COLUMNS = (
     "few_steps",
     "many_steps",
 )
-TIMES, QUICK_TIMES = 3, 2  # processes, the first to fill the cache; the quickest counts
+TIMES, QUICK_TIMES = 3, 2  # processes, the first to fill the cache; the fastest counts
 STEPS, MANY_STEPS, QUICK_STEPS = 10**4, 10**6, 10**5
 EXPLANATION = (
     "Seconds in a fresh process: to import galvi, then to the end of a first run of ten steps. "
-    "Cold is with nothing compiled before (for the user's functions: with galvi's kernels compiled "
-    "and these not), in seconds of one processor, and is paid once for each kernel; warm is with "
-    "all of it in the cache on disk. Seconds of different machines do "
-    "not compare: beside them stands how often numpy could have been imported in that time. "
-    f"Memory is the most that the process had after {STEPS:,} steps, and after a second run of "
-    f"{MANY_STEPS:,} ({QUICK_STEPS:,} in the quick form), of which only the ends are kept."
+    "Cold: nothing is compiled (for the user's functions: galvi's kernels are compiled, these are "
+    "not), in processor time, once for each kernel; warm: everything is in the cache on disk. "
+    "Since seconds of different machines do not compare, they are also given relative to the "
+    f"import of numpy. Memory is the peak of the process after {STEPS:,} steps, and after a second "
+    f"run of {MANY_STEPS:,} ({QUICK_STEPS:,} in the quick form), of which only the ends are kept."
 )
 OWN = """
 import numba, numpy as np, galvi
@@ -111,13 +110,13 @@ ALL, USERS, NOTHING = "all", "users", "nothing"
 
 @dataclass(frozen=True)
 class Start:
-    """One problem to start with.
+    """A problem for the first run.
 
-    label    for the table
-    problem  an expression that makes it
-    step     of a run
-    imports  what the expression needs besides galvi
-    cold     what is compiled for it: ALL, only the USERS functions, or NOTHING, as another did
+    label    label in the table
+    problem  an expression that constructs it
+    step     step size of the run
+    imports  imports needed by the expression besides galvi
+    cold     what a cold run compiles: ALL, only the USERS functions, or NOTHING new
     """
 
     label: str
@@ -140,8 +139,8 @@ STARTS = (
 
 @dataclass(frozen=True)
 class Started:
-    """One process: seconds to import numpy and galvi, to the first result, the latter also of
-    processor time; peaks of memory, MiB."""
+    """One process: seconds to import numpy, to import galvi, and to the first result, the latter
+    also in processor time; peaks of memory in MiB."""
 
     numpys: float
     imported: float
@@ -151,10 +150,10 @@ class Started:
 
 
 def started(start: Start, folder: Path, steps: tuple[int, ...] = (), cache: str = "") -> Started:
-    """A fresh process that imports galvi, does ten steps, and then so many ``steps`` each.
+    """A fresh process that imports galvi, does ten steps, then runs of the lengths in ``steps``.
 
-    folder  where the user's functions are
-    cache   folder for compiled code; empty means the usual one
+    folder  folder of the user's functions
+    cache   folder for compiled code; empty for the default
     """
     environment: Mapping[str, str] = os.environ | ({"NUMBA_CACHE_DIR": cache} if cache else {})
     code = TIMED.format(
@@ -176,10 +175,10 @@ def start_up_table(
 ) -> pd.DataFrame:
     """One row for each problem.
 
-    import, cold, warm                seconds, cold of processor time; cold is NaN where it is not
+    import, cold, warm                seconds, cold in processor time; cold is NaN where it is not
                                       measured, as in --quick
-    import_in_numpys, warm_in_numpys  the same over what numpy takes to import in that process
-    few_steps, many_steps             MiB, the process's peak after STEPS and after MANY_STEPS more
+    import_in_numpys, warm_in_numpys  the same relative to the import of numpy in that process
+    few_steps, many_steps             peak memory, MiB, after STEPS and after MANY_STEPS more
     """
 
     def cold(start: Start) -> float:
