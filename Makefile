@@ -1,4 +1,4 @@
-# Every target that runs Python first makes .venv, once, and again when its requirements change.
+# Every target that runs Python first creates .venv, and again when its requirements change.
 PYTHON ?= python3
 WORKERS ?= 2
 EXTRAS ?= suite,dev
@@ -10,11 +10,11 @@ STAMP := .venv/installed
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
-	@echo 'The first one makes .venv with $(PYTHON); choose another with PYTHON=path/to/python3.'
+	@echo 'The first one creates .venv with $(PYTHON); choose another with PYTHON=path/to/python3.'
 
-install: $(STAMP) ## make .venv and install galvi, the suite and the tools
+install: $(STAMP) ## create .venv and install galvi, the suite and the tools
 
-test: $(STAMP) ## run the tests, leaving out those marked slow
+test: $(STAMP) ## run the tests except those marked slow
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 check: $(STAMP) ## lint, formatting, types, import contracts
@@ -23,16 +23,16 @@ check: $(STAMP) ## lint, formatting, types, import contracts
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
 
-report: $(STAMP) ## verify, compare and show: tables, figures and a page in reports/out
+report: $(STAMP) ## verify and compare; write tables, figures and a page to reports/out
 	$(BIN)/python -m reports
 
-studies: $(STAMP) ## run the long studies: hours, in parts; resumes when it was stopped
+studies: $(STAMP) ## run the long studies (hours); resumes after an interruption
 	$(BIN)/python -m reports studies
 
-bench: $(STAMP) ## time steps, trajectories and references, and keep the result; QUICK=1: a few
+bench: $(STAMP) ## time steps, trajectories and references, and store the times; QUICK=1: a few
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only $(if $(QUICK),-m quick)
 
-clean: ## remove .venv, caches and build output; what reports/out holds stays
+clean: ## remove .venv, caches and build output, but not reports/out
 	rm -rf .venv build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis \
 	    .import_linter_cache .benchmarks
 	find galvi references benchmarks reports tests -name __pycache__ -prune -exec rm -rf {} +

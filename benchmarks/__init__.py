@@ -1,1 +1,1 @@
-"""What is measured: claims of the papers, work-precision studies, costs and timings."""
+"""The measurements: claims of the papers, work-precision studies, other studies and timings."""

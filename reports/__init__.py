@@ -1,4 +1,4 @@
-"""How it is shown: claims checked, contenders compared, tables, figures and one page.
+"""The report: claims checked, contenders compared, shown as tables, figures and one HTML page.
 
-``python -m reports`` runs it; what it writes is in reports/out.
+Run as ``python -m reports``; output goes to reports/out.
 """

@@ -7,7 +7,7 @@ from reports.results.suite import Suite
 
 
 def load() -> Suite:
-    """The report's suite, imported when called, so that a mistyped word is answered at once."""
+    """The report's suite, imported when called, so that usage errors are reported at once."""
     from reports.contents import load
 
     return load()

@@ -1,4 +1,4 @@
-"""What is in the report: claims, comparisons and studies. Only entry points import it."""
+"""The contents of the report: claims, comparisons and studies. Only entry points import it."""
 
 from __future__ import annotations
 
@@ -58,6 +58,6 @@ def load() -> Suite:
 
 
 def study_claim(name: str, quick: bool) -> pd.DataFrame:
-    """The frame of a claim, by its id, without reports of progress."""
+    """Run the study of the claim with this id, without progress output; returns its frame."""
     (claim,) = (one for one in CHECKS if one.id == name)
     return claim.study(galvi.Galerkin, quick, lambda sentence: None)

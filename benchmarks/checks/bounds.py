@@ -1,7 +1,7 @@
-"""Bounds: what a measured number is compared with, as values that give a text and a verdict.
+"""Bounds on measured numbers, as values that give both their text and the verdict.
 
-Each bound states its comparisons, in numbers and in words; `Bound.verdict` is the one rule that
-makes a verdict of them. NaN never holds.
+Each bound states its comparisons in numbers and in words; `Bound.verdict` is the only rule that
+turns them into a verdict. NaN never holds.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ HOLDS = "holds"
 EXCEEDS = "exceeds"
 CONTRADICTED = "contradicted"
 NOT_RUN = "not run"
-INFORMATIVE = "informative"  # of a number that nobody claims anything about
+INFORMATIVE = "informative"  # nothing is claimed about the number
 WORST_FIRST = (NOT_RUN, CONTRADICTED, EXCEEDS, HOLDS, INFORMATIVE)
 
 ORDER_RESOLUTION = 0.25  # the papers print orders as multiples of a half
-GROWTH = 1.5  # how much larger than in the first quarter an error that does not grow may become
+GROWTH = 1.5  # largest ratio of the last to the first quarter for an error that does not grow
 SIGMAS = 3.0
 ABOVE, BELOW = 1, -1
 
@@ -33,7 +33,7 @@ class Comparison:
     """A number and the closed interval that it should lie in.
 
     better  the side of the interval on which the number is better than claimed: ABOVE, BELOW or 0
-    room    what is allowed beyond either end
+    room    tolerance beyond either end
     """
 
     number: float
@@ -44,7 +44,7 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """NOT_RUN where a number is missing."""
+        """HOLDS, EXCEEDS or CONTRADICTED; NOT_RUN where a number is missing."""
         low, high = self.low - self.room, self.high + self.room
         if any(math.isnan(x) for x in (self.number, low, high)):
             return NOT_RUN
@@ -55,7 +55,7 @@ class Comparison:
 
 
 class Bound(ABC):
-    """What a measurement is compared with."""
+    """A bound on a measurement."""
 
     @property
     @abstractmethod
@@ -64,7 +64,7 @@ class Bound(ABC):
 
     @abstractmethod
     def comparisons(self, measured: Any) -> tuple[Comparison, ...]:
-        """What the text says, in numbers."""
+        """The comparisons that the text states."""
 
     def verdict(self, measured: Measurement) -> str:
         """The worst of the comparisons; NOT_RUN unless the measured number is finite.
@@ -84,9 +84,9 @@ class Bound(ABC):
 class Interval(Bound):
     """A closed interval for one number.
 
-    round_off    what rounding may add beyond either end
-    uncertainty  standard error of the ends, 0 for printed ones: two standard errors of theirs and
-                 of the measured number are allowed besides; None allows none
+    round_off    tolerance for rounding beyond either end
+    uncertainty  standard error of the ends, 0 for printed ones: two standard errors, of the ends
+                 and of the measured number, are tolerated in addition; None for no tolerance
     better       the side on which a number is better than claimed: ABOVE, BELOW or 0
     """
 
@@ -97,7 +97,7 @@ class Interval(Bound):
     @property
     @abstractmethod
     def words(self) -> str:
-        """The ends, without what is allowed beyond them."""
+        """The ends in words, without tolerances."""
 
     @property
     @abstractmethod
@@ -195,7 +195,7 @@ class Within(Interval):
 
 @dataclass(frozen=True)
 class Exactly(Interval):
-    """measured == value: for counts and shares."""
+    """measured == value, for counts and shares."""
 
     value: float
 
@@ -210,7 +210,7 @@ class Exactly(Interval):
 
 @dataclass(frozen=True)
 class Near(Interval):
-    """The claimed number stands for claimed -+ resolution."""
+    """claimed - resolution <= measured <= claimed + resolution."""
 
     claimed: float
     resolution: float
@@ -247,7 +247,7 @@ class Base(Near):
 
 @dataclass(frozen=True)
 class Converges(Bound):
-    """The order of a Fit is positive, by two standard errors."""
+    """The order of a Fit exceeds 0 by two standard errors."""
 
     text = "order above 0 by 2 standard errors"
 
@@ -258,9 +258,9 @@ class Converges(Bound):
 
 @dataclass(frozen=True)
 class Geometric(Bound):
-    """Errors of a Fall shrink by a factor with each n, and that factor does not tend to 1.
+    """Errors of a Decay shrink geometrically with n, by a factor that does not tend to 1.
 
-    An error that fell like a power of n would have a later half that is worse than the earlier.
+    For an error that decays like a power of n the later half would be slower than the earlier.
     """
 
     text = "base below 1 by 2 standard errors, later half of the window not slower"
@@ -277,9 +277,9 @@ class Geometric(Bound):
 
 @dataclass(frozen=True)
 class FactorPerN(Bound):
-    """Each further n multiplies the error of a Fall by at most `limit`, below 1, until round-off.
+    """Each increase of n multiplies the error of a Decay by at most `limit` < 1, until round-off.
 
-    A power of n would bring the worst of these factors near 1.
+    For a power of n the worst of these factors would be near 1.
     """
 
     limit: float
@@ -294,9 +294,9 @@ class FactorPerN(Bound):
 
 @dataclass(frozen=True)
 class NoGrowth(Bound):
-    """The largest error of a Drift is at most `limit`, and it neither grows nor has a trend.
+    """The largest error of a Drift is at most `limit`, without growth or trend.
 
-    round_off  a level, stated by the study, below which growth is that of rounding errors
+    round_off  level, stated by the study, below which growth is attributed to rounding
     """
 
     limit: float
@@ -323,7 +323,7 @@ class NoGrowth(Bound):
 
 @dataclass(frozen=True)
 class NoBound(Bound):
-    """Nothing is claimed of the number."""
+    """No bound: nothing is claimed about the number."""
 
     text = "none"
 
@@ -332,13 +332,13 @@ class NoBound(Bound):
 
 
 def _errors(measured: Measurement, uncertainty: float | None) -> float:
-    """Two standard errors of the measured number and of the claimed one; 0 where it has none."""
+    """Two standard errors, of measured and claimed number combined; 0 where there are none."""
     own = estimate(measured).uncertainty
     return 0.0 if uncertainty is None else 2.0 * ((0.0 if own is None else own) + uncertainty)
 
 
 def _number(value: float, resolution: float = 0.0) -> str:
-    """Four digits, or as many as the resolution asks for."""
+    """The number as text with four digits, or as many as the resolution requires."""
     digits = 4
     if resolution > 0.0 and abs(value) > resolution:
         digits = max(digits, 1 + math.ceil(math.log10(abs(value) / resolution)))

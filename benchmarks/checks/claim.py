@@ -1,4 +1,4 @@
-"""A claim of a paper as an executable check: a study that measures, and a judge that compares."""
+"""A claim of a paper as an executable check: a study that measures and a judge that compares."""
 
 from __future__ import annotations
 
@@ -14,25 +14,31 @@ from benchmarks.statistics.estimate import Measurement, estimate
 
 MakeMethod = Callable[..., Any]  # of a space, a rule and perhaps a chart
 Report = Callable[[str], None]
-AGREEMENT = "agreement"  # the source of a row that is no claim of a paper, but of two codes
-SHARED = ("source", "setup", "claimed", "reason", "reference")  # of a claim, for all its rows
+AGREEMENT = "agreement"  # the source of rows that compare two codes instead of checking a claim
+SHARED = (
+    "source",
+    "setup",
+    "claimed",
+    "reason",
+    "reference",
+)  # fields of a claim that its rows inherit
 
 
 @dataclass(frozen=True)
 class Row:
-    """One line of claims.csv: what is claimed, what was measured, and the verdict.
+    """One line of claims.csv: the claim, the measurement and the verdict.
 
     id           of the claim, e.g. "V3"; several rows may share one
-    quantity     what is measured, e.g. "base of one-step error"
+    quantity     the measured quantity, e.g. "base of one-step error"
     source       figure or theorem of the paper
     setup        problem, method and steps in one line
-    claimed      the paper's statement as it stands there
-    bound        the number or interval that the verdict compares with, in words
-    measured     the number found
+    claimed      the paper's statement, verbatim
+    bound        the bound that the verdict rests on, in words
+    measured     the measured number
     uncertainty  of the measured number (one standard deviation of a fit), or None
     expected     the verdict expected when the row was written
-    reason       why that is expected
-    reference    the independent truth, with its version where it is an engine
+    reason       why it is expected
+    reference    the independent truth, with the version of its engine
     verdict      "holds", "exceeds", "contradicted", "not run" or "informative"
     """
 
@@ -51,7 +57,7 @@ class Row:
 
 
 def judged(id: str, quantity: str, bound: Bound, measured: Measurement, **texts: str) -> Row:
-    """The row of a measurement and its bound; `texts` are the row's other fields."""
+    """The row of a measurement and its bound; `texts` are the other fields."""
     seen = estimate(measured)
     return Row(
         id=id,
@@ -70,18 +76,17 @@ def _finite(number: float | None) -> float | None:
 
 @dataclass(frozen=True)
 class Claim:
-    """A study, which runs methods once, and a judge, which only reads its tidy frame.
+    """A study, which runs the methods once, and a judge, which only reads its tidy frame.
 
     id       e.g. "V3"
     title    one line for a heading
-    study    (make_method, quick, report) -> tidy frame; make_method is `galvi.Galerkin` unless a
-             test hands in a broken one; report(sentence) reports progress
+    study    (make_method, quick, report) -> tidy frame; make_method is `galvi.Galerkin`, or a
+             broken one in tests; report(sentence) reports progress
     judge    frame -> rows
-    figures  of the paper, e.g. "H fig. 2.6"
-    timed    whether the study takes times, and has to be alone
+    figures  the paper's figures, e.g. "H fig. 2.6"
+    timed    whether the study measures times and must run alone
     source, setup, claimed, reason, reference
-             of each `row` of the claim that does not state its own; see `Row`. The source is
-             that of the figures where none is stated
+             defaults of the claim's rows, see `Row`; the default source is the figures
     """
 
     id: str
@@ -97,9 +102,10 @@ class Claim:
     reference: str = ""
 
     def row(self, quantity: str, bound: Bound, measured: Measurement, **own: str) -> Row:
-        """A row of this claim, with its own texts in the place of the claim's.
+        """A row of this claim.
 
-        own  any of source, setup, claimed, reason, reference and expected, which is "holds"
+        own  texts that replace the claim's: any of source, setup, claimed, reason, reference, and
+             expected (default "holds")
         """
         shared = {name: getattr(self, name) for name in SHARED}
         shared["source"] = self.source or ", ".join(self.figures)

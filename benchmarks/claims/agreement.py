@@ -1,7 +1,7 @@
-"""galvi beside every reference: rows of `verify` that ask whether two codes see the same motion.
+"""Agreement of galvi with the references, as rows of `verify`.
 
-An agreement is no claim of a paper: the two solve one problem, and the bound is what rounding, or
-the reference's own error at its setting, explains.
+An agreement is not a claim of a paper: both codes solve one problem, and the bound is the rounding
+error, or the reference's own error at its setting.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ class AgreementCase:
     """A problem that galvi and a reference both solve.
 
     contender  the reference
-    problem    what is solved, of duration `duration` in its unit of time
-    limit      on the largest component of the difference of both configurations at the end
-    steps      of galvi's, polynomials of degree 12 with 12 Gauss points
-    setting    of the reference
-    note       why the limit is what it is, where not for rounding
+    problem    the problem, over `duration` in its unit of time
+    limit      bound on the largest component of the difference of the final configurations
+    steps      number of galvi's steps, by polynomials of degree 12 with 12 Gauss points
+    setting    setting of the reference
+    note       the reason for the limit
     """
 
     contender: Contender
@@ -48,11 +48,11 @@ class AgreementCase:
 
     @property
     def quantity(self) -> str:
-        """What is measured, in the words of a row."""
+        """The `quantity` of the row."""
         return f"difference from {self.contender.name}, {self.problem.name}"
 
     def measured(self, make_method: MakeMethod) -> dict[str, Any]:
-        """A tidy row; its status says why there is no number."""
+        """A tidy row; its status gives the reason for a missing number."""
         found = row(study=SOURCE, quantity=self.quantity, t=self.duration)
         if self.contender.missing:
             return {**found, "label": self.contender.missing}
@@ -69,7 +69,7 @@ class AgreementCase:
         return {**found, "value": away, "label": str(runs[1].method)}
 
     def judged(self, name: str, table: pd.DataFrame) -> Row:
-        """The row of the agreement `name`; one whose engine is absent is expected not to run."""
+        """The row of the agreement `name`; without its engine it is expected not to run."""
         labels = [text for text in pick(table, quantity=self.quantity).get("label", ()) if text]
         absent = self.contender.missing if self.contender.missing in labels else ""
         return judged(
@@ -88,14 +88,14 @@ class AgreementCase:
 
 
 def agreement(name: str, title: str, cases: tuple[AgreementCase, ...]) -> Claim:
-    """Comparisons with one family of references as something `verify` runs like a claim."""
+    """Comparisons with one family of references, in the form of a claim for `verify`."""
     return Claim(name, title, partial(_study, cases), partial(_judge, name, cases))
 
 
 def _study(
     cases: tuple[AgreementCase, ...], make_method: MakeMethod, quick: bool, report: Report
 ) -> pd.DataFrame:
-    """One row for each case; one that raises says so in its own row alone."""
+    """One row for each case; an exception affects only its own row."""
     rows = []
     for case in cases:
         report(case.quantity)

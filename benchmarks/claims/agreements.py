@@ -1,6 +1,6 @@
-"""Which reference galvi is held against, on what, and how near they must be; every one of them.
+"""The list of agreements: each reference with a problem and the limit on the difference.
 
-Beside each limit stands what was measured when it was set.
+The comment beside each limit is the difference measured when the limit was set.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ AGREEMENTS: tuple[Claim, ...] = (
     agreement("A8", "galvi and JPL's ephemeris", SKY),
 )
 CASES = (*CLOSED, *STORED, *REBOUND, *MUJOCO, *HEYOKAS, *SCIPY, *TEXTBOOK, *SKY)
-# What `verify --require` knows: the engines that may be absent, by the name of what is installed.
+# The optional engines, for `verify --require`, by the name of their package.
 ENGINES: Mapping[str, Contender] = {
     "rebound": IAS15,
     "mujoco": MUJOCO_RK4,
@@ -145,11 +145,11 @@ ENGINES: Mapping[str, Contender] = {
 
 
 def engines() -> dict[str, str]:
-    """Each engine with why it cannot be used here, or nothing."""
+    """Optional engines: name -> why it cannot be used here, or ""."""
     return {name: contender.missing for name, contender in ENGINES.items()}
 
 
 def unavailable() -> tuple[str, ...]:
-    """What contenders say whose engine is absent."""
+    """The messages of contenders whose engine is missing."""
     said = (case.contender.missing for case in CASES)
     return tuple(dict.fromkeys(sentence for sentence in said if sentence))

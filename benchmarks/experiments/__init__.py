@@ -1,1 +1,1 @@
-"""Experiments behind choices in the solver, each a runnable module."""
+"""Experiments that support choices in the solver and the suite, each a runnable module."""

@@ -1,10 +1,9 @@
-"""Which clock a comparison of times should read: `python -m
-benchmarks.experiments.clock_comparison`.
+"""Compare wall clock and processor clock: `python -m benchmarks.experiments.clock_comparison`.
 
 The same work is timed by wall clock and by processor clock, while other processes keep this
 machine's processors busy. Shown are the spread of single samples, (90 % - 10 %) / median, and the
-largest ratio of two medians of 12 samples taken in turns, which is what a comparison of equal code
-would report. Only the processor clock stays within the 10 % that a comparison calls a change.
+largest ratio of two medians of 12 interleaved samples, which a comparison of equal code would
+report. Only the processor clock stays within the 10 % that a comparison calls a change.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ BUSY = "while True: sum(range(100000))"
 
 @contextmanager
 def busy(processes: int) -> Iterator[None]:
-    """Others that compute all the time, and are ended afterwards."""
+    """Run this many busy processes, and end them afterwards."""
     others = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(processes)]
     try:
         yield

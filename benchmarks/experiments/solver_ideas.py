@@ -1,8 +1,7 @@
-"""The error of a step's first stages, body by body: `python -m
-benchmarks.experiments.solver_ideas`.
+"""Errors of the stages' first guess, by body: `python -m benchmarks.experiments.solver_ideas`.
 
-Shows why `galvi.kernels.lanes.nbody_iteration` settles one planet with its star first, and why the
-extrapolation looks back one step and not two.
+Shows why `galvi.kernels.lanes.nbody_iteration` first iterates one planet with its star, and why the
+extrapolation uses one earlier step and not two.
 """
 
 from __future__ import annotations
@@ -24,8 +23,8 @@ STEPS, STAGES, PER_ORBIT = 60, 8, 8.3
 def start_errors(problem: Problem) -> tuple[Array, Array]:
     """Errors of the first stages relative to the distance from the origin, (bodies,) each.
 
-    From one earlier step's accelerations, and from two; the geometric mean over the steps, each
-    step and body with the number of Legendre terms that is best in hindsight.
+    Extrapolated from the accelerations of one and of two earlier steps; geometric mean over the
+    steps, each step and body with the optimal number of Legendre terms.
     """
     method = galvi.Galerkin(galvi.Polynomials(STAGES), galvi.gauss(STAGES))
     step = period(problem, 1) / PER_ORBIT

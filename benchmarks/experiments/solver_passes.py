@@ -1,9 +1,8 @@
-"""How many passes other iterations of a step would take: `python -m
-benchmarks.experiments.solver_passes`.
+"""Passes of alternative stage iterations: `python -m benchmarks.experiments.solver_passes`.
 
-A pass is one evaluation of all accelerations at all stages. Counted are those until the stages
-change by at most SETTLED of the distance from the origin, from the usual first guess, without the
-passes over the swiftest planet alone. What a pass costs besides is said in CONTRIBUTING.
+A pass is one evaluation of all accelerations at all stages. Passes are counted from the usual
+first guess until the stages change by at most SETTLED of the distance from the origin, without
+those over the fastest planet alone. CONTRIBUTING states the cost of a pass.
 """
 
 from __future__ import annotations
@@ -21,13 +20,13 @@ from galvi.arrays import Array
 from galvi.spaces.legendre import legendre
 
 SETTLED, MOST = 4e-16, 40
-TERMS = 7  # of the Legendre series that is extrapolated
+TERMS = 7  # terms of the extrapolated Legendre series
 SINGLE = 1e-5  # change above which a pass may be in single precision
 Pass = Callable[[Array], Array]
 
 
 def passes(problem: Problem) -> dict[str, float]:
-    """Mean number of passes a step, for each iteration."""
+    """Mean number of passes per step for each iteration."""
     method = galvi.Galerkin(galvi.Polynomials(STAGES), galvi.gauss(STAGES))
     h = period(problem, 1) / PER_ORBIT
     run = galvi.integrate(problem, method, h, STEPS)

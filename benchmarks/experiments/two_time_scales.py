@@ -1,13 +1,13 @@
-"""Do cosines and sines pay on two time scales? `python -m benchmarks.experiments.two_time_scales`
-prints it.
+"""Compare trigonometric and polynomial spaces on problems with two time scales and with one.
 
-Each row has one step, in turns of the fast motion, and the largest position error at the end for
+Run as `python -m benchmarks.experiments.two_time_scales`.
+Each row has a step, in periods of the fast motion, and the largest position error at the end for
 three methods: polynomials of degree 4 with the cosine and sine of that frequency, and 12 + w Gauss
 points, rounded up to an even number (w radians a step); polynomials with as many unknowns and the
 same points; and polynomials of the degree that uses these points fully (Gauss collocation).
 
-For each unknown the waves win on two time scales. For each force evaluation Gauss collocation wins,
-which has more unknowns to solve for, and on an orbit, whose harmonics do not end, nothing is won.
+Per unknown the waves win on two time scales. Per force evaluation Gauss collocation wins, with more
+unknowns; on an orbit, which has infinitely many harmonics, the waves gain nothing.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Somebody else's integrators: loading, running and checking them."""
+"""External integrators: loading, running and checking them."""

@@ -1,4 +1,4 @@
-"""Problems that a contender is checked on: one of each kind, with an independent truth."""
+"""The problems for checking external integrators: one of each kind, with independent truths."""
 
 from __future__ import annotations
 
@@ -24,18 +24,17 @@ from references.stored.planets import STORED_TRUTH
 
 @dataclass(frozen=True, eq=False)
 class CheckProblem:
-    """A problem that contenders are checked on.
+    """A problem for checking external integrators.
 
-    problem   what is solved
-    duration  after which, and after half of which, states are compared, in the problem's unit of
-              time
-    truth     which contender solves it, at `setting`
-    floor     error, of a component, below which rounding or the truth's own error counts
-    ordered   whether an order of convergence is seen: a nonlinear motion of one time scale
+    problem   the problem
+    duration  states are compared after half and after all of it, in the problem's unit of time
+    truth     the contender that gives the truth, at `setting`
+    floor     error of a component below which rounding or the truth's own error dominates
+    ordered   whether an order of convergence is measurable: nonlinear motion on one time scale
     kept      which of `benchmarks.external.loading.CONSERVED` the motion conserves
-    long      duration over which that is measured: some twenty turns, never a whole number
-    watched   the problem with the start for that, where it is another: a regular motion
-    energy    its formula: (problem, q, p) -> (k,)
+    long      duration of the conservation run: some twenty periods, never a whole number
+    watched   the problem of that run, where it starts elsewhere: a regular motion
+    energy    the energy: (problem, q, p) -> (k,)
     """
 
     problem: Problem

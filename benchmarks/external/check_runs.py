@@ -5,13 +5,13 @@ Rows of the tidy frame, the problem in `study` and the setting in `label`:
 
 ERROR     largest component of the configuration's error at the end, at the coarsest, a middle and
           the finest of its settings; status when the run failed
-OFF       by how much q, and p, are off there at most, at half of the time and at the end, as a
-          share of how far the truth of them gets from the start; of N bodies that of the worst
-CLAIMED   the error that it claims there
-ORDER     the same errors at steps in between, where it declares its order and offers steps
+OFF       largest error of q, and of p, there, at half time and at the end, relative to the largest
+          distance of the truth from the start; for N bodies that of the worst body
+CLAIMED   the error it claims there
+ORDER     the same errors at intermediate steps, where it declares its order and offers steps
 energy, angular momentum
           relative changes from the problem's start at times t of a long run, at its finest setting
-FAILED    how many runs and answers failed; status says which
+FAILED    number of failed runs and answers; status names them
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from galvi.arrays import Array
 
 ERROR, CLAIMED, ORDER, FAILED = "error", "claimed error", "error in between", "failed"
 OFF = {"configuration": "share of the way, q", "momenta": "share of the way, p"}
-PARTS = 200  # of a long run
-POINTS, LEAST, MOST = 9, 4.0, 2.0  # steps: how many, over which factor at least, and their ratio
-COARSE, FEW = 1e-2, 10  # an error, and a number of steps, up to which longer ones are looked for
+PARTS = 200  # equal parts of a long run
+POINTS, LEAST, MOST = 9, 4.0, 2.0  # step sizes: number, least overall factor, largest ratio
+COARSE, FEW = 1e-2, 10  # largest error and least number of steps in the search for longer steps
 
 
 def check_runs(
@@ -46,7 +46,7 @@ def check_runs(
     quick: bool,
     report: Report,
 ) -> pd.DataFrame:
-    """The rows of every problem that it supports, or cannot answer for; no run is galvi's."""
+    """The rows of every problem that it supports or fails to answer for; no run is by galvi."""
     rows = []
     for check in check_problems:
         report(check.problem.name)
@@ -95,10 +95,10 @@ def _in_between(
     settings: Sequence[Mapping[str, Any]],
     end: Array,
 ) -> Iterator[dict[str, Any]]:
-    """From its longest step to its shortest, or over a factor LEAST where that is more.
+    """Errors at steps from its longest to its shortest, over a factor of at least LEAST.
 
-    Where it offers no settings of its own, and the equal steps are too short to show its order,
-    from one that is long enough.
+    Where it offers no settings and the default equal steps are too short to show its order, they
+    start from a longer step.
     """
     equal = [setting for setting in settings if "step" in setting]
     if external.order is None or not check.ordered or not equal:
@@ -120,9 +120,9 @@ def _in_between(
 
 
 def _fewer(external: ExternalIntegrator, check: CheckProblem, end: Array, few: int) -> int:
-    """So few steps that an error of the declared order is above the floor LEAST times further.
+    """A number of steps so small that errors of the declared order stay above the floor.
 
-    A run that fails here ends the search, and is no fault: it was not offered.
+    A failed run ends the search and is not a fault, since the step was not offered.
     """
     assert external.order is not None
     least = min(COARSE, check.floor * LEAST ** min(external.order, 100.0))
@@ -166,7 +166,7 @@ def _changes(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict
 def _run(
     external: ExternalIntegrator, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> Trajectory:
-    """A run that must come to its end: a fault even where the contender reports the failure."""
+    """A run that must succeed: a failure is a fault even where the contender reports it."""
     call = external.timed(problem, duration, setting)
     run = call()
     if not (run.success or call.failure):
@@ -180,7 +180,7 @@ def _angular_momentum(problem: Problem, q: Array, p: Array) -> Array:
 
 
 def _off(problem: Problem, found: Array, truth: Array) -> float:
-    """The largest distance from the truth over the largest way of the truth."""
+    """Largest distance from the truth over the truth's largest distance from the start."""
     bodies = truth.shape[1] if isinstance(problem.system, NBody) else 1
     off, way = (
         np.max(np.abs(apart.reshape(len(truth), bodies, -1)), axis=(0, 2))

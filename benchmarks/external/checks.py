@@ -1,10 +1,10 @@
-"""Checks the accuracy and the declared properties of somebody else's contender, for `verify`.
+"""Check the accuracy and the declared properties of an external integrator, for `verify`.
 
-What it declares (see `benchmarks.external.integrator`) is held against what is measured: its order
-from both sides, the errors that it claims, and what it conserves, as a bound and without a drift.
-What it does not declare is measured and reported, and no verdict depends on it. Whatever it
-declares, no run may fail, its finest setting must be within a tenth of the way of the truth, and
-better than its coarsest until it is right to 1e-8: one setting alone has to be that.
+Declared properties (see `benchmarks.external.integrator`) are compared with measurements: the order
+from both sides, claimed errors, and conserved quantities, as a bound and without drift. Undeclared
+properties are measured and reported without influence on the verdicts. In any case no run may fail,
+the error at the finest setting must be below a tenth of the motion's extent, and smaller than at
+the coarsest unless it is below 1e-8, which a single setting always has to be.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from benchmarks.statistics.convergence_fits import algebraic, window
 from benchmarks.statistics.drift import drift
 from benchmarks.store.frames import number, pick
 
-GAIN = 0.7  # of the coarsest setting's error, at most at the finest
-RIGHT = 1e-8  # of the way, an error that needs no gain
-FAR = 0.1  # of the way, that states may be off by at the finest setting
-SHARE = 0.05  # of an order, that it may be off by beyond `bounds.ORDER_RESOLUTION`
-RISES = 2  # of the error with a shorter step, from which on it is erratic; one is a change of sign
-ROUND_OFF = 1e-12  # relative changes that may grow
+GAIN = 0.7  # largest ratio of the errors at the finest and the coarsest setting
+RIGHT = 1e-8  # relative error that needs no such gain
+FAR = 0.1  # largest relative error at the finest setting
+SHARE = 0.05  # relative tolerance of an order, in addition to `bounds.ORDER_RESOLUTION`
+RISES = 2  # rises of the error with shorter steps that count as erratic; one is a change of sign
+ROUND_OFF = 1e-12  # smaller relative changes may grow
 DECLARED = "Declared by the contender."
 NOT_DECLARED = "Not declared: the number is for information."
 
@@ -41,7 +41,7 @@ NOT_DECLARED = "Not declared: the number is for information."
 def contender_checks(
     externals: Sequence[ExternalIntegrator], check_problems: Sequence[CheckProblem] = CHECK_PROBLEMS
 ) -> tuple[Claim, ...]:
-    """One for each, which `verify` runs like a claim, with ids such as A-my-leapfrog."""
+    """A claim for `verify` for each integrator, with ids such as A-my-leapfrog."""
     names: list[str] = []
     for external in externals:
         slug = re.sub(r"[^a-z0-9]+", "-", external.name.lower()).strip("-")
@@ -63,14 +63,14 @@ def contender_checks(
 
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """From the rows of `benchmarks.external.check_runs` to those of claims.csv."""
+    """Judges the rows of `benchmarks.external.check_runs`; callable, returns rows of claims.csv."""
 
     id: str
     external: ExternalIntegrator
     check_problems: tuple[CheckProblem, ...]
 
     def __call__(self, table: pd.DataFrame) -> list[Row]:
-        """Every row; a contender that supports none of the problems has one that says so."""
+        """All rows; an integrator that supports none of the problems has one row that says so."""
         rows, orders, looked = [], 0, dict.fromkeys(self.external.conserves, 0)
         for check in self.check_problems:
             seen = pick(table, study=check.problem.name)
@@ -146,7 +146,7 @@ class Judge:
         return [*rows, *self._way(check, seen)] if rows else []
 
     def _way(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        """All its states at the finest setting, against the truth and against the coarsest."""
+        """Rows for the states at the finest setting, against the truth and the coarsest setting."""
         off = {what: list(pick(seen, quantity=name)["value"]) for what, name in OFF.items()}
         coarse, fine = (float(np.max([values[k] for values in off.values()])) for k in (0, -1))
         worst = max(off, key=lambda what: np.nan_to_num(off[what][-1], nan=np.inf))
@@ -237,6 +237,6 @@ class Judge:
 
 
 def _rises(errors: Sequence[float], floor: float) -> int:
-    """How often an error above round-off is larger than the one of a longer step."""
+    """How often an error above round-off is larger than that of the next longer step."""
     seen = np.asarray(errors, dtype=np.float64)[window(errors, floor=floor)]
     return int(np.sum(np.diff(seen) > 0.0))

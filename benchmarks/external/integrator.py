@@ -1,7 +1,7 @@
-"""Somebody else's contender, in a process of its own: its crashes and time-outs become messages.
+"""Run an external integrator in its own process; crashes and time-outs become messages.
 
-It stands beside galvi in every comparison. Its times are taken inside its process, so that handing
-states over is not counted.
+It takes part in every comparison. Times are measured inside its process, without the transfer of
+states.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from benchmarks.external.timed_run import TimedRun
 from benchmarks.external.worker import answer, prepare
 from galvi import Problem, Trajectory
 
-LIMIT = 60.0  # seconds for an answer: a run, or its import
+LIMIT = 60.0  # time limit in seconds of an answer: a run, or the import
 NAMELESS = "problem"
 
 
@@ -29,27 +29,27 @@ NAMELESS = "problem"
 class ExternalIntegrator:
     """The contender at ``path``, "package.module:Class"; see `references.Contender`.
 
-    The class is made without arguments and has
+    The class is constructed without arguments and has
 
     name                            for tables; not that of galvi's own, which begin with "galvi"
     supports(problem)               whether it solves this `galvi.Problem`
-    run(problem, duration, setting) -> `galvi.Trajectory` at the times that the setting asks for:
+    run(problem, duration, setting) -> `galvi.Trajectory` at the times given by the setting,
                                     {"step": h, "save_every": k} or {"samples": n}, the first
-                                    of them the problem's start, p the conjugate momenta
-    settings(problem, duration)     the mappings that it is run with, from coarse to fine; where it
-                                    has none, equal steps of four lengths
+                                    one the problem's start; p are the conjugate momenta
+    settings(problem, duration)     its settings (mappings) from coarse to fine; without this
+                                    method, equal steps of four sizes
 
     and, for the checks of `benchmarks.external.checks`, any of
 
-    order                           of its convergence in the step
-    conserves                       largest relative changes, {"energy": 1e-6, "angular momentum":
-                                    1e-12}, that it claims at its finest setting, without a drift
+    order                           order of convergence in the step
+    conserves                       largest relative changes at its finest setting, without drift,
+                                    e.g. {"energy": 1e-6, "angular momentum": 1e-12}
     claimed_error(problem, duration, setting)
-                                    the largest error that it claims, of a component at the end
+                                    the largest error of a component at the end
 
-    `open` raises ContenderError when there is no such class, or it lacks one of these. `run` never
-    raises for what the contender does: its run failed, and ``faults`` has a sentence. A process
-    that ends, or does not answer within ``limit`` seconds, is replaced at the next question.
+    `open` raises ContenderError when there is no such class, or it lacks a required member. `run`
+    never raises for the integrator's errors: the run failed, and ``faults`` has a sentence. A
+    process that ends, or does not answer within ``limit`` seconds, is replaced at the next request.
     """
 
     path: str
@@ -65,7 +65,7 @@ class ExternalIntegrator:
 
     @classmethod
     def open(cls, path: str, limit: float = LIMIT) -> ExternalIntegrator:
-        """Start the process and import the contender."""
+        """Start the process and import the integrator. Raises ContenderError."""
         external = cls(path, limit)
         try:
             external.name, external.order, external.conserves = external._ask("metadata")
@@ -75,7 +75,7 @@ class ExternalIntegrator:
         return external
 
     def supports(self, problem: Problem) -> bool:
-        """Its answer; False, and a fault, where it gives none."""
+        """Whether it solves the problem; False, and a fault, when it does not answer."""
         return bool(
             self._ask_about(problem, "asked whether it supports the problem", "supports", problem)
         )
@@ -83,9 +83,9 @@ class ExternalIntegrator:
     def settings(
         self, problem: Problem, duration: float, fewest: int
     ) -> Sequence[Mapping[str, Any]]:
-        """What to run it with: its own offers, or multiples of the fewest steps that others take.
+        """Its own settings, or multiples of `fewest` equal steps, from coarse to fine.
 
-        None at all, and a fault, where it gives no answer.
+        Empty, and a fault, when it does not answer.
         """
         offered = self._ask_about(
             problem, "asked for its settings", "settings", problem, duration, fewest
@@ -95,7 +95,7 @@ class ExternalIntegrator:
     def claimed_error(
         self, problem: Problem, duration: float, setting: Mapping[str, Any]
     ) -> float | None:
-        """The largest error that it claims; None, and a fault, where it gives no answer."""
+        """The largest error it claims; None when it claims none, or, with a fault, no answer."""
         claimed: float | None = self._ask_about(
             problem, "asked for the error that it claims", "claimed error", problem, duration,
             dict(setting),
@@ -103,7 +103,7 @@ class ExternalIntegrator:
         return claimed
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """One run in its process; a failed one where it returned none."""
+        """One run in its process; a failed trajectory when it returned none."""
         return self.timed(problem, duration, setting)()
 
     def timed(
@@ -113,9 +113,9 @@ class ExternalIntegrator:
         setting: Mapping[str, Any],
         report: Callable[[str], None] | None = None,
     ) -> TimedRun:
-        """A run that takes its own time; see `benchmarks.statistics.timing`.
+        """A run that measures its own time; see `benchmarks.statistics.timing`.
 
-        report  called with a sentence on each failure; None adds it to the faults
+        report  called with a sentence for each failure; None adds it to the faults
         """
         words = " ".join(f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
                          for name, value in setting.items())  # fmt: skip
@@ -130,14 +130,14 @@ class ExternalIntegrator:
 
     @property
     def faults(self) -> list[str]:
-        """A sentence for each problem and each thing that went wrong on it."""
+        """A sentence for each problem and kind of fault."""
         return [
             f"{self.name}, {problem}, {_first(doings)}: {why}"
             for (problem, why), doings in self._failed.items()
         ]
 
     def faults_on(self, problem: Problem) -> list[str]:
-        """Those of one problem, without its name."""
+        """The faults on one problem, without its name."""
         return [
             f"{_first(doings)}: {why}"
             for (name, why), doings in self._failed.items()
@@ -145,28 +145,28 @@ class ExternalIntegrator:
         ]
 
     def failures_on(self, problem: Problem) -> int:
-        """How many runs and answers went wrong on it."""
+        """The number of failed runs and answers on one problem."""
         name = problem.name or NAMELESS
         return sum(len(doings) for (on, _), doings in self._failed.items() if on == name)
 
     def add_fault(self, problem: Problem, doing: str, why: str) -> None:
-        """Keep a sentence on what went wrong, and at what."""
+        """Record a fault: the request (`doing`) and the reason (`why`)."""
         self._failed.setdefault((problem.name or NAMELESS, why), []).append(doing)
 
     def close(self) -> None:
-        """End its process, and what that started."""
+        """End its process and the child processes."""
         pool, self._pool = self._pool, None
         if pool is None:
             return
         pool.stop()
         pool.join()
         if os.name == "posix" and self._process:
-            with suppress(ProcessLookupError, PermissionError):  # nobody is left in its group
+            with suppress(ProcessLookupError, PermissionError):  # its group is empty
                 os.killpg(self._process, signal.SIGKILL)
         self._process = 0
 
     def _ask_about(self, problem: Problem, doing: str, question: str, *arguments: Any) -> Any:
-        """The answer; None, and a fault, when there is none."""
+        """The answer to a request; None, and a fault, when there is none."""
         try:
             return self._ask(question, *arguments)
         except ContenderError as error:
@@ -174,7 +174,7 @@ class ExternalIntegrator:
             return None
 
     def _ask(self, question: str, *arguments: Any) -> Any:
-        """The answer of its process. Raises ContenderError."""
+        """The answer of the process. Raises ContenderError."""
         try:
             if self._pool is None:
                 spawn = multiprocessing.get_context("spawn")
@@ -188,7 +188,7 @@ class ExternalIntegrator:
         except ProcessExpired as end:
             self.close()
             why = f"Its process ended, with status {end.exitcode}."
-        except RuntimeError:  # of the pool, whose process ended while nothing was asked
+        except RuntimeError:  # from the pool, whose process ended between requests
             self.close()
             why = "Its process ended between two answers."
         raise ContenderError(why)

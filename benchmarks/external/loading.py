@@ -1,4 +1,4 @@
-"""Somebody else's contender: its class at a named place, and what it declares about itself."""
+"""Load the class of an external integrator, and read its declarations."""
 
 from __future__ import annotations
 
@@ -12,17 +12,20 @@ import numpy as np
 METHODS = ("supports", "run")
 CONSERVED = ("energy", "angular momentum")
 OURS = "galvi"
-LONGEST, MARKUP = 60, "<>$|`"  # letters of a name, and those that pages and figures would read
+LONGEST, MARKUP = (
+    60,
+    "<>$|`",
+)  # length of a name, and characters with a meaning in pages and figures
 
 
 class ContenderError(Exception):
-    """What is wrong with a contender, in one sentence."""
+    """An error of an external integrator; the message is one sentence."""
 
 
 def load_class(path: str) -> Any:
-    """The contender at "package.module:Class".
+    """An instance of the class at "package.module:Class".
 
-    Raises ContenderError when there is none, or the class lacks what a contender must have.
+    Raises ContenderError when it cannot be imported or lacks a required member.
     """
     module_name, _, name = path.partition(":")
     if not all(part.isidentifier() for part in (*module_name.split("."), name)):
@@ -68,7 +71,7 @@ def load_class(path: str) -> Any:
 
 
 def _suggested_path(path: str) -> str:
-    """What a file's path, or a class behind a dot, may stand for."""
+    """A suggestion for a file's path, or for a class after a dot; else ""."""
     file, _, name = path.removeprefix("./").rpartition(":")
     module = file.removesuffix(".py").replace("/", ".")
     if not file:
@@ -84,9 +87,9 @@ def _is_name(name: str) -> bool:
 
 
 def metadata(contender: Any) -> tuple[str, float | None, dict[str, float]]:
-    """Its name, its order (None when not declared) and what it declares to conserve.
+    """Its name, its order (None when not declared) and its declared conserved quantities.
 
-    Raises ContenderError when they are of another kind.
+    Raises ContenderError when one of them has the wrong type or value.
     """
     order, conserves = getattr(contender, "order", None), getattr(contender, "conserves", {})
     if order is not None and not is_positive(order):
@@ -104,7 +107,7 @@ def metadata(contender: Any) -> tuple[str, float | None, dict[str, float]]:
 
 
 def is_positive(value: Any) -> bool:
-    """Whether it is a finite number above 0."""
+    """Whether this is a finite number above 0."""
     return (
         isinstance(value, (int, float, np.number))
         and not isinstance(value, bool)
@@ -113,6 +116,6 @@ def is_positive(value: Any) -> bool:
 
 
 def describe_error(error: BaseException) -> str:
-    """Its type and message, without a full stop."""
+    """Type and message of an exception, without a full stop."""
     words = " ".join(str(error).split()).rstrip(".")
     return f"{type(error).__name__}: {words}" if words else type(error).__name__

@@ -1,4 +1,4 @@
-"""A run of somebody else's contender that takes its own time, and never raises for what it does."""
+"""A run of an external integrator that measures its own time and turns errors into failed runs."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from galvi.arrays import read_only
 
 @dataclass(eq=False)
 class TimedRun:
-    """A call that runs an external integrator once and knows how long that took.
+    """A callable that runs an external integrator once and records the time.
 
-    ask      number of runs -> parts of the last one and mean seconds; raises ContenderError
-    report   called with a sentence on each failure
+    ask      number of runs -> data of the last one and mean seconds; raises ContenderError
+    report   called with a sentence for each failure
     took     seconds of the last call, inside its process
-    failure  why a call failed, or nothing
+    failure  why a call failed, or ""
     """
 
     name: str
@@ -34,7 +34,7 @@ class TimedRun:
     failure: str = ""
 
     def __call__(self) -> Trajectory:
-        """Run it once; a failed run when there is none."""
+        """Run once; a failed trajectory when it returned none."""
         try:
             parts, self.took = self.ask(1)
         except ContenderError as error:
@@ -44,7 +44,7 @@ class TimedRun:
         return Trajectory(self.problem, **arrays, **parts, method=self.name)
 
     def seconds(self, repeats: int) -> float:
-        """Of a call, the mean of several in its process; NaN from the first failure on."""
+        """Mean seconds of a call over `repeats` in its process; NaN after a failure."""
         if self.failure:
             return float("nan")
         try:
@@ -58,7 +58,7 @@ class TimedRun:
         self.report(why)
 
     def _failed_run(self) -> Trajectory:
-        """NaN at the times that were asked for, or at the ends where those are none."""
+        """A failed trajectory: NaN at the requested times, or at the ends if they are invalid."""
         try:
             t = saved_times(self.problem, self.duration, self.setting)
         except (TypeError, ValueError, OverflowError, MemoryError):

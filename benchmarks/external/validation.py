@@ -1,7 +1,7 @@
-"""What somebody else's contender returns, validated once, inside its process.
+"""Validate the results of an external integrator, inside its process.
 
-Each function returns plain numbers and arrays, which another process can take without running code
-of the contender's, and raises ContenderError with a sentence for anything else.
+Each function returns plain numbers and arrays, which can be unpickled without the integrator's
+code, and raises ContenderError with a sentence for anything else.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references.setting import fixed_steps, sample_times
 
-MOST_STEPS, MOST_STATES = 10**10, 10**7  # that a run may take, and hold
-# Of the duration: by how much a time may differ from the one asked for. Of the largest component:
-# by how much the first state may differ from the start.
+MOST_STEPS, MOST_STATES = 10**10, 10**7  # limits of a run
+# Tolerances: of a time, relative to the duration; of the first state, relative to the largest
+# component of the start.
 NEAR = 1e-9
 
 
 def saved_times(problem: Problem, duration: float, setting: Mapping[str, Any]) -> Array:
-    """The times (saved,) at which a run for this setting has states.
+    """The times (saved,) of the states of a run at this setting.
 
-    Raises as `references.setting.fixed_steps` and `sample_times` do.
+    Raises the exceptions of `references.setting.fixed_steps` and `sample_times`.
     """
     if "step" in setting:
         return fixed_steps(duration, setting).times(problem.t0)
@@ -33,7 +33,7 @@ def saved_times(problem: Problem, duration: float, setting: Mapping[str, Any]) -
 
 
 def valid_settings(offered: Sequence[Any], duration: float) -> list[dict[str, Any]]:
-    """One at least, of plain values, within bounds, from coarse to fine."""
+    """The settings: at least one, of plain values, within bounds, from coarse to fine."""
     if not offered or not all(isinstance(one, Mapping) for one in offered):
         raise ContenderError(f"Its settings must be mappings, one at least; received {offered!r}.")
     settings = [
@@ -85,7 +85,7 @@ def _check_bounds(setting: Mapping[str, Any], duration: float) -> None:
 
 
 def valid_claim(claimed: Any) -> float:
-    """An error that it claims, a positive number."""
+    """A claimed error: a positive number."""
     if not is_positive(claimed):
         raise ContenderError(
             f"The error that it claims must be a positive number; received {claimed!r}."
@@ -96,7 +96,7 @@ def valid_claim(claimed: Any) -> float:
 def valid_run(
     run: Any, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """t, q, p, success, status and counts of the run that was asked for."""
+    """t, q, p, success, status and counts of the requested run."""
     if not isinstance(run, Trajectory):
         raise ContenderError(
             f"Its run must return a galvi.Trajectory; received {type(run).__name__}."
@@ -144,7 +144,7 @@ def _check_times(t: Array, problem: Problem, duration: float, setting: Mapping[s
 
 
 def _check_states(q: Array, p: Array, problem: Problem) -> None:
-    """Finite, and the first of them the problem's start."""
+    """Check that states are finite and begin with the problem's start."""
     if not (np.isfinite(q).all() and np.isfinite(p).all()):
         raise ContenderError("It says that it succeeded, and its states are not finite.")
     for name, states, start in (("q", q, problem.q0), ("p", p, problem.p0)):

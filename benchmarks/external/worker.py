@@ -1,7 +1,7 @@
-"""The process in which somebody else's contender runs: questions, answers, and how it ends.
+"""The process in which an external integrator runs: requests, answers, and its end.
 
-`benchmarks.external.integrator` calls `answer` through a pool of one process. Whatever the
-contender raises becomes a ContenderError; what it hangs or breaks is this process and no other.
+`benchmarks.external.integrator` calls `answer` through a pool of one process. Exceptions of the
+integrator become ContenderErrors; a hang or crash affects this process only.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from benchmarks.external.loading import ContenderError, describe_error, load_cla
 from benchmarks.external.validation import valid_claim, valid_run, valid_settings
 from galvi import Problem, Trajectory
 
-RUNGS = (1, 4, 16, 64)  # times the fewest steps of others
+RUNGS = (1, 4, 16, 64)  # multiples of the fewest steps
 RETURNED: WeakSet[Trajectory] = WeakSet()
 contender_at = cache(load_class)
 
 
 def prepare() -> None:
-    """Lead a process group, which whatever the contender starts is in; print to stderr."""
+    """Become leader of a process group, which child processes join; redirect stdout to stderr."""
     parent = multiprocessing.parent_process()
     assert parent is not None, (
         "only a process that multiprocessing started has a parent to end with"
@@ -46,7 +46,7 @@ def _end_after(parent: Any) -> None:
 
 
 def answer(path: str, question: str, *arguments: Any) -> Any:
-    """One of ANSWERS, by the contender at the path. Raises ContenderError and nothing else."""
+    """One of ANSWERS by the integrator at the path. Raises only ContenderError."""
     try:
         return ANSWERS[question](contender_at(path), *arguments)
     except ContenderError:
@@ -61,14 +61,14 @@ def supports(contender: Any, problem: Problem) -> bool:
 
 
 def equal_steps(duration: float, fewest: int) -> list[dict[str, Any]]:
-    """What a contender is run with that offers no settings, from coarse to fine."""
+    """The settings of an integrator that offers none, from coarse to fine."""
     return [{"step": duration / n, "save_every": n} for n in (fewest * k for k in RUNGS)]
 
 
 def settings(
     contender: Any, problem: Problem, duration: float, fewest: int
 ) -> list[dict[str, Any]]:
-    """What to run it with: its own offers, or multiples of the fewest steps that others take."""
+    """Its own settings, or multiples of `fewest` equal steps, from coarse to fine."""
     if not hasattr(contender, "settings"):
         return equal_steps(duration, fewest)
     return valid_settings(list(contender.settings(problem, duration)), duration)
@@ -77,7 +77,7 @@ def settings(
 def claimed_error(
     contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> float | None:
-    """The largest error that it claims for such a run; None when it claims none."""
+    """The largest error it claims for such a run; None when it claims none."""
     if not hasattr(contender, "claimed_error"):
         return None
     return valid_claim(contender.claimed_error(problem, duration, dict(setting)))
@@ -86,7 +86,7 @@ def claimed_error(
 def timed_run(
     contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any], repeats: int = 1
 ) -> tuple[dict[str, Any], float]:
-    """The last of some runs, validated, and the mean of their seconds."""
+    """The last of `repeats` runs, validated, and their mean time in seconds."""
     run, start = None, time.perf_counter()
     for _ in range(repeats):
         before, run = run, contender.run(problem, duration, dict(setting))

@@ -1,1 +1,1 @@
-"""What is measured of a run: errors, fits, invariants by independent formulas."""
+"""Measures of a run: errors, invariants by independent formulas, symplecticity, actions."""

@@ -1,4 +1,4 @@
-"""How near polynomials come to a motion on each of K subintervals, and how near a step comes.
+"""Best polynomial approximation of a motion on K subintervals, and the error of a step.
 
 M's norm on a subinterval of length h: |u|_X^2 = int |u'|^2 dt + |u(h)|^2 / h (M section 2). The
 best polynomial of degree N has u's value at the end, and as derivative the orthogonal projection of
@@ -16,7 +16,7 @@ from galvi import Trajectory
 from galvi.arrays import Array
 
 Motion = Callable[[Array], tuple[Array, Array]]
-POINTS = 24  # of Gauss, in each piece of a subinterval between kinks
+POINTS = 24  # Gauss points in each piece of a subinterval between kinks
 
 
 def best_errors(motion: Motion, edges: Array, degree: int, kinks: Sequence[float] = ()) -> Array:
@@ -48,11 +48,11 @@ def step_error(run: Trajectory, motion: Motion, kinks: Sequence[float] = ()) -> 
 
 
 def _misses(motion: Motion, t: Array, w: Array, starts: Array, stops: Array, degree: int) -> Array:
-    """Norms of what projections leave of u', (K,), by quadrature at t with weights w, (K, p)."""
+    """Norms of the residuals of projections of u', (K,); quadrature nodes t, weights w, (K, p)."""
     slope, h = motion(t)[1], (stops - starts)[:, None]
     P = legvander(2.0 * (t - starts[:, None]) / h - 1.0, degree - 1)
     scale = (2.0 * np.arange(degree) + 1.0) / h
-    for _ in range(2):  # the second pass takes away what rounding left of the first
+    for _ in range(2):  # the second pass removes the rounding errors of the first
         parts = scale * np.einsum("kpi,kp->ki", P, w * slope)
         slope = slope - np.einsum("kpi,ki->kp", P, parts)
     left: Array = np.sqrt(np.sum(w * slope**2, axis=1))

@@ -1,4 +1,4 @@
-"""The Galerkin curve of one step against the exact motion between the same two points.
+"""Distance of the Galerkin curve of one step from the exact motion between the same two points.
 
 Distances are in W^{1,1} of the step, the integral of |q - q_exact| + |q' - q'_exact| (H 2.3.4), and
 in L^infinity, the largest |q - q_exact|.
@@ -23,15 +23,15 @@ MISSED = 2e-15  # of points of size 1; the truth is rounded to 2e-16
 
 @dataclass(frozen=True, eq=False)
 class BoundaryValueMotion:
-    """Exact motions from a problem's q0 that last ``step``, by their velocity at the start."""
+    """Exact motions of duration ``step`` from a problem's q0, parametrised by initial velocity."""
 
     problem: Problem
     step: float
     truth: Contender
 
     def distances(self, run: Trajectory) -> tuple[float, float]:
-        """Of a run's first step from the motion to the same point, in W^{1,1} and the largest of
-        the position; NaN where none was found."""
+        """Distances of a run's first step from the motion to the same point, in W^{1,1} and
+        L^infinity; NaN where no motion was found."""
         exact = self.arriving_at(run.q[1])
         if exact is None:
             return float("nan"), float("nan")
@@ -60,12 +60,12 @@ class BoundaryValueMotion:
 
     @cached_property
     def end(self) -> Array:
-        """Where the motion from v0 arrives, (d,)."""
+        """The end of the motion from v0, (d,)."""
         return self._end_from(self.problem.v0)
 
     @cached_property
     def slope(self) -> Array:
-        """Derivative of the arrival by the velocity at v0, (d, d), by central differences."""
+        """Derivative of the end by the initial velocity at v0, (d, d), by central differences."""
         nudges = NUDGE * np.eye(self.problem.v0.size)
         v = self.problem.v0
         return np.stack(

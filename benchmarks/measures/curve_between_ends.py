@@ -1,7 +1,7 @@
-"""The Galerkin curve of one step against the exact motion between the same two attitudes.
+"""Distance of the Galerkin curve of one step from the exact motion between the same attitudes.
 
-Distances are of H 3.3.3: the W^{1,1} norm over the step of the difference of xi = Phi^-1(R0^T R),
-Phi the Cayley transform, by its textbook formulas and not by galvi's charts.
+Distances as in H 3.3.3: the W^{1,1} norm over the step of the difference of xi = Phi^-1(R0^T R),
+Phi the Cayley transform, by textbook formulas independent of galvi's charts.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def distance(run: Trajectory, truth: Contender) -> float:
 def between(problem: Problem, last: Array, h: float, truth: Contender) -> Trajectory | None:
     """The exact motion from q0 to ``last`` in the time h, near the one from v0; None if not found.
 
-    By Newton's method on the velocity at the start.
+    By Newton's method on the initial velocity.
     """
     v = np.array(problem.v0)
     for _ in range(PASSES):

@@ -1,6 +1,6 @@
 """The momenta of a free body at both ends of each step, by differentiating the discrete Lagrangian.
 
-Only the curve R(t) of a run is used, and nothing that the run says of momenta: from its values in a
+Only the curve R(t) of a run is used, not its momenta: from its values in a
 step come xi(tau) = cay^-1(R_k^T R(t_k + tau h)) and its derivative, and from them
 L_d = h sum_j b_j w_j . J w_j / 2. By H 3.2.2 the momenta are mu = -D1 L_d and mu1 = D2 L_d, in left
 trivialisation; the curve is stationary, so that any variation with the right ends will do, such as
@@ -21,8 +21,8 @@ TINY = 1e-30
 
 
 def discrete_momenta(run: Trajectory, n: int, stages: int) -> tuple[Array, Array]:
-    """-D1 L_d and D2 L_d of every step, both (steps, 3), of n basis functions with Gauss's rule of
-    so many stages in Cayley's chart. TypeError for a run that is not of a free RigidBody."""
+    """-D1 L_d and D2 L_d of every step, both (steps, 3), for n basis functions with Gauss's rule
+    of `stages` points in the Cayley chart. TypeError for a run that is not of a free RigidBody."""
     system: Any = run.problem.system
     if not isinstance(system, RigidBody) or system.potential is not None:
         raise TypeError(f"these are formulas for a free RigidBody; received {system!r}.")
@@ -47,7 +47,7 @@ def discrete_momenta(run: Trajectory, n: int, stages: int) -> tuple[Array, Array
     end = (at_end @ xi)[:, 0]
     T = np.stack([body_velocity(end, np.broadcast_to(e, end.shape)) for e in np.eye(3)], axis=-1)
     after = np.linalg.solve(np.swapaxes(T, -1, -2), momentum[..., None])[..., 0]
-    # Moving the base by eta and not the end turns the end by -R^T eta, seen from the base.
+    # Moving the base by eta with the end fixed rotates the end by -R^T eta relative to the base.
     before = np.einsum("kij,kj->ki", cayley(end), after)
     return before, after
 
@@ -68,7 +68,7 @@ def inverse_cayley(R: Array) -> Array:
 
 
 def body_velocity(xi: Array, rate: Array) -> Array:
-    """The axis of R^-1 R', R' = (I - X/2)^-1 (X'/2)(I + R), (..., 3); complex ones too."""
+    """The axis of R^-1 R', R' = (I - X/2)^-1 (X'/2)(I + R), (..., 3); also for complex xi."""
     R = cayley(xi)
     half, rate = 0.5 * _hat(xi), 0.5 * _hat(rate)
     turning = np.linalg.solve(np.eye(3) - half, rate @ (np.eye(3) + R))

@@ -1,8 +1,8 @@
-"""How far a run is from the truth, and from what the exact motion conserves.
+"""Errors of a run against a reference, and of its invariants.
 
 ``truth`` is a trajectory of a reference at ``per_step`` evenly spaced times in each step of
-``run``, step ends included. Each function returns one number, or an array over time where it says
-so; a run that failed gives NaN.
+``run``, step ends included. Each function returns one number, or an array over time where noted; a
+failed run gives NaN.
 """
 
 from __future__ import annotations

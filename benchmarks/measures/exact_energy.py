@@ -1,4 +1,4 @@
-"""Energy errors far below the rounding of a double: in double-double arithmetic throughout."""
+"""Energy errors far below float64 round-off, in double-double arithmetic."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from references.closed_forms.double_double import DoubleDouble
 def relative_energy_error(problem: Problem, q: Any, v: Any) -> Array:
     """(E(q, v) - E(q0, v0)) / |E(q0, v0)| of point masses, to about 1e-29.
 
-    q, v  DoubleDouble of shape (..., bodies, dimension): a state and what its rounding lost
+    q, v  DoubleDouble of shape (..., bodies, dimension): a state with its low parts
     """
     start = _energy(problem, exactly(problem.q0), exactly(problem.v0))
     change = (_energy(problem, q, v) - start) / start
@@ -23,7 +23,7 @@ def relative_energy_error(problem: Problem, q: Any, v: Any) -> Array:
 
 
 def exactly(x: Array) -> DoubleDouble:
-    """The same numbers, with nothing lost."""
+    """The same numbers as DoubleDouble, with zero low parts."""
     return DoubleDouble(x, np.zeros_like(x))
 
 
@@ -46,6 +46,6 @@ def _total(x: DoubleDouble) -> DoubleDouble:
 
 
 def _root(x: DoubleDouble) -> DoubleDouble:
-    """The square root: one step of Newton's from that of the leading part."""
+    """The square root: one Newton step from that of the high part."""
     guess = np.sqrt(x.hi)
     return (x - DoubleDouble(guess) * guess) / (2.0 * guess) + guess

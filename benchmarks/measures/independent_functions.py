@@ -1,4 +1,4 @@
-"""Spaces of functions written down as a textbook does, in plain numpy: values and slopes on [0, 1].
+"""Function spaces in plain numpy, by textbook formulas: values and slopes on [0, 1].
 
 Each space is a list of pairs (u, u'); they span the same functions as galvi's space of that name.
 """

@@ -1,8 +1,8 @@
-"""Energy and angular momentum by the textbook's formulas, one term at a time.
+"""Energy and angular momentum by textbook formulas, term by term.
 
-What a run conserves is judged by these and not by galvi's own functions, so that a wrong factor
-there cannot agree with itself. q and v have shape (k, ...), results (k,) or (k, 3); of a body that
-turns, q are its rotations or rigid motions and v its velocities in its own frame.
+Conservation by a run is judged with these, independently of galvi's own functions. q and v have
+shape (k, ...), results (k,) or (k, 3); for rigid bodies, q are rotations or rigid motions and v
+the body velocities.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def energy(problem: Problem, q: Array, v: Array) -> Array:
 
 
 def angular_momentum(problem: Problem, q: Array, v: Array) -> Array:
-    """Sum of m q x v, (k,) in the plane and (k, 3) in space; R J v of a body that turns."""
+    """Sum of m q x v, (k,) in the plane and (k, 3) in space; R J v for a rigid body."""
     system = problem.system
     if isinstance(system, RigidBody):
         return np.stack([_along(q[:, axis], v, system.inertia) for axis in range(3)], axis=-1)
@@ -81,7 +81,7 @@ def _turning_energy(system: RigidBody | FreeBody, v: Array) -> Array:
 
 
 def _height_energy(potential: object, q: Array) -> Array:
-    """Minus the weight times the way down of the centre of mass."""
+    """Minus the weight times the downward displacement of the centre of mass."""
     total = np.zeros(len(q))
     if potential is None:
         return total
@@ -94,7 +94,7 @@ def _height_energy(potential: object, q: Array) -> Array:
 
 
 def _along(row: Array, v: Array, inertia: Array) -> Array:
-    """One component in space of the momentum J v, by the row of R that belongs to it."""
+    """One spatial component of the momentum J v, by the corresponding row of R."""
     total = np.zeros(len(v))
     for i in range(3):
         for j in range(3):

@@ -1,4 +1,4 @@
-"""Polynomials, rules and norms on a step, from numpy alone: what the theory's claims stand on.
+"""Polynomials, quadrature rules and norms on a step, from numpy alone, for claims on theory.
 
 Functions are rows of coefficients of Legendre polynomials in 2 t - 1, t in [0, 1].
 """
@@ -28,7 +28,7 @@ def lobatto_points(n: int) -> tuple[Array, Array]:
 
 
 def values(functions: Array, t: Array) -> Array:
-    """(functions, times)."""
+    """Values at t, (functions, times)."""
     return np.asarray(legendre.legval(2.0 * t - 1.0, functions.T))
 
 
@@ -50,7 +50,7 @@ def lagrange_at_chebyshev(degree: int) -> Array:
 
 @dataclass(frozen=True)
 class Grams:
-    """Of functions u_i on a step of length 1, with a rule or, with enough points, exactly.
+    """Gram matrices of functions u_i on a step of length 1, by a quadrature rule.
 
     place   sum_j b_j u_i u_l
     slope   sum_j b_j u_i' u_l'
@@ -63,7 +63,7 @@ class Grams:
 
 
 def grams(functions: Array, t: Array, b: Array) -> Grams:
-    """With a rule's nodes and weights."""
+    """The Gram matrices with a rule's nodes t and weights b."""
     u, du, end = values(functions, t), slopes(functions, t), values(functions, np.ones(1))
     slope = (du * b) @ du.T
     return Grams((u * b) @ u.T, slope, slope + end @ end.T)

@@ -1,4 +1,4 @@
-"""A Lie group as one group of matrices, by the textbook: to check galvi's own formulas with.
+"""A Lie group as a matrix group, by textbook formulas, to check galvi's own formulas.
 
 Each factor of an element stands in a block of a block-diagonal matrix: rotations and rigid motions
 as they are, x of R^n as [[1, x], [0, 1]]. Group, algebra and charts are then those of matrices.
@@ -24,7 +24,7 @@ TERMS = 18  # 0.5^18 / 18! is 6e-22
 
 @dataclass(frozen=True)
 class MatrixGroup:
-    """Of a galvi group; elements go in and out as arrays of ``group.shape``."""
+    """The matrix group of a galvi group; elements are arrays of ``group.shape``."""
 
     group: Group
 
@@ -101,7 +101,7 @@ def cayley(X: Array) -> Array:
 
 
 def exponential(X: Array) -> Array:
-    """exp(X) of a small matrix: Taylor's series of X / 2^k, squared k times; no use of threads."""
+    """exp(X) of a small matrix: Taylor series of X / 2^k, squared k times; without threads."""
     halvings = max(0, int(np.ceil(np.log2(max(np.linalg.norm(X), 1e-300)))) + 1)
     part = X / 2.0**halvings
     result = term = np.eye(len(X))

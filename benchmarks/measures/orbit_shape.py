@@ -1,4 +1,4 @@
-"""Is an orbit closed and stable? Its extent and its orientation, around the first body."""
+"""Extent and orientation of orbits about the first body, as measures of stability."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from galvi.arrays import Array
 
 
 def period(problem: Problem, body: int) -> float:
-    """Of the start's Kepler ellipse about body 0, in the problem's unit of time (NBody systems)."""
+    """Period of the osculating ellipse at the start about body 0, in the problem's unit of time."""
     gm, q, v = _relative(problem, problem.q0[None], problem.v0[None], body)
     axis = 1.0 / (2.0 / np.linalg.norm(q[0]) - v[0] @ v[0] / gm)
     return float(2.0 * np.pi * np.sqrt(axis**3 / gm))
@@ -39,12 +39,12 @@ def perihelion(run: Trajectory, body: int) -> Array:
 
 
 def angle(a: Array, b: Array) -> float:
-    """Between two vectors in space, in radians."""
+    """The angle between two vectors in space, in radians."""
     return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
 
 
 def _relative(problem: Problem, q: Array, v: Array, body: int) -> tuple[float, Array, Array]:
-    """G (m_0 + m_body), and place and velocity from body 0."""
+    """G (m_0 + m_body), and position and velocity relative to body 0."""
     system: Any = problem.system
     gm = float(system.G * (system.masses[0] + system.masses[body]))
     return gm, q[:, body] - q[:, 0], v[:, body] - v[:, 0]

@@ -31,12 +31,12 @@ class Case:
 
     @property
     def columns(self) -> dict[str, Any]:
-        """As a tidy row has them."""
+        """The case as columns of a tidy row."""
         return {"n": self.n, "step": self.step, "steps": self.steps}
 
 
 def outcome(run: Trajectory) -> dict[str, Any]:
-    """What a tidy row tells of the run that it is from."""
+    """Status and counts of a run, as columns of a tidy row."""
     return {"status": failure(run), "force_evaluations": run.counts["force_evaluations"]}
 
 
@@ -46,7 +46,7 @@ def at_fixed_time(ns: Iterable[int], duration: float, steps: Sequence[int]) -> l
 
 
 def with_fixed_number(ns: Iterable[int], steps: int, sizes: Sequence[float]) -> list[Case]:
-    """h-refinement for each n as H does it: as many steps, so that the final time shrinks."""
+    """h-refinement for each n as in H, with a fixed number of steps: the final time shrinks."""
     return [Case(n, h, steps) for n in ns for h in sizes]
 
 

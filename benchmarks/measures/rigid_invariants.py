@@ -1,9 +1,9 @@
-"""What a rigid body conserves, from its rotations R (k, 3, 3) and body momenta p (k, 3).
+"""Invariants of a rigid body, from its rotations R (k, 3, 3) and body momenta p (k, 3).
 
-Written apart from galvi's own functions, like `benchmarks.measures.independent_invariants`, and
-from the momentum that a run keeps, so that no rounding of a velocity comes between. Lagrange's top
-keeps all of: the energy, the momentum about the vertical and, with equal moments across its axis,
-that about the axis.
+Independent of galvi's own functions, like `benchmarks.measures.independent_invariants`, and
+computed from the run's momenta, without the rounding of velocities. Lagrange's top conserves the
+energy, the momentum about the vertical and, since its transverse moments are equal, that about its
+axis.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ def energy(problem: Problem, R: Array, p: Array) -> Array:
 
 
 def spatial_momentum(R: Array, p: Array) -> Array:
-    """R p, (k, 3): constant when nothing turns the body."""
+    """R p, (k, 3): constant without external torque."""
     return np.stack([np.sum(R[:, axis] * p, axis=-1) for axis in range(3)], axis=-1)
 
 
 def vertical_momentum(problem: Problem, R: Array, p: Array) -> Array:
-    """The part of R p against gravity, (k,). TypeError for a body without weight."""
+    """The component of R p opposite to gravity, (k,). TypeError for a body without weight."""
     g = _weight(problem).g
     result: Array = -spatial_momentum(R, p) @ g / np.sqrt(np.sum(g**2))
     return result
 
 
 def axial_momentum(problem: Problem, R: Array, p: Array) -> Array:
-    """The part of p along the line from the tip to the centre of mass, (k,). TypeError likewise."""
+    """The component of p along the line from tip to centre of mass, (k,). TypeError likewise."""
     centre = _weight(problem).centre
     result: Array = p @ centre / np.sqrt(np.sum(centre**2))
     return result

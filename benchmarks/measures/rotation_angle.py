@@ -1,4 +1,4 @@
-"""By how much a body turns: angles between attitudes."""
+"""Angles between attitudes."""
 
 from __future__ import annotations
 

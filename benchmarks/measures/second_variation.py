@@ -1,7 +1,7 @@
-"""The second variation of the action along one step, its end points fixed (H 3.3.2).
+"""The second variation of the action along one step with fixed end points (H 3.3.2).
 
-In a chart at R0, xi(t) is the step's curve and l(xi, xi') = T - V along it, by the textbook's
-formulas; its second derivatives are central differences of complex-step first ones.
+In a chart at R0, xi(t) is the step's curve and l(xi, xi') = T - V along it, by textbook formulas;
+its second derivatives are central differences of complex-step first derivatives.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FINE = 40  # places on the curve at which the constants are maximised
 
 @dataclass(frozen=True)
 class Constants:
-    """H's, with L = v . J v / 2 - V, where H's kinetic energy lacks the trace and the half.
+    """H's constants for L = v . J v / 2 - V (H's kinetic energy lacks the trace and the half).
 
     speed  C_xi' = C_p / 2, C_p the least eigenvalue of d2T/dxi'2
     place  C_xi = C_d + C_m^2 / (2 C_p), C_m twice the norm of d2T/dxi dxi', -C_d the least
@@ -37,7 +37,7 @@ class Constants:
 
     @property
     def minimum(self) -> float:
-        """The step below which H 3.3.1 has a minimum; its statement lost it."""
+        """The step below which the proof of H 3.3.1 gives a minimum; its statement omits it."""
         return float(np.pi * np.sqrt(self.speed / (self.place + self.well)))
 
     @property
@@ -47,7 +47,7 @@ class Constants:
 
 
 def constants(run: Trajectory) -> Constants:
-    """Extremes along the curve of a run of one step."""
+    """The constants: extremes along the curve of a run of one step."""
     xi, eta = _curve(run, np.linspace(0.0, 1.0, FINE))
     turning, falling = _seconds(_kinetic, run, xi, eta), _seconds(_potential, run, xi, eta)
     least = float(np.min(np.linalg.eigvalsh(turning[:, 3:, 3:])))
@@ -97,7 +97,7 @@ def _gram(values: Array, weights: Array) -> Array:
 
 
 def _curve(run: Trajectory, tau: Array) -> tuple[Array, Array]:
-    """xi and xi' at fractions tau (k,) of the step, (k, 3)."""
+    """xi and xi', (k, 3) each, at fractions tau (k,) of the step."""
     space: Any = run.method.space
     psi = (space.basis(tau) - space.basis(np.zeros(1)))[:, 1:]
     return _at(run, psi, space.derivative(tau)[:, 1:])
@@ -109,7 +109,7 @@ def _at(run: Trajectory, psi: Array, slope: Array) -> tuple[Array, Array]:
 
 
 def _seconds(function: Any, run: Trajectory, xi: Array, eta: Array) -> Array:
-    """Second derivatives (k, 6, 6) by (xi, xi') at (k, 3) places."""
+    """Second derivatives (k, 6, 6) by (xi, xi') at k points, (k, 3) each."""
     z = np.concatenate([xi, eta], axis=1).astype(complex)
     found = np.empty((len(z), 6, 6))
     for i in range(6):

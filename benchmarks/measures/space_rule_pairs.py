@@ -1,6 +1,6 @@
-"""Every kind of space with every family of rules, as far as they make methods.
+"""All pairs of a kind of space and a family of rules.
 
-A space with a degree for each component is left out: with equal degrees it is `Polynomials`.
+`ComponentPolynomials` is left out: with equal degrees it is `Polynomials`.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from galvi.spaces import SPACES
 from galvi.spaces.space import Space
 
 OF_ONE_DEGREE = tuple(make for make in SPACES if not hasattr(make(1), "degrees"))
-MANY = 24  # points that integrate the waves of the kinds in SPACES to 1e-13
+MANY = 24  # points sufficient to integrate the waves of SPACES to 1e-13
 
 
 @dataclass(frozen=True)
 class Pair:
     """A space of one of the kinds in SPACES and a rule of one of the families in RULES.
 
-    kind    the space's, in words, e.g. "PiecewisePolynomials, pieces=3"
-    number  that the space is made from
-    family  the rule's, in words, e.g. "Gauss"
-    points  that it is made from; on each piece, where the space has pieces
+    kind    kind of the space in words, e.g. "PiecewisePolynomials, pieces=3"
+    number  argument of the space's constructor
+    family  family of the rule in words, e.g. "Gauss"
+    points  argument of the rule's constructor; per piece, where the space has pieces
     """
 
     kind: str
@@ -38,19 +38,19 @@ class Pair:
 
 
 def kind_of(make_space: Any) -> str:
-    """The name of one of SPACES, with what it is bound to."""
+    """The name of one of SPACES, with its bound arguments."""
     bound = getattr(make_space, "keywords", {})
     words = (f"{name}={value:g}" for name, value in bound.items())
     return ", ".join((type(make_space(1)).__name__, *words))
 
 
 def family_of(make_rule: Callable[[int], Rule]) -> str:
-    """The name of one of RULES: that of its rules, without their number."""
+    """The name of one of RULES: that of its rules, without the number of points."""
     return make_rule(2).name.rsplit(" ", 1)[0]
 
 
 def pairs(numbers: Iterable[int], points: Iterable[int]) -> Iterator[Pair]:
-    """One for each space and rule that there is; a rule is repeated on a space's pieces."""
+    """A pair for each space and rule that exist; a rule is repeated on a space's pieces."""
     points = tuple(points)
     for make_space in OF_ONE_DEGREE:
         for number in numbers:
@@ -68,5 +68,5 @@ def pairs(numbers: Iterable[int], points: Iterable[int]) -> Iterator[Pair]:
 
 
 def kinds() -> tuple[str, ...]:
-    """Of spaces that contain linear functions: others make no method."""
+    """Kinds of spaces that contain linear functions; others give no method."""
     return tuple(kind_of(make_space) for make_space in OF_ONE_DEGREE if make_space(1).degree >= 1)

@@ -1,4 +1,4 @@
-"""The derivative of one step as a map of states, from the states that it gives alone."""
+"""The derivative of one step as a map of states, by finite differences of its results."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NUDGE = 2.0**-8
 def map_derivative(problem: Problem, method: Any, step: float) -> Array:
     """D(q1, v1)/D(q0, v0), (2 d, 2 d), by central differences of order eight.
 
-    For vector spaces with unit masses. NaN when a step fails.
+    For vector spaces with unit masses. All NaN when a step fails.
     """
     d = problem.q0.size
     derivative = np.zeros((2 * d, 2 * d))

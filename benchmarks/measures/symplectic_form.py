@@ -1,4 +1,4 @@
-"""How far a map of states on a group is from symplectic, from the states that it gives alone."""
+"""Symplecticity defect of a map of states on a group, by finite differences of its results."""
 
 from __future__ import annotations
 

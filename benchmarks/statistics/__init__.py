@@ -1,1 +1,1 @@
-"""Rank tests, change points, growth laws and timing."""
+"""Convergence fits, growth laws, rank tests, change points and timing."""

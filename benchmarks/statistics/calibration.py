@@ -1,8 +1,8 @@
 """Fixed workload normalising timings across machines and load.
 
-Times are divided by those of the workload, the yardstick. It is never changed: numbers over another
-yardstick are another series. It imports nothing of galvi, since a commit must not change the
-measure that it is held against.
+Times are divided by those of this workload, the yardstick. It must never change: numbers relative
+to another yardstick form another series. It imports nothing of galvi, so that no commit changes
+its own measure.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ POINTS, PASSES = 24, 400
 
 @njit(cache=True)
 def work(x, passes):  # type: ignore[no-untyped-def]
-    """Sum the inverse-square attractions of all pairs, moving the points a little, so many times.
+    """Sum the inverse-square attractions of all pairs and move the points slightly, `passes` times.
 
-    x  points, (n, 3), changed in place
+    x  points, (n, 3), modified in place
     """
     total = 0.0
     for _ in range(passes):
@@ -35,7 +35,7 @@ def work(x, passes):  # type: ignore[no-untyped-def]
 
 
 def yardstick(samples: int = 5) -> list[float]:
-    """Processor seconds of the workload, about two milliseconds each; it is compiled before."""
+    """Processor times of the workload in seconds, each about 0.002; compilation excluded."""
     start = np.random.default_rng(0).standard_normal((POINTS, 3))
     work(start.copy(), 1)
     return [_timed(start.copy()) for _ in range(samples)]

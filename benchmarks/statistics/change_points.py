@@ -1,8 +1,8 @@
-"""Where a series changes its level: binary segmentation with a rank test.
+"""Change points of a series: binary segmentation with a rank test.
 
-A segment is split where Mann and Whitney's test between both parts gives the least chance, times
-the number of places tried; it is a change when that is below LEVEL and the medians differ by more
-than SIZE. Both parts are then searched in the same way. Numbers only.
+A segment is split where the Mann-Whitney test between both parts gives the smallest p, multiplied
+by the number of candidates; it is a change when that is below LEVEL and the medians differ by more
+than SIZE. Both parts are then searched in the same way.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from collections.abc import Sequence
 from scipy.stats import mannwhitneyu
 
 LEVEL = 0.05
-SIZE = 0.05  # of the earlier median
-LEAST = 4  # points in a part
+SIZE = 0.05  # relative to the earlier median
+LEAST = 4  # fewest points in a part
 TEXT = (
-    "A change is marked where a rank test between what came before and after it, corrected for "
-    f"the places tried, gives less than {LEVEL}, and the medians differ by more than "
-    f"{100 * SIZE:.0f} %; at least {LEAST} runs must stand on either side. Counts are exact: each "
-    "difference is marked. Errors: each difference beyond the benchmark's tolerance."
+    "A change is marked where a rank test between the values before and after it, corrected for "
+    f"the number of candidates, gives p below {LEVEL}, and the medians differ by more than "
+    f"{100 * SIZE:.0f} %, with at least {LEAST} runs on either side. Counts are exact: every "
+    "difference is marked. Errors: every difference beyond the benchmark's tolerance is marked."
 )
 
 
 def change_points(values: Sequence[float], size: float = SIZE, level: float = LEVEL) -> list[int]:
-    """Positions k such that values[k] is the first of a new level, ascending.
+    """Indices k, ascending, such that values[k] is the first of a new level.
 
-    Values that are not finite belong to no level and are passed over.
+    Values that are not finite are ignored.
     """
     places = [k for k, value in enumerate(values) if math.isfinite(value)]
     series = [values[k] for k in places]
@@ -45,7 +45,7 @@ def change_points(values: Sequence[float], size: float = SIZE, level: float = LE
 
 
 def steps(values: Sequence[float], tolerance: float) -> list[int]:
-    """Positions where a value differs from the last known one by more than the tolerance.
+    """Indices where a value differs from the last finite one by more than the tolerance.
 
     tolerance  relative to the earlier value; 0 marks every difference
     """
@@ -60,7 +60,7 @@ def steps(values: Sequence[float], tolerance: float) -> list[int]:
 
 
 def _split(part: Sequence[float], size: float, level: float) -> int | None:
-    """The best place to split a segment, or None where none is good enough."""
+    """The best index to split a segment; None where no split is significant."""
     places = range(LEAST, len(part) - LEAST + 1)
     if not places or len(set(part)) == 1:
         return None

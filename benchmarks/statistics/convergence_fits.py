@@ -1,17 +1,17 @@
 """Rates of convergence: least squares on logarithms, over a window chosen by one rule.
 
-Errors come in the order of refinement, coarse to fine. The window
+Errors are in the order of refinement, coarse to fine. The window
 
-* ends before the first error that is at most ``floor``, the level of round-off that the study
-  states (an error that stagnates above it stays in the window, and spoils the rate, as it should);
-* starts after the last error of ``ceiling`` or more: what is that large is not small yet, or
-  unstable; but one that comes after three small errors in a row, or a run that fails there, is a
-  relapse, which contradicts any rate;
-* starts within the first half of what is left, where the slope is known best: its standard error
-  times Student's 97.5 % quantile is smallest, so that a bent beginning is left out.
+* ends before the first error that is at most ``floor``, the level of round-off stated by the study
+  (an error that stagnates above it stays in the window and spoils the rate, as it should);
+* starts after the last error of ``ceiling`` or more, which is pre-asymptotic or unstable; but such
+  an error, or a failed run, after three small errors in a row is a relapse, which contradicts any
+  rate;
+* starts within the first half of the rest, where the standard error of the slope times Student's
+  97.5 % quantile is smallest, so that a curved beginning is left out.
 
-A missing error (NaN, of a run that failed) counts as large. Fewer than three points give a Fit of
-NaN, which no verdict takes for success.
+A missing error (NaN, of a failed run) counts as large. Fewer than three points give a Fit of NaN,
+which no verdict counts as success.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class Fit:
     window       first and last n or h of the window, in the order of refinement
     points       number of errors in the window
     coefficient  error at n = 0 or h = 1, on the line
-    stays_large  there is no window because errors that were measured did not become small
-    relapse      errors that were small became large again, or a run failed
+    stays_large  there is no window because the measured errors did not become small
+    relapse      small errors became large again, or a run failed
     """
 
     kind: str
@@ -52,7 +52,7 @@ class Fit:
     relapse: bool = False
 
     def evaluate(self, x: Any) -> Array:
-        """The line at n or h, any shape."""
+        """The fitted error at n or h, of any shape."""
         x = np.asarray(x, dtype=np.float64)
         power = self.rate**x if self.kind == "geometric" else x**self.rate
         line: Array = self.coefficient * power
@@ -61,11 +61,11 @@ class Fit:
 
 @dataclass(frozen=True)
 class Decay:
-    """How errors decay with n.
+    """The decay of errors with n.
 
     fit          the geometric fit
     early, late  geometric fits to the coarse and the fine half of the window
-    worst        the largest ratio of an error to the one before, inside the window
+    worst        the largest ratio of successive errors inside the window
     smallest     the smallest error; NaN when there is none
     """
 
@@ -77,7 +77,7 @@ class Decay:
 
 
 def decay(n: Sequence[float], errors: Sequence[float], *, floor: float) -> Decay:
-    """Of errors in n, which increases."""
+    """The decay of errors at increasing n."""
     smallest = float(np.min(errors)) if len(errors) else float("nan")
     return Decay(
         geometric(n, errors, floor=floor),
@@ -90,7 +90,7 @@ def decay(n: Sequence[float], errors: Sequence[float], *, floor: float) -> Decay
 def geometric(
     n: Sequence[float], errors: Sequence[float], *, floor: float, ceiling: float = 0.1
 ) -> Fit:
-    """Fit error = C rate^n; n increasing. See the top of this file for the window."""
+    """Fit error = C rate^n; n increasing. The module's docstring defines the window."""
     fit = _best(np.asarray(n, dtype=np.float64), errors, floor, ceiling)
     if fit is None:
         return _none("geometric", errors, ceiling)
@@ -103,7 +103,7 @@ def geometric(
 def algebraic(
     h: Sequence[float], errors: Sequence[float], *, floor: float, ceiling: float = 0.1
 ) -> Fit:
-    """Fit error = C h^rate; h positive and decreasing. See the top of this file for the window."""
+    """Fit error = C h^rate; h positive, decreasing. The module's docstring defines the window."""
     h = np.asarray(h, dtype=np.float64)
     fit = _best(np.log(h), errors, floor, ceiling)
     if fit is None:
@@ -117,9 +117,9 @@ def algebraic(
 def halves(
     n: Sequence[float], errors: Sequence[float], *, floor: float, ceiling: float = 0.1
 ) -> tuple[Fit, Fit]:
-    """Geometric fits to the coarse and to the fine half of what lies between floor and ceiling.
+    """Geometric fits to the coarse and the fine half of the errors between floor and ceiling.
 
-    They share the middle point of an odd number; no point is left out of either.
+    For an odd number of points both halves contain the middle one.
     """
     allowed = window(errors, floor=floor, ceiling=ceiling)
     x, e = np.asarray(n, dtype=np.float64)[allowed], np.asarray(errors, dtype=np.float64)[allowed]
@@ -136,13 +136,13 @@ def halves(
 
 
 def worst_ratio(errors: Sequence[float], *, floor: float, ceiling: float = 0.1) -> float:
-    """The largest ratio of an error to the one before, inside the window; NaN with fewer than 3."""
+    """The largest ratio of successive errors inside the window; NaN with fewer than 3 errors."""
     e = np.asarray(errors, dtype=np.float64)[window(errors, floor=floor, ceiling=ceiling)]
     return float(np.max(e[1:] / e[:-1])) if e.size >= LEAST else float("nan")
 
 
 def relapses(errors: Sequence[float], ceiling: float = 0.1) -> bool:
-    """Whether an error of ``ceiling`` or more, or none at all, comes after three small ones."""
+    """Whether an error of ``ceiling`` or more, or a missing one, follows three small ones."""
     run = 0
     for error in errors:
         small = error < ceiling
@@ -153,7 +153,7 @@ def relapses(errors: Sequence[float], ceiling: float = 0.1) -> bool:
 
 
 def window(errors: Sequence[float], *, floor: float, ceiling: float = 0.1) -> slice:
-    """The errors that a line may be fitted to: above round-off, and small from there on."""
+    """The range of errors for a fit: above round-off, and small from its start on."""
     e = np.asarray(errors, dtype=np.float64)
     with np.errstate(invalid="ignore"):
         tiny = np.flatnonzero(e <= floor)
@@ -163,7 +163,7 @@ def window(errors: Sequence[float], *, floor: float, ceiling: float = 0.1) -> sl
 
 
 def _best(x: Array, errors: Sequence[float], floor: float, ceiling: float) -> Any:
-    """(slope, its standard error, constant, (first, last) x, points) of the best window."""
+    """(slope, its standard error, intercept, (first, last) x, points) of the best window."""
     if x.size and np.any(np.diff(x) * np.sign(x[-1] - x[0]) <= 0.0):
         raise ValueError("n must increase, or h decrease, from each error to the next.")
     allowed = window(errors, floor=floor, ceiling=ceiling)
@@ -180,7 +180,7 @@ def _best(x: Array, errors: Sequence[float], floor: float, ceiling: float) -> An
 
 
 def _line(x: Array, y: Array) -> tuple[float, float, float]:
-    """Slope, its standard error and constant of the line through (x, y)."""
+    """Slope, its standard error and intercept of the line through (x, y)."""
     centred = x - x.mean()
     slope = float(centred @ y / (centred @ centred))
     constant = float(y.mean() - slope * x.mean())

@@ -1,4 +1,4 @@
-"""Whether an error grows over a long run."""
+"""Trend and growth of an error over a long run."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 
 from galvi.arrays import Array
 
-LEAST = 8  # times
+LEAST = 8  # fewest times
 
 
 @dataclass(frozen=True)
 class Drift:
-    """Does |error| grow?
+    """Trend and growth of |error|.
 
     trend        slope of |error| over the run, times its length, over its largest value
     uncertainty  standard error of the trend
@@ -29,7 +29,7 @@ class Drift:
 
 
 def drift(t: Array, errors: Array) -> Drift:
-    """Of an error at times t (increasing), both (k,); NaN unless all are finite and k >= 8."""
+    """The drift of errors at increasing times t, both (k,); NaN unless finite and k >= 8."""
     t, size = np.asarray(t, dtype=np.float64), np.abs(np.asarray(errors, dtype=np.float64))
     if t.size < LEAST or not np.all(np.isfinite(size)):
         return Drift(math.nan, math.nan, math.nan, math.nan)

@@ -1,4 +1,4 @@
-"""A measured number with its standard error, whatever it was measured from."""
+"""A measured number with its standard error, from any kind of measurement."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from benchmarks.statistics.drift import Drift
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number; NaN where it could not be measured.
+    """A measured number; NaN where it could not be measured.
 
-    uncertainty  its standard error; None for a number that has none
+    uncertainty  its standard error; None where it has none
     refuted      errors stayed large, or became large again: they contradict any rate
     """
 

@@ -1,6 +1,6 @@
-"""How an error grows with time over an ensemble of runs: as a random walk, or as a drift.
+"""Growth of an error with time over an ensemble of runs: random walk or drift.
 
-Rounding that is random moves the energy as t^1/2 (Brouwer); what is systematic moves it as t.
+Random rounding changes the energy as t^1/2 (Brouwer), systematic rounding as t.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from scipy.stats import t as student
 from galvi.arrays import Array
 
 RESAMPLES = 400
-CHANCE = 1e-4  # a drift is what the scatter of the runs gives so seldom
+CHANCE = 1e-4  # significance level of a drift
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Growth:
     """RMS over the ensemble = coefficient * t^exponent, and the mean's drift.
 
     exponent           by least squares on logarithms
-    uncertainty        its standard error, over ensembles drawn anew from the same runs
+    uncertainty        its bootstrap standard error over the runs
     coefficient        RMS at t = 1, on the line
     first, last        time window of the fit
     final              RMS at the end
@@ -42,23 +42,23 @@ class Growth:
 
     @property
     def sigmas(self) -> float:
-        """The drift in its standard errors; NaN when there is no scatter to compare with."""
+        """The drift in units of its standard error; NaN when the runs have no scatter."""
         if not self.drift_uncertainty > 0.0:
             return float("nan")
         return self.drift / self.drift_uncertainty
 
     @property
     def drifts(self) -> bool:
-        """Whether the runs move together, beyond what their scatter explains (Student's t)."""
+        """Whether the mean drift is significant against the scatter of the runs (Student's t)."""
         return bool(2.0 * student.sf(abs(self.sigmas), self.runs - 1) < CHANCE)
 
 
 def growth(t: Array, errors: Array, decades: float = 2.0, floor: float = 0.0) -> Growth:
-    """Of errors (runs, times) at times t (increasing, positive), over the later ``decades``.
+    """The growth of errors (runs, times) at increasing positive times t, over the last `decades`.
 
-    floor  RMS up to which the reading of the state is coarser than its error: times before the
-           last one that low are left out of the fit of the exponent
-    All is NaN unless three times are left, every error is finite, and there are two runs or more.
+    floor  RMS up to which the rounding of the state hides its error: times up to the last one that
+           low are left out of the fit of the exponent
+    All fields are NaN unless three times remain, every error is finite, and there are two runs.
     """
     t, errors = np.asarray(t, dtype=np.float64), np.asarray(errors, dtype=np.float64)
     nan = float("nan")
@@ -99,14 +99,14 @@ def rms(errors: Array) -> Array:
 
 
 def _line(x: Array, y: Array) -> tuple[float, float]:
-    """Slope and constant of the line through (x, y)."""
+    """Slope and intercept of the line through (x, y)."""
     centred = x - x.mean()
     slope = float(centred @ y / (centred @ centred))
     return slope, float(y.mean() - slope * x.mean())
 
 
 def _slopes(t: Array, errors: Array) -> Array:
-    """Of each run's line against time, (runs,); an offset, as of an oscillation, is no drift."""
+    """Slopes of each run's errors against time, (runs,), independent of a constant offset."""
     centred = t - t.mean()
     slopes: Array = errors @ centred / (centred @ centred)
     return slopes

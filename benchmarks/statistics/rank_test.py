@@ -1,8 +1,8 @@
-"""Whether times got worse: a rank test and a size, corrected for the number of benchmarks.
+"""Decide whether times got worse: a rank test and a threshold, corrected for multiple benchmarks.
 
-Numbers only. Mann and Whitney's test (Ann. Math. Stat. 18 (1947) 50) asks whether samples of one
-side tend to be larger, whatever their distribution; Holm's correction (Scand. J. Stat. 6 (1979) 65)
-keeps the chance of any false alarm among all benchmarks below the level.
+The Mann-Whitney test (Ann. Math. Stat. 18 (1947) 50) asks whether samples of one side tend to be
+larger, for any distribution; Holm's correction (Scand. J. Stat. 6 (1979) 65) keeps the probability
+of any false alarm among all benchmarks below the level.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from collections.abc import Mapping, Sequence
 
 from scipy.stats import rankdata
 
-LEVEL = 0.002  # chance of any false alarm by rank alone
-LEAST = 7  # samples a side
-SPARE = 10.0  # by how much the least p that so many samples can give stays below what Holm asks
+LEVEL = 0.002  # probability of any false alarm by rank alone
+LEAST = 7  # fewest samples per side
+SPARE = 10.0  # margin of the least possible p below the level of Holm's first step
 
 
 def p_value(base: Sequence[float], head: Sequence[float]) -> float:
-    """The chance that equal code gives a head that looks at least as slow.
+    """The probability that equal code gives a head that looks at least as slow.
 
-    1.0 for fewer than LEAST samples a side, since they decide nothing. Raises ValueError for a
-    time that is not finite or not positive.
+    1.0 for fewer than LEAST samples per side. Raises ValueError for a time that is not finite and
+    positive.
     """
     for name, times in (("base", base), ("head", head)):
         wrong = [time for time in times if not (math.isfinite(time) and time > 0.0)]
@@ -38,8 +38,8 @@ def p_value(base: Sequence[float], head: Sequence[float]) -> float:
 
 
 def _at_least(reached: int, ranks: Sequence[int], count: int) -> float:
-    """The share of the choices of so many of these ranks whose sum reaches that; exact with ties,
-    where a normal approximation of few samples never gets below what Holm asks.
+    """The share of choices of `count` ranks whose sum is at least `reached`; exact with ties,
+    where a normal approximation for few samples is never significant after Holm's correction.
     """
     ways: list[dict[int, int]] = [{0: 1}] + [{} for _ in range(count)]  # sum: choices, by number
     for rank in ranks:
@@ -56,7 +56,7 @@ def relative_growth(base: Sequence[float], head: Sequence[float]) -> float:
 
 
 def holm(chances: Mapping[str, float], level: float = LEVEL) -> set[str]:
-    """The names that stay significant when all of them are looked at together."""
+    """The names that remain significant after Holm's correction."""
     kept = set()
     ranked = sorted(chances.items(), key=lambda item: item[1])
     for k, (name, one) in enumerate(ranked):
@@ -67,7 +67,7 @@ def holm(chances: Mapping[str, float], level: float = LEVEL) -> set[str]:
 
 
 def samples_needed(benchmarks: int, level: float = LEVEL) -> int:
-    """Samples a side with which complete separation passes Holm's first step, and SPARE besides."""
+    """Samples per side with which complete separation passes Holm's first step by SPARE."""
     count = LEAST
     while 1.0 / math.comb(2 * count, count) >= level / (max(1, benchmarks) * SPARE):
         count += 1
@@ -79,10 +79,10 @@ def slower(
     sizes: Mapping[str, float],
     level: float = LEVEL,
 ) -> set[str]:
-    """Benchmarks whose head is slower by rank and by size.
+    """Names of the benchmarks whose head is slower by rank and by size.
 
-    samples  of base and head
-    sizes    relative growth of the median that is needed besides
+    samples  name -> times of base and head
+    sizes    name -> relative growth of the median that is also required
     """
     ranks = holm({name: p_value(*pair) for name, pair in samples.items()}, level)
     return {name for name in ranks if relative_growth(*samples[name]) > sizes[name]}

@@ -1,6 +1,6 @@
-"""What the series of a tidy frame come to: an order, a base, a drift, an extreme.
+"""Statistics of the series in a tidy frame: orders, bases, decays, drifts and extremes.
 
-``where`` picks the rows of a series by their columns, e.g. study="n-refinement".
+``where`` selects the rows of a series by column, e.g. study="n-refinement".
 """
 
 from __future__ import annotations
@@ -19,39 +19,39 @@ from galvi.arrays import Array
 
 
 def order(table: pd.DataFrame, floor: float, **where: Any) -> Fit:
-    """Of the errors of a series in the step."""
+    """The fitted order of a series of errors in the step."""
     return convergence_fits.algebraic(*series(table, "step", **where), floor=floor)
 
 
 def base(table: pd.DataFrame, floor: float, since: float = 0.0, **where: Any) -> Fit:
-    """Of the errors of a series in n, from n = since on."""
+    """The fitted base of a series of errors in n, from n = since on."""
     n, errors = series(table, "n", **where)
     return convergence_fits.geometric(n[n >= since], errors[n >= since], floor=floor)
 
 
 def decay(table: pd.DataFrame, floor: float, since: float = 0.0, **where: Any) -> Decay:
-    """Of the errors of a series in n, from n = since on."""
+    """The decay of a series of errors in n, from n = since on."""
     n, errors = series(table, "n", **where)
     return convergence_fits.decay(n[n >= since], errors[n >= since], floor=floor)
 
 
 def drift(table: pd.DataFrame, **where: Any) -> Drift:
-    """Of the errors of a series in time."""
+    """The drift of a series of errors in time."""
     rows = pick(table, **where).sort_values("t")
     return drifts.drift(rows["t"].to_numpy(), rows["value"].to_numpy())
 
 
 def values(table: pd.DataFrame, by: str = "", **where: Any) -> Array:
-    """The values of these rows, by rising `by` where it is given."""
+    """The values of these rows, sorted by the column `by` if given."""
     rows = pick(table, **where)
     return (rows.sort_values(by) if by else rows)["value"].to_numpy(np.float64)
 
 
 def largest(numbers: Array) -> float:
-    """NaN when one of them is missing, or all are."""
+    """The largest number; NaN when one is NaN or there are none."""
     return float(np.max(numbers)) if len(numbers) else float("nan")
 
 
 def least(numbers: Array) -> float:
-    """NaN when one of them is missing, or all are."""
+    """The least number; NaN when one is NaN or there are none."""
     return float(np.min(numbers)) if len(numbers) else float("nan")

@@ -1,8 +1,8 @@
-"""The time of a short run, measured on a longer one.
+"""Time a short run by a longer one.
 
-Nine revolutions of a rigid body take 50 microseconds of compiled code, and a call three times as
-long to check its arguments and to build its result. The run is therefore made many times as long,
-with the same steps or tolerance, and its time is divided by that number.
+Nine revolutions of a rigid body take 50 microseconds of compiled code, and the overhead of a call,
+for checks and results, three times as long. The run is therefore made many times as long, with the
+same steps or tolerance, and its time divided by that factor.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from benchmarks.statistics.timing import call_of, once
 from galvi import Problem, Trajectory
 from references import Contender
 
-TRIALS = 2  # lengths tried: by the short run's time, then by a longer one's
+TRIALS = 2  # lengths tried: from the time of the short run, then from that of a longer one
 
 
 @dataclass(frozen=True)
 class RepeatedRun:
-    """A run made longer.
+    """A lengthened run.
 
-    call     makes it, keeping its last state
-    times    its length in units of the run that it stands for
-    seconds  of the call
+    call     makes the run, keeping its last state
+    times    its length as a multiple of the original run
+    seconds  time of the call
     failure  why it ended early; empty when it did not
     """
 
@@ -42,10 +42,10 @@ def repeated_run(
     seconds: float,
     least: float,
 ) -> RepeatedRun:
-    """A run of about ``least`` seconds, by a contender that has run before. Its setting's
-    ``save_every``, when it has one, is a whole run's number of steps.
+    """A run of at least about `least` seconds, by a contender that has run before. A setting's
+    ``save_every`` must be the number of steps of the original run.
 
-    seconds  of the run over `duration`
+    seconds  time of the run over `duration`
     """
     times = 1
     for _ in range(TRIALS):

@@ -1,7 +1,7 @@
-"""Times of several calls that compare: interleaved rounds, warmed up, with an interval.
+"""Comparable times of several calls: warmed up, in interleaved rounds, with an interval.
 
-A call that runs in another process has its own clock there: ``seconds(repeats)``, the mean of so
-many calls, and ``took``, the seconds of the last one.
+A call in another process is timed there: it has ``seconds(repeats)``, the mean over that many
+calls, and ``took``, the time of the last one.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from references import Contender
 def call_of(
     contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> Callable[[], Trajectory]:
-    """A call that runs the contender: its own ``timed``, when it measures its times itself."""
+    """A call that runs the contender: its own ``timed``, if it measures times itself."""
     timed = getattr(contender, "timed", None)
     if timed is not None:
         call: Callable[[], Trajectory] = timed(problem, duration, setting)
@@ -44,11 +44,10 @@ def interleaved(
     least: float,
     warm: Sequence[float] | None = None,
 ) -> list[Timing]:
-    """Time each call once a round, A B C ... A B C ..., so that a slow moment hits all alike.
+    """Time each call once per round, A B C ... A B C ..., so that disturbances affect all alike.
 
-    least  seconds that a call is repeated for within a round; its mean counts
-    warm   seconds of an earlier call of each, which has compiled and loaded what it needs; None
-           makes that call here
+    least  seconds for which a call is repeated within a round; the mean counts
+    warm   seconds of an earlier, warming call of each; None makes these calls here
     """
     first = [_seconds(call, 1) for call in calls] if warm is None else list(warm)
     repeats = [max(1, round(least / max(seconds, 1e-7))) for seconds in first]
@@ -60,7 +59,7 @@ def interleaved(
 
 
 def _timing(seconds: Sequence[float]) -> Timing:
-    """Nothing but NaN when a round had no time."""
+    """The timing of the rounds; all NaN when one of them has no time."""
     if any(math.isnan(one) for one in seconds):
         return Timing(math.nan, math.nan, math.nan)
     return Timing(statistics.median(seconds), min(seconds), max(seconds))
@@ -76,13 +75,13 @@ def _seconds(call: Callable[[], Any], repeats: int) -> float:
 
 
 def warmed(call: Callable[[], Any]) -> tuple[Any, float]:
-    """The result of a call, and its seconds when everything it needs is compiled and loaded."""
+    """The result of a call, and its seconds, or those of a second, warm call if that is shorter."""
     result, seconds = once(call)
     return result, min(seconds, _seconds(call, 1)) if seconds < 1.0 else seconds
 
 
 def once(call: Callable[[], Any]) -> tuple[Any, float]:
-    """The result of a call, and its seconds; NaN where its own clock failed."""
+    """The result of a call and its seconds; NaN where its own clock failed."""
     start = time.perf_counter()
     result = call()
     seconds = time.perf_counter() - start

@@ -1,1 +1,1 @@
-"""Tidy frames, files of rows, and the provenance of both."""
+"""Tidy frames, row files, the result cache and provenance."""

@@ -1,4 +1,4 @@
-"""Files that are either whole or not there: written beside their place, then moved into it."""
+"""Atomic writes: to a temporary file in the same folder, then renamed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def write(path: Path, content: str | bytes) -> Path:
-    """Put content (text as UTF-8) at path, making its folder; a reader never sees half of it."""
+    """Write content (text as UTF-8) to path atomically, creating its folder; returns the path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     data = content.encode() if isinstance(content, str) else content
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)

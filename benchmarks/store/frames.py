@@ -1,4 +1,4 @@
-"""The one long frame that studies return and judges, tables and figures read."""
+"""The tidy frame that studies return and judges, tables and figures read."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ COLUMNS: Mapping[str, tuple[str, str]] = {
 
 
 def row(**values: Any) -> dict[str, Any]:
-    """One observation; what is not given is NaN, or empty for text. KeyError for another name."""
+    """One observation; omitted columns are NaN, or "" for text. KeyError for an unknown column."""
     unknown = set(values) - set(COLUMNS)
     if unknown:
         raise KeyError(f"a tidy row has the columns {', '.join(COLUMNS)}; received {unknown}.")
@@ -38,12 +38,12 @@ def row(**values: Any) -> dict[str, Any]:
 
 
 def rows(values: Mapping[str, float], **where: Any) -> list[dict[str, Any]]:
-    """One observation for each quantity and its value."""
+    """One observation for each (quantity, value)."""
     return [row(quantity=quantity, value=value, **where) for quantity, value in values.items()]
 
 
 def history(quantity: str, t: Array, values: Array, **where: Any) -> list[dict[str, Any]]:
-    """One observation for each time; values (k,), or places (k, 3)."""
+    """One observation for each time; values (k,), or positions (k, 3)."""
     if np.ndim(values) == 1:
         pairs = zip(t, values, strict=True)
         return [row(quantity=quantity, t=s, value=value, **where) for s, value in pairs]
@@ -57,13 +57,13 @@ def failure(run: Any) -> str:
 
 
 def frame(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
-    """Rows as a frame with exactly the columns above, in their order and of their types."""
+    """A frame of the rows with exactly the COLUMNS, in their order and with their types."""
     table = pd.DataFrame(list(rows), columns=list(COLUMNS))
     return table.astype({name: kind for name, (_, kind) in COLUMNS.items()})
 
 
 def pick(table: pd.DataFrame, **where: Any) -> pd.DataFrame:
-    """The rows whose columns have these values; none when the frame is empty."""
+    """The rows whose columns have these values; possibly none."""
     if table.empty:
         return frame([])
     chosen = pd.Series(True, index=table.index)
@@ -79,7 +79,7 @@ def series(table: pd.DataFrame, by: str, **where: Any) -> tuple[Array, Array]:
 
 
 def number(table: pd.DataFrame, **where: Any) -> float:
-    """The one value of these rows; NaN when there is none. ValueError when there are several."""
+    """The value of the only such row; NaN when there is none. ValueError for several."""
     values = pick(table, **where)["value"]
     if len(values) > 1:
         raise ValueError(f"expected one row with {where}; received {len(values)}.")

@@ -1,4 +1,4 @@
-"""Where numbers come from: versions, commit, machine, date, command."""
+"""The provenance of results: versions, commit, machine, date, command."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ ROOT = Path(__file__).parents[2]
 
 
 def provenance(command: str | None = None) -> dict[str, str]:
-    """Of a table or a page: date, command, commit, versions of Python and the engines, machine.
+    """Date, command, commit, versions of Python and the engines, and machine, by name.
 
-    command  as a person would type it; None takes that of this process, without folders
+    command  as typed; None for that of this process, without folders
     """
     return {
         "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),
@@ -45,7 +45,7 @@ def provenance(command: str | None = None) -> dict[str, str]:
 
 
 def versions() -> dict[str, str]:
-    """Installed version of each engine, or 'not installed'."""
+    """The installed version of each engine, or 'not installed'."""
     found = {}
     for name in ENGINES:
         try:
@@ -56,7 +56,7 @@ def versions() -> dict[str, str]:
 
 
 def commit() -> str:
-    """Hash of the checkout's commit, with '+dirty' when files differ; 'unknown' without git."""
+    """Hash of the checked-out commit, with '+dirty' for changed files; 'unknown' without git."""
     head = _git("rev-parse", "HEAD")
     if head is None:
         return "unknown"
@@ -64,7 +64,7 @@ def commit() -> str:
 
 
 def cpu() -> str:
-    """The processor's model, as far as the system tells."""
+    """The processor's model, as far as the system reports it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

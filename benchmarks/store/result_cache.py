@@ -1,6 +1,6 @@
-"""What a run that was stopped had measured, for the next run of the same sources to take up.
+"""A cache of the results of an interrupted run, for the next run of the same sources.
 
-Kept by diskcache: whole or not at all, by any number of processes.
+Stored with diskcache: atomic, and safe for several processes.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from diskcache import Cache
 
 from benchmarks.store.provenance import ROOT, cpu, versions
 
-FOLDER = "unfinished"  # in the folder of what is measured
-WEEK = 7 * 86_400  # seconds after which a result is not taken up any more
+FOLDER = "unfinished"  # subfolder of the output folder
+WEEK = 7 * 86_400  # seconds after which a result expires
 SOURCES = ("galvi", "references", "benchmarks")
-KINDS = (".py", ".csv")  # code, and the data that starts and truths are read from
+KINDS = (".py", ".csv")  # code, and data of initial states and truths
 
 
 def digest_of_sources(code: tuple[str, ...] = ()) -> str:
-    """Of the sources, the versions and the processor, and of the code in more folders, as now."""
+    """A digest of the current sources, including further folders, of versions and processor."""
     digest = hashlib.sha256(json.dumps([versions(), cpu()]).encode())
     for folder in (*SOURCES, *code):
         kinds = KINDS if folder in SOURCES else KINDS[:1]
@@ -38,17 +38,17 @@ def digest_of_sources(code: tuple[str, ...] = ()) -> str:
 
 @dataclass(frozen=True)
 class ResultCache:
-    """Results by name, of one state of the sources; those of other states are left alone.
+    """Results by name, for one state of the sources; those of other states are not touched.
 
-    storage  the folder of what is measured; results lie below it, in FOLDER
-    state    a digest of all that the results depend on
+    storage  the output folder; results are stored below it, in FOLDER
+    state    a digest of everything that the results depend on
     """
 
     storage: Path
     state: str
 
     def results(self) -> dict[str, Any]:
-        """Everything that was kept; what cannot be read any more is left out."""
+        """All stored results by name; unreadable ones are omitted."""
         if not (self.storage / FOLDER).exists():
             return {}
         found = {}
@@ -64,12 +64,12 @@ class ResultCache:
         return found
 
     def keep(self, name: str, result: Any) -> None:
-        """Store a result. Raises OSError or sqlite3.Error where that cannot be done."""
+        """Store a result. Raises OSError or sqlite3.Error when that fails."""
         with self._opened() as cache:
             cache.set(f"{self.state} {name}", result, expire=WEEK, tag=self.state)
 
     def forget(self, names: Iterable[str] | None = None) -> None:
-        """Remove these results, all of this state for None, and the folder when it is empty."""
+        """Delete these results (None: all of this state), and the folder when it is empty."""
         if not (self.storage / FOLDER).exists():
             return
         with self._opened() as cache:
@@ -84,7 +84,7 @@ class ResultCache:
 
     @contextmanager
     def _opened(self) -> Iterator[Cache]:
-        """The cache; one that is no database any more is replaced by an empty one."""
+        """The open cache; a damaged database is replaced by an empty one."""
         folder = self.storage / FOLDER
         try:
             cache = Cache(str(folder))

@@ -1,6 +1,6 @@
-"""Rows kept on disk as soon as they are known: a file is whole or not there, and says if damaged.
+"""Rows stored in .csv files as soon as they are known, written atomically and checked on reading.
 
-The last line of each .csv is a comment with the digest of what stands above it.
+The last line of each .csv is a comment with the digest of the lines above it.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ DAMAGED = ".damaged"
 class RowFiles:
     """The .csv files of one folder, all with the same columns.
 
-    folder   made when first written to
-    columns  of every file, with the type of each: str, int or float
-    report   is told, in a sentence, of each file that is set aside
+    folder   created by the first write
+    columns  columns of every file: name -> type (str, int or float)
+    report   called with a sentence for each file that is set aside
     """
 
     folder: Path
@@ -33,11 +33,11 @@ class RowFiles:
     report: Callable[[str], None] = print
 
     def path(self, name: str, kind: str = ".csv") -> Path:
-        """Of a file that goes by this name."""
+        """The path of a file by its name."""
         return self.folder / f"{name}{kind}"
 
     def write(self, name: str, frame: pd.DataFrame) -> None:
-        """Put the frame in the place of what was there."""
+        """Write the frame, replacing an earlier one."""
         text = frame[list(self.columns)].to_csv(index=False, lineterminator="\n")
         self.folder.mkdir(parents=True, exist_ok=True)
         handle, partial = tempfile.mkstemp(prefix=f".{name}.", dir=self.folder)
@@ -51,7 +51,7 @@ class RowFiles:
             raise
 
     def read(self, name: str) -> pd.DataFrame | None:
-        """The rows, each number as it was; None when there is no file, or a damaged one."""
+        """The rows with all digits; None when the file is missing or damaged."""
         path = self.path(name)
         try:
             text, _, digest = path.read_text(encoding="utf-8").rpartition(MARK)
@@ -73,7 +73,7 @@ class RowFiles:
         return frame
 
     def all(self) -> pd.DataFrame:
-        """The rows of every good file."""
+        """The rows of every undamaged file."""
         names = sorted(path.stem for path in self.folder.glob("*.csv"))
         frames = [frame for frame in map(self.read, names) if frame is not None]
         if not frames:
@@ -81,7 +81,7 @@ class RowFiles:
         return pd.concat(frames, ignore_index=True)
 
     def set_aside(self, path: Path, why: str) -> None:
-        """Rename a file so that it is neither read again nor lost."""
+        """Rename a damaged file, so that it is neither read again nor lost."""
         aside, k = path.with_name(path.name + DAMAGED), 1
         while aside.exists():
             aside, k = path.with_name(f"{path.name}{DAMAGED}.{k}"), k + 1

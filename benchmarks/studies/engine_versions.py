@@ -1,8 +1,7 @@
-"""The same free body in several versions of MuJoCo, each in an environment of its own.
+"""One free body in several versions of MuJoCo, each in its own environment.
 
-A version is recognised by its rows: how the error of the attitude falls with the step, and what
-becomes of the energy. One file of rows for each version; a version that cannot be installed has a
-row that says why, and is tried again the next time.
+Versions differ in the convergence of the attitude error and in the energy error. Each version has
+one file of rows; one that cannot be installed has a row with the reason, and is retried next time.
 """
 
 from __future__ import annotations
@@ -46,17 +45,17 @@ COLUMNS: Mapping[str, type] = {
 OLDER = ("mujoco==3.6.0", "mujoco==3.10.0", "mujoco==3.17.0")
 DURATION, SAMPLES = 10.0, 10
 STEPS = tuple(0.1 / 2.0**k for k in range(9))
-FOLDER = "engine_versions"  # below that of all studies
+FOLDER = "engine_versions"  # subfolder of the studies
 SCRIPT = Path(other_versions.__file__)
 Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Part:
-    """One version.
+    """The runs of one version.
 
-    requirement  what is installed, e.g. "mujoco==3.6.0"
-    files        where its rows go
+    requirement  requirement to install, e.g. "mujoco==3.6.0"
+    files        the files of its rows
     """
 
     requirement: str
@@ -64,21 +63,21 @@ class Part:
 
     @property
     def title(self) -> str:
-        """For progress and tables, e.g. 'mujoco 3.6.0'."""
+        """The title in progress and tables, e.g. 'mujoco 3.6.0'."""
         return self.requirement.replace("==", " ")
 
     @property
     def name(self) -> str:
-        """Of its file: the version, and a digest of what it was asked."""
+        """The name of its file: the version and a digest of the job."""
         return f"{self.title.replace(' ', '-')}_{_digest()}"
 
     def done(self) -> bool:
-        """Whether its rows are there."""
+        """Whether its rows exist."""
         frame = self.files.read(self.name)
         return frame is not None and bool((frame["status"] == "").any())
 
     def run(self, report: Report) -> None:
-        """Install it unless it is there, let it move the bodies, and judge what comes back."""
+        """Install it if necessary, run the bodies, evaluate the results and write the rows."""
         try:
             report(f"{self.title}: installing")
             with environment(self.requirement, self.files.folder) as python:
@@ -93,7 +92,7 @@ class Part:
 
 
 def engine_versions(quick: bool = False, report: Report = lambda sentence: None) -> pd.DataFrame:
-    """The installed version alone: a row for each joint, integrator and step; see COLUMNS.
+    """The rows of the installed version, for each joint, integrator and step; see COLUMNS.
 
     attitude_error  largest entry of R - R_true over the samples of 10 units of time, against the
                     closed form
@@ -111,20 +110,20 @@ def engine_versions(quick: bool = False, report: Report = lambda sentence: None)
 
 
 def parts(studies: Path, report: Report, requirements: Sequence[str] | None = None) -> list[Part]:
-    """One for each version: the older ones and the one that is installed."""
+    """A part for each version: older ones and the installed one."""
     files = RowFiles(studies / FOLDER, COLUMNS, report)
     return [Part(wanted, files) for wanted in requirements or (*OLDER, _current())]
 
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:
-    """The rows that are there and answer what is asked today; none when the study was not run."""
+    """The stored rows of the current job; none when the study was not run."""
     frames = [part.files.read(part.name) for part in parts(studies, report)]
     known = [frame for frame in frames if frame is not None]
     return pd.concat(known, ignore_index=True) if known else pd.DataFrame(columns=list(COLUMNS))
 
 
 def judged(engine: str, answer: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """A row for each run that an engine tells of; its version is the one that it says it has."""
+    """A row for each run in an engine's answer, with the version that it reports."""
     name = f"{engine.partition(' ')[0]} {answer['version']}"
     return [_row(name, _truth(), run) for run in answer["runs"]]
 
@@ -156,14 +155,14 @@ def _absent(engine: str, why: str) -> dict[str, Any]:
 
 
 def _moved(python: Path) -> Mapping[str, Any]:
-    """What the MuJoCo of this interpreter makes of the job."""
+    """The answer to the job by the MuJoCo of this interpreter."""
     printed = finished([str(python), "-I", str(SCRIPT)], json.dumps(_job()))
     answer: Mapping[str, Any] = json.loads(printed)
     return answer
 
 
 def _bodies() -> dict[str, Any]:
-    """H's free body, on a ball joint and, drifting, on a free one: the attitudes are the same."""
+    """H's free body on a ball joint and, translating too, on a free joint; equal attitudes."""
     return {"ball": galvi.problems.free_rigid_body(), "free": galvi.problems.free_body_se3()}
 
 
@@ -178,7 +177,7 @@ def _job() -> dict[str, Any]:
 
 @cache
 def _truth() -> Array:
-    """Attitudes at the samples, (samples, 3, 3)."""
+    """Exact attitudes at the samples, (samples, 3, 3)."""
     return FREE_TOP.run(_bodies()["ball"], DURATION, {"samples": SAMPLES}).q[1:]
 
 
@@ -189,7 +188,7 @@ def _digest() -> str:
 
 
 def _current() -> str:
-    """The requirement that is met here, or the least that the references ask for."""
+    """The requirement of the installed version, or the minimum of the references."""
     try:
         return f"mujoco-core=={metadata.version('mujoco-core')}"
     except metadata.PackageNotFoundError:

@@ -1,4 +1,4 @@
-"""Newton's point masses against JPL's ephemeris DE421: how far a converged run is from the sky."""
+"""Newtonian point masses compared with JPL's ephemeris DE421: the error of the model."""
 
 from __future__ import annotations
 
@@ -34,12 +34,13 @@ OURS = f"galvi degree {DEGREE}, Gauss {DEGREE}"
 ARC_SECOND = np.pi / 648_000.0
 EXPLANATION = (
     f"galvi, degree {DEGREE}, steps of {STEP:g} days, from DE421's own states of 2000-01-01: the "
-    "distance to where DE421 has each body, and the angle between the two as seen from the Sun. "
-    "The run's own error, against the same point masses in quadruple precision, is far smaller: "
-    "what is seen is the model and not the integrator. Newton's point masses have no relativity: "
-    "beside the difference stands what its largest term alone does to a planet about the Sun. "
-    "They have no Moon either (Earth stands for the barycentre of both), no asteroids, and a "
-    "round Sun. So they will do for the dynamics of planets, and not for pointing a telescope."
+    "distance of each body from its position in DE421, and the angle between both as seen from "
+    "the Sun. The run's own error, against the same point masses in quadruple precision, is far "
+    "smaller: the difference is that of the models, not of the integrator. Newtonian point masses "
+    "omit relativity, whose largest term alone displaces a planet about the Sun as given beside "
+    "the difference. They also omit the Moon (Earth is the barycentre of both), asteroids, and "
+    "the oblateness of the Sun. They suffice for the dynamics of planets, not for pointing a "
+    "telescope."
 )
 
 
@@ -51,12 +52,12 @@ def ephemeris_table(
     """One row for each body and time, of galvi's run and of those of external integrators, at their
     finest setting.
 
-    contender             empty where galvi is alone
+    contender             empty without external integrators
     difference_au         distance to DE421, barycentric
     difference_arcsec     angle at the Sun between the two directions; NaN for the Sun
-    relativity_au         what Schwarzschild's term displaces the body by, about the Sun alone
+    relativity_au         displacement by the Schwarzschild term, for the body about the Sun alone
     integration_error_au  distance to the same point masses in quadruple precision
-    status                empty, or why there are no numbers, in the only row of a run that failed
+    status                empty, or, in the only row of a failed run, the reason
 
     Raises ModuleNotFoundError without jplephem and de421.
     """
@@ -85,7 +86,7 @@ def ephemeris_table(
 def _rows(
     label: str, run: Trajectory, sky: Array, truth: Array, relativity: list[Array]
 ) -> list[tuple[Any, ...]]:
-    """Of one run, in the order of COLUMNS; states (samples + 1, bodies, 3)."""
+    """The rows of one run, in the order of COLUMNS; states (samples + 1, bodies, 3)."""
     if not run.success:
         return [(label, "", *[np.nan] * 5, run.status)]
     away, wrong = _length(run.q - sky), _length(run.q - truth)
@@ -116,6 +117,6 @@ def _length(x: Array) -> Array:
 
 
 def _angle(a: Array, b: Array) -> Array:
-    """Between directions, radians, exact for small ones."""
+    """The angle between directions in radians, accurate for small angles."""
     angle: Array = np.arctan2(_length(np.cross(a, b)), np.sum(a * b, axis=-1))
     return angle

@@ -1,9 +1,9 @@
-"""What is left of energy and angular momentum when a free body turns for long.
+"""Drift of energy and angular momentum in long rotations of a free body.
 
 H's free body by galvi in both charts and by each of MuJoCo's integrators, and the free box of
-MuJoCo's own tests. A turn is the time that the first angular velocity takes for one. MuJoCo turns
-a body otherwise on a ball joint than on a free one, by `implicitfast` and `discrete`: the long runs
-are on free joints, those of the box on both.
+MuJoCo's own tests. A turn is one rotation at the initial angular speed. MuJoCo's `implicitfast` and
+`discrete` integrate rotation differently on ball and free joints: the long runs are on free joints,
+those of the box on both.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ COLUMNS: Mapping[str, type] = {
 }
 TURNS, QUICK_TURNS = 1000, 100
 GRID = 2.0**-20  # steps are multiples of it, so that their ends are exactly representable
-BOX_STEP, BOX_STEPS = 0.01, 500  # of MuJoCo's test
+BOX_STEP, BOX_STEPS = 0.01, 500  # as in MuJoCo's test
 OWN_STEP = 0.01
-STEPS_A_TURN = 5  # the fewest, of an external integrator without settings
+STEPS_A_TURN = 5  # fewest steps per turn of an external integrator without settings
 Report = Callable[[str], None]
 
 
@@ -55,9 +55,9 @@ class DriftParticipant:
     """A contender at one step.
 
     label     for tables
-    step      asked for; the nearest multiple of GRID is taken, unless the problem sets it
-    joint     "free" for a body that can go away, too; it does not
-    origin    of an external integrator: the path that it was named by
+    step      nominal step; rounded to a multiple of GRID unless the problem sets it
+    joint     "free" for a body that could also translate, although it does not
+    origin    the path of an external integrator
     """
 
     label: str
@@ -68,7 +68,7 @@ class DriftParticipant:
 
     @property
     def engine(self) -> str:
-        """What moves the body: galvi, or name and version of another."""
+        """The engine: galvi, or name and version of another."""
         if self.origin:
             return self.origin
         mujoco = self.contender in MUJOCO and not self.contender.missing
@@ -98,14 +98,14 @@ def free_spin(
     on_box: Sequence[DriftParticipant] = ON_BOX,
     externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
-    """Rows of each contender at some of its turns; external integrators take part where they
+    """Rows of each contender at the marks of its run; external integrators take part where they
     can. See COLUMNS.
 
     engine          galvi, name and version of another, or the path of an external integrator
     step            NaN for a contender that chooses its own
-    turns           length of the run; of it, `turn` is the one of the row
-    energy_error    E / E0 - 1 where it was largest in magnitude since the row before, signed
-    momentum_error  |L - L0| / |L0| likewise, in space
+    turns           length of the run; `turn` is the mark of the row
+    energy_error    E / E0 - 1 of largest magnitude since the previous row, signed
+    momentum_error  |L - L0| / |L0|, likewise, in space
     attitude_error  largest entry of R - R_true against the closed form; at the end only
     status          empty, or why there is no number
     """
@@ -156,12 +156,12 @@ def external_rows(external: ExternalIntegrator, label: str, turns: int) -> list[
 
 
 def period(problem: Problem) -> float:
-    """Of a turn at the first angular velocity."""
+    """The duration of one turn, at the initial angular speed."""
     return float(math.tau / np.linalg.norm(problem.v0))
 
 
 def marks(turns: int) -> list[int]:
-    """1, 2, 5, 10, 20, 50, ... below the number of turns, and this."""
+    """1, 2, 5, 10, 20, 50, ... below the number of turns, and that number."""
     decades = range(math.ceil(math.log10(turns)) + 1)
     return [n for k in decades for j in (1, 2, 5) if (n := j * 10**k) < turns] + [turns]
 
@@ -173,7 +173,7 @@ def _rows(
     duration: float,
     kept: Sequence[int],
 ) -> list[dict[str, Any]]:
-    """From a run at this setting, at the saved states with these numbers."""
+    """The rows of a run at this setting, at the saved states with these indices."""
     turn, nan = period(problem), float("nan")
     shared = {
         "problem": problem.name, "contender": participant.label, "engine": participant.engine,
@@ -204,7 +204,7 @@ def _rows(
 
 
 def _unbound(problem: Problem) -> Problem:
-    """The same body where it could also go away."""
+    """The same body free to translate."""
     body = galvi.FreeBody(1.0, problem.system.inertia)
     start = np.eye(4)
     start[:3, :3] = problem.q0
@@ -227,5 +227,5 @@ def _momentum_errors(problem: Problem, R: Array, w: Array) -> Array:
 
 
 def _largest(errors: Array) -> float:
-    """The one of largest magnitude; NaN when one is not known."""
+    """The error of largest magnitude; NaN when one is NaN."""
     return float(errors[np.argmax(np.abs(errors))])

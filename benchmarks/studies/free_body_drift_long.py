@@ -1,4 +1,4 @@
-"""The long spins over 100,000 turns, in parts: one for each contender, kept when it is done."""
+"""The long form of the free-body drift: 100,000 turns, one stored run per contender."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from benchmarks.studies.free_body_drift import COLUMNS, PARTICIPANTS, DriftParti
 from benchmarks.studies.round_off_long import version
 
 MANY_TURNS = 100_000
-FOLDER = "free_spin"  # below that of all studies
+FOLDER = "free_spin"  # subfolder of the studies
 Report = Callable[[str], None]
 
 
@@ -23,7 +23,7 @@ Report = Callable[[str], None]
 class Part:
     """One contender's long run.
 
-    files  where its rows go
+    files  the files of its rows
     code   version of the code
     """
 
@@ -34,21 +34,21 @@ class Part:
 
     @property
     def title(self) -> str:
-        """For progress."""
+        """The title for progress output."""
         return f"{self.participant.label}, {self.turns} turns"
 
     @property
     def name(self) -> str:
-        """Of its file: contender, turns, engine and version."""
+        """The name of its file: contender, turns, engine and version."""
         words = f"{self.title} {self.participant.engine}"
         return f"{re.sub(r'[^a-z0-9.]+', '-', words.lower()).strip('-')}_{self.code}"
 
     def done(self) -> bool:
-        """Whether its rows are there."""
+        """Whether its rows exist."""
         return self.files.read(self.name) is not None
 
     def run(self, report: Report) -> None:
-        """Turn the body and keep the rows."""
+        """Make the run and store its rows."""
         report(self.title)
         date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
         rows = pd.DataFrame(body_rows(self.participant, self.turns), columns=list(COLUMNS))
@@ -62,7 +62,7 @@ def parts(
     participants: Sequence[DriftParticipant] = PARTICIPANTS,
     code: str | None = None,
 ) -> list[Part]:
-    """One for each contender that is here."""
+    """A part for each available contender."""
     files, code = RowFiles(studies / FOLDER, COLUMNS, report), code or version()
     for participant in participants:
         if participant.contender.missing:
@@ -71,5 +71,5 @@ def parts(
 
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:
-    """Every row that is there, of any version; none when the study was not run."""
+    """All stored rows, of any version; none when the study was not run."""
     return RowFiles(studies / FOLDER, COLUMNS, report).all()

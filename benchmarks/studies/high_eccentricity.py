@@ -1,4 +1,4 @@
-"""Two bodies through a pericentre that fixed steps hardly see: from apocentre to apocentre."""
+"""Two bodies from apocentre to apocentre, at eccentricities that fixed steps hardly resolve."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ COLUMNS = (
     "status",
 )
 ECCENTRICITIES = (0.9, 0.99, 0.999, 0.999999)
-STEPS = (101, 1001, 10_001, 100_001)  # odd: the pericentre is in the middle of a step
+STEPS = (101, 1001, 10_001, 100_001)  # odd, so that the pericentre is in the middle of a step
 DEGREES = (4, 8, 16)
 EXPLANATION = (
     "GM = a = 1, one period from apocentre to apocentre, error against the closed form. Equal "
-    "steps must resolve the passage of the pericentre, which lasts (1 - e)^(3/2) of a period or "
-    "so: at e = 0.999999 a billionth, and no affordable number of equal steps does. A run then "
-    "stops with its status, or completes with an error of order one or more, and its status says "
-    "that the energy went wrong. Integrators that choose their own steps pass: they stand beside, "
-    "for such orbits."
+    "steps must resolve the passage through the pericentre, which lasts about (1 - e)^(3/2) of a "
+    "period: at e = 0.999999 a billionth, which no affordable number of equal steps resolves. A "
+    "run then stops with a status, or completes with an error of order one or more and a status "
+    "that reports the energy error. For such orbits integrators with adaptive steps are suited, "
+    "which are included for comparison."
 )
 
 
 def through_pericentre(eccentricity: float) -> Problem:
-    """The Kepler problem of GM = a = 1 from its apocentre, turning against the clock."""
+    """The Kepler problem with GM = a = 1 from its apocentre, counterclockwise."""
     kepler = galvi.problems.kepler(eccentricity)
     speed = math.sqrt((1.0 - eccentricity) / (1.0 + eccentricity))
     q0, v0 = [-(1.0 + eccentricity), 0.0], [0.0, -speed]
@@ -60,8 +60,8 @@ def high_eccentricity_table(
 
     error         distance from the closed form at the end, in semi-major axes
     energy_error  at the end, relative
-    evaluations   of the force; NaN where the engine does not count
-    status        empty, why there is no number, or what is wrong with it
+    evaluations   number of force evaluations; NaN where the engine does not count
+    status        empty, or the reason for a missing or wrong number
     """
     rows, participants = [], _participants(quick)
     for eccentricity in ECCENTRICITIES:

@@ -1,4 +1,4 @@
-"""An environment of its own, for a version of an engine that cannot live beside another."""
+"""A temporary virtual environment for another version of an engine."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-SECONDS = 900.0  # that an installation or a program may take
+SECONDS = 900.0  # time limit of an installation or a program
 
 
 class NotHere(Exception):
-    """An environment cannot be made, or its program failed; a sentence says why."""
+    """An environment cannot be created, or its program failed; the message is one sentence."""
 
 
 @contextmanager
 def environment(requirement: str, folder: Path) -> Iterator[Path]:
-    """The interpreter of a new virtual environment below the folder, which goes when it was used.
+    """The interpreter of a new virtual environment in the folder, removed afterwards.
 
-    requirement  what is installed, with what that needs, e.g. "mujoco==3.6.0"
+    requirement  requirement to install with its dependencies, e.g. "mujoco==3.6.0"
 
-    Raises NotHere with the reason when it cannot be had.
+    Raises NotHere when it cannot be created.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{requirement}-", dir=folder.absolute()) as place:
@@ -35,7 +35,7 @@ def environment(requirement: str, folder: Path) -> Iterator[Path]:
 
 
 def finished(command: Sequence[str], text: str = "") -> str:
-    """What a command writes when it is given the text; NotHere with the reason when it fails."""
+    """The output of a command with this text as input. Raises NotHere when it fails."""
     try:
         done = subprocess.run(
             command, input=text, capture_output=True, text=True, timeout=SECONDS, check=False
@@ -50,6 +50,6 @@ def finished(command: Sequence[str], text: str = "") -> str:
 
 
 def _readable(text: str) -> str:
-    """Without addresses and folders, which say nothing to the reader of a page."""
+    """The text without addresses and folders, which mean nothing to the reader of a page."""
     kept = re.sub(r"\S*(?:://|[\\/])\S*", "...", text.strip())
     return kept.removeprefix("ERROR: ")[:200]

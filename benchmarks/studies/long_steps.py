@@ -1,4 +1,4 @@
-"""Planets in steps that are years long for some of them: the studies of V9 and V10."""
+"""Planets in steps longer than the period of some of them: the studies of V9 and V10."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class LongSteps:
         'n = ...'    distance to IAS15, largest over step ends and at the end; energy error
         'shape'      extents over the first and the last revolution, their change relative to the
                      mean distance, their difference from IAS15's, the perihelion's direction
-        'orbit'      places from the first body, 'position on the curve' and 'at step ends'
+        'orbit'      positions from the first body, 'position on the curve' and 'at step ends'
         'reference'  distance between IAS15 with its two step criteria, at the end
         """
         report("IAS15")
@@ -131,7 +131,7 @@ class LongSteps:
 
 
 def distance_at_end(table: pd.DataFrame, n: int, body: str) -> float:
-    """From IAS15, au; NaN when it was not measured."""
+    """Distance from IAS15 at the end in au; NaN when it was not measured."""
     return number(table, study=f"n = {n}", quantity=AT_END, label=body)
 
 
@@ -141,7 +141,7 @@ def farthest_at_end(table: pd.DataFrame, n: int, bodies: Sequence[str]) -> float
 
 
 def energy_error(table: pd.DataFrame, n: int) -> float:
-    """Largest over step ends, relative; NaN when it was not measured."""
+    """Largest relative energy error over step ends; NaN when it was not measured."""
     return number(table, study=f"n = {n}", quantity=ENERGY)
 
 
@@ -152,5 +152,5 @@ def worst_shape(table: pd.DataFrame, quantity: str, bodies: Sequence[str]) -> fl
 
 
 def _largest(values: Sequence[float]) -> float:
-    """NaN when one of them is."""
+    """The largest value; NaN when one is NaN."""
     return float(np.max(values))

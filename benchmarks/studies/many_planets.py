@@ -1,4 +1,4 @@
-"""Planetary systems of any number of bodies, alike in all but that number."""
+"""Planetary systems that differ only in the number of bodies."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import galvi
 from galvi import NBody, Problem
 
 SPACING = 1.1  # of neighbouring orbits: 11 mutual Hill radii of the heaviest, so none come close
-LIGHTER = 1e-3  # than Jupiter, Saturn, Uranus, Neptune, whose masses take turns
+LIGHTER = 1e-3  # factor on the masses of Jupiter, Saturn, Uranus, Neptune, used cyclically
 ROUND = 0.02  # eccentricity and inclination, in radians
 SEED = 1986
 
 
 def many_planets(bodies: int) -> Problem:
-    """A Sun and bodies - 1 light planets, the innermost where Jupiter is, each next farther out.
+    """A Sun and bodies - 1 light planets, the innermost at Jupiter's orbit, each next farther out.
 
-    The same planets start in the same places in every system that has them, up to its barycentre.
+    A planet has the same initial position in every system, up to the barycentre.
     Units are those of `galvi.problems.solar_system`. ValueError for fewer than two bodies.
     """
     if bodies < 2:
@@ -42,7 +42,7 @@ def many_planets(bodies: int) -> Problem:
 
 
 def innermost_period(problem: Problem) -> float:
-    """Of the first planet about the Sun, of the axis that `many_planets` gave it."""
+    """The period of the first planet about the Sun, with the axis given by `many_planets`."""
     giants = galvi.problems.outer_solar_system()
     axis = float(np.linalg.norm(giants.q0[1] - giants.q0[0]))
     sun = float(problem.system.masses[0])  # type: ignore[attr-defined]
@@ -50,7 +50,7 @@ def innermost_period(problem: Problem) -> float:
 
 
 def _orbit(axis: float, gm: float, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Place and velocity at pericentre, at angles (longitude, node, argument)."""
+    """Position and velocity at pericentre for the angles (longitude, node, argument)."""
     node, argument, turn = angles
     across = np.array([math.cos(argument + turn), math.sin(argument + turn), 0.0])
     along = np.array([-across[1], across[0], 0.0])

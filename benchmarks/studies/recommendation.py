@@ -1,4 +1,4 @@
-"""Does `galvi.recommend` keep its promise? Its choices, judged by an independent truth."""
+"""Compare the promises of `galvi.recommend` with an independent truth."""
 
 from __future__ import annotations
 
@@ -33,22 +33,22 @@ COLUMNS = (
     "status",
 )
 ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
-PART = 20  # the duration over what is measured, where it is not all of it
+PART = 20  # duration over its measured part, where only a part is measured
 PERIODS = 100
-WITHIN = 1.1  # how far the error found may exceed the one asked for, if all was measured
-EXTRAPOLATED = 3.0  # and if not, or of one named instead, which is rounding
-ROUND_OFF = 100.0  # times what rounding of the truth does, above which no error may be refused
+WITHIN = 1.1  # largest ratio of found and requested error when all was measured
+EXTRAPOLATED = 3.0  # the same when it was extrapolated, or for an error proposed instead
+ROUND_OFF = 100.0  # errors above this multiple of rounding must not be refused
 KEPT, BROKEN = "kept", "broken"
 REFUSED, GAVE_UP = "refused, rightly", "gave up too early"
 EXPLANATION = (
-    "galvi.recommend is asked for the degree and step of least time for an error, and what it "
-    "names is run and compared with the truth: the closed form, or quadruple precision. It sees no "
-    "truth itself: it compares runs with better ones, over the whole duration or, in the rows that "
-    f"say so, over 1/{PART} of it, from where it extrapolates. A promise is kept when the error at "
-    f"the end is at most {WITHIN:g} times the one asked for, {EXTRAPOLATED:g} times if it was "
-    f"extrapolated. An error may be refused when it is below {ROUND_OFF:g} times what rounding "
-    f"positions and times does, and then the one named instead has to be within "
-    f"{EXTRAPOLATED:g} times. Predicted is the largest error at any time of the run."
+    "galvi.recommend returns the degree and step of least time for a requested error; its choice "
+    "is run and compared with the truth, the closed form or quadruple precision, to which it has "
+    "no access: it compares runs with more accurate ones, over the whole duration or, in rows "
+    f"marked so, over 1/{PART} of it, and extrapolates. A promise is kept when the error at the "
+    f"end is at most {WITHIN:g} times the requested one, {EXTRAPOLATED:g} times if it was "
+    f"extrapolated. An error may be refused when it is below {ROUND_OFF:g} times the effect of "
+    "rounding positions and times; the error proposed instead must then be met within a factor "
+    f"of {EXTRAPOLATED:g}. Predicted is the largest error at any time of the run."
 )
 
 
@@ -57,13 +57,13 @@ def recommendation_table(
     report: Callable[[str], None] = lambda sentence: None,
     recommend: Callable[..., galvi.Recommendation] = galvi.recommend,
 ) -> pd.DataFrame:
-    """One row for each problem, error asked for and part of the duration that is measured.
+    """One row for each problem, requested error and measured part of the duration.
 
     predicted     by the recommendation, over the whole duration
     found         largest distance of a body from the truth at the end
-    evaluations   of the force, in the run
+    evaluations   force evaluations of the run
     seconds       of the run, as the scan measured it
-    scan_seconds  that the recommendation took
+    scan_seconds  time of the recommendation
     promise       kept, broken, refused rightly, or given up too early
     """
     rows = []
@@ -78,7 +78,7 @@ def recommendation_table(
 
 
 def from_apocentre() -> WorkPrecisionProblem:
-    """Eccentricity 0.9, from where steps a hundred times too long look fine; nobody else runs."""
+    """Kepler, e = 0.9, from the apocentre, where steps a hundred times too long seem accurate."""
     orbit, fastest = galvi.problems.kepler(0.9), 4.4
     problem = galvi.Problem(
         orbit.system, [-1.9, 0.0], [0.0, -1.0 / math.sqrt(19.0)], name="Kepler from the apocentre"
@@ -125,7 +125,7 @@ def _row(
 
 
 def promise(choice: galvi.Recommendation, found: float, rounding: float) -> str:
-    """Of an error found at the end, and one of rounding alone; NaN breaks it."""
+    """The outcome for the error found at the end and that of rounding alone; NaN breaks it."""
     if not choice.reached and choice.error == math.inf:
         return GAVE_UP
     exact = choice.reached and choice.measured >= choice.duration

@@ -1,4 +1,4 @@
-"""What relativity changes: a planet about the Sun alone, with and without Schwarzschild's term."""
+"""The effect of relativity on a planet about the Sun alone: the Schwarzschild term."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ TIGHT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
 
 
 def path(gm: float, q0: Array, v0: Array, times: Array, light: float = LIGHT) -> Array:
-    """Places of a light body about a mass gm at times from 0, (times, 3); infinite light: Newton.
+    """Positions of a light body about a mass gm at times from 0, (times, 3); light=inf: Newton.
 
     q'' = -gm q / r^3 + gm / (c^2 r^3) ((4 gm / r - v^2) q + 4 (q v) v), harmonic coordinates: the
-    pericentre advances by 6 pi gm / (c^2 a (1 - e^2)) a revolution.
+    pericentre advances by 6 pi gm / (c^2 a (1 - e^2)) per revolution.
     """
 
     per_light = 1.0 / light**2
@@ -38,7 +38,7 @@ def path(gm: float, q0: Array, v0: Array, times: Array, light: float = LIGHT) ->
 
 
 def displacement(gm: float, q0: Array, v0: Array, times: Array) -> Array:
-    """Distance between the relativistic and the Newtonian path from one start, (times,)."""
+    """Distance between the relativistic and the Newtonian path from the same start, (times,)."""
     apart = path(gm, q0, v0, times) - path(gm, q0, v0, times, np.inf)
     distance: Array = np.linalg.norm(apart, axis=-1)
     return distance

@@ -1,7 +1,7 @@
-"""How many pairs a second the divide and square-root units of this machine can do at most.
+"""The largest rate of pairs that this machine's divide and square-root units allow.
 
-A pair of bodies needs 1 / (x sqrt(x)) of its squared distance x. This kernel does nothing else, on
-numbers that stay in the nearest cache, in the same vector instructions as galvi's own.
+A pair of bodies needs 1 / (x sqrt(x)) of its squared distance x. This kernel computes nothing else,
+on numbers in the L1 cache, with the same vector instructions as galvi's own.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ def pull(typingctx, squares, pulls, chunk):
 
 @jit
 def pull_pairs(squares, pulls, passes):
-    """All of them, so many times."""
+    """Apply `pull` to all squares, `passes` times."""
     for _ in range(passes):
         for chunk in range(squares.size // LANES):
             pull(squares, pulls, chunk)
 
 
 def call_and_pairs():
-    """A function of no arguments, and how many pairs one call of it does."""
+    """A function without arguments, and the number of pairs that one call evaluates."""
     squares, pulls = np.linspace(1.0, 900.0, PAIRS), np.zeros(PAIRS)
     return lambda: pull_pairs(squares, pulls, PASSES), PAIRS * PASSES

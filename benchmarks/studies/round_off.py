@@ -1,4 +1,4 @@
-"""The Brouwer study: does the energy of a long run walk at random, or drift?
+"""The Brouwer study: random walk or drift of the energy in long runs.
 
 An ensemble of runs whose starts differ by 1e-12 rounds differently at every step. If rounding is
 unbiased, the energy error over the ensemble is a random walk: its RMS grows as t^1/2 and its mean
@@ -46,12 +46,12 @@ COLUMNS: Mapping[str, type] = {
 YEARS, QUICK_YEARS = 1e4, 1e3
 RUNS, QUICK_RUNS = 32, 8
 SIZE, SEED = 1e-12, 1937
-STEPS_A_YEAR = 0.5  # the fewest, of an external integrator without settings: 6 in Jupiter's period
-COARSE = 2.0  # an RMS is resolved when it is so many times what the rounding of a state makes of it
+STEPS_A_YEAR = 0.5  # fewest for an external integrator without settings: 6 in Jupiter's period
+COARSE = 2.0  # an RMS is resolved above this multiple of the effect of rounding the state
 
 
 def gauss(degree: int, per_orbit: float) -> GalerkinParticipant:
-    """Gauss collocation of this degree, with so many steps in a revolution of Jupiter."""
+    """Gauss collocation of this degree, with `per_orbit` steps in a revolution of Jupiter."""
     return GalerkinParticipant(
         galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree)), per_orbit
     )
@@ -67,7 +67,7 @@ PARTICIPANTS: tuple[RoundOffParticipant, ...] = (
 
 
 def member(number: int) -> Problem:
-    """The outer solar system with every coordinate and velocity off by about 1e-12 of itself."""
+    """The outer solar system with positions and velocities perturbed by about 1e-12, relative."""
     problem = galvi.problems.outer_solar_system()
     off = np.random.default_rng([SEED, number]).standard_normal((2, *problem.q0.shape))
     return problem.with_initial_state(
@@ -78,12 +78,12 @@ def member(number: int) -> Problem:
 def row(
     participant: RoundOffParticipant, years: float, member: int, sample: Sample
 ) -> dict[str, Any]:
-    """One line of the study; the long form adds commit and date."""
+    """One row of the study; the long form adds commit and date."""
     return line(participant.label, participant.settings, years, member, sample)
 
 
 def line(label: str, settings: str, years: float, member: int, sample: Sample) -> dict[str, Any]:
-    """Likewise, of the contender that has this label."""
+    """The same for the contender with this label."""
     return {
         "contender": label,
         "settings": settings,
@@ -139,7 +139,7 @@ def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], Any, Any]]:
     """(contender, settings, years, commit, date, status), times (k,) and errors (runs, k) of each
     ensemble.
 
-    Runs that are not complete are left out; a failed one is NaN from there on.
+    Incomplete runs are omitted; a failed one is NaN after its failure.
     """
     for keys, rows in frame.groupby(["contender", "settings", "years", "commit"], sort=False):
         table = rows.pivot(index="member", columns="t", values="error").sort_index(axis=1)
@@ -154,14 +154,14 @@ def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], Any, Any]]:
 
 
 def reading_floor(frame: pd.DataFrame) -> float:
-    """RMS energy error that rounding a state to float64 makes; 0 where no contender tells."""
+    """RMS energy error caused by rounding a state to float64; 0 where no contender reports it."""
     apart = (frame["error"] - frame["error_of_rounded"]).to_numpy(float)
     apart = apart[np.isfinite(apart) & (apart != 0.0)]
     return float(rms(apart)) if apart.size else 0.0
 
 
 def growths(frame: pd.DataFrame) -> list[tuple[dict[str, Any], Growth]]:
-    """How each ensemble's errors grow; those of rounded states are fitted where they resolve it."""
+    """The growth of each ensemble's errors; rounded states are fitted where they resolve it."""
     floor = reading_floor(frame)
     found = []
     for known, t, errors in ensembles(frame):

@@ -1,7 +1,7 @@
-"""The Brouwer study over a million years, in parts that survive an interruption.
+"""The long form of the Brouwer study, a million years, in parts that survive an interruption.
 
-One file of rows for each contender, run and version of the code, renewed at every sampled time; a
-run of galvi is kept beside it until it is complete, and goes on from there bit for bit.
+One file of rows for each contender, run and version of the code, updated at every sampled time; a
+run of galvi is saved beside it until complete, and is resumed from there bit-identically.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from benchmarks.studies.round_off_participants import (
 )
 
 YEARS = 1e6
-FOLDER = "brouwer"  # below that of all studies
-SOURCES = ("galvi", "references", "benchmarks")  # what the rows depend on
+FOLDER = "brouwer"  # subfolder of the studies
+SOURCES = ("galvi", "references", "benchmarks")  # the rows depend on these
 Report = Callable[[str], None]
 
 
@@ -36,8 +36,8 @@ Report = Callable[[str], None]
 class Part:
     """One run of one contender.
 
-    files    where its rows go
-    version  of the code, see `version`
+    files    the files of its rows
+    version  version of the code, see `version`
     """
 
     participant: RoundOffParticipant
@@ -48,22 +48,22 @@ class Part:
 
     @property
     def name(self) -> str:
-        """Of its files: contender, settings, years, run and version."""
+        """The name of its files: contender, settings, years, run and version."""
         words = f"{self.participant.label} {self.participant.settings}"
         slug = re.sub(r"[^a-z0-9]+", "-", words.lower()).strip("-")
         return f"{slug}_{self.years:.0f}-years_run-{self.member:02d}_{self.version}"
 
     @property
     def title(self) -> str:
-        """For progress."""
+        """The title for progress output."""
         return f"{self.participant.label}, {self.years:g} years, run {self.member + 1}"
 
     def done(self) -> bool:
-        """Whether every row is there."""
+        """Whether all rows exist."""
         return _complete(self._rows())
 
     def run(self, report: Report) -> None:
-        """Compute the rows that are missing, writing each as soon as it is known."""
+        """Compute the missing rows, writing each as soon as it is known."""
         rows, saved = self._rows(), self.files.path(self.name, ".npz")
         self.files.folder.mkdir(parents=True, exist_ok=True)
 
@@ -74,7 +74,7 @@ class Part:
         for sample in self.participant.samples(member(self.member), self.years, saved, start_anew):
             earlier = [each for each in rows if each["sample"] < sample.number]
             if [each["sample"] for each in earlier] != list(KEPT[: KEPT.index(sample.number)]):
-                saved.unlink(missing_ok=True)  # rows before it are lost: the run starts anew
+                saved.unlink(missing_ok=True)  # the rows before it are lost: restart the run
                 return self.run(report)
             rows = [*earlier, self._row(sample)]
             self.files.write(self.name, pd.DataFrame(rows, columns=list(COLUMNS)))
@@ -104,10 +104,10 @@ def parts(
     participants: Sequence[RoundOffParticipant] = PARTICIPANTS,
     code: str | None = None,
 ) -> list[Part]:
-    """All runs, the contenders in turn, so that what an interruption leaves can be compared.
+    """All runs, the contenders alternating, so that an interrupted study can be compared.
 
-    studies  folder of all studies' rows
-    code     version to file the rows under; None asks the checkout
+    studies  the folder of all studies
+    code     version of the code; None for that of the checkout
     """
     files, code = row_files(studies, report), code or version()
     able = []
@@ -120,17 +120,17 @@ def parts(
 
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:
-    """Every row that is there, of any version; none when the study was not run."""
+    """All stored rows, of any version; none when the study was not run."""
     return row_files(studies, report).all()
 
 
 def row_files(studies: Path, report: Report) -> RowFiles:
-    """Where the rows are."""
+    """The files of the study's rows."""
     return RowFiles(studies / FOLDER, COLUMNS, report)
 
 
 def version() -> str:
-    """The commit's first digits; where files differ from it, '+' and a digest of the sources."""
+    """The first digits of the commit; for changed files followed by '+' and a digest."""
     head = commit()
     digits, _, dirty = head.partition("+")
     return f"{digits[:12]}+{_digest()}" if dirty or head == "unknown" else digits[:12]

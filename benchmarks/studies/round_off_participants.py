@@ -1,4 +1,4 @@
-"""Who takes part in the Brouwer study, and the samples that its runs leave."""
+"""The participants of the Brouwer study and the samples of their runs."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from references.closed_forms.double_double import DoubleDouble
 SAMPLES = 100
 KEPT = tuple(sorted({round(10 ** (k / 10)) for k in range(21)}))  # log-spaced, in two decades
 YEAR = 365.25
-JUPITER = 1  # its place among the bodies
+JUPITER = 1  # its index among the bodies
 
 
 @dataclass(frozen=True)
 class Sample:
     """Relative energy errors at ``number`` hundredths of a run.
 
-    error             of the state with what its rounding lost, where that is known
-    error_of_rounded  of the state as float64 numbers
+    error             error of the state with its low parts, where these are known
+    error_of_rounded  error of the state rounded to float64
     status            empty, or why the run ended
     """
 
@@ -38,30 +38,30 @@ class Sample:
 
 
 class RoundOffParticipant(Protocol):
-    """Who takes part."""
+    """A participant of the study."""
 
     @property
     def label(self) -> str:
-        """For tables and figures."""
+        """The label in tables and figures."""
 
     @property
     def settings(self) -> str:
-        """In words."""
+        """The settings in words."""
 
     def samples(
         self, problem: Problem, years: float, resume: Path | None, report: Callable[[str], None]
     ) -> Iterator[Sample]:
-        """Those of KEPT, in order.
+        """The samples at KEPT, in order.
 
-        resume  where to keep the run as it goes and to continue it from; its first sample is then
-                the one that was reached
-        report  called with a sentence on a file there that cannot be used
+        resume  file to save the run to and to resume it from; the first sample is then the one
+                already reached
+        report  called with a sentence on a saved file that cannot be used
         """
 
 
 @dataclass(frozen=True)
 class GalerkinParticipant:
-    """A galvi method with ``per_orbit`` steps, about, in a revolution of Jupiter."""
+    """A galvi method with about ``per_orbit`` steps in a revolution of Jupiter."""
 
     method: galvi.Galerkin
     per_orbit: float
@@ -105,7 +105,7 @@ class GalerkinParticipant:
         self, problem: Problem, step: float, each: int, path: Path | None,
         report: Callable[[str], None],
     ) -> Any:  # fmt: skip
-        """The run that was saved, if it is this one and stands at a sample."""
+        """The saved run, if it is this one and ends at a sample."""
         if path is None or not path.exists():
             return None
         try:
@@ -123,8 +123,8 @@ class GalerkinParticipant:
 
 @dataclass(frozen=True)
 class ReferenceParticipant:
-    """A contender that chooses its steps, in one run: it hands no low parts out, so that a run that
-    is stopped and continued would be another one, and worse."""
+    """A contender with adaptive steps, in one run: it does not expose low parts, so that a resumed
+    run would differ from an uninterrupted one and be less accurate."""
 
     contender: Contender
 
@@ -141,12 +141,12 @@ class ReferenceParticipant:
     def samples(
         self, problem: Problem, years: float, resume: Path | None, report: Callable[[str], None]
     ) -> Iterator[Sample]:
-        """See `RoundOffParticipant`; a run that was interrupted starts anew."""
+        """See `RoundOffParticipant`; an interrupted run is restarted."""
         yield from rounded(self.contender.run(problem, years * YEAR, {"samples": SAMPLES}))
 
 
 def rounded(run: Any) -> Iterator[Sample]:
-    """Those of KEPT of a run that hands out rounded states at hundredths of its duration."""
+    """The samples at KEPT of a run with rounded states at hundredths of its duration."""
     rows, masses = list(KEPT), run.problem.system.masses
     v = exactly(run.p[rows]) / exactly(masses[:, None])
     errors = relative_energy_error(run.problem, exactly(run.q[rows]), v)
@@ -155,7 +155,7 @@ def rounded(run: Any) -> Iterator[Sample]:
 
 
 def _sample(number: int, run: Any) -> Sample:
-    """Where a run of galvi stands."""
+    """The sample at the end of a run of galvi."""
     if not run.success:
         return Sample(number, float("nan"), float("nan"), run.status)
     problem = run.problem

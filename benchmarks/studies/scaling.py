@@ -1,7 +1,7 @@
-"""What the number of bodies costs at one error, and how near that is to what the machine allows.
+"""Cost against the number of bodies at matched error, and the share of the machine's limit.
 
-Everybody runs at several settings; the fastest of each that is within TARGET of the truth after
-ORBITS revolutions stands for it.
+Each contender runs at several settings and is represented by the fastest within TARGET of the truth
+after ORBITS revolutions.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ COLUMNS = (
     "status",
 )
 BODIES, QUICK_BODIES = (3, 6, 10, 20, 50, 100), (3, 10, 30)
-ORBITS, QUICK_ORBITS = 30, 12  # of the innermost planet
-WORK = 1800  # bodies times orbits of a timed run, which makes little of what starting one costs
-STEPS_AN_ORBIT = 4  # the fewest, of an external integrator without settings
-TARGET = 1e-8  # au, of the body that is worst at the end
+ORBITS, QUICK_ORBITS = 30, 12  # revolutions of the innermost planet
+WORK = 1800  # bodies times orbits of a timed run, so that its start-up is negligible
+STEPS_AN_ORBIT = 4  # fewest for an external integrator without settings
+TARGET = 1e-8  # au, largest error of a body at the end
 ROUNDS = 3
 TRUE = "truth"
 
@@ -54,8 +54,8 @@ TRUE = "truth"
 class ScalingParticipant:
     """One setting of one contender.
 
-    per_orbit  steps, about, in a revolution of the innermost planet; None for steps of its own
-    options    (key, value) of its setting besides
+    per_orbit  approximate steps per revolution of the innermost planet; None if adaptive
+    options    further (key, value) pairs of its setting
     """
 
     label: str
@@ -71,7 +71,7 @@ class ScalingParticipant:
         return ", ".join(f"{key} = {value:g}" for key, value in self.options)
 
     def call(self, problem: Problem, orbits: int) -> Callable[[], Trajectory]:
-        """A run over so many revolutions, never in a whole number of steps each."""
+        """A run over `orbits` revolutions, never with a whole number of steps in each."""
         duration = orbits * innermost_period(problem)
         if self.per_orbit is None:
             setting: dict[str, Any] = {"samples": 1, **dict(self.options)}
@@ -83,10 +83,10 @@ class ScalingParticipant:
     def timed(
         self, problem: Problem, orbits: int, seconds: float, least: float
     ) -> tuple[Callable[[], Trajectory], int]:
-        """A run that is long enough for a stopwatch, and its revolutions.
+        """A run long enough to be timed, and its number of revolutions.
 
-        seconds  that the run over `orbits` took
-        least    that a turn takes
+        seconds  time of the run over `orbits`
+        least    seconds of a round
         """
         longer = max(orbits, WORK // len(problem.q0))
         return self.call(problem, longer), longer
@@ -94,7 +94,7 @@ class ScalingParticipant:
 
 @dataclass(frozen=True, eq=False)
 class ExternalParticipant:
-    """One setting that an external integrator offered for a problem and number of revolutions."""
+    """One setting offered by an external integrator for a problem and number of revolutions."""
 
     label: str
     contender: ExternalIntegrator
@@ -112,7 +112,7 @@ class ExternalParticipant:
     def timed(
         self, problem: Problem, orbits: int, seconds: float, least: float
     ) -> tuple[Callable[[], Trajectory], int]:
-        """See `ScalingParticipant`; a run that takes long already is not made longer."""
+        """See `ScalingParticipant`; a run that is long already is not lengthened."""
         duration = orbits * innermost_period(problem)
         longer = repeated_run(self.contender, problem, duration, self.setting, seconds, least)
         return longer.call, orbits * longer.times
@@ -137,19 +137,19 @@ def scaling(
     orbits: int | None = None,
     externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
-    """One row for each number of bodies, contender and setting, timed in turn; external integrators
-    take part where they can.
+    """One row for each number of bodies, contender and setting, timed alternately; external
+    integrators take part where they can.
 
     orbits                  revolutions of the innermost planet in a timed run
     seconds_per_orbit       median over rounds; seconds_low and seconds_high are the fastest and
                             the slowest
-    error                   largest distance of a body from where the truth, IAS15 at its default,
-                            has it after ORBITS (fewer when quick), in au; NaN for the truth
+    error                   largest distance of a body from the truth, IAS15 at its default, after
+                            ORBITS (fewer when quick), in au; NaN for the truth
     matched                 whether it is the fastest of its contender within TARGET
-    evaluations_per_orbit   of all forces at one configuration; NaN when the engine does not count
+    evaluations_per_orbit   evaluations of all forces; NaN when the engine does not count
     pairs_per_second        evaluations times the number of pairs, over the time
-    limit_pairs_per_second  of divisions and square roots alone: the fastest round of the study
-    share                   of that limit
+    limit_pairs_per_second  limit by divisions and square roots alone: the study's fastest round
+    share                   share of that limit
     """
     bodies = bodies or (QUICK_BODIES if quick else BODIES)
     orbits = orbits or (QUICK_ORBITS if quick else ORBITS)
@@ -167,7 +167,7 @@ def scaling(
 def _rows(
     bodies: int, orbits: int, least: float, externals: Sequence[ExternalIntegrator]
 ) -> tuple[list[dict[str, Any]], float]:
-    """The rows of one number of bodies, and the limit of pairs a second seen meanwhile."""
+    """The rows of one number of bodies, and the limit in pairs per second measured meanwhile."""
     problem = many_planets(bodies)
     participants = (*PARTICIPANTS, *_external_participants(problem, orbits, externals))
     able = [one for one in participants if not one.contender.missing]
@@ -225,7 +225,7 @@ def _row(
     timing: Timing,
     truth: Trajectory | None,
 ) -> dict[str, Any]:
-    """run: over the orbits that errors are compared after; last: over the timed ones."""
+    """run: over the orbits of the error comparison; last: over the timed orbits."""
     nan, good = float("nan"), run.success and last.success
     forces = float(last.counts.get("force_evaluations", nan))
     pairs = float(last.counts.get("pair_evaluations", forces * (bodies * (bodies - 1) / 2)))

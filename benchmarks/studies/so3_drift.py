@@ -1,7 +1,7 @@
-"""A million steps on SO(3): does a body stay a rotation, and does it keep its momentum?
+"""A million steps on SO(3): errors of orthogonality, momentum and energy.
 
-A free body from starts that differ by 1e-12, so that they round differently. The exact motion keeps
-R^T R = I and R mu; what rounding makes of them may grow like the square root of the steps.
+A free body from starts that differ by 1e-12, so that they round differently. The exact motion
+conserves R^T R = I and R mu; rounding may change them like the square root of the steps.
 """
 
 from __future__ import annotations
@@ -45,22 +45,22 @@ QUANTITIES = {
 }
 STEP = 0.21
 RUNS, QUICK_RUNS = 8, 4
-# Steps of STEP that an external integrator's runs are as long as.
+# Length of an external integrator's runs, in steps of STEP.
 EXTERNAL_STEPS, QUICK_EXTERNAL_STEPS = 10_000, 1_000
 FEWEST = 5 / 8  # of these, for an external integrator without settings
 SIZE, SEED = 1e-12, 1765
-FOLDER = "turning"  # below that of all studies
-LEAST = 1e-17  # an exact zero stands for this much: less than the rounding of an entry
+FOLDER = "turning"  # subfolder of the studies
+LEAST = 1e-17  # replaces an exact zero: less than the rounding of an entry
 Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class SpinParticipant:
-    """A method, with how many steps it takes in each form of the study.
+    """A galvi method and its numbers of steps in each form of the study.
 
-    label   for tables and figures
-    method  of galvi
-    quick, default, long  steps
+    label   label in tables and figures
+    method  the method
+    quick, default, long  numbers of steps
     """
 
     label: str
@@ -84,14 +84,14 @@ PARTICIPANTS = (
 
 
 def member(number: int) -> Problem:
-    """H's free body, each component of its velocity off by about 1e-12 of itself."""
+    """H's free body with each velocity component perturbed by about 1e-12, relative."""
     body = galvi.problems.free_rigid_body()
     off = np.random.default_rng([SEED, number]).standard_normal(3)
     return Problem(body.system, body.q0, body.v0 * (1.0 + SIZE * off))
 
 
 def rows(participant: SpinParticipant, number: int, steps: int) -> list[dict[str, Any]]:
-    """One for each of the kept hundredths of a run."""
+    """The rows at the kept hundredths of a run."""
     body = member(number)
     run = galvi.integrate(body, participant.method, STEP, steps, save_every=steps // SAMPLES)
     if run.interrupted:
@@ -102,7 +102,7 @@ def rows(participant: SpinParticipant, number: int, steps: int) -> list[dict[str
 def run_rows(
     label: str, settings: str, number: int, steps: int, run: Trajectory
 ) -> list[dict[str, Any]]:
-    """Likewise, of a run that has its state at every hundredth of so many steps."""
+    """The same for a run with states at every hundredth of `steps` steps."""
     kept, body = list(KEPT), run.problem
     R, p = run.q[kept], run.p[kept]
     start = spatial_momentum(body.q0[None], body.p0[None])
@@ -124,10 +124,10 @@ def run_rows(
 
 
 def external_rows(external: ExternalIntegrator, label: str, quick: bool) -> list[dict[str, Any]]:
-    """Likewise, of an external integrator; see `benchmarks.work_precision.participants.ensemble`.
+    """The same for an external integrator; see `benchmarks.work_precision.participants.ensemble`.
 
-    One that chooses its steps is listed under the number that its first run counts, or, where it
-    counts none, under the hundred parts that its states are of.
+    One with adaptive steps is listed under the number of steps of its first run or, without counts,
+    under the hundred parts of its states.
     """
     length = QUICK_EXTERNAL_STEPS if quick else EXTERNAL_STEPS
     starts = map(member, range(QUICK_RUNS if quick else RUNS))
@@ -163,8 +163,8 @@ def turning(
 
 
 def growths(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], str, Growth, float]]:
-    """(contender, settings, steps, commit, date), quantity, its growth and the largest value seen,
-    for each ensemble; the growth is of the RMS over the runs, against the number of steps."""
+    """(contender, settings, steps, commit, date), quantity, its growth and largest value for each
+    ensemble; growth is that of the RMS over the runs against the number of steps."""
     for known, name, done, errors in ensembles(frame):
         yield known, name, growth(done, errors), float(np.max(np.abs(errors)))
 
@@ -186,7 +186,7 @@ def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], str, Any, A
 
 @dataclass(frozen=True)
 class Part:
-    """One run of the long form; a run that is stopped starts anew, which costs minutes."""
+    """One run of the long form; an interrupted run is restarted, which costs minutes."""
 
     participant: SpinParticipant
     member: int
@@ -195,21 +195,21 @@ class Part:
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """The name of its file."""
         slug = "-".join(self.participant.label.lower().replace(",", "").split())
         return f"{slug}_{self.participant.long}-steps_run-{self.member:02d}_{self.code}"
 
     @property
     def title(self) -> str:
-        """For progress."""
+        """The title for progress output."""
         return f"{self.participant.label}, {self.participant.long} steps, run {self.member + 1}"
 
     def done(self) -> bool:
-        """Whether its rows are there."""
+        """Whether its rows exist."""
         return self.files.read(self.name) is not None
 
     def run(self, report: Report) -> None:
-        """Compute and write them."""
+        """Compute and write its rows."""
         report(self.title)
         date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
         table = pd.DataFrame(rows(self.participant, self.member, self.participant.long))
@@ -223,7 +223,7 @@ def parts(
     runs: int = RUNS,
     code: str | None = None,
 ) -> list[Part]:
-    """All runs of the long form, the methods in turn."""
+    """All runs of the long form, the methods alternating."""
     files, code = row_files(studies, report), code or version()
     return [
         Part(participant, number, files, code)
@@ -233,10 +233,10 @@ def parts(
 
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:
-    """Every row that is there; none when the study was not run."""
+    """All stored rows; none when the study was not run."""
     return row_files(studies, report).all()
 
 
 def row_files(studies: Path, report: Report) -> RowFiles:
-    """Where the rows are."""
+    """The files of the study's rows."""
     return RowFiles(studies / FOLDER, COLUMNS, report)

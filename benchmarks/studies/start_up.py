@@ -1,4 +1,4 @@
-"""What a fresh process waits for before its first result, and what a long run keeps in memory."""
+"""Time to the first result of a fresh process, and memory of a long run."""
 
 from __future__ import annotations
 
@@ -28,17 +28,16 @@ COLUMNS = (
     "few_steps",
     "many_steps",
 )
-TIMES, QUICK_TIMES = 3, 2  # processes, the first to fill the cache; the quickest counts
+TIMES, QUICK_TIMES = 3, 2  # processes, the first to fill the cache; the fastest counts
 STEPS, MANY_STEPS, QUICK_STEPS = 10**4, 10**6, 10**5
 EXPLANATION = (
     "Seconds in a fresh process: to import galvi, then to the end of a first run of ten steps. "
-    "Cold is with nothing compiled before (for the user's functions: with galvi's kernels compiled "
-    "and these not), in seconds of one processor, and is paid once for each kernel: it is empty "
-    "where another row has the same kernel. Warm is with "
-    "all of it in the cache on disk. Seconds of different machines do "
-    "not compare: beside them stands how often numpy could have been imported in that time. "
-    f"Memory is the most that the process had after {STEPS:,} steps, and after a second run of "
-    f"{MANY_STEPS:,} ({QUICK_STEPS:,} in the quick form; a fiftieth for the Lagrangian and the "
+    "Cold: nothing is compiled (for the user's functions: galvi's kernels are compiled, these are "
+    "not), in processor time, once for each kernel, and empty where another row has the same kernel; "
+    "warm: everything is in the cache on disk. "
+    "Since seconds of different machines do not compare, they are also given relative to the "
+    f"import of numpy. Memory is the peak of the process after {STEPS:,} steps, and after a second "
+    f"run of {MANY_STEPS:,} ({QUICK_STEPS:,} in the quick form; a fiftieth for the Lagrangian and the "
     "force), of which only the ends are kept."
 )
 OWN = """
@@ -114,14 +113,14 @@ SLOW = 0.02  # for the general kernel of groups, whose step takes fifty times as
 
 @dataclass(frozen=True)
 class Start:
-    """One problem to start with.
+    """A problem for the first run.
 
-    label    for the table
-    problem  an expression that makes it
-    step     of a run
-    imports  what the expression needs besides galvi
-    cold     what is compiled for it: ALL, only the USERS functions, or NOTHING, as another did
-    share    of the many steps after which memory is measured
+    label    label in the table
+    problem  an expression that constructs it
+    step     step size of the run
+    imports  imports needed by the expression besides galvi
+    cold     what a cold run compiles: ALL, only the USERS functions, or NOTHING new
+    share    share of the many steps after which memory is measured
     """
 
     label: str
@@ -145,8 +144,8 @@ STARTS = (
 
 @dataclass(frozen=True)
 class Started:
-    """One process: seconds to import numpy and galvi, to the first result, the latter also of
-    processor time; peaks of memory, MiB."""
+    """One process: seconds to import numpy, to import galvi, and to the first result, the latter
+    also in processor time; peaks of memory in MiB."""
 
     numpys: float
     imported: float
@@ -156,10 +155,10 @@ class Started:
 
 
 def started(start: Start, folder: Path, steps: tuple[int, ...] = (), cache: str = "") -> Started:
-    """A fresh process that imports galvi, does ten steps, and then so many ``steps`` each.
+    """A fresh process that imports galvi, does ten steps, then runs of the lengths in ``steps``.
 
-    folder  where the user's functions are
-    cache   folder for compiled code; empty means the usual one
+    folder  folder of the user's functions
+    cache   folder for compiled code; empty for the default
     """
     environment: Mapping[str, str] = os.environ | ({"NUMBA_CACHE_DIR": cache} if cache else {})
     code = TIMED.format(
@@ -181,10 +180,10 @@ def start_up_table(
 ) -> pd.DataFrame:
     """One row for each problem.
 
-    import, cold, warm                seconds, cold of processor time; cold is NaN where it is not
+    import, cold, warm                seconds, cold in processor time; cold is NaN where it is not
                                       measured, as in --quick
-    import_in_numpys, warm_in_numpys  the same over what numpy takes to import in that process
-    few_steps, many_steps             MiB, the process's peak after STEPS and after MANY_STEPS more
+    import_in_numpys, warm_in_numpys  the same relative to the import of numpy in that process
+    few_steps, many_steps             peak memory, MiB, after STEPS and after MANY_STEPS more
     """
 
     def cold(start: Start) -> float:

@@ -1,10 +1,9 @@
-"""Which method every space and rule makes, and how good it is: `python -m
-benchmarks.studies.taxonomy`.
+"""The method of every pair of space and rule: `python -m benchmarks.studies.taxonomy`.
 
-What theory says of a pair stands beside what is measured of its method: the order on the Kepler
-problem against its closed form, the defect of DF^T J DF = J on the problem of Henon and Heiles, and
-how far a run comes back from where it started. M (section 5) classifies polynomials so; here are
-all spaces and rules of galvi.
+Predictions of the theory are compared with measurements: the order on the Kepler problem against
+its closed form, the defect of DF^T J DF = J on the Henon-Heiles problem, and the error after a run
+forwards and backwards. M (section 5) classifies polynomials in this way; here are all spaces and
+rules of galvi.
 """
 
 from __future__ import annotations
@@ -24,11 +23,11 @@ from galvi.arrays import Array
 from references.closed_forms.kepler import KEPLER
 
 METHOD, ILL_POSED, INCONSISTENT = "method", "ill-posed", "inconsistent"
-MOST = {"Polynomials": 4}  # the largest number that a kind of space is made from, else FEW
+MOST = {"Polynomials": 4}  # largest constructor argument of a kind of space, else FEW
 FEW, QUICK_FEW = 2, 1
 POINTS, QUICK_POINTS = (1, 2, 3, 4, 5, 6, MANY), (1, 2, 3, MANY)
 ORBIT, DURATION = galvi.problems.kepler(eccentricity=0.3), 4.0
-SAMPLES = 4  # times at which errors are taken: at one alone leading terms may cancel
+SAMPLES = 4  # times of the errors: at a single one leading terms may cancel
 CHAOS, STEP = galvi.problems.henon_heiles(), 0.5
 BACK_STEP, BACK_STEPS = 0.25, 8
 FLOOR = 3e-13  # of q and p of size 1; 6e-14 was measured
@@ -56,7 +55,7 @@ COLUMNS: Mapping[str, str] = {
 
 
 def taxonomy(quick: bool, report: Report, make_method: MakeMethod = galvi.Galerkin) -> pd.DataFrame:
-    """A line for each pair, columns as above."""
+    """A row for each pair, with the columns above."""
     exact = KEPLER.run(ORBIT, DURATION, {"samples": SAMPLES})
     truth = np.hstack([exact.q, exact.p])
     lines, kind = [], ""
@@ -104,7 +103,7 @@ def _line(pair: Pair, truth: Array, make_method: MakeMethod) -> dict[str, Any]:
 
 
 def _order(method: Any, predicted: int, truth: Array) -> tuple[convergence_fits.Fit, str]:
-    """Fitted to the largest error of q and p at the samples, and why one is missing."""
+    """The fit to the largest error of q and p at the samples, and why an error is missing."""
     first, status = COARSEST.get(predicted, min(COARSEST.values())), ""
     steps = [SAMPLES * round(first / SAMPLES * 2.0 ** (j / 2)) for j in range(REFINED)]
     errors = []

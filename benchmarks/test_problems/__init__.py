@@ -1,1 +1,1 @@
-"""Problems that only the suite uses."""
+"""Problems used only by the suite."""

@@ -1,4 +1,4 @@
-"""A 3D pendulum that hangs from a cart on a spring, on SO(3) x R: its Lagrangian mixes both.
+"""A 3D pendulum on a cart with a spring, on SO(3) x R, with a coupled kinetic energy.
 
 L = w . J w / 2 + m x'^2 / 2 + x' w . (c x R^T e1) - k x^2 / 2 + W e3 . R c,  velocities (w, x').
 """
@@ -42,7 +42,7 @@ def slopes(q: Array, v: Array) -> Array:
 
 
 def body_on_cart() -> Problem:
-    """Swinging in all directions."""
+    """The body on a cart, started with velocities in all directions."""
     start = GROUP.join(np.eye(3), np.array([0.3]))
     return Problem(galvi.Lagrangian(lagrangian, GROUP, slopes), start, [0.5, -0.5, 0.4, -0.2],
                    name="body on a cart")  # fmt: skip

@@ -1,7 +1,7 @@
-"""A thrown body told by its attitude and by the place of a point off its centre: on SO(3) x R^3.
+"""A thrown body described by its attitude and a point off its centre, on SO(3) x R^3.
 
-Neither factor moves by itself, and yet the motion is known: the attitude turns as that of a free
-body, and the centre of mass falls on a parabola.
+The factors are coupled, but the motion is known: the attitude is that of a free body, and the
+centre of mass moves on a parabola.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ SETUP = (
 
 @njit(cache=True)
 def lagrangian(q: Array, v: Array) -> float:
-    """T - V for q = (R by rows, place y of the point), v = (w, y'); the centre is at y - R POINT.
+    """T - V for q = (R by rows, position y of the point), v = (w, y'); the centre is y - R POINT.
 
     The centre moves with u = y' - R (w x POINT).
     """
@@ -58,7 +58,7 @@ def slopes(q: Array, v: Array) -> Array:
 
 
 def problem() -> Problem:
-    """From attitude I with the centre at 0."""
+    """The thrown body, from attitude I with the centre at 0."""
     turning = np.array(TURNING)
     start = GROUP.join(np.eye(3), POINT)
     v = np.concatenate([turning, np.array(SPEED) + np.cross(turning, POINT)])
@@ -67,7 +67,7 @@ def problem() -> Problem:
 
 
 def exact(duration: float, samples: int) -> Array:
-    """q at evenly spaced times, (samples + 1, 12)."""
+    """The exact q at evenly spaced times, (samples + 1, 12)."""
     turned, centre = falling(duration, samples)
     places: Array = GROUP.join(turned, centre + turned @ POINT)
     return places

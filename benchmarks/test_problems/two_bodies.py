@@ -1,4 +1,4 @@
-"""Two bodies in space, the light one first, so that no index order is taken for granted."""
+"""Two bodies in space, the light one first, to test independence of the order of bodies."""
 
 import galvi
 

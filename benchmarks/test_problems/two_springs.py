@@ -39,14 +39,14 @@ def _hessian(q: Array) -> Array:
 
 
 def two_springs() -> Problem:
-    """From q = 1 at rest."""
+    """The point between two springs, from q = 1 at rest."""
     return Problem(
         Canonical(1.0, _potential, _gradient, _hessian), np.ones(1), np.zeros(1), name="two springs"
     )
 
 
 def motion(t: Array) -> tuple[Array, Array]:
-    """q and q' at times from 0 to pi, of t's shape."""
+    """Exact q and q' at times t in [0, pi], of t's shape."""
     late = 2.0 * (t - KINK)
     before = t <= KINK
     q: Array = np.where(before, np.cos(t), -0.5 * np.sin(late))

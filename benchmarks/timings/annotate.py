@@ -1,6 +1,6 @@
-"""Time a call in processor time, and keep beside the time what it depends on.
+"""Time a call in processor time, and store settings, counts and error with the time.
 
-The clock is that of the processor: `python -m benchmarks.experiments.clock_comparison` shows why.
+`python -m benchmarks.experiments.clock_comparison` shows why processor time is used.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from benchmarks.statistics import calibration
 from benchmarks.store.provenance import commit, versions
 
 TIMER = time.process_time
-LEAST = 0.01  # seconds of a round
-BUDGET = 0.5  # seconds that a benchmark may take, first calls aside
+LEAST = 0.01  # least seconds of a round
+BUDGET = 0.5  # seconds per benchmark, without first calls
 ROUNDS, FEWEST = 9, 3
 
 
 def timed(benchmark: Any, call: Callable[[], Any]) -> Any:
-    """The result of a call, timed when it is warm; the first one, which compiles, is kept apart."""
+    """Time a call when it is warm, recording the first, compiling call separately; its result."""
     clock = time.perf_counter()
     call()
     first = time.perf_counter() - clock
@@ -36,7 +36,7 @@ def timed(benchmark: Any, call: Callable[[], Any]) -> Any:
 
 
 def timed_warm(benchmark: Any, call: Callable[[], Any], rounds: int, repeats: int = 1) -> Any:
-    """The same for a call that is warm; the yardstick is timed before and after."""
+    """The same for a warm call; the yardstick is timed before and after."""
     before = calibration.yardstick(3)
     result = benchmark.pedantic(call, rounds=rounds, iterations=repeats)
     seconds = statistics.median(before + calibration.yardstick(3))
@@ -54,10 +54,10 @@ def annotate(
     settings: Mapping[str, Any],
     **more: Any,
 ) -> None:
-    """Add to the benchmark's row what belongs beside its time.
+    """Add problem, error, counts, status and settings to the benchmark's row.
 
-    error     against the truth; None where it is not known
-    settings  what another person needs to repeat it
+    error     against the truth; None if unknown
+    settings  everything needed to reproduce the run
     """
     benchmark.extra_info.update(
         problem=problem,

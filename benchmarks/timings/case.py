@@ -1,4 +1,4 @@
-"""A run to be timed, as plain data: another process, with another revision, can build it too."""
+"""A run to be timed, as plain data, so that a process with another revision can build it too."""
 
 from __future__ import annotations
 
@@ -7,30 +7,30 @@ from dataclasses import dataclass, field
 from typing import Any
 
 STEP, TRAJECTORY, ROUND_OFF = "step", "trajectory", "round-off"
-DISCRETE, ROUNDED = 0.01, 3.0  # tolerances of an error, see Case
+DISCRETE, ROUNDED = 0.01, 3.0  # tolerances for an error, see Case
 
 
 @dataclass(frozen=True)
 class Case:
-    """A run of galvi that is repeated, counted and compared with the truth.
+    """A run of galvi that is timed, counted and compared with the truth.
 
     name       unique, for tables and command lines
-    kind       STEP: what a caller waits for; TRAJECTORY: many steps; ROUND_OFF: so many that the
-               error is that of rounding, as its RMS over several starts
-    problem    of galvi.problems, called with the arguments
+    kind       STEP: one call; TRAJECTORY: many steps; ROUND_OFF: so many steps that rounding
+               dominates the error, given as RMS over several starts
+    problem    name in galvi.problems, called with the arguments
     degree     of the polynomials
     points     of the rule, the name of a function of galvi
-    chart      the name of a class of galvi on groups, "" for the default
-    step, steps  of the run, of which only the ends are kept
-    truth      the name of a reference; "" where none is known
+    chart      name of a chart class of galvi on groups, "" for the default
+    step, steps  step size and number of steps; only the ends are kept
+    truth      name of a reference; "" if there is none
     truth_tolerance  its tolerance, 0.0 for its default
-    starts     runs, from configurations that differ by some 1e-3
-    quick      whether it is among the few that a quick bench and a quick comparison take
-    error_tolerance  relative growth of the error that is no alarm: little where the discretisation
-               makes the error, a factor where rounding does
-    rounding   an error below this is rounding, of the run or of the truth, and no alarm
-    count_tolerance  the same of each count; 0, since counts are exact on one build and machine
-    slower     relative growth of the median time that an alarm needs besides the rank test
+    starts     number of runs, from configurations that differ by about 1e-3
+    quick      whether it belongs to the quick benchmarks and comparisons
+    error_tolerance  tolerated relative growth of the error: small for discretisation errors, a
+               factor for rounding errors
+    rounding   errors below this are rounding, of the run or the truth, and never an alarm
+    count_tolerance  the same for each count; 0, since counts are exact on one build and machine
+    slower     relative growth of the median time required for an alarm besides the rank test
     """
 
     name: str

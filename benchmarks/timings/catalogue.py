@@ -1,7 +1,7 @@
-"""The runs of galvi that are timed: a step and a trajectory of every problem, and round-off.
+"""The timed runs of galvi: a step and a trajectory of every problem, and round-off runs.
 
-A new problem needs its cases here. Truths are closed forms and stored files where there are any.
-Trajectories are long enough that the kernel takes the time; the time of a step is mostly the call.
+A new problem needs its cases here. Truths are closed forms and stored files where available.
+Trajectories are long enough for the kernel to dominate; the time of a step is mostly call overhead.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ OSCILLATOR, STORED, IAS15 = "oscillator, closed form", "stored truth", "REBOUND 
 TOP, STORED_BODY = "free rigid body, closed form", "stored truth, rigid bodies"
 DOP853, BODY = "SciPy DOP853", "DOP853 on quaternions, compiled"
 CHAINS = "SciPy DOP853, chains"
-TIGHT = 1e-13  # tolerance of DOP853
+TIGHT = 1e-13  # for DOP853
 NEAR_CIRCLE = {"eccentricity": 0.2}
 
 STEPS = (

@@ -1,7 +1,7 @@
-"""How a bench is kept: row by row while it runs, then as one whole file of pytest-benchmark's.
+"""Store a benchmark run row by row while it runs, then as one pytest-benchmark file.
 
-A bench that was stopped is resumed: rows measured before, of the same sources, are not measured
-again. Files of benches that end at the same time have different names.
+An interrupted run is resumed: rows already measured with the same sources are kept. Runs that end
+at the same time write files of different names.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ from benchmarks.store.atomic import write
 from benchmarks.store.result_cache import ResultCache, digest_of_sources
 
 ROWS: pytest.StashKey[dict[str, dict[str, Any]]] = pytest.StashKey()
-EARLIER: pytest.StashKey[dict[str, dict[str, Any]]] = pytest.StashKey()  # of a run that was stopped
+EARLIER: pytest.StashKey[dict[str, dict[str, Any]]] = (
+    pytest.StashKey()
+)  # rows of an interrupted run
 KEPT = "it was measured before the last run was stopped"
 
 
@@ -31,7 +33,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Take up what an earlier run of the same sources measured."""
+    """Load the rows measured by an interrupted run of the same sources; skip their benchmarks."""
     stash = item.config.stash
     if EARLIER not in stash:
         stash[EARLIER] = _cache(item.config).results() if _on(item.config) else {}
@@ -43,7 +45,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: Any) -> Iterator[None]:
-    """Keep the row of a benchmark that passed."""
+    """Store the row of a benchmark that passed."""
     report = yield
     fixture = getattr(item, "funcargs", {}).get("benchmark")
     if call.when == "call" and report.passed and fixture is not None and fixture.stats:
@@ -54,7 +56,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: Any) -> Iterator[None]:
 
 
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
-    """Write the file of a run that came to its end, and forget its single rows."""
+    """Write the file of a completed run, and delete its stored rows."""
     config = session.config
     rows = config.stash[ROWS]
     if not _on(config) or not rows or exitstatus not in (0, 1):
@@ -88,12 +90,12 @@ def _cache(config: pytest.Config) -> ResultCache:
 
 @cache
 def _state() -> str:
-    """Of the sources when this process began."""
+    """The digest of the sources when this process began."""
     return digest_of_sources()
 
 
 def _new_path(storage: Path, machine: str, commit: dict[str, Any]) -> Path:
-    """As pytest-benchmark names its files, with an end that no other run has."""
+    """A file name as by pytest-benchmark, with a unique suffix."""
     names = [path.name for path in (storage / machine).glob("[0-9]*_*.json")]
     known = [int(found.group()) for name in names if (found := re.match(r"\d+", name))]
     number = max(known, default=0) + 1

@@ -1,7 +1,7 @@
-"""Many initial conditions: the gain of a second thread, in rounds interleaved with one thread's.
+"""Ensembles: the speed-up by a second thread, in rounds interleaved with one thread's.
 
-Long runs gain nearly a factor of two on two free cores; runs of a millisecond are mostly Python, in
-which threads wait for each other, and must lose nothing.
+Long runs gain nearly a factor of two on two free cores; runs of a millisecond are mostly Python,
+serialised by the GIL, and must not become slower.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Steps and trajectories of galvi on every problem, and runs long enough to show rounding."""
+"""Time steps and trajectories of galvi on every problem, and runs long enough to show rounding."""
 
 from __future__ import annotations
 

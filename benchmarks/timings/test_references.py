@@ -1,4 +1,4 @@
-"""Each reference on each problem it supports, for about ten revolutions."""
+"""Time each reference on each problem it supports, for about ten revolutions."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ PAIRS = [
 
 
 def setting_of(contender: Contender, problem: galvi.Problem, duration: float) -> dict[str, Any]:
-    """One sample for what chooses its own steps; STEPS equal steps for what refuses that.
+    """One sample for adaptive contenders; STEPS equal steps for those that refuse samples.
 
-    Skips the test, with the reason, when it takes neither for this duration.
+    Skips the test, with the reason, when neither is accepted for this duration.
     """
     settings = ({"samples": 1}, {"step": duration / STEPS, "save_every": STEPS})
     refused = ""

@@ -1,4 +1,4 @@
-"""How far the ends that a case reached are from the truth."""
+"""The true end states of a case, and the error of the computed ones."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from references import reference
 
 
 class Unknown(Exception):
-    """There is no truth for a case here; the message says why."""
+    """There is no truth for a case; the message gives the reason."""
 
 
 def true_ends(case: Case) -> list[np.ndarray]:
-    """Configurations at the end of each of a case's runs, flat, by its reference.
+    """Final configurations of each of a case's runs, flat, by its reference.
 
-    Raises Unknown when it names none, when its engine is missing, or when it fails.
+    Raises Unknown when the case names no reference, its engine is missing, or it fails.
     """
     if not case.truth:
         raise Unknown("there is no truth but galvi's own.")

@@ -1,11 +1,12 @@
-"""A program that runs cases with the galvi on its path, and times them, on command.
+"""A program that runs and times cases with the galvi on its path, on request.
 
-It stands alone: nothing of the suite is imported, and of galvi only what is public, so that it
-serves any revision. It is given the number of one end of a pipe, and stays alive, so that start-up
-and compilation are outside of every sample. Questions and answers are dictionaries of plain values:
+It is self-contained: it imports nothing of the suite and only galvi's public interface, so that it
+works with any revision. It receives the descriptor of one end of a pipe and stays alive, so that
+start-up and compilation are outside every sample. Requests and answers are dictionaries of plain
+values:
 
-{"do": "run", "case"}                          the ends reached, counts, status, seconds of the
-                                               first call, numbers that tell problems apart
+{"do": "run", "case"}                          the end states, counts, status, seconds of the
+                                               first call, numbers that identify the problem
 {"do": "time", "case", "repeats", "attempts"}   seconds of one call, see `sample`
 any                                            "raised": the exception, when there was one
 """
@@ -20,19 +21,19 @@ from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from typing import Any
 
-SPREAD = 1e-3  # between the starts of a case
-ASIDE = 0.1  # in units of time: how far from the start a problem's functions are evaluated
+SPREAD = 1e-3  # difference between the starts of a case
+ASIDE = 0.1  # time by which a problem's functions are evaluated away from the start
 
 
 def problem_of(case: Mapping[str, Any]) -> Any:
-    """The case's problem, of the galvi that is imported."""
+    """The case's problem, from the imported galvi."""
     import galvi
 
     return getattr(galvi.problems, case["problem"])(**case["arguments"])
 
 
 def prepared(case: Mapping[str, Any]) -> Callable[[], list[Any]]:
-    """The call that runs a case once, giving a trajectory for each start; raises galvi's errors."""
+    """A call that runs a case once and returns a trajectory for each start."""
     import galvi
 
     problems = starts(problem_of(case), case["starts"])
@@ -48,7 +49,7 @@ def prepared(case: Mapping[str, Any]) -> Callable[[], list[Any]]:
 
 
 def starts(problem: Any, count: int) -> list[Any]:
-    """The problem itself, and others from configurations a little farther out."""
+    """The problem itself, and copies from slightly perturbed configurations."""
     if count == 1:
         return [problem]
     # older revisions have only the second name
@@ -57,7 +58,7 @@ def starts(problem: Any, count: int) -> list[Any]:
 
 
 def described(runs: list[Any]) -> dict[str, Any]:
-    """What the runs reached: flat configurations at the ends, summed counts, the first failure."""
+    """The results of the runs: flat final configurations, summed counts, the first failure."""
     failed = [run for run in runs if not run.success]
     counts: dict[str, int] = {}
     for run in runs:
@@ -72,9 +73,9 @@ def described(runs: list[Any]) -> dict[str, Any]:
 
 
 def probed(problem: Any) -> dict[str, list[float]]:
-    """Where a problem starts, and its functions a little aside: two with other numbers are two.
+    """A problem's start, and values of its functions near it, to recognise different problems.
 
-    A function that its system lacks, or that takes other arguments, is left out.
+    A function that its system lacks, or that takes other arguments, is omitted.
     """
     q, v, t = problem.q0, problem.v0, getattr(problem, "t0", 0.0)
     system = getattr(problem, "system", None)
@@ -105,10 +106,10 @@ def _flat(value: Any) -> list[float]:
 
 
 def sample(call: Callable[[], Any], repeats: int, attempts: int = 1) -> dict[str, float]:
-    """Seconds of one call, the mean over the repeats, in the quickest of so many attempts: by the
-    processor's clock ("processor"), and by the wall clock ("wall").
+    """Seconds of one call, the mean over the repeats, in the fastest of `attempts`: processor time
+    ("processor") and wall time ("wall").
 
-    What else happens on the machine only adds to them. The collector of garbage waits.
+    Other load on the machine only adds to them. The garbage collector is off meanwhile.
     """
     best = {"processor": math.inf, "wall": math.inf}
     gc.disable()
@@ -126,7 +127,7 @@ def sample(call: Callable[[], Any], repeats: int, attempts: int = 1) -> dict[str
 
 
 def run(case: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[str, Any]:
-    """A first call of a case, which is kept among the calls."""
+    """Make the first call of a case, and store the call in `calls`."""
     import galvi
 
     start = time.perf_counter()
@@ -140,7 +141,7 @@ def run(case: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[st
 
 
 def answer(order: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[str, Any]:
-    """Do what one question asks; a case that this process has not run is run before it is timed."""
+    """Answer one request; a case that this process has not run is run before it is timed."""
     case = order["case"]
     if order["do"] == "run":
         return run(case, calls)
@@ -150,7 +151,7 @@ def answer(order: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dic
 
 
 def serve(pipe: Connection) -> None:
-    """Answer until the other end is closed."""
+    """Answer requests until the other end is closed."""
     calls: dict[str, Callable[[], Any]] = {}
     while True:
         try:

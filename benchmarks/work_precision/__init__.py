@@ -1,1 +1,1 @@
-"""Error against cost: problems, contenders, settings and fronts."""
+"""Work-precision studies: problems, participants, settings, fronts and targets."""

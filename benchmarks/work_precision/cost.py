@@ -1,4 +1,4 @@
-"""What a step costs: iterations, force evaluations, which solver, seconds."""
+"""The cost of a step: iterations, force evaluations, solver, seconds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROUNDS = 3
 
 
 class Case(NamedTuple):
-    """What is run: a method on a problem, `steps` steps of the length `step`."""
+    """A method on a problem, with `steps` steps of size `step`."""
 
     problem: Problem
     method: galvi.Galerkin
@@ -26,14 +26,14 @@ class Case(NamedTuple):
 
 
 class Cost(NamedTuple):
-    """A case that was run, and the seconds that the whole run took."""
+    """A finished run of a case, and its time in seconds."""
 
     case: Case
     run: Trajectory
     seconds: float
 
     def per_step(self, count: str) -> float:
-        """One of the run's counts over the steps it did."""
+        """One of the run's counts, per step."""
         return self.run.counts[count] / max(1, self.run.counts["steps"])
 
 
@@ -42,7 +42,7 @@ class Column:
     """A column of cost.csv and of the table on the page.
 
     name     in cost.csv
-    value    of a run
+    value    Cost -> value
     heading  on the page; "" for a column that is in cost.csv only
     kind     "text", "number" or "seconds"
     """
@@ -54,7 +54,7 @@ class Column:
 
 
 def _solver(cost: Cost) -> str:
-    """Newton's passes evaluate the Hessian at each stage; the others are fixed-point passes."""
+    """The solver, by Hessian evaluations: Newton evaluates it at each stage and pass."""
     counts = cost.run.counts
     newton = counts["hessian_evaluations"] / cost.case.method.stages
     if not newton:
@@ -91,11 +91,11 @@ COLUMNS = (
 def cost_table(
     quick: bool = False, report: Callable[[str], None] = lambda sentence: None
 ) -> pd.DataFrame:
-    """One row for each problem and method; a step is as long as the setting is meant to be used.
+    """One row for each problem and method, at a step size typical of its use.
 
-    Counts are exact for a build and machine. ``forces_per_step`` counts one configuration each, and
-    ``solver`` says what solved the stage equations: the fixed point, Newton, or both. The seconds
-    are those of a whole run over its steps.
+    Counts are exact for a build and machine. ``forces_per_step`` counts configurations; ``solver``
+    is the solver of the stage equations: fixed point, Newton, or both. Seconds are those of a whole
+    run divided by its steps.
     """
     cases, runs, calls, warm = _cases(quick), [], [], []
     for case in cases:
@@ -120,7 +120,7 @@ def cost_table(
 
 
 def _cases(quick: bool) -> list[Case]:
-    """Gauss collocation at useful steps, and H's own methods at H's steps."""
+    """Gauss collocation at practical steps, and H's methods at H's steps."""
     oscillator, kepler = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.6)
     planets = galvi.problems.solar_system()
     steps = 1000 if quick else 10_000

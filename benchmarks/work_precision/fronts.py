@@ -1,4 +1,4 @@
-"""Work-precision fronts: what a contender reaches at its best, and times at matched error."""
+"""Work-precision fronts of contenders, and times at matched error."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import pandas as pd
 
 NOT_REACHED = "not reached"
 OURS = "galvi, best"
-TRUTH = "truth"  # status of a row that the others are compared with
+TRUTH = "truth"  # status of the row that the others are compared with
 
 
 def front(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of each problem and contender that no other of its rows beats in error and time.
+    """The Pareto-optimal rows in error and time of each problem and contender.
 
-    Ordered by falling error, so by rising time. Rows without error or time have no place on it.
+    Ordered by decreasing error, hence increasing time. Rows without error or time are omitted.
     """
     usable = table[(table["error"] > 0.0) & (table["seconds"] > 0.0)]
     kept = []
@@ -32,7 +32,7 @@ def front(table: pd.DataFrame) -> pd.DataFrame:
 def seconds_at(errors: Sequence[float], seconds: Sequence[float], target: float) -> float:
     """Time at an error, by interpolation of logarithms along a front (falling error, rising time).
 
-    The fastest point's when it is better than asked; NaN when the front ends above the target.
+    The fastest point's time when its error is below the target; NaN when the front ends above it.
     """
     e, s = np.asarray(errors, dtype=np.float64), np.asarray(seconds, dtype=np.float64)
     if e.size == 0 or e.min() > target:
@@ -45,9 +45,8 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
 
     Columns problem, contender, error, seconds, ratio. ``ratio`` is the contender's time over that
     of the fastest galvi method at the same error (above 1: galvi is faster); 'not reached' where
-    the contender's front ends above the error, 'galvi: not reached' where only galvi's does. The
-    rows of contender 'galvi, best' say which time that is. The truth of a study stands beside them
-    with its own time.
+    the contender's front ends above the error, 'galvi: not reached' where only galvi's does. Rows
+    of contender 'galvi, best' hold galvi's time. The truth of a study has its own time.
     """
     fronts = front(table)
     rows = []
@@ -78,9 +77,9 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
 
 
 def at_smallest(table: pd.DataFrame) -> pd.DataFrame:
-    """Each contender at the smallest error of its front: round-off, when its settings go so far.
+    """Each contender at the smallest error of its front, round-off if its settings extend that far.
 
-    Columns as of `ratios`; ``error`` differs from row to row, and galvi is asked for the same.
+    Columns as of `ratios`; ``error`` differs from row to row, and so does galvi's time.
     """
     found = []
     for problem in table["problem"].drop_duplicates():
@@ -94,7 +93,7 @@ def at_smallest(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _truths(table: pd.DataFrame, problem: str) -> dict[str, float]:
-    """The fastest time of each contender that is the truth here: it is better than any error."""
+    """The fastest time of each contender that is the truth here; it counts at every error."""
     rows = table[(table["problem"] == problem) & (table["status"] == TRUTH)]
     return rows.groupby("contender")["seconds"].min().to_dict()
 

@@ -1,4 +1,4 @@
-"""galvi's own methods as contenders: the same three questions as any reference answers."""
+"""galvi's methods as contenders, with the same interface as the references."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Variational:
         return f"galvi {self.method.name}"
 
     def supports(self, problem: Problem) -> bool:
-        """Any problem that galvi can state today."""
+        """True for any `galvi.Problem`."""
         return isinstance(problem.system, SYSTEMS)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
@@ -51,9 +51,9 @@ class Variational:
 
 
 def gauss_collocation(stages: int, chart: Any = None) -> Variational:
-    """Polynomials of degree s with s Gauss points, order 2 s: the cheapest rule for the order.
+    """Polynomials of degree s with s Gauss points: order 2 s by the cheapest rule.
 
-    chart  in which the polynomials are, on a group; None for the default
+    chart  chart of the polynomials on a group; None for the default
     """
     charts = {} if chart is None else {"chart": chart}
     return Variational(galvi.Galerkin(galvi.Polynomials(stages), galvi.gauss(stages), **charts))

@@ -1,7 +1,7 @@
-"""How external integrators take part in studies.
+"""Participation of external integrators in studies.
 
-In a comparison at matched error they run at every setting that they offer; in a study of one thing,
-such as energy over a long time, at the finest.
+In comparisons at matched error they run at every setting they offer; in studies of one property,
+such as energy over long times, at the finest.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from references import Contender
 
 
 class ExternalContender(Contender, Protocol):
-    """A contender that says itself which settings it is run with.
+    """A contender that offers its own settings.
 
     See `benchmarks.external.integrator.ExternalIntegrator`.
     """
 
     def settings(self, problem: Problem, duration: float, fewest: int) -> Sequence[Setting]:
-        """What to run it with, from coarse to fine."""
+        """Its settings, from coarse to fine."""
 
 
-FEWEST = 100  # steps, where no other contender takes equal ones
-PATIENCE = 120.0  # seconds that the runs of an ensemble may take before no further one is begun
+FEWEST = 100  # steps, where no other contender takes equal steps
+PATIENCE = 120.0  # seconds after which no further run of an ensemble is started
 
 
 def with_externals(
     case: WorkPrecisionProblem, externals: Sequence[ExternalContender]
 ) -> WorkPrecisionProblem:
-    """The case with those that support its problem and say what to run them with."""
+    """The case with the external integrators that support its problem and offer settings."""
     taken = [one.label for one in case.participants]
     offered = [setting for one in case.participants for setting in one.settings]
     steps = [setting["save_every"] for setting in offered if "step" in setting]
@@ -49,7 +49,7 @@ def with_externals(
 def offered_settings(
     external: ExternalContender, problem: Problem, duration: float, fewest: int = FEWEST
 ) -> Sequence[Setting]:
-    """What to run it with, from coarse to fine; nothing where it does not support the problem."""
+    """Its settings, from coarse to fine; empty when it does not support the problem."""
     if not external.supports(problem):
         return []
     return external.settings(problem, duration, fewest)
@@ -62,15 +62,15 @@ def finest(
     parts: int,
     fewest: int = FEWEST,
 ) -> Setting | None:
-    """The last of its settings, `sampled`; None where it does not take part."""
+    """The last of its settings, `sampled`; None when it does not take part."""
     offered = offered_settings(external, problem, duration, fewest)
     return sampled(duration, offered[-1], parts) if offered else None
 
 
 def sampled(duration: float, setting: Setting, parts: int) -> Setting:
-    """A setting for the states at the ends of so many equal parts of the duration.
+    """A setting that saves the states at the ends of `parts` equal parts of the duration.
 
-    Of equal steps it has the number next to the setting's that the parts divide.
+    The number of equal steps is rounded to a multiple of `parts`.
     """
     if "step" not in setting:
         return {**setting, "samples": parts}
@@ -85,9 +85,9 @@ def ensemble(
     parts: int,
     fewest: int,
 ) -> Iterator[tuple[Setting, Trajectory]]:
-    """Its run from each start at its finest setting, until one fails or PATIENCE is over.
+    """Its runs from each start at its finest setting, until one fails or PATIENCE is exceeded.
 
-    problems  alike but for their starts
+    problems  equal except for their initial states
     """
     began, setting = time.perf_counter(), None
     for problem in problems:
@@ -101,12 +101,12 @@ def ensemble(
 
 
 def label_beside(external: ExternalContender, taken: Collection[str]) -> str:
-    """Its name, marked where a contender of the suite has the same."""
+    """Its name, marked where a contender of the suite has the same name."""
     return f"{external.name}, external" if external.name in taken else external.name
 
 
 def readable_setting(setting: Mapping[str, Any]) -> str:
-    """E.g. 'step=8.0003 corrector=17'; what every run shares is left out."""
+    """Text such as 'step=8.0003 corrector=17'; keys shared by all runs are omitted."""
     shown = {k: v for k, v in setting.items() if k not in ("save_every", "samples")}
     return " ".join(
         f"{k}={v:.5g}" if isinstance(v, float) else f"{k}={v}" for k, v in shown.items()

@@ -1,4 +1,4 @@
-"""Work-precision problems: what is solved, how long, by whom with which settings, the truth."""
+"""A work-precision problem: problem, duration, participants with their settings, and truth."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ EPS = float(np.finfo(float).eps)
 
 
 class Participant(NamedTuple):
-    """A contender with its label and the settings that it is run with."""
+    """A contender with its label and settings."""
 
     label: str
     contender: Contender
@@ -30,9 +30,9 @@ class Truth:
     """The true configuration at the end.
 
     end          (...,) in the configuration's shape
-    error        of it, as `WorkPrecisionProblem.distance` measures errors
-    description  for the table
-    source       label of the contenders that it comes from, which are not judged by it
+    error        its own error, measured like `WorkPrecisionProblem.distance`
+    description  text for the table
+    source       label of the contenders it comes from, which are not compared with it
     """
 
     end: Array
@@ -46,7 +46,7 @@ class Truth:
 
 
 def farthest_body(q: Array, truth: Array) -> float:
-    """Largest distance of a body from where it should be, in the problem's unit of length."""
+    """Largest distance of a body from its true position, in the problem's unit of length."""
     return float(np.max(np.linalg.norm(q - truth, axis=-1)))
 
 
@@ -54,14 +54,14 @@ def farthest_body(q: Array, truth: Array) -> float:
 class WorkPrecisionProblem:
     """One work-precision study.
 
-    problem       what is solved
+    problem       the problem
     duration      from its t0, in its unit of time
-    participants  who solves it
-    truth         computes the truth
-    quantity      whose error it is: POSITION, ATTITUDE or ANGLE
-    distance      of two configurations: the error
-    repeated_run  whether runs are timed by going on, as `benchmarks.statistics.repeated_run` does:
-                  for durations that a contender covers before its call has properly begun
+    participants  contenders with their settings
+    truth         () -> the truth
+    quantity      the quantity of the error: POSITION, ATTITUDE or ANGLE
+    distance      the error: a distance of two configurations
+    repeated_run  whether runs are timed by lengthened runs (`benchmarks.statistics.repeated_run`),
+                  since they are shorter than the overhead of a call
     """
 
     problem: Problem
@@ -74,15 +74,15 @@ class WorkPrecisionProblem:
 
 
 def galvi_label(stages: int) -> str:
-    """Of polynomials of this degree with as many Gauss points."""
+    """The label of polynomials of degree s with s Gauss points."""
     return f"galvi degree {stages}, Gauss {stages}"
 
 
 def fixed(duration: float, steps: int) -> Setting:
-    """So many equal steps, of which the last state is kept."""
+    """The setting for `steps` equal steps, keeping the last state."""
     return {"step": duration / steps, "save_every": steps}
 
 
 def adaptive(key: str, values: Sequence[float]) -> list[Setting]:
-    """One setting for each value of this key; the last state is kept."""
+    """One setting for each value of this key, keeping the last state."""
     return [{"samples": 1, key: value} for value in values]

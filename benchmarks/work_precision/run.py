@@ -1,4 +1,4 @@
-"""Work-precision studies: what an error costs, for galvi's methods and for other integrators."""
+"""Run work-precision studies: errors and times of galvi's methods and of other integrators."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ ROUNDS = 3
 
 @dataclass
 class _Measurement:
-    """One setting of one contender, with what its first run left."""
+    """One setting of one contender, with the results of its first run."""
 
     contender: str
     settings: str
@@ -62,20 +62,20 @@ def work_precision(
     """One row for each problem, contender and setting; external integrators take part where
     they can.
 
-    Given the name of a problem, of that one alone. Raises ValueError when there is no such problem.
+    With the name of a problem, for that one only. Raises ValueError when there is no such problem.
 
-    quantity      whose error it is: position, attitude or angle
+    quantity      the quantity of the error: position, attitude or angle
     error         largest distance of a body from the truth at the end, in the problem's unit of
-                  length, or largest entry of R - R_truth; NaN for the truth itself and for a run
-                  that failed
-    seconds       median over rounds in which all settings take their turn; seconds_low and
-                  seconds_high are the fastest and the slowest round. galvi's table, the compiled
-                  kernels and MuJoCo's models are ready; building REBOUND's simulation (below a
-                  millisecond) is included. Of rigid bodies, from runs that go on: see
+                  length, or largest entry of R - R_truth; NaN for the truth itself and for a
+                  failed run
+    seconds       median over interleaved rounds; seconds_low and seconds_high are the fastest and
+                  the slowest round. galvi's tableau, compiled kernels and MuJoCo's models are
+                  prepared beforehand; building REBOUND's simulation (below a millisecond) is
+                  included. For rigid bodies from lengthened runs, see
                   `benchmarks.statistics.repeated_run`
-    evaluations   of the force at one configuration; NaN when the engine does not count
+    evaluations   force evaluations; NaN when the engine does not count
     status        empty; 'truth'; a warning about the error; or why the run failed
-    reference     the truth, and how far it can be trusted
+    reference     the truth and its accuracy
     """
     known = work_precision_problems(quick)
     chosen = [case for case in known if problem in ("", case.problem.name)]
@@ -88,12 +88,12 @@ def work_precision(
 
 
 def problems(quick: bool = False) -> tuple[str, ...]:
-    """The names of those that contenders are compared on."""
+    """The names of the work-precision problems."""
     return tuple(case.problem.name for case in work_precision_problems(quick))
 
 
 def _least(case: WorkPrecisionProblem, quick: bool) -> float:
-    """Seconds of each setting's turn in a round; less where runs are made that long."""
+    """Seconds of each setting in a round; fewer where runs are lengthened."""
     least = 0.01 if quick else 0.12
     return 0.5 * least if case.repeated_run else least
 
@@ -127,7 +127,7 @@ def _study(case: WorkPrecisionProblem, least: float, report: Callable[[str], Non
 def _first_run(
     case: WorkPrecisionProblem, label: str, contender: Contender, setting: Setting, least: float
 ) -> _Measurement:
-    """With a call that is worth timing: longer where the case says so."""
+    """The first run of a setting, with the call to be timed, lengthened where the case says so."""
     call = call_of(contender, case.problem, case.duration, setting)
     one = _Measurement(label, readable_setting(setting), call)
     if contender.missing:
@@ -143,7 +143,7 @@ def _first_run(
 
 
 def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
-    """The study's rows when the engine of its truth is absent: nothing was measured."""
+    """The rows of a study without measurements, when the engine of its truth is missing."""
     rows = [
         {"problem": case.problem.name, "contender": label, "settings": readable_setting(setting),
          "quantity": case.quantity, "status": why, "reference": why}

@@ -1,4 +1,4 @@
-"""How much faster than others galvi is meant to be: numbers set before any was measured."""
+"""Targets for galvi's speed against other codes, set before any measurement."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ IAS15 = ("REBOUND IAS15", "REBOUND IAS15, GLOBAL", "REBOUND IAS15, looser")
 
 @dataclass(frozen=True)
 class Target:
-    """A ratio of times to be reached at an error.
+    """A target for the ratio of times at an error.
 
-    problem     its name
+    problem     name of the problem
     contenders  labels in the work-precision study; the fastest of them at the error counts
-    error       at the end, of the position in au or of the attitude; None for the smallest that
-                the contenders reach
-    ratio       of the contenders' time to galvi's, at least; None when galvi is to reach the error,
-                however long it takes
-    source      who asked for it
+    error       final error of the position in au or of the attitude; None for the smallest error
+                that the contenders reach
+    ratio       least ratio of the contenders' time to galvi's; None when galvi only has to reach
+                the error
+    source      origin of the target
     """
 
     problem: str
@@ -42,7 +42,7 @@ TARGETS = (
     *_each(OUTER, "heyoka", ((1e-9, 6.0),)),
     *_each(
         OUTER,
-        "REBOUND WHFast, best",  # "at 1e-7 and below": at each decade that is compared at
+        "REBOUND WHFast, best",  # "at 1e-7 and below": at each decade of the comparison
         ((1e-6, 1.7), (1e-7, 2.5), (1e-8, 2.5), (1e-9, 2.5), (1e-10, 2.5)),
     ),
     Target(OUTER, IAS15[:1], None, None),

@@ -1,4 +1,4 @@
-"""The targets beside what the work-precision study measured: met, missed, or not to be said."""
+"""Compare the targets with the work-precision measurements: met, missed or undecided."""
 
 from __future__ import annotations
 
@@ -21,18 +21,17 @@ COLUMNS = (
 def targets_met(table: pd.DataFrame, targets: Iterable[Target]) -> pd.DataFrame:
     """One row for each target, from the rows of `benchmarks.work_precision.run`.
 
-    against    the rival: the first of the labels that the target names
-    error      asked for; the rival's own where the target is to reach that, NaN without a run of it
+    against    the rival: the first of the target's labels
+    error      the target's error, or the rival's smallest; NaN without a run of the rival
     target     least ratio of times; NaN where reaching the error is enough
     ratio      the rival's time over that of the fastest galvi method; 'not reached' where the
                rival's front ends above the error, 'galvi: not reached' where galvi's does
-    contender  label of the rival's fastest line at the error; empty when none gets there
-    galvi      likewise of galvi's
-    verdict    met; missed, also when galvi does not reach the error, whoever else does; 'not
-               reached' where only the rival does not; 'not run' without a run of the rival that has
-               an error and a time
-    remark     the study's warning about the rival's own error, as when the truth is hardly better
-    source     who asked for it
+    contender  label of the rival's fastest line at the error; empty when none reaches it
+    galvi      the same for galvi
+    verdict    met; missed, also when galvi does not reach the error; 'not reached' when only the
+               rival does not; 'not run' without a run of the rival that has an error and a time
+    remark     the study's warning about the rival's own error, e.g. a truth hardly more accurate
+    source     origin of the target
     """
     return pd.DataFrame([_row(table, target) for target in targets], columns=list(COLUMNS))
 
@@ -72,6 +71,6 @@ def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
 
 
 def _fastest(times: pd.DataFrame) -> dict[str, Any]:
-    """The row of least time; empty when nobody has one."""
+    """The row of least time; empty when no row has a time."""
     known = times[times["seconds"].notna()]
     return {} if known.empty else known.loc[known["seconds"].idxmin()].to_dict()

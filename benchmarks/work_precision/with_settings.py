@@ -1,4 +1,4 @@
-"""A reference with the settings that make it the truth of a study."""
+"""A reference with fixed settings, as the truth of a study."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from references import Contender
 
 @dataclass(frozen=True, eq=False)
 class WithSettings:
-    """A contender with ``setting`` added to whatever a study asks for."""
+    """A contender with ``setting`` added to the study's settings."""
 
     contender: Contender
     setting: Mapping[str, Any]
 
     @property
     def name(self) -> str:
-        """The contender's."""
+        """The contender's name."""
         return self.contender.name
 
     @property
     def exact(self) -> bool:
-        """The contender's."""
+        """Whether the contender is exact."""
         return self.contender.exact
 
     @property
     def missing(self) -> str:
-        """The contender's."""
+        """Why the contender's engine is missing, or ""."""
         return self.contender.missing
 
     def supports(self, problem: Problem) -> bool:
-        """The contender's."""
+        """Whether the contender supports the problem."""
         return self.contender.supports(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:

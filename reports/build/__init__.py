@@ -1,1 +1,1 @@
-"""Verification, comparison and the page, put together."""
+"""The commands `verify`, `compare`, `studies`, `warm` and `build`."""

@@ -21,10 +21,10 @@ from reports.results.suite import Suite
 
 
 def build(suite: Suite, options: Options) -> tuple[Verified, Compared, list[SectionResult]]:
-    """Everything, beside the stored rows of long studies, which say when they were made.
+    """Run and write everything; stored rows of long studies are included with their dates.
 
-    A build of the same sources and settings that was stopped is resumed: its results are taken up,
-    and the provenance says so, as it does when sources change while they are measured.
+    An interrupted build of the same sources and settings is resumed: its results are reused, and
+    the provenance says so, as it does when sources change during the measurement.
     """
     with alone(options.out):
         cache = open_cache(suite, options)
@@ -38,7 +38,10 @@ def build(suite: Suite, options: Options) -> tuple[Verified, Compared, list[Sect
             found = _build(replace(suite, provenance=provenance), options, cache)
         except KeyboardInterrupt:
             if cache.store is not None:
-                print("What was measured is kept: the same command resumes.", file=sys.stderr)
+                print(
+                    "Finished results are kept: the same command resumes the build.",
+                    file=sys.stderr,
+                )
             raise
         cache.forget()
     return found

@@ -1,4 +1,4 @@
-"""What is different from the last time: verdicts, and numbers moved beyond their uncertainty."""
+"""Differences from the previous rows: verdicts, and values moved beyond their uncertainty."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pandas as pd
 from reports.tables.number_format import known, plain
 
 SIGMAS = 2.0
-WITHOUT = 0.1  # a share of the number, for one without an uncertainty: round-off differs by machine
+WITHOUT = 0.1  # relative tolerance of a value without uncertainty: round-off differs by machine
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Change:
 
 
 def changes(before: pd.DataFrame | None, now: pd.DataFrame) -> list[Change]:
-    """Compare rows with earlier ones of the same id, quantity and setting; list new and gone ones.
+    """Compare rows with earlier ones of the same id, quantity and setting; list added and removed.
 
     A number moved when it differs by more than 2 standard errors of the difference, or, where
     neither row has an uncertainty, by more than a tenth.

@@ -1,4 +1,4 @@
-"""`compare`: time contenders against each other; write the measurements and their tables."""
+"""`compare`: time the contenders against each other; write the measurements and their tables."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Compared:
 def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> Compared:
     """Measure, write, and print the targets.
 
-    cache  of a build; None keeps nothing
+    cache  the build's result cache; None stores nothing
     """
     measured = measure_comparison(suite, options, cache)
     for name, frame in (("work_precision", measured.work_precision), ("cost", measured.cost)):

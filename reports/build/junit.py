@@ -1,4 +1,4 @@
-"""verify.xml: verdicts as the JUnit XML that a forge's CI reads, one test case a row."""
+"""verify.xml: verdicts as JUnit XML for CI services, one test case per row."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]
 
 
 def junit(checked: Sequence[ClaimResult], engines: Engines) -> str:
-    """A suite for each claim and one for the engines.
+    """One test suite per claim and one for the engines, as XML text.
 
-    failure  another verdict than the expected one; a required engine that is absent
-    error    a row that should have been measured and was not
-    skipped  a row, or an engine, that is absent and not required
+    failure  a verdict other than the expected one, or a missing required engine
+    error    a row that should have been measured but was not
+    skipped  a missing row or engine that is not required
     """
     root = tree.Element("testsuites", name="python -m reports verify")
     for one in checked:
@@ -33,7 +33,7 @@ def junit(checked: Sequence[ClaimResult], engines: Engines) -> str:
 
 
 def details(row: Row) -> str:
-    """The bound, the measured value and what was expected, in a line each."""
+    """The measured value, the bound and the verdicts, one line each."""
     measured = plain(row.measured, 6) or "nothing"
     error = plain(row.uncertainty, 2)
     return "\n".join(

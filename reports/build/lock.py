@@ -1,4 +1,4 @@
-"""One build at a time in a folder: the files of two would be mixed, and their times disturbed."""
+"""Allow one build at a time per folder: two would mix their files and disturb their timings."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ LOCK = ".build"  # in the folder
 
 @contextmanager
 def alone(folder: Path) -> Iterator[None]:
-    """Hold the folder until the end, or the death, of this process.
+    """Lock the folder until the context or the process ends.
 
-    Raises typer.BadParameter, in a sentence, while another process holds it, and when no file can
-    be written in it.
+    Raises typer.BadParameter while another process holds the lock, and when the folder is not
+    writable.
     """
     lock = FileLock(folder / LOCK)
     try:

@@ -1,4 +1,4 @@
-"""verify.md: the summary of `verify` that a forge shows on a pull request."""
+"""verify.md: the Markdown summary of `verify`, shown on a pull request."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HEADINGS = ("claim", "quantity", "bound", "measured", "uncertainty", "verdict", 
 
 
 def markdown(seen: Summary, changed: Sequence[Change], engines: Engines) -> str:
-    """The verdict, what differs from what was expected, what changed, and every row folded away."""
+    """Passed or failed, unexpected verdicts, changes, and all rows in a collapsed section."""
     passed = seen.as_expected and not engines.wanting
     parts = [f"## verify: {'passed' if passed else 'failed'}", str(seen)]
     parts += [f"- {sentence}" for sentence in engines.sentences()]
@@ -45,7 +45,7 @@ def _lines(rows: Sequence[Row], reason: bool = False) -> list[dict[str, str]]:
 
 
 def _table(lines: Sequence[dict[str, str]]) -> str:
-    """GitHub's Markdown; what would end a cell or begin a tag is escaped."""
+    """GitHub Markdown; characters that would end a cell or start a tag are escaped."""
     escaped = pd.DataFrame(lines).map(_cell)
     return str(escaped.to_markdown(index=False, disable_numparse=True))
 

@@ -1,4 +1,4 @@
-"""Write the studies' rows and tables; run their long forms."""
+"""Write the rows and tables of the studies; run their long forms."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from reports.tables.writing import as_csv, write_table
 
 
 def write_sections(results: Sequence[SectionResult], suite: Suite, options: Options) -> None:
-    """The rows of each as NAME.csv, and its table in tables/."""
+    """Write each study's rows as NAME.csv, and its table to tables/."""
     for one in results:
         if one.frame is not None:
             name = one.section.name
@@ -26,7 +26,7 @@ def write_sections(results: Sequence[SectionResult], suite: Suite, options: Opti
 
 
 def run_long_forms(suite: Suite, options: Options) -> tuple[str, ...]:
-    """`studies`: every run that is not there yet; a sentence for each that raised."""
+    """`studies`: do every missing run; returns a sentence for each one that raised."""
     failures: list[str] = []
     folder = options.out / FOLDER
 

@@ -1,4 +1,4 @@
-"""Printed tables: the rows of claims with a summary, changes, absent engines, targets."""
+"""Terminal output: rows of claims with a summary, changes, missing engines, targets."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from reports.tables.targets_table import HEADINGS, QUICK, readable_targets, summ
 
 STYLES = {"holds": "green", "exceeds": "cyan", "contradicted": "yellow", "not run": "dim"}
 TARGET_STYLES: Mapping[str, str] = {MET: "green", MISSED: "bold red"}
-PRINTED = HEADINGS[:-1]  # of the targets, what a terminal is wide enough for
-MOST = 20  # changes that are printed
-WIDTH = 120  # where output is not a terminal
+PRINTED = HEADINGS[:-1]  # columns of the targets table that fit in a terminal
+MOST = 20  # changes printed
+WIDTH = 120  # columns when output is not a terminal
 SHORTENED: Mapping[str, Any] = {"max_width": 28, "no_wrap": True, "overflow": "ellipsis"}
 
 
 def show(seen: Summary, console: Console | None = None) -> None:
-    """Print the rows; those that differ from what was expected, or were not run, say why."""
+    """Print the rows, with the reasons of unexpected verdicts and of rows that were not run."""
     console = console or Console()
     if not console.is_terminal:
         console.width = WIDTH
@@ -74,7 +74,7 @@ def show_changes(changed: Sequence[Change], console: Console | None = None) -> N
 
 
 def show_engines(engines: Engines) -> None:
-    """Print a sentence for each engine that is absent."""
+    """Print a sentence for each missing engine."""
     for sentence in engines.sentences():
         print(sentence)
 

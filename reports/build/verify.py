@@ -1,8 +1,8 @@
 """`verify`: check the claims and agreements; write and print the verdicts.
 
-claims.csv    every row, with those of claims that were not chosen as they were, and when
-verify.xml    JUnit, for a forge's CI
-verify.md     the same to read; also appended to the summary of a forge's job
+claims.csv    every row; rows of claims that were not selected are kept, with their dates
+verify.xml    JUnit XML for CI services
+verify.md     the same in Markdown; also appended to the CI job summary
 frames/       the studies' frames
 tables/       claims and convergence
 """
@@ -39,9 +39,9 @@ CLAIMS = "claims.csv"
 
 @dataclass(frozen=True, eq=False)
 class Verified:
-    """What `verify` found.
+    """The result of `verify`.
 
-    changed  against the rows that were there before
+    changed  differences from the previous rows
     """
 
     checked: tuple[ClaimResult, ...]
@@ -55,10 +55,10 @@ class Verified:
 
 
 def verify(suite: Suite, options: Options, cache: BuildCache | None = None) -> Verified:
-    """Check the chosen claims, all when none is chosen; write, print and return the results.
+    """Check the selected claims, or all; write, print and return the results.
 
-    cache  of a build, in which claims that time nothing are studied by two processes; None keeps
-           nothing and studies them one after the other
+    cache  the build's result cache; claims without timings then run in two processes. None stores
+           nothing and runs them one after the other
     """
     chosen = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
     engines = Engines(suite.engines(), options.require)
@@ -87,7 +87,7 @@ def _in_workers(suite: Suite, quick: bool) -> Elsewhere:
 
 
 def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> list[Change]:
-    """Tables and frames; what changed."""
+    """Write tables and frames; return the changes."""
     rows = [row for one in checked for row in one.rows]
     origin = {
         **suite.provenance(options.command),
@@ -115,7 +115,7 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> li
 
 
 def _dated(table: pd.DataFrame, key: str, dates: Mapping[str, str]) -> pd.DataFrame:
-    """The table with a column of dates: of the run that measured each row's claim."""
+    """The table with a date column: when each row's claim was measured."""
     return table.assign(date=[dates[name] for name in table[key]])
 
 

@@ -1,4 +1,4 @@
-"""Every kernel of galvi compiled beforehand, so that nothing later waits for it."""
+"""`warm`: compile every kernel of galvi in advance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SOLVERS = ("auto", "newton")
 
 
 def warm(report: Callable[[str], None] = print) -> None:
-    """Run each problem of galvi for two steps by each kernel, and say how long it took."""
+    """Run two steps of each of galvi's problems with each kernel, and report the times."""
     known = {name: getattr(galvi.problems, name) for name in galvi.problems.__all__}
     known["functions in Python"] = in_python
     known["a force in Python"] = lambda: in_python(force=lambda q, v: -0.1 * v)
@@ -30,20 +30,20 @@ def warm(report: Callable[[str], None] = print) -> None:
 
 
 def in_python(**force: Any) -> galvi.Problem:
-    """A pendulum whose functions cannot be compiled: of its kernel, the rest is."""
+    """A pendulum in plain Python functions; only the rest of its kernel is compiled."""
     system = galvi.Canonical(1.0, lambda q: -np.cos(q[0]), lambda q: np.sin(q), **force)
     return galvi.Problem(system, [3.0], [0.0])
 
 
 def variants(problem: galvi.Problem) -> Iterator[galvi.Problem]:
-    """The problem, and point masses also in the plane, where they have a kernel of their own."""
+    """The problem, and for point masses also its planar version, which has its own kernel."""
     yield problem
     if isinstance(problem.system, galvi.NBody):
         yield galvi.Problem(problem.system, problem.q0[:, :2], problem.v0[:, :2])
 
 
 def run_all(problem: galvi.Problem) -> None:
-    """With every chart and solver, and its energy, also between steps."""
+    """Run with every chart and solver, and evaluate the energy at and between steps."""
     step = 1e-2 / max(1.0, abs(problem.v0).max())
     for chart, solver in product(CHARTS, SOLVERS):
         method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart)

@@ -1,4 +1,4 @@
-"""Studies that take no times, run by two processes in parallel."""
+"""Run studies without timings in two parallel processes."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from multiprocessing.connection import wait
 import pandas as pd
 
 WORKERS = 2
-FEWEST = 4  # studies, below which starting processes takes longer than it saves
+FEWEST = 4  # fewer studies do not repay the start of the processes
 
 
 def study_in_workers(
     studies: Mapping[str, Callable[[bool], pd.DataFrame]], quick: bool
 ) -> Generator[tuple[str, pd.DataFrame, float], None, None]:
-    """(name, frame, seconds) of each study as it ends; those that raise are left out.
+    """Yield (name, frame, seconds) of each study as it finishes; studies that raise are omitted.
 
-    Nothing where there are few of them or one processor. The processes end with the iterator, and
-    with this process, however it ends.
+    Yields nothing for fewer than FEWEST studies or on a single processor. The worker processes end
+    with the iterator, and with this process.
     """
     if len(studies) < FEWEST or processors() < WORKERS:
         return
@@ -43,7 +43,7 @@ def study_in_workers(
 
 
 def _timed(study: Callable[[bool], pd.DataFrame], quick: bool) -> tuple[pd.DataFrame, float] | None:
-    """The frame and the seconds it took; None when it raised; the build then runs it itself."""
+    """The frame and its run time in seconds; None when it raised (the build then reruns it)."""
     start = time.perf_counter()
     try:
         return study(quick), time.perf_counter() - start
@@ -52,7 +52,7 @@ def _timed(study: Callable[[bool], pd.DataFrame], quick: bool) -> tuple[pd.DataF
 
 
 def _begin() -> None:
-    """Of a worker: it leaves interrupts to the build, prints nothing, and ends with the build."""
+    """Initialise a worker: ignore interrupts, print nothing, and end with the build."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     nothing = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
@@ -68,6 +68,6 @@ def _end_with_the_build() -> None:
 
 
 def processors() -> int:
-    """How many this process may use."""
+    """The number of processors available to this process."""
     available = getattr(os, "sched_getaffinity", None)
     return len(available(0)) if available else os.cpu_count() or 1

@@ -1,9 +1,8 @@
-"""The command line: which words it knows, and the exit status.
+"""The commands of ``python -m reports`` and their exit status.
 
-0    done, and every verdict is the expected one; nothing got worse
-1    a verdict differs from the expected one, something was not run, or something got worse
-2    a word was mistyped and nothing was run, there is nothing to compare with, or another build is
-     at work in the folder
+0    success: every verdict is as expected, nothing got worse
+1    a verdict is not as expected, something was not run, or something got worse
+2    usage error, nothing to compare with, or another build is running in the folder
 130  interrupted
 """
 
@@ -33,14 +32,14 @@ CONTENDER = typer.Option(
     [],
     "--contender",
     metavar="package.module:Class",
-    help="Somebody else's integrator, to stand beside ours; may be given again.",
+    help="An external integrator to include in the comparison; may be repeated.",
 )
-ANEW = typer.Option(False, "--anew", help="Start over, even where a build was stopped.")
-FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Where to write.")
+ANEW = typer.Option(False, "--anew", help="Start over instead of resuming an interrupted build.")
+FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Output folder.")
 
 
 def application(load: Load, command: str) -> typer.Typer:
-    """The commands over the suite that `load` gives; each returns the exit status."""
+    """The typer application for the suite that `load` returns; commands return the exit status."""
     app = typer.Typer(
         add_completion=False,
         rich_markup_mode=None,
@@ -88,7 +87,7 @@ def application(load: Load, command: str) -> typer.Typer:
             )
         return 0
 
-    @app.command("verify", help="Run the claims' checks; exit 1 when a verdict is unexpected.")
+    @app.command("verify", help="Check the claims; exit 1 when a verdict is not as expected.")
     def verify_claims(
         quick: bool = QUICK,
         claims: str = CLAIMS,
@@ -127,7 +126,9 @@ def application(load: Load, command: str) -> typer.Typer:
             print(failure, file=sys.stderr)
         return int(bool(failures))
 
-    @app.command("build", help="Both, with figures and the page; resumes when it was stopped.")
+    @app.command(
+        "build", help="Everything, with figures and the page; resumes an interrupted build."
+    )
     def build_all(
         quick: bool = QUICK,
         claims: str = CLAIMS,
@@ -151,7 +152,7 @@ def application(load: Load, command: str) -> typer.Typer:
             print(failure, file=sys.stderr)
         return int(not verified.passed or bool(failures))
 
-    @app.command("studies", help="The long studies: hours, in runs; resumes when it was stopped.")
+    @app.command("studies", help="Run the long studies (hours); resumes after an interruption.")
     def long_studies(out: Path = FOLDER) -> int:
         from reports.build.sections import run_long_forms
 
@@ -165,8 +166,12 @@ def application(load: Load, command: str) -> typer.Typer:
     def export_table(
         name: str = typer.Argument(..., metavar="TABLE", help="E.g. work_precision, ratios."),
         form: str = typer.Option("csv", "--format", metavar="parquet|latex|csv|markdown"),
-        sort: str = typer.Option("", "--sort", metavar="error,-seconds", help="Columns."),
-        to: Path = typer.Option(None, "--to", metavar="FILE", help="Not in tables/."),
+        sort: str = typer.Option(
+            "", "--sort", metavar="error,-seconds", help="Columns to sort by."
+        ),
+        to: Path = typer.Option(
+            None, "--to", metavar="FILE", help="Output file; default in tables/."
+        ),
         out: Path = FOLDER,
     ) -> int:
         from reports.cli.export import export
@@ -175,28 +180,32 @@ def application(load: Load, command: str) -> typer.Typer:
         print(export(out, name, form, columns, to))
         return 0
 
-    @app.command("track", help="The history of benches; with --against, what got worse.")
+    @app.command(
+        "track", help="Show the benchmark history; with --against, compare with a revision."
+    )
     def track_performance(
         against: str = typer.Option(None, "--against", metavar="REV", help="A commit or a branch."),
         only: list[str] = typer.Option([], "--only", metavar="TEXT", help="Part of a name."),
-        isolate: bool = typer.Option(False, "--isolate", help="Install both sides: minutes."),
+        isolate: bool = typer.Option(
+            False, "--isolate", help="Give each side its own environment (minutes)."
+        ),
         quick: bool = QUICK,
         out: Path = FOLDER,
     ) -> int:
         from reports.cli.track import track_command
 
         suite = load()
-        options(suite, quick, out)  # refuses an --out that is no folder
+        options(suite, quick, out)  # rejects an --out that is not a folder
         return track_command(out, suite.provenance(command), against, only, quick, isolate)
 
-    @app.command("warm", help="Compile every kernel beforehand: some two minutes, once.")
+    @app.command("warm", help="Compile every kernel in advance: about two minutes, once.")
     def warm_kernels() -> int:
         from reports.build.warm import warm
 
         warm()
         return 0
 
-    @app.command("readme", help="Renew the results table and the picture of README.md.")
+    @app.command("readme", help="Update the results tables and the picture in README.md.")
     def renew_readme(out: Path = FOLDER) -> int:
         from reports.tables.readme import renew
 
@@ -209,7 +218,7 @@ def application(load: Load, command: str) -> typer.Typer:
 
 
 def run(load: Load, arguments: Sequence[str]) -> int:
-    """Do what the arguments ask; the exit status. Usage errors become one sentence on stderr."""
+    """Run the command; returns the exit status. Usage errors become one sentence on stderr."""
     command = shlex.join(["python", "-m", "reports", *arguments])
     app: Any = application(load, command)
     try:
@@ -219,6 +228,6 @@ def run(load: Load, arguments: Sequence[str]) -> int:
         return 2
     except (KeyboardInterrupt, typer.Abort):
         status = INTERRUPTED
-    if status == INTERRUPTED:  # typer, too, makes this status of an interrupt
+    if status == INTERRUPTED:  # typer's status for an interrupt, too
         print("Interrupted; the files that were written are whole.", file=sys.stderr)
     return int(status or 0)

@@ -1,4 +1,4 @@
-"""What was typed wrongly, in one sentence that names the nearest word known."""
+"""Usage errors in one sentence that suggests the nearest known word."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import typer
 
 from references.setting import nearest
 
-OF_CONTENDERS = "A-"  # begins the ids of `benchmarks.external.checks`
+OF_CONTENDERS = "A-"  # prefix of the ids of `benchmarks.external.checks`
 # Public under this name alone; typer has carried its own copy of click since 0.2x.
 UsageError: Any = typer.BadParameter.__bases__[0]
 
 
 def choose_claims(text: str, known: Iterable[str]) -> tuple[str, ...]:
-    """Ids from "V3,V5" in the order of the known ones; all of them for "".
+    """Parse claim ids such as "V3,V5"; returned in the order of `known`, all of them for "".
 
-    Raises typer.BadParameter for an id that is not known.
+    Raises typer.BadParameter for an unknown id.
     """
     known = tuple(known)
     asked = [word.strip() for word in text.split(",") if word.strip()]
@@ -29,8 +29,8 @@ def choose_claims(text: str, known: Iterable[str]) -> tuple[str, ...]:
         joined = any(claim.startswith(OF_CONTENDERS) for claim in known)
         if word.startswith(OF_CONTENDERS) and not joined:
             raise typer.BadParameter(
-                f"there is no claim {word!r}; one that begins with {OF_CONTENDERS} is of a "
-                "contender: name it with --contender package.module:Class."
+                f"there is no claim {word!r}; claims that begin with {OF_CONTENDERS} belong to an "
+                "external integrator: add it with --contender package.module:Class."
             )
         if word not in known:
             raise typer.BadParameter(
@@ -41,7 +41,7 @@ def choose_claims(text: str, known: Iterable[str]) -> tuple[str, ...]:
 
 
 def choose_engines(text: str, known: Iterable[str]) -> tuple[str, ...]:
-    """Engines from "rebound,mujoco". Raises typer.BadParameter for none, and one not known."""
+    """Parse engines such as "rebound,mujoco". Raises typer.BadParameter for none or unknown."""
     known = tuple(known)
     asked = [word.strip() for word in text.split(",") if word.strip()]
     if not asked:

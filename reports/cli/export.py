@@ -1,4 +1,4 @@
-"""`export`: a table of a report in the form that another program reads, sorted as one likes."""
+"""`export`: write a table of a report as CSV, Parquet, LaTeX or Markdown, optionally sorted."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ WITHOUT_PARQUET = (
 
 
 def export(out: Path, name: str, form: str, sort: Sequence[str], to: Path | None) -> Path:
-    """Write the table `name` of the report in `out`; where it lies.
+    """Write the table `name` of the report in `out`; returns the path of the file.
 
     form  one of FORMATS
-    sort  columns, the first first; "-seconds" from the largest down
-    to    the file; tables/NAME.SUFFIX in `out` when None, which a build writes anew
+    sort  columns, most significant first; "-seconds" sorts in descending order
+    to    the output file; None for tables/NAME.SUFFIX in `out`, which a build overwrites
 
-    Numbers keep all their digits but in LaTeX and Markdown, which are to be read. What is not known
-    comes last. Raises typer.BadParameter, in a sentence, for a name or a column that is not known.
+    Numbers have all digits in CSV and Parquet, few in LaTeX and Markdown. Missing values sort last.
+    Raises typer.BadParameter for an unknown table, column or format.
     """
     if form not in FORMATS:
         raise typer.BadParameter(
@@ -42,13 +42,13 @@ def export(out: Path, name: str, form: str, sort: Sequence[str], to: Path | None
 
 
 def tables(out: Path) -> dict[str, Path]:
-    """The tables of a report by name: those beside its page, then those in tables/."""
+    """Paths of a report's tables by name: those beside its page, then those in tables/."""
     beside = {path.stem: path for path in sorted(out.glob("*.csv"))}
     return {path.stem: path for path in sorted((out / "tables").glob("*.csv"))} | beside
 
 
 def ordered(table: pd.DataFrame, sort: Sequence[str]) -> pd.DataFrame:
-    """The rows by these columns, numbers by size; rows that are equal in them keep their order."""
+    """The rows sorted by these columns, numbers by value; a stable sort."""
     falling = [word.startswith("-") for word in sort]
     columns = [word.removeprefix("-") for word in sort]
     for column in columns:
@@ -96,7 +96,7 @@ def _written(table: pd.DataFrame, form: str) -> str | bytes:
 
 
 def _number_or_text(cell: object) -> object:
-    """A number that stands among texts, such as "not reached", was read as text."""
+    """Convert a number in a column with texts, such as "not reached", which was read as text."""
     if not isinstance(cell, str):
         return cell
     try:

@@ -1,4 +1,4 @@
-"""`track`: the history of benches; with `--against`, what got worse."""
+"""`track`: the benchmark history; with `--against`, a comparison with a revision."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from reports.results.progress import Studies
 from reports.tracking.against import compare
 from reports.tracking.checkouts import CannotCompare, checkouts
 from reports.tracking.isolation import isolated
+from reports.tracking.outcome import as_json, summary
 from reports.tracking.record import track
-from reports.tracking.verdict import as_json, summary
 
 
 def track_command(
@@ -32,13 +32,13 @@ def track_command(
     quick: bool,
     isolate: bool,
 ) -> int:
-    """The history, or a comparison with a revision; 1 when that got worse, 2 when it cannot be.
+    """Show the history, or compare with a revision; returns 1 if worse, 2 if not comparable.
 
-    Raises typer.BadParameter for options that do not go together and for an unknown benchmark.
+    Raises typer.BadParameter for incompatible options and for an unknown benchmark.
     """
     if against is None:
         if only or isolate:
-            raise typer.BadParameter("--only and --isolate go with --against REV.")
+            raise typer.BadParameter("--only and --isolate require --against REV.")
         return track(out, provenance)
     if not against.strip():
         raise typer.BadParameter(
@@ -52,7 +52,7 @@ def track_command(
 
 
 def choose_cases(only: Sequence[str], quick: bool) -> tuple[Case, ...]:
-    """Those whose name contains one of the texts; without texts, the quick ones or all."""
+    """Benchmarks whose name contains one of the texts; without texts, the quick ones or all."""
     for text in only:
         if not any(text.lower() in case.name.lower() for case in CASES):
             raise typer.BadParameter(
@@ -67,22 +67,22 @@ def choose_cases(only: Sequence[str], quick: bool) -> tuple[Case, ...]:
 def track_against(
     revision: str, cases: Sequence[Case], out: Path, provenance: Mapping[str, str], isolate: bool
 ) -> int:
-    """Compare the working tree with a revision; prints, and writes against.md and against.json.
+    """Compare the working tree with a revision; print and write against.md and against.json.
 
     Returns 0 when nothing got worse, 1 when something did. Raises CannotCompare.
     """
     with ExitStack() as stack:
-        # A request to end is an interrupt here, so that folders and processes are removed.
+        # SIGTERM acts as an interrupt, so that folders and processes are cleaned up.
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
         stack.callback(signal.signal, signal.SIGTERM, before)
         sides = stack.enter_context(checkouts(revision, ROOT))
         base, head = map(isolated, sides) if isolate else sides
-        verdict = compare(base, head, cases, stack.enter_context(Studies(3)))
-    write(out / "against.json", as_json(verdict, provenance))
-    text = summary(verdict, provenance)
+        outcome = compare(base, head, cases, stack.enter_context(Studies(3)))
+    write(out / "against.json", as_json(outcome, provenance))
+    text = summary(outcome, provenance)
     write(out / "against.md", text)
     write_job_summary(text)
-    print(verdict.report(), verdict, sep="\n")
-    if not any(finding.compared for finding in verdict.findings):
+    print(outcome.report(), outcome, sep="\n")
+    if not any(finding.compared for finding in outcome.findings):
         raise CannotCompare("Nothing could be compared: no benchmark runs on both sides.")
-    return int(bool(verdict.worse))
+    return int(bool(outcome.worse))

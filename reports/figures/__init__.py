@@ -1,1 +1,1 @@
-"""Figures: what each shows as data, and one function for each kind of plot."""
+"""Figures: a catalogue of figures as data, and one drawing function per kind of plot."""

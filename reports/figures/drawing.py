@@ -1,4 +1,4 @@
-"""Pictures of everything that was measured, and a sentence for each that could not be drawn."""
+"""Draw every figure of the report, with a sentence for each that could not be drawn."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from reports.tables.number_format import capital
 
 @dataclass(frozen=True, eq=False)
 class Gallery:
-    """Pictures by the name of their figure, and why others are missing, likewise."""
+    """Pictures by the name of their figure, and the reasons why others are missing."""
 
     pictures: dict[str, Picture]
     missing: dict[str, str]
 
 
 def slug(problem: str) -> str:
-    """The name of a problem's figure."""
+    """A problem's name as a file name."""
     return "work-precision-" + re.sub(r"[^a-z0-9]+", "-", problem.lower()).strip("-")
 
 
@@ -41,16 +41,16 @@ UNITS = {
     ANGLE: "Largest of the links' angles, in radians",
 }
 MORE = {
-    POSITION: "Where another code's run serves as the truth, a dotted upright line marks its time.",
-    ATTITUDE: "Solid: polynomials in the Cayley chart; dash-dotted: in the exponential one.",
-    ANGLE: "heyoka in its compact mode, which compiles in a second instead of half a minute.",
+    POSITION: "Where a run of another code is the reference, a dotted line marks its time.",
+    ATTITUDE: "Solid: polynomials in the Cayley chart; dash-dotted: in the exponential chart.",
+    ANGLE: "heyoka in compact mode, which compiles in a second instead of half a minute.",
 }
 
 
 def comparison_figure(problem: str, contenders: Sequence[str], quantity: str = POSITION) -> Figure:
-    """Errors of a quantity against times on one problem; each of the contenders has its look.
+    """Errors of a quantity against times on one problem.
 
-    contenders  of all problems with errors of that quantity
+    contenders  names of all problems with this quantity, so that each keeps its colour and marker
     """
     return Figure(
         name=slug(problem),
@@ -61,7 +61,7 @@ def comparison_figure(problem: str, contenders: Sequence[str], quantity: str = P
             "contenders": tuple(contenders),
         },
         caption=f"{UNITS[quantity]}. Medians, with the fastest and the slowest round. "
-        "Blue: galvi; dashed: other codes; hollow: runs that another of the same contender beats. "
+        "Blue: galvi; dashed: other codes; hollow: dominated by another run of the same contender. "
         f"{MORE[quantity]}",
         size=(6.4, 4.8),
     )
@@ -71,7 +71,7 @@ COST_FIGURE = Figure(
     name="step-cost",
     title="Time for one step",
     draw=step_cost,
-    caption="Of galvi's methods, at steps of the length they are meant for.",
+    caption="galvi's methods, at the step sizes they are intended for.",
     size=(6.4, 4.6),
 )
 
@@ -81,7 +81,7 @@ def draw(
     comparison: Comparison,
     sections: Sequence[SectionResult] = (),
 ) -> Gallery:
-    """Every figure of the catalogue and of the studies, one for each compared problem, the cost."""
+    """Draw the figures of the claims, of the studies, of each compared problem, and of the cost."""
     gallery = Gallery({}, {})
     for figure in FIGURES:
         source = first_measured(checked, figure.claims)

@@ -1,4 +1,4 @@
-"""A figure drawn: the same frame gives the same bytes."""
+"""Draw a figure; the same frame gives the same bytes."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The page: one HTML file that needs nothing else."""
+"""The report as one self-contained HTML file."""

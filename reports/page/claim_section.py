@@ -1,4 +1,4 @@
-"""A claim on the page: its pictures beside its rows; text that all rows share stands once."""
+"""A claim's section of the page: pictures beside rows; text shared by all rows appears once."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ MANY = 6  # rows from which they are a table below the pictures
 
 @dataclass(frozen=True)
 class ClaimSection:
-    """What the template shows of a claim.
+    """The data of a claim for the template.
 
-    headings  of what differs between rows
+    headings  of the texts that differ between rows
     checks    each row with its texts under these headings
-    shared    what holds for all rows, (heading, text)
-    undrawn   a sentence for each picture that is missing
+    shared    (heading, text) common to all rows
+    undrawn   a sentence for each missing picture
     many      whether the rows are a table below the pictures
     """
 
@@ -43,7 +43,7 @@ class ClaimSection:
 
 
 def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:
-    """Pictures are those that draw from the claim, or that the claim names as its own."""
+    """The section of a claim, with the pictures drawn from it or named by it."""
     names = [
         figure.name
         for figure in FIGURES
@@ -69,7 +69,7 @@ def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:
 
 
 def reasons(rows: Sequence[Row]) -> list[tuple[Row, int]]:
-    """Each row with the number of lines its reason spans; 0 where the one above states it."""
+    """Each row with the number of lines its reason spans; 0 where a row above states it."""
     spans: list[int] = []
     start = 0
     for k, row in enumerate(rows):
@@ -83,7 +83,7 @@ def reasons(rows: Sequence[Row]) -> list[tuple[Row, int]]:
 
 
 def shared_parts(texts: Sequence[str]) -> tuple[str, list[str]]:
-    """The parts, separated by semicolons, that all texts have, and what is left of each."""
+    """The semicolon-separated parts that all texts share, and the remainder of each text."""
     parts = [text.split("; ") for text in texts]
     same = [part for part in parts[0] if all(part in other for other in parts)] if parts else []
     rest = ["; ".join(part for part in one if part not in same) for one in parts]

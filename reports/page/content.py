@@ -1,4 +1,4 @@
-"""The content of the page, from verdicts, comparisons and pictures; no number is made here."""
+"""Assemble the content of the page from verdicts, comparisons and pictures."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from reports.tables.targets_table import summary as targets_summary
 
 @dataclass(frozen=True)
 class StudySection:
-    """A study: the anchor of its place, its heading, text, pictures and table.
+    """A study's section: anchor, heading, text, pictures and table.
 
     file   its rows, beside the page
     rows   None when it was not run
@@ -57,7 +57,7 @@ class TargetsSection:
 
 @dataclass(frozen=True)
 class ComparisonSection:
-    """A problem that contenders were compared on; notes and advice are made from the times."""
+    """The comparison of contenders on one problem; notes and advice are derived from the times."""
 
     title: str
     picture: Picture | None
@@ -80,7 +80,7 @@ def content(
     provenance: dict[str, str],
     options: Options,
 ) -> dict[str, Any]:
-    """The names that the template uses."""
+    """The variables of the template, by name."""
     seen = summary(checked)
     run = {one.claim.id for one in checked}
     return {
@@ -163,6 +163,6 @@ def _comparisons(
 
 
 def _short(commit: str) -> str:
-    """The first digits of a commit's hash, and whether files differed from it."""
+    """The first digits of a commit's hash, and whether there were uncommitted changes."""
     digits, plus, dirty = commit.partition("+")
     return f"{digits[:12]}{' with changes' if plus and dirty else ''}"

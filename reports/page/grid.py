@@ -1,4 +1,4 @@
-"""A table for the page: headings and cells of text, each with the class that says how to set it."""
+"""A table for the page: headings and cells of text, each with its CSS class."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def grid(
     best: Iterable[tuple[int, str]] = (),
     absent: Iterable[str] = ("not reached", "not run"),
 ) -> Grid:
-    """From a frame of text.
+    """The grid of a frame of text.
 
-    kinds   a column's class
-    best    cells (line, column) that stand out
-    absent  texts that are set apart from numbers
+    kinds   column -> CSS class
+    best    cells (line, column) to highlight
+    absent  texts that stand for a missing number
     """
     kinds, best, absent = dict(kinds or {}), set(best), set(absent)
 

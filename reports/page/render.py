@@ -1,4 +1,4 @@
-"""index.html from its content: figures and style inside it, nothing fetched, no scripts."""
+"""Render index.html from its content, with embedded figures and style, without scripts."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ HERE = Path(__file__).parent
 
 
 def render(content: dict[str, Any]) -> str:
-    """Fill the template; a name that the content lacks is an error."""
+    """Fill the template; raises jinja2.UndefinedError for a missing variable."""
     return page_environment(HERE).get_template("page.html.j2").render(css=style(), **content)
 
 
 def page_environment(folder: Path) -> Environment:
-    """For the templates of a folder."""
+    """The Jinja environment for the templates of a folder."""
     environment = Environment(
         loader=FileSystemLoader(folder),
         autoescape=True,

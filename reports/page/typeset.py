@@ -1,4 +1,4 @@
-"""Plain-text mathematics as a page shows it: x^2 raised, 1e-9 as a power of ten, no broken sums."""
+"""Typeset plain-text mathematics in HTML: superscripts, powers of ten, unbroken sums."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ INFINITY = "\u221e"
 
 
 def typeset(text: str) -> Markup:
-    """Escaped, then with powers raised and signs in place; anything else stays as it is."""
+    """Escaped text with superscripts and typographic signs; anything else is unchanged."""
     html = str(escape(text))
     html = html.replace("&#39;", "'").replace("fig. ", f"fig.{UNBROKEN}").replace(" -+ ", " ± ")
     html = html.replace("&lt;= ", "≤ ").replace("&gt;= ", "≥ ")

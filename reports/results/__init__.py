@@ -1,1 +1,1 @@
-"""What was computed for a report: claims, comparisons, studies, and their cache."""
+"""The results of a report: claims, comparisons and studies, and their cache."""

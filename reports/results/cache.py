@@ -1,7 +1,7 @@
-"""The results of a build, kept one by one, so that a build that was stopped resumes.
+"""Store the results of a build one by one, so that an interrupted build can be resumed.
 
-A result is a whole measurement: a claim's study, one problem's comparison, a study. Times compare
-only inside one run, so a measurement that was stopped half way is done again as a whole.
+A result is a complete measurement: a claim's study, the comparison on one problem, or a study.
+Times compare only within one run, so an interrupted measurement is repeated as a whole.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from benchmarks.store.result_cache import ResultCache, digest_of_sources
 from reports.results.options import Options
 from reports.results.suite import Suite
 
-CHANGING = ("date", "command")  # of a provenance: from one run of the same build to the next
-CODE = ("reports",)  # besides the sources that are measured
+CHANGING = ("date", "command")  # provenance fields that differ between runs of the same build
+CODE = ("reports",)  # in addition to the measured sources
 
 
 @dataclass(frozen=True, eq=False)
 class CachedResult:
-    """A frame, the seconds it took, and the date on which the run began that measured it."""
+    """A frame, its measuring time in seconds, and the start date of the run that measured it."""
 
     frame: pd.DataFrame
     seconds: float
@@ -38,11 +38,11 @@ class CachedResult:
 class BuildCache:
     """The results of one build, by name.
 
-    store    where they are kept; None keeps nothing
-    run      the date on which this run began
-    sources  digest of the sources as they are now
-    taken    results of runs that were stopped
-    edited   whether the sources changed since this run began; no result is kept from then on
+    store    where results are stored; None stores nothing
+    run      start date of this run
+    sources  digest of the current sources
+    taken    results of interrupted runs
+    edited   whether the sources changed since this run began; nothing is stored from then on
     """
 
     store: ResultCache | None = None
@@ -55,7 +55,7 @@ class BuildCache:
         self._begun_with = self.sources()
 
     def result(self, name: str, measure: Callable[[], pd.DataFrame]) -> CachedResult:
-        """The result kept under this name, or measured now and kept; exceptions of measure pass."""
+        """The stored result of this name, or measure and store it; exceptions propagate."""
         if name in self.taken:
             return self.taken[name]
         start = time.perf_counter()
@@ -63,7 +63,7 @@ class BuildCache:
         return self.keep(name, frame, time.perf_counter() - start)
 
     def keep(self, name: str, frame: pd.DataFrame, seconds: float) -> CachedResult:
-        """Store what was measured; where that cannot be done, say so: the build goes on."""
+        """Store a result; when that fails, print a warning and continue."""
         result = CachedResult(frame, seconds, self.run)
         if self.store is None:
             return result
@@ -79,17 +79,17 @@ class BuildCache:
         return result
 
     def forget(self) -> None:
-        """Keep nothing of this build any more."""
+        """Delete the stored results of this build."""
         if self.store is not None:
             self.store.forget()
         self.taken = {}
 
     def look(self) -> None:
-        """Check whether the sources changed since this run began; once edited, it stays so."""
+        """Update `edited`: whether the sources ever changed since this run began."""
         self.edited = self.edited or self.sources() != self._begun_with
 
     def provenance(self) -> dict[str, str]:
-        """How many results earlier runs measured, and whether the sources changed meanwhile."""
+        """Provenance: results of earlier runs, and whether the sources changed meanwhile."""
         said = {}
         if self.taken:
             said["resumed"] = f"{self._earlier()}; times compare within a result"
@@ -98,7 +98,7 @@ class BuildCache:
         return said
 
     def greeting(self) -> str:
-        """A sentence on the results that are taken up; empty when there are none."""
+        """A sentence on the results that are reused; empty when there are none."""
         return f"Resuming: {self._earlier()}; --anew starts over." if self.taken else ""
 
     def _earlier(self) -> str:
@@ -111,11 +111,11 @@ class BuildCache:
 
 
 def open_cache(suite: Suite, options: Options) -> BuildCache:
-    """The cache of this build, with the results of an earlier run that was stopped.
+    """The cache of this build, with the results of an earlier, interrupted run.
 
-    It is the same build when the commit, the sources as they lie there, the data they read, the
-    versions, the machine, the setting and the claims are the same. A build with external
-    integrators keeps nothing, whose code may change unseen.
+    A build is the same when commit, working tree, input data, versions, machine, setting and claims
+    are the same. A build with external integrators stores nothing, since changes of their code
+    would go unnoticed.
     """
     provenance = suite.provenance(options.command)
     same = {name: text for name, text in provenance.items() if name not in CHANGING}

@@ -1,7 +1,7 @@
-"""Run the studies of the claims and judge them; a study that raises spoils its own claim only.
+"""Run the studies of the claims and judge them; an exception affects only its own claim.
 
-A row that could not be had because an engine is absent is expected not to run: it is listed with
-the sentence that says so, and `verify --require` makes the absence a failure.
+A row whose engine is missing is expected not to run: it is listed with the reason, and
+`verify --require` turns the missing engine into a failure.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ class ClaimResult:
     """A claim with its frame and rows.
 
     frame    the study's tidy frame; None when the study raised
-    rows     the judge's rows; those of a claim whose study raised are "not run", with the exception
-    seconds  the study took
-    run      when the run began that measured it; empty for this one
+    rows     the judge's rows; "not run", with the exception as reason, when the study raised
+    seconds  run time of the study
+    run      start date of the run that measured it; empty for this run
     """
 
     claim: Claim
@@ -39,12 +39,12 @@ class ClaimResult:
 
 
 Finished = tuple[str, pd.DataFrame, float]
-# names of claims -> (name, frame, seconds) of each, as other processes finish it
+# names of claims -> (name, frame, seconds) of each as another process finishes it
 Elsewhere = Callable[[Sequence[str]], Generator[Finished, None, None]]
 
 
 def nowhere(names: Sequence[str]) -> Generator[Finished, None, None]:
-    """No other process: all claims are studied here."""
+    """The default `elsewhere`: every claim is studied in this process."""
     yield from ()
 
 
@@ -56,11 +56,11 @@ def check(
     cache: BuildCache | None = None,
     elsewhere: Elsewhere = nowhere,
 ) -> list[ClaimResult]:
-    """Study and judge each claim, those that take times at the end; progress on stderr.
+    """Study and judge each claim, those with timings last; progress goes to stderr.
 
-    absent     the sentences by which engines that are not there say so
-    cache      of a build; None keeps nothing
-    elsewhere  studies claims in other processes; those that it leaves out are studied here
+    absent     the messages of missing engines
+    cache      the build's result cache; None stores nothing
+    elsewhere  studies claims in other processes; claims it omits are studied here
     """
     claims, cache = tuple(claims), cache or BuildCache()
     results: dict[str, ClaimResult] = {}
@@ -78,7 +78,7 @@ def check(
 
 
 def first_measured(checked: Iterable[ClaimResult], claims: Sequence[str]) -> ClaimResult | None:
-    """Of these claims the first whose study gave a frame."""
+    """The first of these claims whose study returned a frame; None if there is none."""
     measured = {one.claim.id: one for one in checked if one.frame is not None}
     return next((measured[name] for name in claims if name in measured), None)
 
@@ -109,14 +109,14 @@ def _judged(claim: Claim, result: CachedResult, absent: Collection[str]) -> Clai
 
 
 def _excused(row: Row, absent: Collection[str]) -> Row:
-    """A row that was not run and says that an engine is absent is as expected; others stay."""
+    """Mark a row that was not run because of a missing engine as expected."""
     if row.verdict != NOT_RUN or not any(sentence in row.reason for sentence in absent):
         return row
     return replace(row, expected=NOT_RUN)
 
 
 def _explained(row: Row, measured: pd.DataFrame) -> Row:
-    """A row that could not be judged gets the statuses of its study's runs as its reason."""
+    """Give a row that could not be judged the statuses of its study's runs as reason."""
     if row.verdict != NOT_RUN or row.expected == NOT_RUN:
         return row
     said = dict.fromkeys(text for text in measured.get("status", ()) if text)
@@ -125,7 +125,7 @@ def _explained(row: Row, measured: pd.DataFrame) -> Row:
 
 
 def _spoiled(claim: Claim, error: Exception) -> tuple[Row, ...]:
-    """The rows that the claim has when nothing was measured, with the exception as reason."""
+    """The claim's rows without measurements, with the exception as reason."""
     why = f"{type(error).__name__}: {' '.join(str(error).split()) or 'no message'}"
     try:
         rows = claim.judge(frame([]))

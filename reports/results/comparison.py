@@ -1,4 +1,4 @@
-"""Time contenders against each other, and measure what a step costs."""
+"""Time the contenders against each other, and measure the cost of a step."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ COST = "cost of a step"
 @dataclass(frozen=True, eq=False)
 class Comparison:
     """Frames of `benchmarks.work_precision.run` and `benchmarks.work_precision.cost`; None where
-    one raised, which its sentence in `failures` says.
+    one raised, with a sentence in `failures`.
     """
 
     work_precision: pd.DataFrame | None
@@ -30,7 +30,7 @@ class Comparison:
 def measure_comparison(
     suite: Suite, options: Options, cache: BuildCache | None = None
 ) -> Comparison:
-    """Every problem and the cost; one that raises leaves the others, and is named."""
+    """Measure every problem and the cost; exceptions are recorded in `failures`."""
     cache, failures = cache or BuildCache(), []
     races = _races(suite, options.quick)
 
@@ -51,7 +51,7 @@ def measure_comparison(
 
 
 def _races(suite: Suite, quick: bool) -> dict[str, Measure]:
-    """The comparisons by their titles: one for each problem, where the suite tells them apart."""
+    """The measurements by title: one per problem, where the suite lists its problems."""
     apart = {
         f"work-precision, {name}": partial(suite.work_precision, problem=name)
         for name in suite.problems(quick)

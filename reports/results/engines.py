@@ -1,4 +1,4 @@
-"""Which engines are there, and which must be: an absent one is reported, and fails if required."""
+"""Availability of the engines; a missing engine is reported, and is a failure if required."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Engines:
-    """Every engine that may be absent.
+    """Every optional engine.
 
-    absence   name: why it cannot be used here; empty when it can
-    required  names whose absence is a failure
+    absence   name -> why it cannot be used here; empty when it can
+    required  names of engines that must be available
     """
 
     absence: Mapping[str, str] = field(default_factory=dict)
@@ -19,11 +19,11 @@ class Engines:
 
     @property
     def wanting(self) -> tuple[str, ...]:
-        """The required ones that are absent."""
+        """The required engines that are missing."""
         return tuple(name for name in self.required if self.absence[name])
 
     def sentences(self) -> list[str]:
-        """One for each that is absent."""
+        """One sentence for each missing engine."""
         return [
             f"{name} is absent{', and was required' if name in self.required else ''}: {why}"
             for name, why in self.absence.items()

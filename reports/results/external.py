@@ -1,4 +1,4 @@
-"""A suite that somebody else's contenders take part in, as they were named on the command line."""
+"""Add external integrators, named on the command line, to a suite."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ from reports.results.suite import Suite
 
 @contextmanager
 def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
-    """The suite with checks of these contenders, and with them in every comparison that is open.
+    """The suite with these external integrators in its checks and in every open comparison.
 
-    Their processes end with it.
-
-    Raises typer.BadParameter, in a sentence, for a path that leads to no contender.
+    Their processes end with the context. Raises typer.BadParameter for a path that cannot be
+    loaded, and for two integrators of the same name.
     """
     if not paths:
         yield suite
@@ -48,5 +47,5 @@ def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
 
 
 def _with_externals(one: Any, externals: Sequence[ExternalIntegrator]) -> Any:
-    """A table or a study in which these take part, if it is open to external integrators."""
+    """The section with these participants, if it is open to external integrators."""
     return replace(one, measure=partial(one.measure, externals=externals)) if one.open else one

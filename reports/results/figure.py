@@ -1,4 +1,4 @@
-"""A figure as data: which claims it may draw from, what draws it, what it says."""
+"""A figure as data: its claims, its drawing function, its title and caption."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing import Any
 class Figure:
     """One picture.
 
-    name     of its files, e.g. "fig-2-03"
-    title    what is shown, in one line
+    name     base name of its files, e.g. "fig-2-03"
+    title    one line
     draw     (axes, frame, **options)
-    source   the paper's figure, as the claims name it, e.g. "H fig. 2.3"
-    claims   ids of those whose frame it draws: the first of them that was measured
-    options  what `draw` takes besides: quantities, labels, claimed rates
-    caption  what the reader should see
+    source   the paper's figure, e.g. "H fig. 2.3"
+    claims   ids of claims; the frame of the first that was measured is drawn
+    options  further arguments of `draw`: quantities, labels, claimed rates
+    caption  explanation for the reader
     size     width and height in inches
     """
 

@@ -1,15 +1,15 @@
-"""The summary that a forge shows beside a job of its CI."""
+"""The job summary of GitHub Actions."""
 
 from __future__ import annotations
 
 import os
 import sys
 
-VARIABLE = "GITHUB_STEP_SUMMARY"  # holds the path of a file that the forge shows
+VARIABLE = "GITHUB_STEP_SUMMARY"  # the path of the summary file
 
 
 def write_job_summary(text: str) -> None:
-    """Append to the file that the forge names, if it names one; say what goes wrong."""
+    """Append to the summary file, if there is one; print a warning when that fails."""
     path = os.environ.get(VARIABLE)
     if not path:
         return

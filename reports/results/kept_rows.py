@@ -1,4 +1,4 @@
-"""A table keeps the rows of claims that were not checked this time, with their date."""
+"""Keep the rows of claims that were not checked this time, with their dates."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from pathlib import Path
 
 import pandas as pd
 
-MARKS = ("date", "commit", "setting")  # of a row: when and from what it was made, quick or default
+MARKS = ("date", "commit", "setting")  # origin of a row; setting: quick or default
 
 
 def marked(table: pd.DataFrame, origin: Mapping[str, str]) -> pd.DataFrame:
-    """With a column for each of MARKS at the end; those the table has already stay."""
+    """The table with a column for each of MARKS appended; existing columns are unchanged."""
     marks = {name: origin.get(name, "") for name in MARKS if name not in table}
     return table.assign(**marks)
 
 
 def written(path: Path, key: str, origin: Mapping[str, str]) -> pd.DataFrame | None:
-    """The rows of the file, marked; None when there is none or, with a sentence, it is unreadable.
+    """The rows of the file, marked; None when it is missing or (with a warning) unreadable.
 
-    key     the column of claims' ids, which the file must have
-    origin  of the whole file, for rows without marks of their own
+    key     required column with the ids of the claims
+    origin  marks for rows without their own
     """
     if not path.is_file():
         return None
@@ -41,9 +41,9 @@ def merged(
     before: pd.DataFrame | None, now: pd.DataFrame, key: str, checked: Collection[str],
     known: Collection[str],
 ) -> pd.DataFrame:  # fmt: skip
-    """The new rows, and the old ones whose claims were not checked, in the order of `known`.
+    """The new rows, and the old rows of claims that were not checked, in the order of `known`.
 
-    Rows of claims that are not known any more go.
+    Rows of claims that no longer exist are dropped.
     """
     if before is None:
         return now

@@ -1,4 +1,4 @@
-"""What may be asked for on the command line."""
+"""The options of the command line."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ OUT = Path("reports/out")
 
 @dataclass(frozen=True)
 class Options:
-    """What a command was asked for.
+    """The options of a command.
 
-    quick       the short form
-    claims      ids of those that were chosen; () for all
-    out         folder to write in
+    quick       the quick setting
+    claims      ids of the selected claims; () for all
+    out         output folder
     command     as typed
-    require     engines whose absence is a failure
+    require     engines that must be available
     contenders  external integrators, as package.module:Class
-    anew        take up nothing of a build that was stopped
+    anew        do not resume an interrupted build
     """
 
     quick: bool = False

@@ -1,4 +1,4 @@
-"""Progress of the studies: a bar on a terminal's stderr, elsewhere one line for each study."""
+"""Progress of the studies: a progress bar on a terminal, otherwise one line per study."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Column
 
-TEXT = Column(ratio=1, no_wrap=True, overflow="ellipsis")  # what is too long ends in three dots
+TEXT = Column(ratio=1, no_wrap=True, overflow="ellipsis")  # long text is cut with an ellipsis
 
 
 class Studies:
-    """Counts studies; `with studies("V3", title) as report` runs one, report(sentence) tells more.
+    """Count studies; `with studies("V3", title) as report` runs one, report(text) shows details.
 
-    count   how many there are
-    stream  where to tell; stderr
+    count   number of studies
+    stream  output; stderr by default
     """
 
     def __init__(self, count: int, stream: TextIO | None = None) -> None:
@@ -51,7 +51,7 @@ class Studies:
 
     @contextmanager
     def __call__(self, name: str, title: str) -> Iterator[Callable[[str], None]]:
-        """Announce a study, hand out its `report`, and say how long it took."""
+        """Announce a study, yield its `report` function, and print its run time."""
         start = time.perf_counter()
         self._tell(name, title)
         try:
@@ -60,7 +60,7 @@ class Studies:
             self.finished(name, title, time.perf_counter() - start)
 
     def finished(self, name: str, title: str, seconds: float) -> None:
-        """Count a study, and say how long it took."""
+        """Count a study, and print its run time in seconds."""
         self.done += 1
         if self.bar:
             self.bar.update(self.task, completed=self.done)

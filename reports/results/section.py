@@ -1,4 +1,4 @@
-"""A study with a section of its own on the page: what runs it, tables it and draws it."""
+"""A study with its own section on the page: measurement, table and figures."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ Table = tuple[pd.DataFrame, Mapping[str, str]]  # as text, and the class of its 
 
 @dataclass(frozen=True)
 class LongForm:
-    """Hours of runs, which are done one by one and kept.
+    """The long form of a study: hours of runs, done one by one and stored.
 
-    runs    (folder, report) -> each with title, done() and run(report)
-    stored  (folder, report) -> the rows of those that were done
+    runs    (folder, report) -> runs, each with title, done() and run(report)
+    stored  (folder, report) -> the rows of the finished runs
     """
 
     runs: Callable[[Path, Report], Sequence[Any]]
@@ -32,12 +32,12 @@ class LongForm:
 class Section:
     """One study.
 
-    name       of its files, e.g. "brouwer"
+    name       base name of its files, e.g. "brouwer"
     title      its heading on the page
-    text       what the reader should know, in a few sentences
+    text       an introduction of a few sentences
     measure    (quick, report) -> frame
-    table      frame -> the table as text, and the class of its columns
-    figures    each draws the frame
+    table      frame -> the table as text, and the CSS classes of its columns
+    figures    figures of the frame
     long_form  None when it has none
     open       whether external integrators take part
     compared   whether `compare` measures it too

@@ -14,7 +14,7 @@ from reports.results.progress import Studies
 from reports.results.section import Section
 from reports.results.suite import Suite
 
-FOLDER = "studies"  # in the folder of the report: rows of the long forms
+FOLDER = "studies"  # subfolder of the report for rows of the long forms
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ def measure_sections(
     sections: Sequence[Section],
     cache: BuildCache | None = None,
 ) -> list[SectionResult]:
-    """Each study in its default form, with the stored rows of its long form."""
+    """Measure each study in its default form, and add the stored rows of its long form."""
     if not sections:
         return []
     cache = cache or BuildCache()
@@ -66,7 +66,7 @@ def _measured(
 
 
 def _dated(frame: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.DataFrame:
-    """Columns of commit and date, where there are, are filled with those of the run."""
+    """Fill missing values of the commit and date columns, where present, with those of the run."""
     origin = suite.provenance(options.command)
     commit, plus, dirty = origin.get("commit", "").partition("+")
     now = {

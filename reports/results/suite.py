@@ -1,4 +1,4 @@
-"""All that the commands run, as one value: `reports.contents` makes it, tests make small ones."""
+"""Everything the commands run, as one value: made by `reports.contents`, or small, in tests."""
 
 from __future__ import annotations
 
@@ -17,18 +17,17 @@ from reports.results.section import Measure, Section
 class Suite:
     """The claims, comparisons and studies of a report.
 
-    make_method     the constructor of claims' methods, `galvi.Galerkin`
+    make_method     the constructor of the claims' methods, `galvi.Galerkin`
     work_precision  (quick, report) -> errors and times of contenders
-    problems        quick -> those that it can be asked for one by one, as `problem`; none
+    problems        quick -> the values of its argument `problem`; empty by default
     cost            (quick, report) -> costs of a step
-    sections        studies with sections of their own
-    targets         aims for the times of `work_precision`
-    engines         name: why it cannot be used here, or nothing; of every engine
-    unavailable     the sentences by which contenders say that their engine is absent
-    faults          sentences on what external integrators did wrong so far
+    sections        studies with their own sections
+    targets         targets for the times of `work_precision`
+    engines         every engine: name -> why it cannot be used here, or ""
+    unavailable     the messages of contenders whose engine is missing
+    faults          sentences on the faults of external integrators so far
     provenance      command -> versions, commit, machine, date
-    in_workers      by id, the claims that time nothing: (quick) -> frame, which another process can
-                    import and call
+    in_workers      claims without timings by id: (quick) -> frame, importable in another process
     """
 
     claims: tuple[Claim, ...]

@@ -1,4 +1,4 @@
-"""Verdicts counted and compared with the expected ones, in one sentence."""
+"""Count verdicts and compare them with the expected ones, in one sentence."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ VERDICTS = ("holds", "exceeds", "contradicted", "not run", "informative")
 
 @dataclass(frozen=True)
 class Summary:
-    """Rows of claims, counted.
+    """The rows of claims and their counts; `str()` gives one sentence.
 
-    differing  rows whose verdict is not the expected one
+    differing  rows whose verdict is not as expected
     """
 
     rows: tuple[Row, ...]
@@ -29,7 +29,7 @@ class Summary:
 
     @property
     def as_expected(self) -> bool:
-        """Whether something was measured and nothing came out differently."""
+        """Whether something was measured and every verdict is as expected."""
         return any(row.verdict != NOT_RUN for row in self.rows) and not self.differing
 
     def __str__(self) -> str:
@@ -52,7 +52,7 @@ class Summary:
 
 
 def summary(checked: Sequence[ClaimResult]) -> Summary:
-    """Of the rows of these claims."""
+    """The summary of the rows of these claims."""
     return Summary(tuple(row for one in checked for row in one.rows))
 
 

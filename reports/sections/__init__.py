@@ -1,1 +1,1 @@
-"""The studies of the report: what each says, how it is tabled and drawn; one file each."""
+"""The sections of the report, one study per file: text, table and figures."""

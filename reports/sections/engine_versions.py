@@ -1,4 +1,4 @@
-"""A free body in the versions of an engine: the study's section and its table."""
+"""The section on a free body in several versions of MuJoCo."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ KEYS = ["engine", "integrator", "joint", "step"]
 
 
 def engine_versions_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each version and integrator, and how to set the columns.
+    """A line for each version and integrator, and the CSS classes of the columns.
 
-    Of each joint the order of the attitude, fitted over the steps, and the errors at the step
-    SHOWN. A version that is not there has a line with the reason. Where the same version ran twice,
-    the stored rows are shown.
+    For each joint: the order of the attitude, fitted over the steps, and the errors at the step
+    SHOWN. A missing version has a line with the reason. Where the same version ran twice, the
+    stored rows are shown.
     """
     rows = frame.drop_duplicates(KEYS, keep="last")
     absent = set(rows.loc[rows["integrator"] == "", "engine"]) - set(
@@ -59,7 +59,7 @@ def _cells(joint: str, runs: pd.DataFrame) -> dict[str, str]:
 
 
 def _by_number(engines: pd.Series) -> pd.Series:
-    """mujoco 3.6.0 before mujoco 3.10.0."""
+    """Sort keys that put mujoco 3.6.0 before mujoco 3.10.0."""
     return engines.map(
         lambda name: tuple(int(part) for part in name.split()[-1].split(".") if part.isdigit())
     )
@@ -68,11 +68,11 @@ def _by_number(engines: pd.Series) -> pd.Series:
 ENGINE_VERSIONS = Section(
     name="engine-versions",
     title="Versions of MuJoCo",
-    text="How MuJoCo turns a free body depends on its version. H's free body for 10 units of time, "
-    "on a ball joint and, drifting, on a free one, by every integrator that a version offers: the "
-    "order of the attitude, fitted over steps from 0.1 to 0.0004, and, at a step of 0.0125, the "
-    "largest error of the attitude matrix, against the closed form, and of the energy, relative to "
-    "its start. The energy does not tell how good the attitude is.",
+    text="How MuJoCo rotates a free body depends on its version. H's free body for 10 units of "
+    "time, on a ball joint and, translating too, on a free joint, by every integrator of each "
+    "version: the order of the attitude, fitted over steps from 0.1 to 0.0004, and, at a step of "
+    "0.0125, the largest error of the attitude matrix against the closed form, and of the energy "
+    "relative to its initial value. The energy error is no measure of the attitude error.",
     measure=engine_versions.engine_versions,
     table=engine_versions_table,
     long_form=LongForm(engine_versions.parts, engine_versions.stored),

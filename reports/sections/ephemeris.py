@@ -1,4 +1,4 @@
-"""Point masses against the ephemeris of JPL."""
+"""The section on point masses compared with JPL's ephemeris."""
 
 from __future__ import annotations
 

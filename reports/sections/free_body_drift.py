@@ -1,4 +1,4 @@
-"""Energy, momentum and attitude errors of a free body that rotates for long."""
+"""The section on energy, momentum and attitude errors in long rotations of a free body."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from reports.tables.number_format import capital, readable
 
 KEYS = ["problem", "contender", "engine", "step", "turns", "commit"]
 WORDS = ("body", "contender", "engine", "status", "commit", "date")
-FEWEST = 4  # marks that a growth is fitted over
-ROUND_OFF = 1e-13  # energy errors up to it may be a single random walk, which has no exponent
+FEWEST = 4  # marks needed to fit a growth
+ROUND_OFF = 1e-13  # smaller energy errors may be one random walk, which has no exponent
 
 
 def free_body_drift_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each run, and how to set the columns.
+    """A line for each run, and the CSS classes of the columns.
 
-    Errors are those of the last mark, or of the last that a failed run came to, which its turns
-    tell. The energy grows as turns^x, fitted over the later half of the marks, where it is not
+    Errors are those of the last mark, for a failed run the last one it reached (see its turns).
+    The energy error grows as turns^x, fitted over the later half of the marks, where it is not
     round-off.
     """
     lines = []
@@ -56,7 +56,7 @@ def free_body_drift_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, 
 
 
 def _growth(run: pd.DataFrame) -> str:
-    """Slope of the logarithms over the later half of the marks."""
+    """The log-log slope over the later half of the marks, as text."""
     later = run.iloc[len(run) // 2 :]
     size = np.abs(later["energy_error"].to_numpy(float))
     if len(later) < FEWEST:
@@ -68,14 +68,14 @@ def _growth(run: pd.DataFrame) -> str:
 
 FREE_BODY_DRIFT = Section(
     name="free-spin",
-    title="Energy and angular momentum of long spins",
-    text="H's free body over 1000 turns, a hundred in the quick setting and 100,000 in the long "
-    "form, a turn being what the first angular velocity takes for one; MuJoCo in steps of 0.01. "
-    "And the free box of MuJoCo's own tests: 500 steps of 0.01 from an angular velocity of (1, 2, "
-    "3). MuJoCo's implicitfast and discrete turn a body otherwise on a ball joint than on a free "
-    "one, where they are damped as implicit is. Energy errors are E / E0 - 1 with their sign, "
-    "those of momentum the length of the change in space; both are the largest since the mark "
-    "before (turns 1, 2, 5, 10 and so on). Attitudes are compared with the closed form at the end.",
+    title="Energy and angular momentum in long rotations",
+    text="H's free body over 1000 turns (100 in the quick setting, 100,000 in the long form), a "
+    "turn being one rotation at the initial angular speed; MuJoCo in steps of 0.01. Also the free "
+    "box of MuJoCo's own tests: 500 steps of 0.01 from the angular velocity (1, 2, 3). MuJoCo's "
+    "implicitfast and discrete integrate rotation differently on ball and free joints; on free "
+    "joints they are damped, as implicit is. Energy errors are E / E0 - 1 with their sign, "
+    "momentum errors the length of the change in space; both are the largest since the previous "
+    "mark (turns 1, 2, 5, 10 and so on). Attitudes are compared with the closed form at the end.",
     measure=free_body_drift.free_spin,
     figures=(
         Figure(
@@ -84,7 +84,7 @@ FREE_BODY_DRIFT = Section(
             draw=errors_over_turns,
             options={"problem": "free rigid body"},
             caption="Blue: galvi, dash-dotted in the exponential chart; dashed: other codes, "
-            "MuJoCo on a free joint, where some of its lines lie upon each other. A cross: the run "
+            "MuJoCo on a free joint, where some of its lines coincide. A cross: the run "
             "failed after it.",
             size=(9.6, 4.2),
         ),

@@ -1,4 +1,4 @@
-"""Orbits through the pericentre at high eccentricity."""
+"""The section on orbits through the pericentre at high eccentricity."""
 
 from __future__ import annotations
 

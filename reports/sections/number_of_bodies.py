@@ -1,4 +1,4 @@
-"""Cost against the number of bodies, at matched error."""
+"""The section on cost against the number of bodies, at matched error."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ NOBODY = "not reached"
 
 
 def scaling_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each number of bodies, and how to set the columns.
+    """A line for each number of bodies, and the CSS classes of the columns.
 
-    Of each contender the setting that stands for it, its time for an orbit of the innermost planet,
-    and that time as a multiple of the first galvi method's.
+    For each contender: its representative setting, its time for an orbit of the innermost planet,
+    and that time relative to the first galvi method's.
     """
     contenders = list(frame["contender"].drop_duplicates())
     ours = next((name for name in contenders if is_ours(name)), None)
@@ -48,8 +48,8 @@ def _cell(row: pd.Series | None, least: float, is_measure: bool) -> str:
 
 
 def _why(rows: pd.DataFrame) -> str:
-    """For a contender without a matched run: the status of its runs when all of them failed,
-    nothing when it did not take part."""
+    """Why a contender has no matched run: the status when all its runs failed, "" when it did not
+    take part."""
     if rows.empty:
         return ""
     failed = rows["error"].isna() & (rows["status"] != "")
@@ -59,12 +59,13 @@ def _why(rows: pd.DataFrame) -> str:
 NUMBER_OF_BODIES = Section(
     name="scaling",
     title="Number of bodies",
-    text="A Sun and light planets on orbits that are each a tenth wider than the last. Each "
-    "contender runs at several settings; compared are the fastest whose worst body is within 1e-8 "
-    "au of the truth after 30 orbits of the innermost planet (12 in the quick setting). P is that "
-    "planet's period. The truth is REBOUND IAS15 at its default, against which its own looser "
-    "settings are judged too. The limit is what a kernel that only divides and takes square roots "
-    "reaches, in the same vector instructions and the same run; a pair needs one of each.",
+    text="A Sun and light planets on orbits each a tenth wider than the previous one. Each "
+    "contender runs at several settings; compared are the fastest runs with every body within "
+    "1e-8 au of the reference after 30 orbits of the innermost planet (12 in the quick setting). "
+    "P is that planet's period. The reference is REBOUND IAS15 at its default, against which its "
+    "own looser settings are measured too. The limit is the rate of a kernel that only divides and "
+    "takes square roots, with the same vector instructions in the same run; a pair needs one of "
+    "each.",
     measure=scaling,
     figures=(
         Figure(
@@ -78,8 +79,8 @@ NUMBER_OF_BODIES = Section(
             name="scaling-share",
             title="Share of the machine's limit",
             draw=share_of_limit,
-            caption="Pairs of bodies that are evaluated in a second, by whom counts them, over "
-            "those whose divisions and square roots this machine could do.",
+            caption="Pairs of bodies evaluated per second, for contenders that count them, "
+            "relative to the number whose divisions and square roots this machine can do.",
             size=(6.4, 3.2),
         ),
     ),

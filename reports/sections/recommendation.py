@@ -1,4 +1,4 @@
-"""What `galvi.recommend` promises, and what was found."""
+"""The section on errors and times promised by `galvi.recommend`, and those measured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How round-off grows in the energy of long runs: Brouwer's law."""
+"""The section on the growth of round-off in the energy of long runs: Brouwer's law."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GROWS, SIGMAS = 0.25, 3.0  # exponent, by standard errors, below that of a walk 
 
 
 def round_off_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each ensemble, and how to set the columns."""
+    """A line for each ensemble, and the CSS classes of the columns."""
     lines = [
         {
             "contender": ensemble["contender"],
@@ -27,7 +27,7 @@ def round_off_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
             "RMS error": readable(seen.final),
             "exponent": with_uncertainty(seen.exponent, seen.uncertainty) or "not resolved",
             "drift / its error": readable(seen.sigmas, 2),
-            "verdict": _verdict(seen),
+            "verdict": _drift_text(seen),
             "status": ensemble["status"],
             "commit": ensemble["commit"],
             "date": ensemble["date"],
@@ -40,11 +40,11 @@ def round_off_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     return table, dict.fromkeys(NUMBERS, "number")
 
 
-def _verdict(seen: Growth) -> str:
+def _drift_text(seen: Growth) -> str:
     if not known(seen.sigmas):
         return "not judged"
     if seen.drifts and seen.exponent + SIGMAS * seen.uncertainty < GROWS:
-        return "alike in all runs, no growth"  # an error of the method's, not of rounding
+        return "alike in all runs, no growth"  # truncation error, not round-off
     return "drifts" if seen.drifts else "no drift seen"
 
 
@@ -54,10 +54,10 @@ ROUND_OFF = Section(
     text="The outer solar system from 32 starts that differ by 1e-12 (8 in the quick setting). "
     "Unbiased rounding moves the energy at random: its RMS over the runs grows as t^(1/2), and its "
     "mean does not drift. Exponents are fitted over the later two decades of time, with the "
-    "standard error over ensembles drawn anew from the same runs; a drift is what the scatter of "
-    "the runs would give less than once in 10000 times. Energies are computed with 32 digits, "
-    "galvi's with what the rounding of its state lost, which it keeps; REBOUND hands out rounded "
-    "states, and times at which that rounding hides its error are left out of its fit.",
+    "bootstrap standard error over the runs; a drift is a mean that the scatter of the runs would "
+    "give less than once in 10000 times. Energies are computed with 32 digits, galvi's including "
+    "the low parts of its state, which it keeps; REBOUND returns rounded states, and times at "
+    "which that rounding hides its error are left out of its fit.",
     measure=brouwer,
     figures=(
         Figure(

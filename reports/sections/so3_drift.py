@@ -1,4 +1,4 @@
-"""Drift of rotations, momenta and energies over a million steps on SO(3)."""
+"""The section on drift of rotations, momenta and energies over a million steps on SO(3)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NUMBERS = ("steps", "runs", "largest", "RMS at the end", "exponent")
 
 
 def so3_drift_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each ensemble and quantity, and how to set the columns."""
+    """A line for each ensemble and quantity, and the CSS classes of the columns."""
     lines = [
         {
             "contender": ensemble["contender"],
@@ -28,7 +28,7 @@ def so3_drift_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
             "largest": readable(largest),
             "RMS at the end": readable(seen.final),
             "exponent": with_uncertainty(seen.exponent, seen.uncertainty) or "not resolved",
-            "verdict": verdict(seen),
+            "verdict": growth_text(seen),
             "status": ensemble["status"],
             "commit": ensemble["commit"],
             "date": ensemble["date"],
@@ -41,8 +41,8 @@ def so3_drift_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     return table, dict.fromkeys(NUMBERS, "number")
 
 
-def verdict(seen: Growth) -> str:
-    """Whether the exponent is at most one half, by three standard errors."""
+def growth_text(seen: Growth) -> str:
+    """Whether the exponent is at most one half, within three standard errors, as text."""
     if not (known(seen.exponent) and known(seen.uncertainty)):
         return "not judged"
     slow = seen.exponent - SIGMAS * seen.uncertainty <= 0.5
@@ -55,11 +55,11 @@ SO3_DRIFT = Section(
     text="H's free body from 8 starts that differ by 1e-12 (4 in the quick setting). Its exact "
     "motion keeps R a rotation and R mu constant; rounding may move them like the square root "
     "of the steps. The first two methods, with as many stages as their degree, run in the "
-    "packed kernel. It carries a quaternion, divided by its length wherever it becomes R, and "
-    "the momentum in space, which a free body's step leaves alone, both with what rounding "
-    "takes from them: R and R mu stay by construction, and the energy is the test. The third "
-    "method runs in the general kernel, which carries R and the momentum in space without what "
-    "rounding takes, and after each step brings R back by R <- R (3 I - R^T R) / 2. Exponents "
+    "packed kernel. It carries a quaternion, normalised when converted to R, and the momentum in "
+    "space, which is constant for a free body, both with their low parts: R and R mu are kept by "
+    "construction, and the energy is the test. The third method runs in the general kernel, which "
+    "carries R and the momentum in space without low parts, and after each step projects R by "
+    "R <- R (3 I - R^T R) / 2. Exponents "
     "of the RMS over the runs are fitted over the later two decades, and compared with 1/2 by "
     "three standard errors; the long form has a hundred times the steps.",
     measure=so3_drift.turning,

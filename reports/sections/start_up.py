@@ -1,4 +1,4 @@
-"""The first call of a fresh process, and the memory of long runs."""
+"""The section on the first call in a fresh process, and on the memory of long runs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from reports.tables.study_table import readable_table
 HEADINGS = {
     "problem": "problem",
     "import": "import galvi [s]",
-    "cold": "first run, cold [s of processor]",
+    "cold": "first run, cold [s, processor time]",
     "warm": "first run, warm [s]",
     "import_in_numpys": "import galvi / import numpy",
     "warm_in_numpys": "warm / import numpy",
@@ -21,7 +21,7 @@ HEADINGS = {
 
 START_UP = Section(
     name="start_up",
-    title="The first call of a fresh process, and the memory of long runs",
+    title="The first call in a fresh process, and the memory of long runs",
     text=EXPLANATION,
     measure=start_up_table,
     table=partial(readable_table, headings=HEADINGS),

@@ -1,1 +1,1 @@
-"""Tables, and how they are written."""
+"""Tables of the report: their contents, and their output as CSV, Markdown and LaTeX."""

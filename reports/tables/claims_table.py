@@ -1,4 +1,4 @@
-"""The rows of the claims as claims.csv holds them, and as people read them."""
+"""The rows of the claims, as in claims.csv and as readable text."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ READ = ("id", "quantity", "claimed", "measured", "uncertainty", "expected", "ver
 
 
 def claims_frame(rows: Iterable[Row]) -> pd.DataFrame:
-    """One line for each row; what is not known is empty, never a number."""
+    """One line for each row; missing values are empty."""
     frame = pd.DataFrame([{name: getattr(row, name) for name in COLUMNS} for row in rows])
     frame = frame.reindex(columns=list(COLUMNS))
     for name in ("measured", "uncertainty"):
@@ -36,7 +36,7 @@ def claims_frame(rows: Iterable[Row]) -> pd.DataFrame:
 
 
 def readable_claims(rows: Iterable[Row] | pd.DataFrame) -> pd.DataFrame:
-    """The columns that fit on a page, as text, of rows or of their frame."""
+    """The columns that fit on a page, as text; accepts rows or their frame."""
     table = rows if isinstance(rows, pd.DataFrame) else claims_frame(rows)
     frame = table[list(READ)]
     return frame.assign(

@@ -23,7 +23,7 @@ class ComparisonTables:
     ratios    times at matched errors
     fastest   the fastest run for each error
     smallest  times at the smallest error of each contender
-    targets   what was aimed at, beside what was measured
+    targets   targets with the measured ratios
     """
 
     ratios: pd.DataFrame
@@ -33,7 +33,7 @@ class ComparisonTables:
 
 
 def comparison_tables(runs: pd.DataFrame | None, targets: Sequence[Target]) -> ComparisonTables:
-    """From the rows of `benchmarks.work_precision.run`; None where that raised."""
+    """The tables of the rows of `benchmarks.work_precision.run`; `runs` is None if that raised."""
     if runs is None or runs.empty:
         return ComparisonTables(*(pd.DataFrame() for _ in range(4)))
     return ComparisonTables(
@@ -42,7 +42,7 @@ def comparison_tables(runs: pd.DataFrame | None, targets: Sequence[Target]) -> C
 
 
 def write_comparison(folder: Path, tables: ComparisonTables) -> None:
-    """Those that have rows, in three forms each."""
+    """Write the non-empty tables, each as CSV, Markdown and LaTeX."""
     named = (("ratios", tables.ratios), ("choices", tables.fastest), ("smallest", tables.smallest))
     for name, table in named:
         if len(table):

@@ -1,4 +1,4 @@
-"""The fits behind the convergence figures, as a table."""
+"""The table of the fits shown in the convergence figures."""
 
 from __future__ import annotations
 

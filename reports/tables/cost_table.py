@@ -9,7 +9,7 @@ from reports.tables.number_format import readable, seconds
 
 
 def readable_cost(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """The columns with a heading, as text, and their classes; empty columns are left out."""
+    """The columns with a heading, as text, and their CSS classes; empty columns are omitted."""
     columns = [one for one in COLUMNS if one.heading and one.name in frame]
     texts = {one: [WRITERS[one.kind](value) for value in frame[one.name]] for one in columns}
     filled = {one.heading: text for one, text in texts.items() if any(text)}

@@ -1,4 +1,4 @@
-"""The fastest contender and setting for each error, among the runs that were made."""
+"""The fastest contender and setting for each error, among the measured runs."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from reports.tables.matched_error import errors_of, heading, is_ours
 from reports.tables.number_format import known, readable, seconds
 
 NOBODY = "not reached"
-ALL, OURS, ENGINE = "all", "galvi", "MuJoCo"  # among whom one may have to choose
+ALL, OURS, ENGINE = "all", "galvi", "MuJoCo"  # groups of contenders
 AMONG = {ALL: ALL, OURS: "galvi's", ENGINE: "MuJoCo's"}
 
 
 def fastest_per_error(frame: pd.DataFrame, errors: Sequence[float] | None = None) -> pd.DataFrame:
-    """For each problem and error: the run of least time among all, among galvi's, and, where they
-    took part, among MuJoCo's integrators.
+    """For each problem and error: the fastest run of all, of galvi's, and, where they took part,
+    of MuJoCo's integrators.
 
-    A run that is the truth of the others reaches every error; its own is not known. Without errors,
-    those at which the problem's contenders are compared.
+    A run that is the reference of the others counts as reaching every error; its own is unknown.
+    Without `errors`, those at which the problem's contenders are compared.
 
     Columns problem, asked, of ("all", "galvi" or "MuJoCo"), contender, settings, error, seconds.
     """
@@ -50,8 +50,8 @@ def fastest_per_error(frame: pd.DataFrame, errors: Sequence[float] | None = None
 
 
 def readable_fastest(table: pd.DataFrame, problem: str) -> pd.DataFrame:
-    """As text: a line for each error, and others for the best of galvi and of MuJoCo where somebody
-    else is faster.
+    """The rows of one problem as text: a line for each error, and further lines for the best of
+    galvi and of MuJoCo where another code is faster.
     """
     lines = []
     rows = table[table["problem"] == problem]
@@ -64,7 +64,7 @@ def readable_fastest(table: pd.DataFrame, problem: str) -> pd.DataFrame:
 
 
 def of_mujoco(table: pd.DataFrame, problem: str) -> str:
-    """A sentence on which of MuJoCo's integrators to choose for which error; empty without them."""
+    """A sentence on the fastest of MuJoCo's integrators at each error; empty without them."""
     rows = table[(table["problem"] == problem) & (table["of"] == ENGINE)]
     if rows.empty:
         return ""

@@ -1,4 +1,4 @@
-"""Times at matched error: who is how much faster."""
+"""Ratios of times at matched error."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def heading(error: float) -> str:
 
 
 def fastest_cells(table: pd.DataFrame, problem: str) -> list[tuple[int, str]]:
-    """Of `readable_ratios`: line and column of the least time in each column."""
+    """(line, column) of the least time in each column of `readable_ratios`."""
     rows = table[table["problem"] == problem]
     lines = list(rows["contender"].drop_duplicates())
     times = rows[(rows["contender"] != OURS) & rows["seconds"].notna()]

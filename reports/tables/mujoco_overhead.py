@@ -1,4 +1,4 @@
-"""How much of MuJoCo's time is generality: its RK4 beside the textbook's at the same steps."""
+"""MuJoCo's overhead for generality: its RK4 against a textbook RK4 at the same steps."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ ENGINE = MUJOCO_RK4.name
 
 
 def mujoco_overhead(runs: pd.DataFrame) -> str:
-    """A sentence on one problem's rows of `benchmarks.work_precision.run`; empty without both
-    codes."""
+    """A sentence from one problem's rows of `benchmarks.work_precision.run`; empty unless both
+    codes took part."""
     both = runs[runs["contender"].isin((ENGINE, TEXTBOOK_RK4)) & (runs["seconds"] > 0.0)]
     pairs = both.pivot(index="settings", columns="contender", values=["seconds", "error"]).dropna()
     if pairs.empty or not {ENGINE, TEXTBOOK_RK4} <= set(both["contender"]):

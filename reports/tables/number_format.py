@@ -1,4 +1,4 @@
-"""Numbers as a reader wants them: few digits, powers of ten, nothing where nothing is known."""
+"""Format numbers for readers: few digits, powers of ten, empty where unknown."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ def known(number: Any) -> bool:
 
 
 def capital(text: str) -> str:
-    """With a capital at the beginning, the rest as it is."""
+    """The text with its first letter capitalised, the rest unchanged."""
     return text[:1].upper() + text[1:]
 
 
 def readable(number: Any, digits: int = 3) -> str:
-    """0.553, 12.4, 3.1·10⁻¹⁰; "" for what is not known."""
+    """Text such as 0.553, 12.4, 3.1·10⁻¹⁰; "" for None, NaN and infinities."""
     if not known(number):
         return ""
     if number == 0:
@@ -36,14 +36,14 @@ def readable(number: Any, digits: int = 3) -> str:
 
 
 def plain(number: Any, digits: int = 3) -> str:
-    """The same for a terminal or Markdown, in ASCII: 0.553, 3.1e-10; "" for what is not known."""
+    """The same in ASCII, for terminals and Markdown: 0.553, 3.1e-10."""
     if not known(number):
         return ""
     return f"{number:.{digits}g}"
 
 
 def with_uncertainty(number: Any, uncertainty: Any) -> str:
-    """0.5534 ± 0.0012: the number to the place of the uncertainty's second digit."""
+    """Text such as 0.5534 ± 0.0012, rounded to the second digit of the uncertainty."""
     if not known(number) or not known(uncertainty) or not uncertainty > 0:
         return readable(number)
     second_digit = 1 - math.floor(math.log10(uncertainty))
@@ -53,7 +53,7 @@ def with_uncertainty(number: Any, uncertainty: Any) -> str:
 
 
 def seconds(number: Any) -> str:
-    """A time with its unit: 3.2 ms, 1.25 s; "" for what is not known."""
+    """A time in seconds as text with its unit: 3.2 ms, 1.25 s; "" when unknown."""
     if not known(number):
         return ""
     units = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6))

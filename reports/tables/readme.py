@@ -1,4 +1,4 @@
-"""The README's tables and picture, from what `build` wrote."""
+"""Update the tables and the picture of README.md from the output of `build`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ HEADLINES = (
     ("L9", "steps done, m g = 29.43, Cayley chart"),
     ("L13", "largest error of D2 L_d of a step plus D1 L_d of the next"),
 )
-PEERS = (
+CODES = (
     "REBOUND IAS15",
     "REBOUND WHFast, best",
     "REBOUND WHFast512",
@@ -37,7 +37,7 @@ PEERS = (
 )
 SYSTEMS = {"outer solar system": "outer", "solar system without Pluto": "Sun + 8"}
 ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
-BODY_PEERS = (
+BODY_CODES = (
     "MuJoCo RK4",
     "MuJoCo implicit",
     "RK4 on quaternions, compiled",
@@ -52,7 +52,7 @@ BODY_ERRORS = (7e-6, 1e-8, 1e-10, 1e-12)
 def results(claims: pd.DataFrame) -> str:
     """The headline rows of claims.csv as a Markdown table.
 
-    Raises KeyError, naming it, when a headline is not among the rows.
+    Raises KeyError for a headline that is not among the rows.
     """
     lines = ["| claim | quantity | the paper | measured | verdict |", "|---|---|---|---|---|"]
     for name, quantity in HEADLINES:
@@ -69,33 +69,33 @@ def results(claims: pd.DataFrame) -> str:
 
 
 def speed(ratios: pd.DataFrame) -> str:
-    """Times of the peers over galvi's best at equal error, from ratios.csv, as a Markdown table."""
-    return _times(ratios, "position error", PEERS, SYSTEMS, ERRORS)
+    """Markdown table from ratios.csv: times relative to galvi's best at equal error."""
+    return _times(ratios, "position error", CODES, SYSTEMS, ERRORS)
 
 
 def bodies(ratios: pd.DataFrame) -> str:
-    """The same for rigid bodies."""
-    return _times(ratios, "attitude error", BODY_PEERS, BODY_SYSTEMS, BODY_ERRORS)
+    """The same table for rigid bodies."""
+    return _times(ratios, "attitude error", BODY_CODES, BODY_SYSTEMS, BODY_ERRORS)
 
 
 def _times(
-    ratios: pd.DataFrame, quantity: str, peers: Sequence[str], systems: Mapping[str, str],
+    ratios: pd.DataFrame, quantity: str, codes: Sequence[str], systems: Mapping[str, str],
     errors: Sequence[float],
 ) -> str:  # fmt: skip
     columns = [(system, error) for system in systems for error in errors]
     titles = [f"{systems[system]}, {error:.0e}" for system, error in columns]
     lines = [f"| {quantity} | {' | '.join(titles)} |", "|---" * (len(columns) + 1) + "|"]
-    for peer in peers:
-        cells = [_ratio(ratios, peer, system, error) for system, error in columns]
-        lines.append(f"| {peer} | {' | '.join(cells)} |")
+    for code in codes:
+        cells = [_ratio(ratios, code, system, error) for system, error in columns]
+        lines.append(f"| {code} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
-def _ratio(ratios: pd.DataFrame, peer: str, system: str, error: float) -> str:
-    """The best of the peer's lines; '-' when it took no part."""
+def _ratio(ratios: pd.DataFrame, code: str, system: str, error: float) -> str:
+    """The least ratio of a code, as text; '-' when it took no part."""
     found = ratios[
         (ratios["problem"] == system)
-        & ratios["contender"].str.startswith(peer)
+        & ratios["contender"].str.startswith(code)
         & np.isclose(ratios["error"].astype(float), error, rtol=1e-6, atol=0.0)
     ]["ratio"]
     if found.empty:
@@ -105,12 +105,12 @@ def _ratio(ratios: pd.DataFrame, peer: str, system: str, error: float) -> str:
 
 
 def marks(name: str) -> tuple[str, str]:
-    """The comments before and after a written table of a page."""
+    """The comments that enclose a generated table."""
     return f"<!-- {name}: python -m reports readme -->", f"<!-- end of {name} -->"
 
 
 def table_of(page: str, name: str) -> str:
-    """The text between the marks of a page. Raises ValueError when a mark is missing."""
+    """The text between the marks. Raises ValueError when a mark is missing."""
     begin, end = marks(name)
     _, found, rest = page.partition(begin)
     table, closed, _ = rest.partition(end)
@@ -128,7 +128,7 @@ def _with(page: str, name: str, table: str) -> str:
 
 
 def renew(readme: Path, out: Path) -> None:
-    """Write the tables of a report into ``readme``, and renew its picture."""
+    """Write the tables of the report in ``out`` into ``readme``, and update its picture."""
     page = _with(readme.read_text(), RESULTS, results(pd.read_csv(out / "claims.csv")))
     ratios = pd.read_csv(out / "tables" / "ratios.csv")
     page = _with(_with(page, SPEED, speed(ratios)), BODIES, bodies(ratios))

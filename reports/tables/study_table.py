@@ -1,4 +1,4 @@
-"""The rows of a study as its table on the page: some columns, with headings."""
+"""The table of a study on the page: selected columns with headings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from reports.tables.number_format import readable
 def readable_table(
     frame: pd.DataFrame, headings: Mapping[str, str]
 ) -> tuple[pd.DataFrame, dict[str, str]]:
-    """The columns that have a heading, as text, and how to set them; empty columns are left out."""
+    """The columns with a heading, as text, and their CSS classes; empty columns are omitted."""
     shown = frame.reindex(columns=[name for name in headings if name in frame])
     numbers = [name for name in shown if is_numeric_dtype(shown[name])]
     text = shown.astype(object)

@@ -1,4 +1,4 @@
-"""Where another code wins and where galvi does, in sentences made from the times alone."""
+"""Sentences on which code is fastest at which error, generated from the times."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from benchmarks.work_precision.fronts import OURS
 from reports.tables.matched_error import heading, is_ours
 from reports.tables.number_format import capital, known, readable
 
-LEVEL = 1.1  # ratios below it are within the scatter of such times: no win for either
+LEVEL = 1.1  # smaller ratios are within the scatter of the times: neither wins
 
 
 def summary_sentences(table: pd.DataFrame) -> list[str]:
-    """A sentence for each problem of a table of `reports.tables.matched_error`."""
+    """A sentence for each problem in a table of `reports.tables.matched_error`."""
     return [
         f"{capital(problem)}: {'; '.join(said)}."
         for problem in table["problem"].drop_duplicates()

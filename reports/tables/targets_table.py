@@ -1,4 +1,4 @@
-"""The targets and what was measured, as text."""
+"""The table of targets and measured ratios, as text."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ HEADINGS = ("problem", "against", "error", "target", "measured", "verdict", "fas
 REMARK = "remark"
 NUMBERS = ("error", "target", "measured")
 TEXT = (
-    "Time of another code over that of the fastest galvi method at the same error of the position, "
-    "or of the attitude, against the aims that were set before anything was measured. The fastest "
-    "setting of a code counts, and a target is missed too when galvi does not reach the error."
+    "Time of another code relative to the fastest galvi method at the same error of the position "
+    "or attitude, compared with targets set before any measurement. The fastest setting of each "
+    "code counts; a target is also missed when galvi does not reach the error."
 )
-QUICK = "These are the quick setting's runs, which are shorter than those that the targets are for."
+QUICK = "These are runs of the quick setting, shorter than those the targets were set for."
 
 
 def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each row of `benchmarks.work_precision.targets_met`, and how to set the columns.
+    """A line for each row of `benchmarks.work_precision.targets_met`, and the CSS classes.
 
-    The column of remarks is there when a row has one.
+    The column of remarks is present when a row has one.
     """
     lines = [
         {
@@ -41,7 +41,7 @@ def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]
 
 
 def summary(frame: pd.DataFrame) -> str:
-    """How many are met, in one sentence, and whose numbers these targets are."""
+    """Sentences with the number of targets met and their sources."""
     counts = ", ".join(f"{n} {name}" for name, n in frame["verdict"].value_counts().items())
     asked = list(frame["source"].drop_duplicates())
     return f"{len(frame)} targets: {counts}. {_sources(asked)}"
@@ -52,12 +52,12 @@ def _sources(asked: list[str]) -> str:
 
 
 def _target(ratio: float) -> str:
-    """Without a ratio, the error is to be reached."""
+    """The target as text; without a ratio, the error is to be reached."""
     return f"at least {_times(ratio)}" if known(ratio) else "reached"
 
 
 def _times(ratio: float | str, digits: int = 2) -> str:
-    """18×; a text as it is; nothing for what is not known."""
+    """A ratio as text, e.g. 18×; texts are unchanged; "" when unknown."""
     if isinstance(ratio, str):
         return ratio
     return f"{readable(ratio, digits)}{TIMES}" if known(ratio) else ""

@@ -1,4 +1,4 @@
-"""A table in three forms: CSV to compute with, Markdown and LaTeX to read."""
+"""Write a table as CSV in full precision, and as readable Markdown and LaTeX."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ import pandas as pd
 from benchmarks.store.atomic import write
 from reports.tables.number_format import plain
 
-PAGE = 45  # rows of a table that fit on a page of LaTeX
+PAGE = 45  # table rows that fit on a LaTeX page
 
 
 def as_csv(frame: pd.DataFrame) -> str:
-    """Numbers in full, so that reading them back gives the same ones."""
+    """CSV text with numbers in full precision: they are read back unchanged."""
     return frame.to_csv(index=False, lineterminator="\n")
 
 
 def as_markdown(frame: pd.DataFrame) -> str:
-    """Few digits; GitHub's tables."""
+    """A GitHub Markdown table with few digits."""
     escaped = _text(frame).map(lambda cell: cell.replace("|", "\\|"))
     return f"{escaped.to_markdown(index=False, disable_numparse=True)}\n"
 
 
 def as_latex(frame: pd.DataFrame) -> str:
-    """Few digits, numbers to the right; booktabs' rules, a longtable for more than a page."""
+    """A booktabs table with few digits, numbers right-aligned; a longtable beyond one page."""
     kinds = "".join("r" if any(map(_is_number, frame[name])) else "l" for name in frame)
     return _text(frame).to_latex(
         index=False, escape=True, column_format=kinds, longtable=len(frame) > PAGE
@@ -35,7 +35,7 @@ def as_latex(frame: pd.DataFrame) -> str:
 def write_table(
     folder: Path, name: str, frame: pd.DataFrame, read: pd.DataFrame | None = None
 ) -> None:
-    """Write name.csv from frame, name.md and name.tex from `read` (default: frame, few digits)."""
+    """Write name.csv from `frame`; name.md and name.tex from `read`, by default `frame`."""
     shown = frame if read is None else read
     write(folder / f"{name}.csv", as_csv(frame))
     write(folder / f"{name}.md", as_markdown(shown))
@@ -47,7 +47,7 @@ def _is_number(value: object) -> bool:
 
 
 def _text(frame: pd.DataFrame) -> pd.DataFrame:
-    """Every cell as text; what is not known is empty."""
+    """Every cell as text; missing values are empty."""
     return frame.map(_cell).astype(object)
 
 

@@ -1,1 +1,1 @@
-"""Performance over time: a history of benches, and two revisions side by side."""
+"""Performance tracking: the benchmark history, and the comparison of two revisions."""

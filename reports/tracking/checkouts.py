@@ -1,7 +1,7 @@
-"""Two states of galvi in folders of their own: a revision, and the working tree as it is.
+"""Two copies of galvi in separate folders: a revision, and the current working tree.
 
-Each has its own cache of kernels. It starts with what the working tree has compiled; galvi loads of
-it only what was compiled from the same sources, byte for byte.
+Each has its own kernel cache, initially a copy of the working tree's; galvi loads only kernels
+compiled from identical sources.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ KERNELS = "__pycache__/galvi-kernels-*"
 
 
 class CannotCompare(Exception):
-    """Nothing can be compared; the message says why, and the remedy."""
+    """Nothing can be compared; the message gives the reason and the remedy."""
 
 
 @dataclass(frozen=True)
 class Checkout:
-    """A state of galvi.
+    """A copy of galvi.
 
-    folder  holds the package
-    name    for people, e.g. "a1b2c3d4e5f6"
-    python  the interpreter to run it with
+    folder  contains the package
+    name    for messages, e.g. "a1b2c3d4e5f6"
+    python  interpreter to run it with
     """
 
     folder: Path
@@ -55,7 +55,7 @@ def checkouts(revision: str, root: Path) -> Iterator[tuple[Checkout, Checkout]]:
 
 
 def committed(commit: str, root: Path, folder: Path) -> Checkout:
-    """The files of a commit."""
+    """Extract the files of a commit. Raises CannotCompare for a commit without galvi."""
     with tarfile.open(fileobj=io.BytesIO(_git(root, "archive", "--format=tar", commit))) as archive:
         archive.extractall(folder, filter="data")
     if not (folder / PACKAGE).is_dir():
@@ -67,7 +67,7 @@ def committed(commit: str, root: Path, folder: Path) -> Checkout:
 
 
 def working_tree(root: Path, folder: Path) -> Checkout:
-    """A copy of galvi as it stands, so that edits made meanwhile do not reach a comparison."""
+    """Copy the working tree, so that edits during a comparison have no effect on it."""
     kept = shutil.ignore_patterns("__pycache__")
     shutil.copytree(root / PACKAGE, folder / PACKAGE, ignore=kept)
     for name in FOR_AN_INSTALLATION:
@@ -80,7 +80,7 @@ def working_tree(root: Path, folder: Path) -> Checkout:
 
 
 def seed_kernels(root: Path, folder: Path) -> None:
-    """Copy compiled kernels; another process may remove some of them meanwhile."""
+    """Copy the compiled kernels; another process may remove some of them meanwhile."""
     for cache in (root / PACKAGE).rglob(KERNELS):
         to = folder / cache.relative_to(root)
         if to.parent.parent.is_dir():
@@ -89,7 +89,7 @@ def seed_kernels(root: Path, folder: Path) -> None:
 
 
 def _check_current_folder(root: Path) -> None:
-    """In another repository, HEAD would be taken for that of the checkout: galvi against itself."""
+    """Raise CannotCompare in another repository, whose HEAD would be mistaken for galvi's."""
     own, here = _top(root), _top(Path.cwd())
     if own is None:
         raise CannotCompare(f"track --against needs a git checkout of galvi; {root} is none.")
@@ -101,7 +101,7 @@ def _check_current_folder(root: Path) -> None:
 
 
 def _top(folder: Path) -> Path | None:
-    """The root of the repository that a folder belongs to."""
+    """The root of the repository that contains a folder; None outside of any."""
     try:
         return Path(_git(folder, "rev-parse", "--show-toplevel").decode().strip())
     except subprocess.CalledProcessError:

@@ -1,7 +1,7 @@
-"""The gates: a run fails, a count or an error grew beyond its tolerance, a time by rank and size.
+"""Gates of a comparison: failed runs, grown counts or errors, times slower by rank and size.
 
-A problem that is not the same on both sides is an alarm too. References solve the head's problem,
-so that a wrong force in it would be in the truth as well, and the base would look wrong.
+A problem that differs between the sides is an alarm too: references solve the head's problem, so a
+wrong force in it would be in the truth as well, and the base would look wrong.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from reports.tables.number_format import capital, plain
 from reports.tracking.rounds import SIDES, Pair
 
 FAILS, PROBLEM, COUNTS, ERROR, TIME = "status", "problem", "counts", "error", "time"
-NOTE = ""  # no gate, so that its sentence is no alarm
-SAME_WORK = ("steps",)  # counts of the work that was asked for, not of what it cost
-# What rounding may change in a problem's functions: of the number, and of the largest beside it.
+NOTE = ""  # not a gate: its sentences are not alarms
+SAME_WORK = ("steps",)  # counts of the requested work, not of its cost
+# Tolerances for rounding in a problem's functions: relative to a number, and to the largest one.
 ROUNDED, CANCELLED = 1e-9, 1e-13
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One benchmark: its numbers on both sides, and what got worse. NaN is what is not known.
+    """One benchmark: its numbers on both sides, and what got worse. NaN where unknown.
 
     errors  of base and head against the truth
-    moved   largest difference of a coordinate at the ends; 0 when equal to the bit
-    growth  of the median time, in the first round, relative
-    p       the chance that equal code looks so slow
+    moved   largest difference of a coordinate at the end; 0 when bit-identical
+    growth  relative growth of the median time in the first round
+    p       probability that equal code looks this much slower
     alarms  gate -> sentence
-    notes   sentences that are no alarm
+    notes   sentences that are not alarms
     """
 
     pair: Pair
@@ -47,7 +47,7 @@ class Finding:
 
     @property
     def name(self) -> str:
-        """The benchmark's."""
+        """The name of the benchmark."""
         return self.pair.case.name
 
     @property
@@ -57,7 +57,7 @@ class Finding:
 
 
 def suspects(pairs: Iterable[Pair], at: int) -> set[str]:
-    """Names of the benchmarks whose head is slower by rank and size in that round of samples."""
+    """Names of the benchmarks whose head is slower, by rank and size, in round `at` of samples."""
     timed = [pair for pair in pairs if len(pair.rounds) > at and not pair.why]
     samples = {pair.case.name: _samples(pair, at) for pair in timed}
     return slower(samples, {pair.case.name: pair.case.slower for pair in timed})
@@ -68,7 +68,7 @@ def judge(
 ) -> tuple[Finding, ...]:
     """A finding for each pair.
 
-    truths  by benchmark: what its ends should be, or why that is not known
+    truths  by benchmark: the exact end states, or the reason why they are unknown
     """
     slow = (suspects(pairs, 0), suspects(pairs, 1))
     return tuple(_finding(pair, truths[pair.case.name], slow) for pair in pairs)
@@ -119,7 +119,7 @@ def _failures(pair: Pair) -> Iterator[tuple[str, str]]:
 
 
 def _changed(base: Mapping[str, Any], head: Mapping[str, Any]) -> list[str]:
-    """Which of the worker's `probed` differ, of those that both sides have."""
+    """Names of the worker's `probed` values that both sides have and that differ."""
     return [name for name in base if name in head and _differ(base[name], head[name])]
 
 

@@ -1,4 +1,4 @@
-"""The history of benches: pytest-benchmark's files of all commits, as one tidy frame."""
+"""The benchmark history: pytest-benchmark's files of all commits, as one tidy frame."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-PLACE = ("machine", "python", "numba", "numpy", "yardstick")  # what makes a series of its own
+PLACE = ("machine", "python", "numba", "numpy", "yardstick")  # a series never mixes these
 COLUMNS = (
     "file", "date", "commit", "benchmark", "kind", "problem", "quantity", "value", *PLACE, "status",
     "error_tolerance",
@@ -19,10 +19,10 @@ TIME, SECONDS, YARDSTICK, ERROR = "time over yardstick", "seconds", "yardstick s
 
 
 def read_history(folder: Path, tell: Callable[[str], None] = print) -> pd.DataFrame:
-    """A row for each file (MACHINE/NAME.json), benchmark and quantity, in the order of their dates.
+    """A row for each file (MACHINE/NAME.json), benchmark and quantity, ordered by date.
 
     quantity  TIME, SECONDS (median), YARDSTICK, ERROR, or the name of a count
-    tell      is given a sentence for each file that cannot be read and is left out
+    tell      called with a sentence for each unreadable file, which is omitted
     """
     rows: list[dict[str, Any]] = []
     for path in sorted(folder.glob("*/*.json")):
@@ -74,6 +74,6 @@ def _rows(path: Path) -> Iterator[dict[str, Any]]:
 
 
 def _without_test(name: str) -> str:
-    """A test's parameters without the test, when it has any."""
+    """The parameters in a test's name, or the name itself when it has none."""
     test, bracket, rest = name.partition("[")
     return rest.removesuffix("]") if bracket else test

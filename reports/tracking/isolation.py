@@ -1,4 +1,4 @@
-"""An environment of its own for a checkout, with the packages that its revision requires."""
+"""A separate environment for a checkout, with the packages that its revision requires."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ CONSTRAINTS = "constraints.txt"
 
 
 def isolated(checkout: Checkout) -> Checkout:
-    """The checkout with the Python of a new virtual environment, in its folder.
+    """The checkout with the Python of a new virtual environment in its folder.
 
-    Raises CannotCompare when it cannot be made.
+    Raises CannotCompare when the installation fails.
     """
     place = checkout.folder / "environment"
     python = str(place / "bin" / "python")
@@ -27,6 +27,6 @@ def isolated(checkout: Checkout) -> Checkout:
     except NotHere as error:
         raise CannotCompare(
             f"--isolate could not install {checkout.name}: {error}. Without it, both sides share "
-            "the packages that are installed here."
+            "the packages installed here."
         ) from None
     return replace(checkout, python=python)

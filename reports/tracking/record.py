@@ -1,4 +1,4 @@
-"""`track`: the history as a tidy file, pictures and a page."""
+"""`track`: write the benchmark history as a tidy file, pictures and a page."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from reports.tables.writing import as_csv
 from reports.tracking.history import ERROR, TIME, read_history
 from reports.tracking.series import Series, all_series
 
-STORE = "benchmarks"  # in the folder of the report
-PICTURED = ("step", "trajectory", "round-off")  # kinds of benchmarks that get a picture
+STORE = "benchmarks"  # subfolder of the report
+PICTURED = ("step", "trajectory", "round-off")  # kinds of benchmarks with a picture
 PANELS = (TIME, "iterations", ERROR)
 TEXT = (
-    "Times are medians in processor time, divided by those of a fixed workload that was timed just "
-    "before and after, so that a bench on a busy day does not look slower. Only benches of one "
-    "machine and the same versions are compared; counts and errors are those of the same runs. "
+    "Times are medians of processor time, divided by those of a fixed workload timed just before "
+    "and after, so that a busy machine does not look slower. Only benchmark runs of one machine "
+    "and the same versions are compared; counts and errors are from the same runs. "
 )
 
 
 @dataclass(frozen=True)
 class Place:
-    """One machine with its versions: how many benches it has, its table, pictures and changes."""
+    """One machine and its versions: number of benchmark runs, table, pictures and changes."""
 
     name: str
     benches: int
@@ -45,7 +45,7 @@ class Place:
 
 
 def track(out: Path, provenance: Mapping[str, str], tell: Callable[[str], None] = print) -> int:
-    """Read the history below `out`, write history.csv, track.html and pictures; 0."""
+    """Read the history below `out`, write history.csv, track.html and pictures; returns 0."""
     said: list[str] = []
     frame = read_history(out / STORE, said.append)
     write(out / "history.csv", as_csv(frame))
@@ -107,7 +107,7 @@ def _places(frame: pd.DataFrame) -> Iterator[Place]:
 
 
 def _row(benchmark: str, quantities: Mapping[str, Series]) -> dict[str, str]:
-    """The last bench of a benchmark, and how its time stands to the median of those before."""
+    """The last run of a benchmark, with its time relative to the median of earlier ones."""
     time, error = quantities.get(TIME), quantities.get(ERROR)
     times = time.values[np.isfinite(time.values)] if time else np.array([])
     ratio = times[-1] / np.median(times[:-1]) if times.size > 1 else np.nan
@@ -124,7 +124,7 @@ def _row(benchmark: str, quantities: Mapping[str, Series]) -> dict[str, str]:
 
 
 def _picture(benchmark: str, quantities: Mapping[str, Series], place: int) -> Picture | None:
-    """None where there is nothing to draw."""
+    """The picture of a benchmark; None where there is nothing to draw."""
     shown = [quantities[name] for name in PANELS if name in quantities]
     if not shown:
         return None
@@ -135,7 +135,7 @@ def _picture(benchmark: str, quantities: Mapping[str, Series], place: int) -> Pi
         title=benchmark,
         draw=track_record,
         options={"panels": panels},
-        caption="One point for each bench; a dashed line where the level changes.",
+        caption="One point for each benchmark run; a dashed line where the level changes.",
         size=(6.0, 1.1 + 1.25 * len(panels)),
     )
     try:

@@ -1,4 +1,4 @@
-"""Samples of two sides that take turns, A B B A, so that a slow moment hits both alike."""
+"""Interleaved samples of two sides, A B B A, so that disturbances affect both alike."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from benchmarks.timings.case import ROUND_OFF, Case
 from reports.tracking.worker import Failed, Worker
 
 SIDES = ("base", "head")
-LEAST = 0.01  # seconds of an attempt
-ATTEMPTS = 3  # in a sample, of which the quickest counts
-LONG = 0.05  # seconds of a call of which one is enough: what disturbs it is short
-SAMPLES = 14  # a side at least: two that a busy machine spoils do not hide a slower head
+LEAST = 0.01  # shortest attempt in seconds
+ATTEMPTS = 3  # per sample, of which the fastest counts
+LONG = 0.05  # seconds of a call from which one attempt suffices: disturbances are shorter
+SAMPLES = 14  # least per side: two disturbed ones do not hide a slower head
 
 Report = Callable[[str], None]
 
@@ -24,8 +24,8 @@ Report = Callable[[str], None]
 class Pair:
     """A benchmark on both sides; each mapping is by side.
 
-    reached  what first calls reached, see the worker's program; without a side that failed
-    why      the reason why a side failed
+    reached  results of the first calls, see the worker's program; without a side that failed
+    why      the reasons of failed sides
     rounds   for each round, the samples in seconds
     """
 
@@ -36,7 +36,7 @@ class Pair:
 
 
 def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Report) -> list[Pair]:
-    """Each benchmark's first call on either side."""
+    """Make the first call of each benchmark on both sides."""
     pairs = []
     for case in cases:
         report(f"first calls: {case.name}")
@@ -50,8 +50,8 @@ def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Re
     return pairs
 
 
-def take_turns(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:
-    """Add a round of samples to each pair that both sides can run and that is timed at all."""
+def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Report) -> None:
+    """Add a round of samples to each timed pair that both sides can run."""
     able = [pair for pair in pairs if not pair.why and pair.case.kind != ROUND_OFF]
     for pair in able:
         pair.rounds.append({side: [] for side in SIDES})

@@ -1,4 +1,4 @@
-"""The history as series: one for each benchmark and quantity on one machine, with its changes."""
+"""The history as time series, one per benchmark, quantity and machine, with change points."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from reports.tracking.history import ERROR, PLACE, SECONDS, TIME, YARDSTICK
 class Series:
     """One quantity of one benchmark on one machine.
 
-    place    the machine and the versions, which a series never mixes
-    files, commits, values  in the order of the benches
-    changes  positions of new levels
+    place    the machine and the versions
+    files, commits, values  in the order of the benchmark runs
+    changes  indices at which a new level begins
     """
 
     place: str
@@ -30,14 +30,14 @@ class Series:
     changes: tuple[int, ...]
 
     def among(self, files: Sequence[str]) -> tuple[np.ndarray, list[int]]:
-        """values and changes at the places of these files; NaN where the quantity is not known."""
+        """Values and changes at the positions of these files; NaN where the quantity is missing."""
         places = {name: k for k, name in enumerate(self.files)}
         found = np.array([places.get(name, -1) for name in files])
         values = np.where(found >= 0, self.values[found], np.nan)
         return values, np.flatnonzero(np.isin(found, self.changes)).tolist()
 
     def sentences(self) -> list[str]:
-        """One for each change."""
+        """A sentence for each change."""
         said = []
         bounds = [0, *self.changes, len(self.values)]
         for first, change, end in zip(bounds, bounds[1:], bounds[2:], strict=False):
@@ -51,7 +51,7 @@ class Series:
 
 
 def all_series(frame: pd.DataFrame) -> Iterator[Series]:
-    """Of a history; changes are not searched for in seconds and in the yardstick's own time."""
+    """The series of a history; no change points for seconds and for the yardstick's own time."""
     for (*place, benchmark, quantity), rows in frame.groupby(
         [*PLACE, "benchmark", "quantity"], sort=False
     ):

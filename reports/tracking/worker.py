@@ -1,4 +1,4 @@
-"""A process that runs benchmarks with the galvi of one checkout, and answers over a pipe."""
+"""A worker process that runs benchmarks with the galvi of one checkout, connected by a pipe."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from benchmarks.timings import worker
 from benchmarks.timings.case import Case
 from reports.tracking.checkouts import Checkout
 
-SECONDS = 600.0  # that an answer may take, a first call compiles; longer is a hang
+SECONDS = 600.0  # time limit of an answer; a first call compiles
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 CALLERS_OWN = ("NUMBA_CACHE_DIR", "PYTHONHOME")
 
 
 class Failed(Exception):
-    """A worker could not do what it was asked; the message says why."""
+    """A worker's request failed; the message gives the reason."""
 
 
 class Worker:
-    """`with Worker(checkout) as worker` ends the process afterwards.
+    """A context manager: `with Worker(checkout) as worker` ends the process afterwards.
 
-    Both sides run the same program, the worker of this suite, which needs of galvi only what is
-    public: a revision whose own suite lies elsewhere is measured alike. The process starts with the
-    first question; one that died or hung is replaced at the next.
+    Both sides run the worker program of this suite, which uses only galvi's public interface, so
+    that a revision with another suite is measured alike. The process starts with the first request;
+    one that died or hung is replaced at the next.
     """
 
-    pipe: Connection  # to the process, while there is one
+    pipe: Connection  # to the process, while it runs
 
     def __init__(self, checkout: Checkout) -> None:
         self.checkout = checkout
@@ -44,7 +44,7 @@ class Worker:
         self.stop()
 
     def run(self, case: Case) -> dict[str, Any]:
-        """A first call, which compiles: what it reached, see the program. Raises Failed."""
+        """Make the first call, which compiles; returns its results. Raises Failed."""
         answer = self._ask({"do": "run", "case": asdict(case)})
         found = Path(answer.pop("galvi"))
         if self.checkout.folder.resolve() not in found.resolve().parents:
@@ -52,12 +52,12 @@ class Worker:
         return answer
 
     def time(self, case: Case, repeats: int, attempts: int) -> float:
-        """Processor seconds of one call, see the program. Raises Failed."""
+        """Processor time of one call in seconds. Raises Failed."""
         order = {"do": "time", "case": asdict(case), "repeats": repeats, "attempts": attempts}
         return float(self._ask(order)["processor"])
 
     def stop(self) -> None:
-        """End the process, if there is one."""
+        """End the process, if it runs."""
         if self.process is not None:
             self.process.kill()
             self.process.wait()

@@ -75,7 +75,7 @@ def test_differences_stand_at_the_top(page):
 
 
 def test_the_page_says_what_was_not_run_and_what_is_not_drawn(page):
-    assert "Not run in this build, because only some claims were asked for: V4." in page
+    assert "Not run in this build, which was restricted to some claims: V4." in page
     assert "H fig. 2.4 is not drawn: what it shows was not run." not in page  # V2 gave a frame
     assert "H fig. 2.4 is not drawn: no run has a finite error." in page
     assert "H fig. 2.6 is not drawn: what it shows was not run." in page
@@ -104,7 +104,7 @@ def test_comparisons_say_who_wins_and_who_did_not_get_there(page):
     assert "galvi is fastest at 10⁻⁶, 10⁻⁷, 10⁻⁸, 10⁻⁹" in page
     assert "not reached" in page
     assert "The run failed: use smaller steps." in page
-    assert "Taylor cannot be judged by itself" in page
+    assert "Taylor is the reference and has no error" in page
 
 
 def test_a_further_study_is_a_table_with_its_text(page):

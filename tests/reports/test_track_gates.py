@@ -18,8 +18,8 @@ from reports.tracking import against
 from reports.tracking.against import compare
 from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import judge
+from reports.tracking.outcome import Outcome, as_json, summary
 from reports.tracking.rounds import Pair
-from reports.tracking.verdict import Verdict, as_json, summary
 from reports.tracking.worker import Failed
 
 CASE = Case("orbit", TRAJECTORY, "kepler", 4, 4, 0.1, 10, rounding=1e-14)
@@ -60,7 +60,7 @@ def studies(name: str, title: str) -> Iterator[Any]:
 def compared(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Compare two fakes; `again` is the head of the second round."""
 
-    def do(base: Fake, head: Fake, again: Fake | None = None, cases: Any = (CASE,)) -> Verdict:
+    def do(base: Fake, head: Fake, again: Fake | None = None, cases: Any = (CASE,)) -> Outcome:
         heads = iter([head, again or head])
 
         @contextmanager
@@ -70,30 +70,30 @@ def compared(monkeypatch: pytest.MonkeyPatch) -> Any:
         monkeypatch.setattr(against, "workers", workers)
         monkeypatch.setattr(against, "true_ends", lambda case: [np.array([1.0, 0.0])])
         sides = Checkout(Path("b"), "base"), Checkout(Path("h"), "head")
-        verdict = compare(*sides, cases, studies)
-        json.loads(as_json(verdict, {}))
-        return verdict
+        outcome = compare(*sides, cases, studies)
+        json.loads(as_json(outcome, {}))
+        return outcome
 
     return do
 
 
-def alarms(verdict: Verdict) -> dict[str, str]:
-    return dict(verdict.findings[0].alarms)
+def alarms(outcome: Outcome) -> dict[str, str]:
+    return dict(outcome.findings[0].alarms)
 
 
 def test_equal_sides_are_green_in_one_sentence(compared: Any) -> None:
-    verdict = compared(Fake(), Fake())
-    assert not verdict.worse
-    assert str(verdict).startswith("head is not worse than base in 1 benchmark: ")
-    assert verdict.findings[0].moved == 0.0
+    outcome = compared(Fake(), Fake())
+    assert not outcome.worse
+    assert str(outcome).startswith("head is not worse than base in 1 benchmark: ")
+    assert outcome.findings[0].moved == 0.0
 
 
 @pytest.mark.parametrize("factor", [1.15, 1.3, 2.0])
 def test_a_slower_head_is_red_at_the_gate_of_time_alone(compared: Any, factor: float) -> None:
-    verdict = compared(Fake(), Fake(factor))
-    assert set(alarms(verdict)) == {"time"}
-    assert "slower by" in alarms(verdict)["time"] and "second round" in alarms(verdict)["time"]
-    assert str(verdict) == "head is worse than base in 1 of 1 benchmark: orbit (time)."
+    outcome = compared(Fake(), Fake(factor))
+    assert set(alarms(outcome)) == {"time"}
+    assert "slower by" in alarms(outcome)["time"] and "second round" in alarms(outcome)["time"]
+    assert str(outcome) == "head is worse than base in 1 of 1 benchmark: orbit (time)."
 
 
 def test_five_percent_slower_is_below_the_size_and_runs_no_second_round(compared: Any) -> None:
@@ -103,9 +103,9 @@ def test_five_percent_slower_is_below_the_size_and_runs_no_second_round(compared
 
 
 def test_what_a_second_round_does_not_confirm_is_a_note(compared: Any) -> None:
-    verdict = compared(Fake(), Fake(1.3), again=Fake())
-    assert not verdict.worse
-    assert "which a second round did not confirm" in verdict.findings[0].notes[0]
+    outcome = compared(Fake(), Fake(1.3), again=Fake())
+    assert not outcome.worse
+    assert "which a second round did not confirm" in outcome.findings[0].notes[0]
 
 
 KNOWN = {"start": [0.0, 1.0], "acceleration": [-1.0, 1e-17, math.nan]}
@@ -152,50 +152,50 @@ def test_an_alarm_names_what_changed(compared: Any) -> None:
 
 
 def test_a_count_that_one_side_lacks_is_a_note(compared: Any) -> None:
-    verdict = compared(Fake(), Fake(counts={"steps": 10, "force_evaluations": 200, "passes": 9}))
-    assert not verdict.worse and verdict.table()["counts"].tolist() == ["same"]
-    assert verdict.findings[0].notes == (
+    outcome = compared(Fake(), Fake(counts={"steps": 10, "force_evaluations": 200, "passes": 9}))
+    assert not outcome.worse and outcome.table()["counts"].tolist() == ["same"]
+    assert outcome.findings[0].notes == (
         "Only one side counts iterations, passes, so that cannot be compared.",
     )
 
 
 def test_a_base_whose_ends_are_not_finite_does_not_accuse_the_head(compared: Any) -> None:
-    verdict = compared(Fake(ends=[[math.nan, 0.0]]), Fake())
-    assert not verdict.worse and "errors do not compare" in verdict.findings[0].notes[0]
+    outcome = compared(Fake(ends=[[math.nan, 0.0]]), Fake())
+    assert not outcome.worse and "errors do not compare" in outcome.findings[0].notes[0]
 
 
 def test_a_run_that_fails_is_red_once_and_a_base_that_fails_is_a_note(compared: Any) -> None:
     failed = {"success": False, "status": "Newton failed.", "ends": [[math.nan, math.nan]]}
-    verdict = compared(Fake(), Fake(**failed))
-    assert alarms(verdict) == {"status": "The head's run fails: Newton failed."}
+    outcome = compared(Fake(), Fake(**failed))
+    assert alarms(outcome) == {"status": "The head's run fails: Newton failed."}
     other = compared(Fake(**failed), Fake())
     assert not other.worse and other.findings[0].notes == ("The base's run fails: Newton failed.",)
 
 
 def test_a_head_that_cannot_run_or_hangs_in_either_round_is_red(compared: Any) -> None:
     for broken in (Fake(why="AttributeError: no kepler"), Fake(hangs=True)):
-        verdict = compared(Fake(), broken)
-        assert alarms(verdict)["status"].startswith("The head cannot run it: ")
-        assert math.isnan(verdict.findings[0].growth)
-    verdict = compared(Fake(), Fake(1.3), again=Fake(hangs=True))
-    assert alarms(verdict) == {"status": f"The head cannot run it: {HANGS}"}
+        outcome = compared(Fake(), broken)
+        assert alarms(outcome)["status"].startswith("The head cannot run it: ")
+        assert math.isnan(outcome.findings[0].growth)
+    outcome = compared(Fake(), Fake(1.3), again=Fake(hangs=True))
+    assert alarms(outcome) == {"status": f"The head cannot run it: {HANGS}"}
 
 
 def test_a_benchmark_that_the_base_lacks_is_not_compared(compared: Any) -> None:
-    verdict = compared(Fake(why="AttributeError: nothing"), Fake())
-    assert not verdict.worse and not verdict.findings[0].compared
-    assert "Nothing of head could be compared with base" in str(verdict)
+    outcome = compared(Fake(why="AttributeError: nothing"), Fake())
+    assert not outcome.worse and not outcome.findings[0].compared
+    assert "Nothing of head could be compared with base" in str(outcome)
 
 
 def test_rounding_is_not_timed(compared: Any) -> None:
-    verdict = compared(Fake(), Fake(3.0), cases=(replace(CASE, kind=ROUND_OFF),))
-    assert not verdict.worse and math.isnan(verdict.findings[0].growth)
+    outcome = compared(Fake(), Fake(3.0), cases=(replace(CASE, kind=ROUND_OFF),))
+    assert not outcome.worse and math.isnan(outcome.findings[0].growth)
 
 
 def test_a_benchmark_may_ask_for_a_larger_size(compared: Any) -> None:
     lax = replace(CASE, slower=0.5)
-    verdict = compared(Fake(), Fake(1.3), cases=(lax, OTHER))
-    assert [finding.name for finding in verdict.worse] == ["other"]
+    outcome = compared(Fake(), Fake(1.3), cases=(lax, OTHER))
+    assert [finding.name for finding in outcome.worse] == ["other"]
 
 
 def test_a_truth_that_is_not_known_leaves_the_other_gates() -> None:

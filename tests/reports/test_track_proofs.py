@@ -21,7 +21,7 @@ from benchmarks.timings.catalogue import CASES
 from reports.results.progress import Studies
 from reports.tracking.against import compare
 from reports.tracking.checkouts import Checkout, working_tree
-from reports.tracking.verdict import Verdict
+from reports.tracking.outcome import Outcome
 
 COMPARISONS = int(os.environ.get("COMPARISONS", "20"))
 
@@ -130,7 +130,7 @@ def chosen(names: tuple[str, ...]) -> tuple[Case, ...]:
     return found
 
 
-def compared(base: Path, head: Path, cases: tuple[Case, ...]) -> Verdict:
+def compared(base: Path, head: Path, cases: tuple[Case, ...]) -> Outcome:
     with Studies(3) as studies:
         return compare(Checkout(base, "base"), Checkout(head, "head"), cases, studies)
 
@@ -162,18 +162,18 @@ def test_a_planted_fault_finds_its_place(tmp_path: Path, fault: Fault) -> None:
 def test_a_planted_fault_goes_red_at_its_gate(tree: Path, tmp_path: Path, fault: Fault) -> None:
     head = Path(shutil.copytree(tree, tmp_path / "head"))
     plant(fault, head)
-    verdict = compared(tree, head, chosen(fault.cases))
+    outcome = compared(tree, head, chosen(fault.cases))
     print()
-    for finding in verdict.findings:
+    for finding in outcome.findings:
         print(f"{fault.name} | {finding.name} | {'; '.join(finding.alarms.values()) or '-'} | "
               f"time {100 * finding.growth:+.1f} %, p = {finding.p:.1e} | "
               f"{' '.join(finding.notes)}")  # fmt: skip
-    assert verdict.worse, str(verdict)
+    assert outcome.worse, str(outcome)
     for gate in fault.gates:
-        assert any(gate in finding.alarms for finding in verdict.worse), str(verdict)
+        assert any(gate in finding.alarms for finding in outcome.worse), str(outcome)
     if fault.gates != ("time",):
         return
-    assert all(set(finding.alarms) == {"time"} for finding in verdict.worse), str(verdict)
+    assert all(set(finding.alarms) == {"time"} for finding in outcome.worse), str(outcome)
 
 
 @pytest.mark.slow
@@ -184,15 +184,15 @@ def test_equal_code_under_load_is_never_red(tree: Path, tmp_path: Path) -> None:
     with busy(1):
         for k in range(COMPARISONS):
             start = time.perf_counter()
-            verdict = compared(tree, other, cases)
-            growths = [f.growth for f in verdict.findings if f.growth == f.growth]
+            outcome = compared(tree, other, cases)
+            growths = [f.growth for f in outcome.findings if f.growth == f.growth]
             rows.append(
                 {
                     "comparison": k + 1,
-                    "red": len(verdict.worse),
-                    "looked slower once": sum(bool(f.notes) for f in verdict.findings),
+                    "red": len(outcome.worse),
+                    "looked slower once": sum(bool(f.notes) for f in outcome.findings),
                     "largest growth": max(growths),
-                    "least p": min(f.p for f in verdict.findings if f.p == f.p),
+                    "least p": min(f.p for f in outcome.findings if f.p == f.p),
                     "seconds": time.perf_counter() - start,
                 }
             )

@@ -81,7 +81,7 @@ def test_an_interrupted_build_says_that_it_can_be_resumed(bench, tmp_path, capsy
     bench.stop, bench.how = "ball", KeyboardInterrupt
     assert bench("--out", str(tmp_path)) == (130, ALL[:3])
     said = capsys.readouterr().err
-    assert "What was measured is kept: the same command resumes.\nInterrupted" in said
+    assert "Finished results are kept: the same command resumes the build.\nInterrupted" in said
     assert len(kept(tmp_path)) == 2
 
 

@@ -1,4 +1,4 @@
-"""The free rigid body of H 3.5.1, as L1 to L5 and L13 use it."""
+"""The free rigid body of H 3.5.1, shared by L1 to L5 and L13."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FLOOR = 2e-14  # round-off of matrix entries; 3e-15 was measured at n = 15
 
 
 def problem() -> Problem:
-    """H's body, at H's start."""
+    """H's body with H's initial state."""
     return galvi.problems.free_rigid_body()
 
 

@@ -1,4 +1,4 @@
-"""L1: the free rigid body by methods that know no group (H figure 1.2)."""
+"""L1: the free rigid body by methods that ignore the group structure (H figure 1.2)."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ REASONS = {
 
 
 def contenders() -> dict[str, tuple[Contender, dict[str, Any]]]:
-    """Label: contender and its setting."""
+    """Label -> contender and its setting."""
     return {
         EULER: (MATRIX_EULER, {"step": 0.01, "save_every": 20}),
         ODE45: (RIGID_ODE45, {"samples": SAMPLES}),
@@ -54,7 +54,7 @@ def contenders() -> dict[str, tuple[Contender, dict[str, Any]]]:
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series, with the method in `study`: both departures in time, and 'momentum', the body
-    momentum over its length at the start in x, y, z."""
+    momentum divided by its initial length, in x, y, z."""
     body, rows = problem(), []
     for label, (contender, setting) in contenders().items():
         report(label)
@@ -77,7 +77,7 @@ def _rows(label: str, run: Trajectory) -> list[dict[str, Any]]:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Both leave both; galvi, beside them, stays."""
+    """Euler and RK45 leave the sphere and the group; galvi stays on both."""
     return [_row(table, label, quantity) for label, quantity in REASONS]
 
 

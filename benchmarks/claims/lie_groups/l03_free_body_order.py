@@ -23,7 +23,7 @@ NS = (3, 4, 5, 6)
 QUANTITY, AT_END = "one-step error", "error at the end"
 BODY_STUDY, PENDULUM = "h-refinement, T = 5", "h-refinement, pendulum"
 WEIGHT = 98.1
-END_FLOOR = 3e-13  # ten times what DOP853 leaves at these tolerances
+END_FLOOR = 3e-13  # ten times the error of DOP853 at these tolerances
 PENDULUM_SETUP = (
     f"3D pendulum of H 3.5.2 with m g = {WEIGHT:g}, swinging by 0.1 rad in 1 s; {METHOD}; Cayley; "
     f"T = {DURATION:g}, error at the end, h = T / (4 round(2^(j/2))), j = 3, 4, ..."
@@ -44,7 +44,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def claimed_order(n: int) -> int:
-    """As H observed: n for even n, n - 1 for odd."""
+    """The order observed in H: n for even n, n - 1 for odd."""
     return 2 * math.floor(n / 2)
 
 

@@ -19,7 +19,7 @@ from galvi.problems.free_rigid_body import INERTIA
 from references.closed_forms.free_top import FREE_TOP
 
 N, STEP, STEPS = 8, 0.5, 800
-EVERY = 8  # steps between the momenta that are kept
+EVERY = 8  # steps between saved momenta
 SAMPLES = 20  # of the closed form
 SPHERE, ELLIPSOID, DISTANCE = "| |y|^2 - 1 |", "relative energy error", "distance to the exact y"
 PRINTED = "largest sum y_i^2 / I_i on the sphere"
@@ -82,7 +82,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """On the sphere, on the ellipsoid, at the right place; and the ellipsoid as H prints it."""
+    """Distances to the sphere, the ellipsoid and the exact momentum; the ellipsoid printed in H."""
     return [
         *(
             L5.row(

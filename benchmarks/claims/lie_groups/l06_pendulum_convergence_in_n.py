@@ -31,7 +31,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """For each quantity: is the fall geometric, and does it reach round-off?"""
+    """For each quantity: whether it decays geometrically, and whether it reaches round-off."""
     rows = []
     for quantity in QUANTITIES:
         decay = readings.decay(table, FLOOR, study="n-refinement", quantity=quantity)

@@ -36,7 +36,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """For each n the order against H's n, and against 2 (n - 1); that of the curve against n."""
+    """For each n: the order of step ends against n (H) and 2 (n - 1), of the curve against n."""
     return [row for n in NS for row in _orders(table, n)]
 
 

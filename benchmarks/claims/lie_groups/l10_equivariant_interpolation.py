@@ -1,4 +1,4 @@
-"""L10: interpolating curves on a group move with the group (H lemma 3.2.1)."""
+"""L10: interpolating curves on a group are equivariant (H lemma 3.2.1)."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def interpolated(chart: Chart, group: Group, points: Array, t: Array) -> Array:
 
 
 def _one(group: Group, chart: Chart, rng: np.random.Generator) -> tuple[float, float]:
-    """(difference of the moved curve to the curve moved, distance of the curve to its points)."""
+    """(difference of moved curve and curve of the moved points, distance of curve to points)."""
     matrices = MatrixGroup(group)
     unit = matrices.element(np.eye(len(matrices.basis[0])))
     first, other = (matrices.moved(unit, rng.standard_normal(group.dimension)) for _ in range(2))
@@ -111,7 +111,7 @@ def _times(matrices: MatrixGroup, g: Array, elements: Array) -> Array:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Each group with each chart; then the runs."""
+    """Rows for each group with each chart, then for the runs."""
     rows = []
     for group in GROUPS:
         for chart in CHARTS:

@@ -69,7 +69,7 @@ def _step(name: str, start: Problem, method: Any, h: float) -> list[dict[str, An
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Where the second variation loses its sign, against where H's proof stops."""
+    """The step at which the second variation loses its sign, against the bounds of H's proof."""
     zero = _crossing(*_rising(table, PENDULUM, LEAST))
     minimum, coercive = (_reached(table, quantity) for quantity in (MINIMUM, COERCIVE))
     setup = _setup(PENDULUM)

@@ -1,4 +1,4 @@
-"""L12: how well Cayley's chart is conditioned (H lemma 3.4.1)."""
+"""L12: conditioning of the Cayley chart (H lemma 3.4.1)."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def _steps(make_method: MakeMethod) -> list[dict[str, Any]]:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """The constant and its reach; the derivative; what degenerates; that it is seen."""
+    """Rows for the constant and its range, the derivative, the singularity and its detection."""
     gaps, norms = series(table, "step", study="inverse chart", quantity=NORM)
     missed = [number(table, study="steps", quantity=MISSED, t=turn) for turn in TURNS]
     return [

@@ -65,7 +65,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Each problem in each chart, the worst of the rules."""
+    """A row for each problem and chart: the worst of the rules."""
     return [_row(table, label, type(chart).__name__) for label in PROBLEMS for chart in CHARTS]
 
 

@@ -1,4 +1,4 @@
-"""The 3D pendulum of H 3.5.2, as L6 to L9 use it."""
+"""The 3D pendulum of H 3.5.2, shared by L6 to L9."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TRUTH = WithSettings(QUATERNION_DOP853, TIGHT)  # 2e-15 from heyoka in quadruple
 
 
 def problem() -> Problem:
-    """Near the hanging equilibrium."""
+    """The 3D pendulum started near its hanging equilibrium."""
     return galvi.problems.pendulum_3d(weight=WEIGHT)
 
 

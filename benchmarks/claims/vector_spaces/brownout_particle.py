@@ -1,4 +1,4 @@
-"""M's single particle (M 6.2), as V23 and V24 use it: two starts, a truth and its errors."""
+"""M's single particle (M 6.2), shared by V23 and V24: two starts, a truth and the errors."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from references.contender import Contender
 from references.scipy.ivp import DOP853, TIGHT
 
 DIAMETER = 200e-6
-PIECES = 8  # of the duration: at their ends errors are measured
-CHECK: Mapping[str, Any] = {"rtol": 1e-12, "atol": 1e-13}  # of Radau, which checks DOP853
+PIECES = 8  # equal parts of the duration, at whose ends errors are measured
+CHECK: Mapping[str, Any] = {"rtol": 1e-12, "atol": 1e-13}  # for Radau, which checks DOP853
 AWAY, ACROSS = "w away from 0", "w through 0"
 MOVING = "quartz of 200 micrometres, drag M (14) with C_d = 0.44, gravity, galvi's rotor wind"
 METHOD = "Polynomials(N), gauss(N + 1) as in M 6.1"
@@ -26,9 +26,9 @@ METHOD = "Polynomials(N), gauss(N + 1) as in M 6.1"
 
 @dataclass(frozen=True)
 class Start:
-    """Where the particle starts and for how long it is followed.
+    """The particle's initial state and the duration of its run.
 
-    w = v - wind is the velocity that the drag, quadratic in it, depends on.
+    w = v - wind is the relative velocity; the drag is quadratic in it.
     """
 
     words: str
@@ -37,7 +37,7 @@ class Start:
     duration: float
 
     def problem(self) -> Problem:
-        """In m and s."""
+        """The problem, in m and s."""
         return galvi.problems.brownout(DIAMETER, self.place, self.velocity)
 
 
@@ -64,9 +64,9 @@ def method_of_degree(make_method: MakeMethod, degree: int) -> Any:
 
 @lru_cache(maxsize=4)
 def truth(start: str, contender: Contender = DOP853) -> Array:
-    """Places at the ends of the pieces, (PIECES, 3), each reached by whole steps of the reference.
+    """Positions at the ends of the pieces, (PIECES, 3), each a step end of the reference.
 
-    contender  DOP853 at its tightest tolerance, or Radau, of another family, to check it
+    contender  DOP853 at its tightest tolerance, or Radau, of a different family, to check it
     """
     known, setting = STARTS[start], TIGHT if contender is DOP853 else CHECK
     problem, places = known.problem(), []
@@ -81,9 +81,9 @@ def truth(start: str, contender: Contender = DOP853) -> Array:
 
 
 def trajectory_error(run: Trajectory, exact: Array) -> float:
-    """Largest component of the error of the place [m], at the ends of the pieces; NaN if it failed.
+    """Largest component of the position error [m] at the ends of the pieces; NaN for a failed run.
 
-    The run's saved states must be a multiple of PIECES, apart from the start.
+    The number of saved states, without the start, must be a multiple of PIECES.
     """
     every = (len(run.t) - 1) // PIECES
     return float(np.max(np.abs(run.q[every::every] - exact)))

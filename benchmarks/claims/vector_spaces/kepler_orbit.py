@@ -1,4 +1,4 @@
-"""The two-body problem of H 2.4.2, as V3 to V8 use it."""
+"""The two-body problem of H 2.4.2, shared by V3 to V8."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ THEORY = (
     "square, 0.555^n"
 )
 
-DURATION = 2.0  # of h-refinement with the final time fixed
+DURATION = 2.0  # final time of h-refinement at fixed time
 FIXED_TIME = "h-refinement, T = 2"
 
 
 def problem() -> Problem:
-    """GM = a = 1, e = 0.6, from the pericentre."""
+    """The Kepler problem with GM = a = 1, e = 0.6, from the pericentre."""
     return galvi.problems.kepler(eccentricity=0.6)
 
 
@@ -46,12 +46,12 @@ def n_refinement(
 
 
 def fixed_number(steps: int) -> str:
-    """The study of h-refinement in always as many steps."""
+    """The name of the study of h-refinement with a fixed number of steps."""
     return f"h-refinement, {steps} steps"
 
 
 def protocols(steps: int) -> dict[str, tuple[str, str]]:
-    """Both studies of h-refinement: what is fixed, and the step sizes in words."""
+    """Both studies of h-refinement: study -> (what is fixed, the step sizes in words)."""
     return {
         FIXED_TIME: ("fixed T", f"T = {DURATION:g}, h = T / round(2^(j/2)), j = 4, 5, ..."),
         fixed_number(steps): (
@@ -62,12 +62,12 @@ def protocols(steps: int) -> dict[str, tuple[str, str]]:
 
 
 def at_one_time(ns: Iterable[int], quick: bool) -> list[Case]:
-    """Steps to the fixed final time, growing by the square root of 2."""
+    """Cases at the fixed final time; the number of steps grows by the square root of 2."""
     counts = [round(2.0 ** (j / 2)) for j in range(4, 16 if quick else 19)]
     return at_fixed_time(ns, DURATION, counts)
 
 
 def in_as_many_steps(ns: Iterable[int], steps: int, quick: bool) -> list[Case]:
-    """Sizes of a fixed number of steps, shrinking by the square root of 2."""
+    """Cases with a fixed number of steps; the step shrinks by the square root of 2."""
     sizes = [2.0 ** (-j / 2) for j in range(2, 14 if quick else 18)]
     return with_fixed_number(ns, steps, sizes)

@@ -1,4 +1,4 @@
-"""The harmonic oscillator of M 6.1, as V17 and V18 use it."""
+"""The harmonic oscillator of M 6.1, shared by V17 and V18."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ QUANTITY = "one-step error"
 
 
 def problem() -> Problem:
-    """m = k = 1, from u = 1 at rest."""
+    """The oscillator with m = k = 1, from u = 1 at rest."""
     return galvi.problems.harmonic_oscillator()
 
 
 def method_of(make_method: MakeMethod, n: int) -> Any:
-    """Of degree N = n - 1, with the Gauss rule of N + 1 points."""
+    """The method of degree N = n - 1 with N + 1 Gauss points."""
     return make_method(galvi.Polynomials(n - 1), galvi.gauss(n))
 
 

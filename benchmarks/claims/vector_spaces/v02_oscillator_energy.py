@@ -32,7 +32,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Is the fall geometric; is the error for n = 14 bounded without drift?"""
+    """Whether the error decays geometrically, and for n = 14 is bounded without drift."""
     return [
         V2.row(
             "base of the energy error",

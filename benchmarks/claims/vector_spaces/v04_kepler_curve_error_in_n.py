@@ -25,7 +25,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """The base from n = 32 on, and where the line of the curve leaves that of the step ends."""
+    """The base from n = 32 on, and the n at which the two fitted lines cross."""
     ends, curve = (
         readings.base(table, FLOOR, since, study="n-refinement", quantity=quantity)
         for quantity, since in zip(QUANTITIES, (0, FROM), strict=True)

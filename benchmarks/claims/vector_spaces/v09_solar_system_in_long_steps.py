@@ -35,7 +35,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Near IAS15, energy kept, orbits closed and in place; the same again with n = 41."""
+    """Distance to IAS15, energy, and shape of the orbits, for n = 25 and 41."""
     long_step = (
         "In a step of 100 days Mercury does more than a revolution; 25 basis functions resolve it "
         "to about 1e-4, and slower planets far better."

@@ -36,7 +36,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Near IAS15, energy kept, orbits closed and in place."""
+    """Distance to IAS15, energy, and shape of the orbits."""
     closed = (
         "Distances change from one revolution to the next by what the planets do to each other, "
         "in IAS15's orbits to the same digits."

@@ -22,7 +22,7 @@ from references.textbook.implicit_euler import IMPLICIT_EULER
 DAYS = 365.25  # in a year
 YEARS, STEP = 20.0, 0.005  # H gives h without a unit: read as years
 STEPS = round(YEARS / STEP)
-EVERY = 2  # steps between the states that are kept
+EVERY = 2  # steps between saved states
 INNER = ("Mercury", "Venus", "Earth", "Mars")
 ESCAPING = INNER[:3]  # H's caption
 REFINED, HALVINGS = 0.02, 7  # years; h = 0.005 / 2^k
@@ -38,12 +38,12 @@ SETUP = (
 
 
 def problem() -> Problem:
-    """H counts eight planets and no Pluto here."""
+    """The Sun and eight planets without Pluto, as in H."""
     return galvi.problems.solar_system(pluto=False)
 
 
 def methods() -> dict[str, tuple[Contender, dict[str, Any]]]:
-    """Label: contender and its setting besides the step."""
+    """Label -> contender and its setting without the step."""
     return {
         EXPLICIT: (EXPLICIT_EULER, {}),
         IMPLICIT: (IMPLICIT_EULER, {}),
@@ -55,15 +55,15 @@ def methods() -> dict[str, tuple[Contender, dict[str, Any]]]:
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series, with the method in `study` (au, days, relative for the energy):
 
-    'energy error'     in time, at every step that was done
+    'energy error'     in time, at every completed step
     'position'         from the Sun, the inner planets in `label`, at every second step
-    'change of energy' at the last step that was done
+    'change of energy' at the last completed step
     'share of steps with rising energy'
-    'distance to the Sun at the end'  of each planet, NaN when the method did not get there
+    'distance to the Sun at the end'  of each planet, NaN when the run ended early
     'solve stops converging'          end of the step, in years
     'position error'   after 0.02 years, against IAS15, the step halved
 
-    The series of IAS15 has the inner planets' distances at the end: what they really do.
+    The series of IAS15 holds the true distances of the inner planets at the end.
     """
     system, duration = problem(), YEARS * DAYS
     rows = []
@@ -118,7 +118,7 @@ def _refined(label: str, contender: Contender, system: Problem) -> list[dict[str
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """The energy of each method; where the implicit one ends; that all three are what they say."""
+    """The energy of each method, the end of the implicit one, and the orders of all three."""
     final = {name: number(table, study=name, quantity=FALLS) for name in (EXPLICIT, IMPLICIT)}
     rising = {name: number(table, study=name, quantity=RISES) for name in (EXPLICIT, IMPLICIT)}
     stays = readings.largest(abs(readings.values(table, study=SYMPLECTIC, quantity=ENERGY)))

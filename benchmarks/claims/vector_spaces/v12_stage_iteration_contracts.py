@@ -34,8 +34,8 @@ STUDY = "oscillator"
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For each n: A_1 of H (2.6)-(2.8), and the contraction of one pass in nodal values.
 
-    With m = k = 1 the pass w -> A^-1 f(w) is linear; what multiplies w is h^2 D, the same at any h.
-    Row 0 of A is the start, rows 1 to n - 1 test with all basis functions but the last.
+    With m = k = 1 the pass w -> A^-1 f(w) is linear with the matrix h^2 D, D the same for any h.
+    Row 0 of A is the initial value, rows 1 to n - 1 test with all basis functions but the last.
     """
     found = []
     for n in NS:
@@ -74,7 +74,7 @@ def _matrix(stiff: Array, h: float) -> Array:
 
 
 def _pass_of(method: Any) -> Array:
-    """What multiplies nodal values in the method's own pass, of its table, over -h^2 k / m.
+    """The matrix of the method's own pass in nodal values, from its tableau, over -h^2 k / m.
 
     Q = psi x + q0 at the stages, a = -k Q / m, x = h^2 C a, and values at the nodes from x.
     """
@@ -90,7 +90,7 @@ def _size(matrix: Array) -> float:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """The lemmas, the theorem's bound, and what the iteration does."""
+    """Rows for the lemmas, the theorem's bound, and the iteration itself."""
     over_bound = _by_n(table, LIMIT) / _by_n(table, BOUND)
     return [
         V12.row(

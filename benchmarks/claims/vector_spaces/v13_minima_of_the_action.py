@@ -25,9 +25,9 @@ LEAST, FORM, NORM = "least eigenvalue", "over the lower form", "over the W11 bou
 FARTHEST = "largest |q|"
 OSCILLATOR, QUARTIC = "oscillator", "quartic potential"
 REACH = 1.05  # the interval |q| <= REACH on which V'' of the quartic potential is bounded
-RATIOS = np.round(np.arange(0.1, 2.4001, 0.05), 10)  # of a step over the bound of minima
-DIRECTIONS = 64  # random variations besides the eigenvectors
-FINE = 400  # places for the integrals of |q| in W11
+RATIOS = np.round(np.arange(0.1, 2.4001, 0.05), 10)  # step over the bound for minima
+DIRECTIONS = 64  # random variations in addition to the eigenvectors
+FINE = 400  # quadrature points for the integrals of |q| in W11
 SLACK = 1e-9
 ROUND_OFF = 1e-12  # 2e-15 was measured
 EXACT, ZERO = "s = 7, exact integrals", "first step without a positive least eigenvalue"
@@ -50,7 +50,7 @@ class Case:
 
     @property
     def minimum(self) -> float:
-        """pi sqrt(m / (D C_R)) of H 2.3.5; that of 2.3.8 has 2 C_R."""
+        """The bound on the step of H 2.3.5, pi sqrt(m / (D C_R)); 2.3.8 has 2 C_R."""
         return float(np.pi / np.sqrt(self.widest))
 
 
@@ -119,7 +119,7 @@ def _step(name: str, case: Case, method: Any, h: float) -> list[dict[str, Any]]:
 
 
 def _variation(table: Any, space: Any, h: float, second: Array, widest: float) -> dict[str, float]:
-    """With the end points fixed; coefficients x of variations psi free x."""
+    """Ratios of the second variation with fixed end points; variations are psi free x."""
     free = null_space(table.end[None, :])
     place, rate = table.psi @ free, table.slope @ free / h
     b = h * table.b[:, None]
@@ -156,7 +156,7 @@ def _w11(space: Any, free: Array, h: float) -> Array:
 
 
 def _rayleigh(method: Any) -> float:
-    """h at which the oscillator's least eigenvalue is 0, over pi."""
+    """The h at which the oscillator's least eigenvalue is 0, over pi."""
     table = method.table
     free = null_space(table.end[None, :])
     place, rate = table.psi @ free, table.slope @ free
@@ -175,7 +175,7 @@ def _exact_rayleigh(degree: int) -> float:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Signs below the bounds, where they are lost, and what the rule must do."""
+    """Rows for the signs below the bounds, where they are lost, and the exactness of the rule."""
     signs = [row for name, case in cases().items() for row in _signs(table, name, case)]
     found, exact = (number(table, study=one, quantity=LEAST) for one in ("s = 7, Gauss 8", EXACT))
     return [
@@ -201,7 +201,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
 
 
 def _signs(table: pd.DataFrame, name: str, case: Case) -> list[Row]:
-    """What is positive below the bounds, and how far."""
+    """Rows for positivity below the bounds, and for the step at which it is lost."""
 
     def least(quantity: str, below: float) -> float:
         h, found = series(table, "step", study=name, quantity=quantity)

@@ -33,14 +33,14 @@ PER_STEP, CURVE_LIMIT = 10, 3e-3  # 1.6e-3 was measured
 
 
 def three_bodies() -> Problem:
-    """In space, moving as a whole, with masses 1, 0.2 and 0.1 and G = 1."""
+    """Three bodies in space with nonzero total momentum; masses 1, 0.2 and 0.1, G = 1."""
     q = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [-0.3, 3.0, 0.0]]
     v = [[0.1, -0.2, 0.3], [0.1, 0.9, 0.3], [-0.5, -0.2, 0.2]]
     return Problem(galvi.NBody([1.0, 0.2, 0.1]), q, v, name="three bodies in space")
 
 
 def pair_on_a_line() -> Problem:
-    """q1 and q2 with V = r^2 / 2 + r^4 / 4 of r = q1 - q2: translations leave it alone."""
+    """q1 and q2 with V = r^2 / 2 + r^4 / 4, r = q1 - q2: invariant under translations."""
 
     def gradient(q: Array) -> Array:
         pull = (q[0] - q[1]) + (q[0] - q[1]) ** 3
@@ -112,7 +112,7 @@ def _along(make_method: MakeMethod, steps: int) -> list[dict[str, Any]]:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Both momenta for each kind of space; components of their own degree; along the curve."""
+    """Both momenta for each kind of space; mixed degrees by component; along the curve."""
     rows = [_discrete(table, kind, quantity) for kind in kinds() for quantity in (ANGULAR, LINEAR)]
     return [*rows, *_mixed(table), _along_the_curve(table)]
 

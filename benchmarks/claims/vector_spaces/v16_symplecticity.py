@@ -44,7 +44,7 @@ SETUP = (
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
-    """'defect' of each method, and for the first of each family how far DF is from differences."""
+    """'defect' of each method; for the first of each family DF against central differences."""
     numbers, points = (QUICK_NUMBERS, QUICK_POINTS) if quick else (NUMBERS, POINTS)
     found: list[dict[str, Any]] = []
     seen: set[tuple[str, str]] = set()
@@ -77,7 +77,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """The worst method of each kind of space, by problem; and the derivative itself."""
+    """The worst method of each kind of space and problem; then the check of DF itself."""
     return [
         *(_symplectic(table, name, kind) for name in PROBLEMS for kind in (*kinds(), MIXED)),
         *(_differences(table, name) for name in PROBLEMS),

@@ -40,7 +40,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """For each N what M measured, 2 N, and what its theory predicts, 2 N - 1."""
+    """For each N the order measured in M, 2 N, and the order its theory predicts, 2 N - 1."""
     return [row for degree in DEGREES for row in _orders(table, degree)]
 
 

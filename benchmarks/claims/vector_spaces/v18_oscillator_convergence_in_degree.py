@@ -33,7 +33,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Errors fall by a factor with each N, and by no worse a factor for larger N."""
+    """Errors decay geometrically in N, and not more slowly for larger N."""
     return [
         V18.row(
             f"base of the error, h = {h:g}",

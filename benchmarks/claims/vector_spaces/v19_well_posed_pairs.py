@@ -1,4 +1,4 @@
-"""V19: well posed iff the free particle has a unique motion (M lemma 1), and what that leaves."""
+"""V19: well posed iff the free particle has a unique motion (M lemma 1); consistent pairs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ PERIODIC, MIXED = "{1, Fourier 2}, Gauss 16", "{1, t, Fourier 2}, Gauss 5"
 
 
 def spaces() -> Mapping[str, tuple[Any, Functions, int]]:
-    """Name: galvi's space, the same functions by hand, pieces."""
+    """Name -> (galvi's space, the same functions in numpy, pieces)."""
     one = powers(0)
     return {
         **{f"P{s}": (galvi.Polynomials(s), powers(s), 1) for s in (1, 2, 3, 4, 6)},
@@ -47,7 +47,7 @@ def spaces() -> Mapping[str, tuple[Any, Functions, int]]:
 
 
 def rules(pieces: int) -> Mapping[str, tuple[galvi.Rule, tuple[Array, Array]]]:
-    """Name: galvi's rule, and nodes and weights by numpy."""
+    """Name -> (galvi's rule, nodes and weights by numpy)."""
     found = {f"Gauss {n}": (galvi.gauss(n), gauss_points(n)) for n in (1, 2, 3, 4, 5, 6, 8, 16)}
     for n in (2, 3, 4, 5, 6, 7):
         found[f"Lobatto {n}"] = galvi.lobatto(n), lobatto_points(n)
@@ -67,7 +67,7 @@ def _repeated(points: tuple[Array, Array], pieces: int) -> tuple[Array, Array]:
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
-    """For each pair, one row a quantity, its name in ``label``."""
+    """For each pair, one row per quantity, with the pair's name in ``label``."""
     observed = []
     for name, (space, functions, pieces) in spaces().items():
         report(name)
@@ -121,7 +121,7 @@ def _agrees(space: Any, rule: Any, found: Mapping[str, float]) -> float:
 
 
 def judge(found: pd.DataFrame) -> list[Row]:
-    """Both sides of the lemma, what galvi makes of the pairs, and two that are not enough."""
+    """Rows for both sides of the lemma, for galvi's decisions, and two well-posed non-methods."""
     wide = found.pivot(index="label", columns="quantity", values="value") if len(found) else found
     count = len(wide)
     lemma = ill = bent = both = said = worst = float("nan")
@@ -211,7 +211,7 @@ def judge(found: pd.DataFrame) -> list[Row]:
 def _not_enough(
     wide: pd.DataFrame, pair: str, measured: str, bound: Bound, quantity: str, reason: str
 ) -> Row:
-    """A pair that is well posed, and all the same no method."""
+    """The row of a pair that is well posed but inconsistent."""
     known = len(wide) and pair in wide.index and wide.loc[pair, SOLVABLE] == 1.0
     return V19.row(
         f"{quantity}, {pair}",

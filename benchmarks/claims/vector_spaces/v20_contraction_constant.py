@@ -39,7 +39,7 @@ EXACT = "exact"
 
 
 def points(name: str, degree: int) -> int | None:
-    """Points of a rule at a degree N; None where there is no such rule."""
+    """The number of points of a rule at degree N; None where there is no such rule."""
     number = {GAUSS: degree, GAUSS_TWICE: 2 * degree, LOBATTO_MORE: degree + 1}.get(name, degree)
     return None if name == LOBATTO and degree < 2 else number
 
@@ -120,7 +120,7 @@ def _inf_sup(functions: Array, seen: Grams) -> float:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """The bound for each rule, its constants, and how far it is from what passes do."""
+    """Rows for the bound with each rule, its constants and its sharpness."""
 
     def every(quantity: str) -> Array:
         return np.concatenate([_of(table, name, quantity) for name in RULES])
@@ -208,7 +208,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
 
 
 def _share(table: pd.DataFrame, name: str) -> Array:
-    """Of eta C_N^2, at the same h^2 K / m: what a pass contracts by, for each degree."""
+    """The contraction of a pass over eta C_N^2, at the same h^2 K / m, for each degree."""
     bound = 3.0 * _of(table, name, CONSTANT) ** 2 / _z0() ** 2
     share: Array = _of(table, name, PASS) / bound
     return share

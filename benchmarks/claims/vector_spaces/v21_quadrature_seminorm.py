@@ -27,7 +27,7 @@ ROUND_OFF = 1e-12  # 3e-15 was measured
 
 
 def rule(name: str, degree: int) -> galvi.Rule:
-    """The rule that a study is called after."""
+    """The rule of a study, by its name."""
     points = degree + 1 if name in (GAUSS_MORE, LOBATTO_MORE) else degree
     return galvi.lobatto(points) if "Lobatto" in name else galvi.gauss(points)
 
@@ -57,7 +57,7 @@ def _extremes(method: Any, degree: int) -> tuple[float, float]:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Exact rules; M's printed constant for N nodes; and the one that is so."""
+    """Rows for exact rules, for M's printed constant with N nodes, and for the true constant."""
     n, largest = series(table, "n", study=LOBATTO, quantity=LARGEST)
     return [
         *(

@@ -1,4 +1,4 @@
-"""V22: best approximations, errors along the path, orders that the rule limits (M section 5)."""
+"""V22: best approximation, errors along the path, and orders limited by the rule (M section 5)."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def _approximations(
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Rates in X of both motions, then orders at step ends by rule."""
+    """Rows for the rates in X of both motions, then for the orders at step ends by rule."""
     rows = [
         _rate(table, name, quantity, degree)
         for name in CASES
@@ -143,7 +143,7 @@ def _rate(table: pd.DataFrame, name: str, quantity: str, degree: int) -> Row:
 
 
 def _expectation(name: str, quantity: str, degree: int) -> tuple[str, str]:
-    """The verdict of this rate, and why."""
+    """The expected verdict of this rate, and the reason."""
     rough = name == "rough"
     if quantity == LARGEST:
         more = "; a jump of the third derivative in it has that factor as well" if rough else ""

@@ -1,4 +1,4 @@
-"""V23: one brownout particle, order with a force that depends on velocity (M figure 3, left)."""
+"""V23: one brownout particle, order with a velocity-dependent force (M figure 3, left)."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ FLOOR = {AWAY: 2e-13, ACROSS: 1e-10}  # m; DOP853 and Radau differ by 2e-14 and 
 NEAR = {AWAY: 1e-12, ACROSS: 1e-8}  # of M's reference: 9e-15 and 1.1e-10 were measured
 AGREED = {AWAY: 1e-12, ACROSS: 1e-10}  # of Radau
 FINER = 64  # times as many steps of semi-implicit Euler
-SATURATED = 10.0  # times the error with a solve to round-off
+SATURATED = 10.0  # ratio to the error of a solve to round-off
 TOLERANCES = (1e-3, 1e-5, 1e-7)
 SCANNED = tuple(10.0**-k for k in range(2, 9))  # for the power that errors fall with
-LAST = 5  # of the smallest steps, whose errors spread over two decades: their geometric mean
-SATURATING = 4  # the degree whose solve is stopped early
+LAST = 5  # smallest steps averaged (geometric mean), since their errors scatter by two decades
+SATURATING = 4  # degree of the runs whose solve is stopped early
 TRUTH = f"{DOP853.name}, checked by {RADAU.name}"
 
 
@@ -116,7 +116,7 @@ def _row(study: str, degree: int, k: int, run: Trajectory, start: str) -> dict[s
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Orders for each start; what stops the errors; what M takes for the truth."""
+    """Rows for the orders from each start, the saturation of errors, and M's reference."""
     return [
         *(_order(table, start, degree) for start in STARTS for degree in (*DEGREES, 0)),
         *_saturation(table),
@@ -159,7 +159,7 @@ def _order(table: pd.DataFrame, start: str, degree: int) -> Row:
 
 
 def _saturation(table: pd.DataFrame) -> list[Row]:
-    """At the smallest steps: what an early stop of the solve costs, and how it falls."""
+    """Rows for the error of an early stop of the solve at the smallest steps."""
     solved = _at_small_steps(table, SOLVED)
     levels = np.array([_at_small_steps(table, stopped_at(t)) for t in SCANNED])
     power = Estimate(float("nan"))

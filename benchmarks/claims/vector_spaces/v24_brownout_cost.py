@@ -33,13 +33,13 @@ from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER
 DEGREES = (1, 2, 4, 6)
 SECONDS = "seconds"
 ROUNDS = 3
-ASKED = 2e-4  # m, a low error, which 65,536 steps of the low order reach
-FINE = 1e-7  # m, out of reach of the low order
-LOW, HIGH = 1e-4, 2.0  # m, where the crossing is looked for; the particle is carried 8 m
+ASKED = 2e-4  # m, a small error, reached at low order with 65,536 steps
+FINE = 1e-7  # m, out of reach at low order
+LOW, HIGH = 1e-4, 2.0  # m, search range of the crossing; the particle is carried 8 m
 
 
 def multiples(quick: bool) -> dict[str, tuple[int, ...]]:
-    """Steps in a piece of the duration, for each contender."""
+    """Numbers of steps per piece of the duration, for each contender."""
     euler = (4, 16, 64, 256, 1024, 8192) if quick else (4, 16, 64, 256, 1024, 4096, 8192, 16384)
     ours = (1, 2, 4, 8, 32) if quick else (1, 2, 3, 4, 6, 8, 16, 32)
     short = [size for size in ours if size <= 8]  # of the highest degree, then at round-off
@@ -48,7 +48,7 @@ def multiples(quick: bool) -> dict[str, tuple[int, ...]]:
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
-    """'error of the place' [m] and 'seconds', all timed in turns; the contender in `study`."""
+    """'error of the place' [m] and 'seconds', timed alternately; the contender in `study`."""
     known, exact = STARTS[AWAY], truth(AWAY)
     problem, calls, warm, found = known.problem(), [], [], []
     for label, sizes in multiples(quick).items():
@@ -68,12 +68,12 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
 
 
 def label_of(degree: int) -> str:
-    """The study of a degree."""
+    """The name of the study of a degree."""
     return f"N = {degree}"
 
 
 def _solve(make_method: MakeMethod, problem: Any, duration: float, label: str, size: int) -> Any:
-    """One run of `size` steps a piece, saved at the ends of the pieces."""
+    """One run with `size` steps per piece, saved at the ends of the pieces."""
     h, steps = duration / (PIECES * size), PIECES * size
     if label == EULER:
         return SEMI_IMPLICIT_EULER.run(problem, duration, {"step": h, "save_every": size})
@@ -82,7 +82,7 @@ def _solve(make_method: MakeMethod, problem: Any, duration: float, label: str, s
 
 
 def front_of(table: pd.DataFrame, *labels: str) -> tuple[Array, Array]:
-    """(errors, seconds) that no other run of these contenders beats, by falling error."""
+    """The Pareto front (errors, seconds) of these contenders, by decreasing error."""
     points = []
     for label in labels:
         rows = pick(table, study=label)
@@ -99,7 +99,7 @@ def front_of(table: pd.DataFrame, *labels: str) -> tuple[Array, Array]:
 
 
 def advantage(table: pd.DataFrame, errors: Sequence[float]) -> Array:
-    """Time of semi-implicit Euler over that of the best degree at errors [m]; NaN out of reach."""
+    """Ratio of the times of semi-implicit Euler and the best degree at errors [m]; NaN beyond."""
     euler, ours = front_of(table, EULER), front_of(table, *map(label_of, DEGREES))
     return np.array([seconds_at(*euler, e) / seconds_at(*ours, e) for e in errors])
 
@@ -107,7 +107,7 @@ def advantage(table: pd.DataFrame, errors: Sequence[float]) -> Array:
 def crossing(table: pd.DataFrame) -> float:
     """The error [m] below which high order is cheaper, at all errors that both reach.
 
-    0 where it is not at the smallest of them; NaN where they reach none alike.
+    0 when it is not cheaper at the smallest common error; NaN without a common error.
     """
     errors = np.geomspace(HIGH, LOW, 200)
     ratios = advantage(table, errors)
@@ -121,7 +121,7 @@ def crossing(table: pd.DataFrame) -> float:
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Where the fronts cross, how far apart they are below, and which degree pays."""
+    """Rows for the crossing of the fronts, the ratio of times below it, and the best degree."""
     high, low = (seconds_at(*front_of(table, label_of(d)), FINE) for d in (max(DEGREES), 2))
     return [
         V24.row(

@@ -1,4 +1,4 @@
-"""V25: a cloud of sand in brownout, several diameters (M figure 2), which is not run."""
+"""V25: a brownout cloud of sand of several diameters (M figure 2); not run."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from benchmarks.store.frames import frame
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
-    """Nothing: see the reason of the one row."""
+    """An empty frame; the claim's only row gives the reason."""
     return frame([])
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """One row, that says what is missing."""
+    """One row with the verdict "not run" and the reason."""
     return [
         V25.row("places of a cloud of particles", NoBound(), float("nan"), expected=NOT_RUN),
     ]

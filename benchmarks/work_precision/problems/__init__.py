@@ -1,4 +1,4 @@
-"""The problems that contenders are compared on, at matched error; PROBLEMS is their list."""
+"""The list PROBLEMS of work-precision problems."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PROBLEMS = (
     double_pendulum,
     planar_chain,
 )
-NOT_IN_QUICK = (applegate,)  # the planets of outer_solar_system, from other masses and states
+NOT_IN_QUICK = (applegate,)  # the planets of outer_solar_system, with other masses and states
 
 
 def work_precision_problems(quick: bool) -> tuple[WorkPrecisionProblem, ...]:

@@ -12,8 +12,8 @@ from references.textbook.stormer_verlet import STORMER_VERLET
 def applegate(quick: bool) -> WorkPrecisionProblem:
     """Applegate's outer planets: 10,000 years of 365 days, or 1000 when quick.
 
-    Every contender of `outer_solar_system`, on the few settings of its quick form: the planets are
-    the same, from other masses and another start.
+    The contenders of `outer_solar_system` at the few settings of its quick form: the same planets,
+    with other masses and another start.
     """
     return planets(
         galvi.problems.applegate(),

@@ -1,4 +1,4 @@
-"""What work-precision problems of chains of links that swing in a plane share."""
+"""Common parts of the work-precision problems of planar chains of links."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from references.mujoco.steps import MUJOCO_EULER, MUJOCO_IMPLICIT, MUJOCO_RK4
 from references.scipy.chain_ivp import CHAIN_DOP853
 from references.stored.chain import STORED_CHAIN
 
-DURATION = 5.0  # of the double pendulum some ten of its Lyapunov times: tests/references
+DURATION = 5.0  # some ten Lyapunov times of the double pendulum: tests/references
 RK4_STEPS = (500, 2000, 8000, 16_000)
 FIRST_ORDER_STEPS = (2000, 8000)
 
 
 def largest_angle(q: Array, truth: Array) -> float:
-    """Of the differences of angles, in magnitude."""
+    """The largest difference of angles, in magnitude."""
     return float(np.max(np.abs(q - truth)))
 
 
 def chain(problem: Problem, quick: bool, ours: Mapping[int, Sequence[int]]) -> WorkPrecisionProblem:
-    """Everyone on one chain; a few settings of each when quick.
+    """All contenders on one chain; a few settings of each when quick.
 
-    MuJoCo's discrete and implicitfast are its Euler where nothing is damped, so they are left out.
+    MuJoCo's discrete and implicitfast equal its Euler without damping, so they are omitted.
     """
 
     def truth() -> Truth:

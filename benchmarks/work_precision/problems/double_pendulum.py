@@ -10,5 +10,5 @@ STEPS = {4: (100, 200, 400), 8: (50, 100, 200), 12: (40, 60, 100)}
 
 
 def double_pendulum(quick: bool) -> WorkPrecisionProblem:
-    """Two points on weightless rods, from a chaotic start."""
+    """Two point masses on massless rods, from a chaotic start."""
     return chain(galvi.problems.double_pendulum(), quick, STEPS)

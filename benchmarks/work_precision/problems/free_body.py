@@ -17,7 +17,7 @@ STEPS = {
 
 
 def free_body(quick: bool) -> WorkPrecisionProblem:
-    """H's free rigid body: some nine turns."""
+    """H's free rigid body over about nine turns."""
     problem = galvi.problems.free_rigid_body()
 
     def truth() -> Truth:

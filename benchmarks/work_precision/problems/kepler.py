@@ -24,7 +24,7 @@ from references.textbook.stormer_verlet import STORMER_VERLET
 
 
 def kepler(periods: int, quick: bool) -> WorkPrecisionProblem:
-    """Eccentricity 0.6. WHFast has no place here: it solves this problem in closed form."""
+    """The Kepler problem, e = 0.6. WHFast is excluded: it solves this problem in closed form."""
     problem, duration = galvi.problems.kepler(0.6), periods * math.tau
 
     def truth() -> Truth:
@@ -65,5 +65,5 @@ def kepler(periods: int, quick: bool) -> WorkPrecisionProblem:
 
 
 def kepler_orbit(quick: bool) -> WorkPrecisionProblem:
-    """100 periods, or 10 when quick."""
+    """The Kepler problem over 100 periods, or 10 when quick."""
     return kepler(10 if quick else 100, quick)

@@ -17,7 +17,7 @@ STEPS = {
 
 
 def pendulum(quick: bool) -> WorkPrecisionProblem:
-    """H's 3D pendulum from near its rest."""
+    """H's 3D pendulum, from near its equilibrium."""
     problem = galvi.problems.pendulum_3d()
 
     def truth() -> Truth:

@@ -1,4 +1,4 @@
-"""What work-precision problems of planets share: participants, settings and the stored truth."""
+"""Common parts of the work-precision problems of planets: participants, settings, stored truth."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from references.rebound import ias15, saba, whfast
 from references.scipy.ivp import DOP853
 from references.stored.planets import STORED_TRUTH
 
-# Steps a period, and a third, for Wisdom and Holman's maps: to where rounding stops WHFast on the
+# Steps per period, plus a third, for Wisdom-Holman maps: up to where rounding limits WHFast on the
 # outer planets (10,000 years: 4.5e-9 with 120, 1.5e-9 with 240, 4.0e-9 with 480).
 WISDOM = (10, 15, 20, 30, 60, 120, 240)
 
@@ -34,10 +34,10 @@ def planets(
 ) -> WorkPrecisionProblem:
     """galvi, REBOUND, heyoka and SciPy on planets; the truth is the stored one.
 
-    duration  on which the truth is kept, in the problem's unit of time
-    period    of the fastest planet, likewise, to which numbers of steps refer
-    few       fewer settings of the references, their defaults and their best among them
-    others    (label, contender, steps a period, options), for this problem only
+    duration  duration of the stored truth, in the problem's unit of time
+    period    period of the fastest planet, likewise, to which numbers of steps refer
+    few       fewer settings of the references, including their defaults and their best
+    others    (label, contender, steps per period, options), for this problem only
     """
 
     def truth() -> Truth:

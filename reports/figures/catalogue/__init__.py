@@ -1,1 +1,1 @@
-"""Which figures there are."""
+"""The figures of the report, as data."""

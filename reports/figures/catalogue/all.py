@@ -1,4 +1,4 @@
-"""Every figure that draws from claims, in the order of the papers' chapters."""
+"""All figures drawn from claims, in the order of the papers' chapters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The figures of V23 and V24: M's figure 3, one sand particle in the wind of a helicopter."""
+"""The figures of V23 and V24: figure 3 of M, a sand particle in the wind of a helicopter."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from reports.figures.plots.traces import STEP, traces
 from reports.results.figure import Figure
 
 SOURCE = "M fig. 3"
-PLACE = "largest error of the place [m]"
+PLACE = "largest error of the position [m]"
 SHOWN = "Solid line: fit over the filled points; dashed, a little above: the rate claimed"
 
 
@@ -68,7 +68,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
             "xlabel": "step size $h$ [s], smaller to the right",
             "ylabel": PLACE,
         },
-        caption="Newton's iteration ends once a change is below this part of the place.",
+        caption="Newton's iteration stops when the relative change of the position is below this.",
     ),
     Figure(
         name="m-fig-3-right",
@@ -86,7 +86,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
             "xlabel": "time to solution [s]",
             "ylabel": PLACE,
         },
-        caption="Medians of one interleaved run, both in compiled code, Python's part included: "
-        "setting up a run of galvi takes some milliseconds.",
+        caption="Medians of one interleaved run, both in compiled code, Python overhead included: "
+        "setting up a run of galvi takes a few milliseconds.",
     ),
 )

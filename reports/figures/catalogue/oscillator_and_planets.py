@@ -1,4 +1,4 @@
-"""The figures of H in V1 to V11 (1.1 and 2.3 to 2.15), each as data."""
+"""The figures of V1 to V11: 1.1 and 2.3 to 2.15 of H, each as data."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from reports.results.figure import Figure
 
 N = "n-refinement"
 HOLLOW = (
-    "Solid line: fit over the filled points; hollow points are not small yet, unstable or round-off"
+    "Solid line: fit over the filled points; hollow points: pre-asymptotic, unstable or round-off"
 )
-DASHED = f"{HOLLOW}; dashed, a little above: the rate claimed."
+DASHED = f"{HOLLOW}; dashed, offset upwards: the claimed rate."
 POSITION = "largest error of the position"
 RELATIVE_ENERGY = "largest relative energy error"
 RELATIVE_MOMENTUM = "largest relative error of angular momentum"
@@ -86,9 +86,9 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             "bodies": v11.INNER,
         },
         caption=f"{v11.YEARS:g} years in steps of {v11.STEP:g} years, relative to the Sun, in the "
-        "equatorial plane of the ICRF; note the scales. Implicit Euler comes as far as the "
-        "crosses, where its solve stops converging; thin lines: what follows when that is "
-        "ignored, out of the frame.",
+        "equatorial plane of the ICRF; note the scales. Implicit Euler ends at the crosses, where "
+        "its solver stops converging; thin lines: the continuation when that is ignored, which "
+        "leaves the frame.",
         size=(9.6, 3.5),
     ),
     Figure(
@@ -106,8 +106,8 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             },
             "unit": v11.DAYS,
         },
-        caption="Relative change of the energy, upwards when it rises; logarithmic outside the "
-        "shaded band. Implicit Euler ends at the cross, where its solve stops converging.",
+        caption="Relative change of the energy; logarithmic outside the shaded band. Implicit "
+        "Euler ends at the cross, where its solver stops converging.",
     ),
     Figure(
         name="fig-2-03",
@@ -123,7 +123,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             "ylabel": POSITION,
             "top": 1e2,
         },
-        caption=f"A step is three periods long. {HOLLOW}.",
+        caption=f"A step is about three periods long. {HOLLOW}.",
     ),
     Figure(
         name="fig-2-04",
@@ -145,7 +145,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         claims=("V2",),
         draw=history,
         options={"quantity": v02.QUANTITY, "ylabel": "relative energy error"},
-        caption="At step ends. What grows with time leaves the band.",
+        caption="At step ends. An error that grows with time leaves the band.",
     ),
     Figure(
         name="fig-2-06",
@@ -160,8 +160,8 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             ),
             "ylabel": POSITION,
         },
-        caption=f"{DASHED} The curve's own, slower rate shows once the error that accumulates at "
-        "step ends is below it.",
+        caption=f"{DASHED} The curve's own, slower rate appears once the error accumulated at step "
+        "ends is smaller.",
         size=(6.4, 4.4),
     ),
     *(
@@ -213,8 +213,8 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             claims=("V8",),
             draw=history,
             options={"quantity": quantity, "ylabel": f"relative {quantity}"},
-            caption="At step ends, from (q, p). What grows with time leaves the band for good; "
-            "round-off wanders about it.",
+            caption="At step ends, from (q, p). An error that grows with time leaves the band "
+            "for good; round-off is a random walk.",
         )
         for quantity, number in (("energy error", 12), ("angular momentum error", 13))
     ),
@@ -231,7 +231,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             "centre": "Sun",
         },
         caption="Lines: the Galerkin curves; dots: the ends of the steps, farther apart than a "
-        "year of Mercury. Places are relative to the Sun, in the equatorial plane of the ICRF.",
+        "year of Mercury. Positions relative to the Sun, in the equatorial plane of the ICRF.",
         size=(6.0, 6.0),
     ),
     Figure(
@@ -246,9 +246,9 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             "bodies": v10.OUTER,
             "centre": "Sun and inner planets",
         },
-        caption="Lines: the Galerkin curves over 500 years; dots: the ends of the steps. Places "
-        "are relative to the Sun and the inner planets, which are one body here, in the "
-        "equatorial plane of the ICRF.",
+        caption="Lines: the Galerkin curves over 500 years; dots: the ends of the steps. Positions "
+        "relative to the Sun and the inner planets, merged into one body here, in the equatorial "
+        "plane of the ICRF.",
         size=(6.0, 6.0),
     ),
 )  # fmt: skip

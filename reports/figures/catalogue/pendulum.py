@@ -1,4 +1,4 @@
-"""The figures of L6 to L9, L14 and L15: H 3.5 to 3.9, other charts and groups, curves."""
+"""The figures of L6 to L9, L14 and L15: 3.5 to 3.9 of H, other charts and groups, curves."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from reports.figures.plots.rate import Rate
 from reports.figures.plots.sphere import sphere
 from reports.results.figure import Figure
 
-SOLID = "Solid line: fit over the filled points; hollow points are not small yet, or round-off"
-DASHED = f"{SOLID}; dashed, a little above: the rate claimed."
+SOLID = "Solid line: fit over the filled points; hollow points: pre-asymptotic or round-off"
+DASHED = f"{SOLID}; dashed, offset upwards: the claimed rate."
 ATTITUDE = "largest error of the attitude"
 
 
@@ -72,7 +72,7 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
             "ylabel": "relative energy error",
             "xlabel": "time $t$",
         },
-        caption="At step ends. What grows with time leaves the band.",
+        caption="At step ends. An error that grows with time leaves the band.",
     ),
     Figure(
         name="fig-3-08",
@@ -88,9 +88,9 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
             "curve": l09.CURVE,
             "ends": l09.ENDS,
         },
-        caption=f"The centre of mass in the first {l09.SHOWN} steps, from the top (orange); dots: "
-        "the ends of the steps, lines: the Galerkin curves between them. With Cayley's chart the "
-        "run of the heavier body ends in its third step.",
+        caption=f"The centre of mass over the first {l09.SHOWN} steps, from the top (orange); "
+        "dots: the ends of the steps, lines: the Galerkin curves between them. In the Cayley chart "
+        "the run of the heavier body ends in its third step.",
         size=(9.0, 4.6),
     ),
     Figure(
@@ -113,9 +113,10 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
             "change": l09.CHANGE,
             "limit": math.pi,
         },
-        caption="Left: runs for two weights m g; crosses where one ends early. Right: single steps "
-        "from states of DOP853's run with m g = 29.43; Cayley's chart jumps as a step nears half a "
-        "turn (dashed), the exponential one does not. Steps that were not solved are left out.",
+        caption="Left: runs for two weights m g; a cross marks an early end. Right: single steps "
+        "from states of a DOP853 run with m g = 29.43; in the Cayley chart the error jumps as a "
+        "step nears a rotation by pi (dashed), in the exponential chart it does not. Steps that "
+        "were not solved are omitted.",
         size=(9.6, 3.8),
     ),
     *(
@@ -140,15 +141,15 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
     Figure(
         name="chart-limits",
         source="H 3.6.1",
-        title="where two charts end",
+        title="limits of the charts",
         claims=("L14",),
         draw=limits,
         options={
             "quantity": l14.TURNED,
             "charts": {"Cayley": (math.pi, "$\\pi$"), "exponential": (2 * math.pi, "$2 \\pi$")},
         },
-        caption=f"One step of a body that turns steadily, n = {l14.SPIN}; crosses on top: the run "
-        "ended with a status. Dashed: the limits.",
+        caption=f"One step of a body in steady rotation, n = {l14.SPIN}; crosses at the top: the "
+        "run failed. Dashed: the limits.",
     ),
     Figure(
         name="curve-between-same-ends",
@@ -161,7 +162,7 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
                 Rate(l15.IN_N, l15.ENDS, "end", l15.FLOOR[l15.ENDS]),
                 Rate(l15.IN_N, l15.CURVE, "curve", l15.FLOOR[l15.CURVE]),
             ),
-            "ylabel": "error of the end, distance of the curve",
+            "ylabel": "error at the end, distance of the curve",
         },
         caption=f"{SOLID}. The curve against the exact motion between the same attitudes.",
     ),

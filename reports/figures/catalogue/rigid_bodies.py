@@ -1,4 +1,4 @@
-"""The figures of H in L1 to L5 (1.2 and 3.1 to 3.4), each as data."""
+"""The figures of L1 to L5: 1.2 and 3.1 to 3.4 of H, each as data."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from reports.figures.plots.momentum_spheres import Sphere, momentum_spheres
 from reports.figures.plots.rate import Rate
 from reports.results.figure import Figure
 
-POINTS = "Solid line: fit over the filled points; hollow points are not small yet, or round-off"
+POINTS = "Solid line: fit over the filled points; hollow points: pre-asymptotic or round-off"
 ATTITUDE = "largest error of an entry of $R$"
 LABELS = {
     l01.EULER: "explicit Euler,\n$h=0.01$",
@@ -27,7 +27,7 @@ RIGID_BODIES: tuple[Figure, ...] = (
     Figure(
         name="fig-1-02",
         source="H fig. 1.2",
-        title="Free rigid body: body momentum by methods that know no group, and by one that does",
+        title="Free rigid body: body momentum by methods on R^n, and by one on the group",
         claims=("L1",),
         draw=momentum_spheres,
         options={
@@ -38,9 +38,9 @@ RIGID_BODIES: tuple[Figure, ...] = (
             ),
             "inertia": INERTIA,
         },
-        caption="Momenta over their length at the start, to t = 100. Grey: the exact curve, which "
-        "Euler's spiral leaves outwards. RK45 leaves the sphere by a millionth, which no picture "
-        "shows; the next figure does.",
+        caption="Momenta divided by their initial length, to t = 100. Grey: the exact curve, from "
+        "which explicit Euler spirals outwards. RK45 leaves the sphere by a millionth, which only "
+        "the next figure shows.",
         size=(9.6, 3.5),
     ),
     Figure(
@@ -68,7 +68,7 @@ RIGID_BODIES: tuple[Figure, ...] = (
                 "ylabel": ATTITUDE,
             },
             caption=f"{POINTS}. The curve's own rate is half that of the step ends"
-            + (f": the pole at a turn by pi gives {l02.POLE:.3f}^n." if chart == CAYLEY else "."),
+            + (f": the pole at rotation by pi gives {l02.POLE:.3f}^n." if chart == CAYLEY else "."),
             size=(6.4, 4.4),
         )
         for chart in (CAYLEY, EXPONENTIAL)
@@ -87,7 +87,7 @@ RIGID_BODIES: tuple[Figure, ...] = (
             ),
             "ylabel": ATTITUDE,
         },
-        caption=f"{POINTS}; dashed, a little above: the rate claimed. H reports order n for even "
+        caption=f"{POINTS}; dashed, offset upwards: the claimed rate. H reports order n for even "
         "n and n - 1 for odd.",
         size=(6.4, 4.4),
     ),
@@ -104,7 +104,7 @@ RIGID_BODIES: tuple[Figure, ...] = (
             ),
             "ylabel": ATTITUDE,
         },
-        caption=f"{POINTS}. Small turns, whose errors show the order 2 (n - 1) above round-off.",
+        caption=f"{POINTS}. Small rotations, whose errors show order 2 (n - 1) above round-off.",
         size=(6.4, 4.4),
     ),
     *(
@@ -116,8 +116,8 @@ RIGID_BODIES: tuple[Figure, ...] = (
             draw=history,
             options={"quantity": quantity, "ylabel": "relative energy error",
                      "xlabel": "time $t$"},
-            caption="At every fourth step end, from (R, p). What grows with time leaves the band; "
-            + ("the truncation error is below round-off here, and rounding wanders."
+            caption="At every fourth step end, from (R, p). An error that grows leaves the band; "
+            + ("the truncation error is below round-off here, which is a random walk."
                if n == l04.N else "this is the truncation error."),
         )
         for n, quantity in l04.QUANTITIES.items()
@@ -136,8 +136,9 @@ RIGID_BODIES: tuple[Figure, ...] = (
             "inertia": INERTIA,
         },
         caption="Dots: momenta at every eighth step end; lines: the exact intersections of the "
-        "sphere of momentum with the ellipsoids of energy, which come in pairs. Right: the outside "
-        "of the sphere (blue) and of one ellipsoid (yellow), and the momenta of its energy.",
+        "momentum sphere with the energy ellipsoids, which come in pairs. Right: the sphere "
+        "(blue), one ellipsoid (yellow), each where it is outermost, and the momenta of its "
+        "energy.",
         size=(9.6, 4.8),
     ),
 )  # fmt: skip

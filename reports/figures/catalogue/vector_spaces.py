@@ -1,4 +1,4 @@
-"""The figures of V14, V17, V18 and V22: curves between the same points, M 6.1 and M section 5."""
+"""The figures of V14, V17, V18 and V22: curves between fixed ends; sections 6.1 and 5 of M."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ POSITION = "largest error of the position"
 
 
 def _approximations(quantity: str, ylabel: str, minus: float) -> Figure:
-    """Of the motion with a jump in its third derivative, for each N."""
+    """The figure of a motion whose third derivative jumps, with a line for each N."""
     case = v22.CASES["rough"]
     return Figure(
         name=f"best-approximation-{quantity.replace('_', '-')}",
@@ -51,10 +51,10 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
                 Rate(v14.IN_N, v14.CURVE, "curve, $W^{1,1}$", v14.FLOOR[v14.CURVE]),
                 Rate(v14.IN_N, v14.LARGEST, r"curve, $L^\infty$", v14.FLOOR[v14.LARGEST]),
             ),
-            "ylabel": "error of the end, distance of the curve",
+            "ylabel": "error at the end, distance of the curve",
         },
         caption=f"{SOLID}. The curve, in the norms of W^{{1,1}} and L^infinity, against the exact "
-        "motion between the same points: half as many digits as the end.",
+        "motion between the same points: half as many digits as at the end.",
     ),
     Figure(
         name="curve-between-same-points-h",
@@ -84,7 +84,7 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
             ),
             "ylabel": POSITION,
         },
-        caption=f"{SOLID}; dashed, a little above: the rate that M measured.",
+        caption=f"{SOLID}; dashed, offset upwards: the rate measured in M.",
         size=(6.4, 4.4),
     ),
     Figure(
@@ -100,7 +100,7 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
             ),
             "ylabel": POSITION,
         },
-        caption=f"{SOLID}. The lines bend down: the base itself falls with n.",
+        caption=f"{SOLID}. The lines bend downwards: the base itself decreases with n.",
     ),
     _approximations(v22.LARGEST, "largest $|u - v|_X$ of the subintervals", 1.0),
     _approximations(v22.MEAN, "mean $|u - v|_X$ of the subintervals", 0.5),

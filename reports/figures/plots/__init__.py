@@ -1,1 +1,1 @@
-"""How the figures of claims are drawn."""
+"""Drawing functions for the figures of claims, one kind of plot per file."""

@@ -1,4 +1,4 @@
-"""Error against n or against h: measured, fitted over a window, and as claimed."""
+"""Convergence plots: error against n or h, with fitted and claimed rates."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from reports.figures.style.palette import COLOURS, GUIDE, MARKERS
 from reports.tables.number_format import known
 
 DASHES = (0, (4, 2))
-ABOVE = 0.045  # of the height of the axes: how far a claimed rate is drawn from what was measured
+ABOVE = 0.045  # offset of a claimed rate from the fitted line, relative to the height of the axes
 
 
 def convergence_in_n(
@@ -26,7 +26,7 @@ def convergence_in_n(
 ) -> None:
     """Errors on a logarithmic axis against the number of basis functions n.
 
-    top  errors above it are of unstable runs: an arrow and a number at the edge stand for them
+    top  larger errors, of unstable runs, are shown as an arrow and a number at the edge
     """
     axes.set_yscale("log")
     axes.set(xlabel="number of basis functions $n$", ylabel=ylabel)
@@ -51,7 +51,7 @@ def _lines(
     claimed_power: str,
     top: float,
 ) -> None:
-    """Every series, then, once the limits of the axes are known, claimed rates and labels."""
+    """Draw every series, then claimed rates and labels, which need the limits of the axes."""
     labels, fitted = [], []
     for k, rate in enumerate(rates):
         x, error = rate.measured(frame)
@@ -88,7 +88,7 @@ def _series(
     marker: str,
     top: float,
 ) -> None:
-    """Points (hollow outside the fit's window), the line that joins them, the fitted line."""
+    """Draw points (hollow outside the fit's window), the line through them and the fitted line."""
     used = inside(fit, x)
     shown = np.where(error <= top, error, np.nan)
     axes.plot(x, shown, color=color, linewidth=0.6, alpha=0.5)
@@ -110,7 +110,7 @@ def _series(
 
 
 def _claimed(axes: Axes, fit: Fit, claimed: float) -> None:
-    """The claimed rate, dashed, a little above the middle of the fitted line."""
+    """Draw the claimed rate, dashed, a little above the middle of the fitted line."""
     if not known(fit.rate):
         return
     first, last = fit.window

@@ -1,4 +1,4 @@
-"""How far methods leave what the exact motion stays on: departures in time, one panel for each."""
+"""Departures from the invariant sets of the exact motion against time, one panel for each."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from reports.figures.style.end_labels import Label, label_ends
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS
 
-SMALLEST = 1e-17  # stands for nothing at all
+SMALLEST = 1e-17  # drawn in place of 0
 
 
 def departures(
@@ -25,8 +25,8 @@ def departures(
     labels: Mapping[str, str],
     xlabel: str = "time $t$",
 ) -> None:
-    """A line for each study in `labels`, with its words at the end, in a panel for each quantity;
-    both axes logarithmic, times from the second sample on."""
+    """A line for each study in `labels`, labelled at its end, in a panel for each quantity; both
+    axes logarithmic, times from the second sample on."""
     grid = axes.get_subplotspec().subgridspec(1, len(quantities), wspace=0.75)
     axes.set_axis_off()
     for column, quantity in enumerate(quantities):

@@ -1,4 +1,4 @@
-"""Which way the energy moves by several methods, over decades of size and of time."""
+"""Signed change of energy by several methods, over decades of size and of time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from reports.figures.style.end_labels import Label, label_ends
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import BAND, COLOURS
 
-LINEAR = 1e-3  # changes up to this are drawn to scale, larger ones by their logarithm
+LINEAR = 1e-3  # smaller changes are drawn linearly, larger ones logarithmically
 TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
 
 
@@ -29,9 +29,9 @@ def energies(
     xlabel: str = "time [years]",
     ylabel: str = "relative change of energy",
 ) -> None:
-    """A line for each study in `labels`, with its words at the end; a cross where one ends early.
+    """A line for each study in `labels`, labelled at its end; a cross where one ends early.
 
-    unit  of time on the axis, in the frame's
+    unit  unit of the time axis, in the frame's unit of time
     """
     ends, last = [], 0.0
     axes.axhspan(-LINEAR, LINEAR, color=BAND, zorder=0)

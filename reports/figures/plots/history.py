@@ -1,4 +1,4 @@
-"""A quantity against time: does it drift?"""
+"""A quantity against time, with the range of its first half, to show drift."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import BAND, COLOURS, GUIDE
 
 TIME = "time $t$ (the period is $2\\pi$)"
-MANY = 300  # points above which they are not joined
+MANY = 300  # above this many, points are not joined
 
 
 def history(
     axes: Axes, frame: pd.DataFrame, *, quantity: str, ylabel: str, xlabel: str = TIME
 ) -> None:
-    """Values at step ends, over a band that holds those of the first half.
+    """Values at step ends, over a band that spans the values of the first half.
 
-    What grows with time leaves the band in the second half.
+    An error that grows with time leaves the band in the second half.
     """
     rows = pick(frame, study="history", quantity=quantity).sort_values("t")
     rows = rows[rows["value"].notna()]

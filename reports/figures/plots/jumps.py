@@ -1,4 +1,4 @@
-"""The energy error of runs in time, and what each step adds to it against how far it turns."""
+"""Energy error against time, and its change in each step against the step's rotation angle."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE, MARKERS
 
 LEAST = 1e-17  # where an error of exactly 0 is drawn
-AHEAD = 1.02  # of the range of turns, to show the limit
+AHEAD = 1.02  # factor on the range of angles, to show the limit
 
 
 def jumps(
@@ -29,10 +29,10 @@ def jumps(
     change: str,
     limit: float,
 ) -> None:
-    """Left: |quantity| of each study in ``runs``, with its words; a cross where one ends early.
-    Right: for each study in ``steps``, ``change`` against ``turn``, which share their times.
+    """Left: |quantity| of each study in ``runs``, labelled; a cross where one ends early.
+    Right: for each study in ``steps``, ``change`` against ``turn`` at the same times.
 
-    limit  a turn to mark, of the first chart
+    limit  the angle to mark: the limit of the first chart
     """
     axes.set_axis_off()
     left, right = (axes.figure.add_subplot(place) for place in
@@ -46,7 +46,7 @@ def jumps(
         right.plot(found[turn], np.maximum(found[change], LEAST), linestyle="none", label=text,
                    **style)  # fmt: skip
     right.axvline(limit, color=GUIDE, linestyle=(0, (4, 2)), linewidth=1.1)
-    right.set(yscale="log", xlabel="turn of the step [rad]", ylabel=change)
+    right.set(yscale="log", xlabel="rotation angle of the step [rad]", ylabel=change)
     right.set_xlim(0.0, AHEAD * limit)
     decades(right.yaxis)
     right.legend(loc="upper left")

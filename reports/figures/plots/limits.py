@@ -1,4 +1,4 @@
-"""How far one step can turn in each chart: its error up to the limit, and where it ends."""
+"""Error of one step against its rotation angle, up to the limit of each chart."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ LEAST = 1e-17
 def limits(
     axes: Axes, frame: pd.DataFrame, *, quantity: str, charts: Mapping[str, tuple[float, str]]
 ) -> None:
-    """For each chart, a study, its error against the turn of a step, crosses where the run ended.
+    """For each chart (a study), the error against the rotation angle; crosses where runs failed.
 
-    charts  study: its limit in radians, and the limit in words
+    charts  study -> (limit in radians, label of the limit)
     """
     top = 1e-2
     axes.set_yscale("log")
@@ -39,7 +39,7 @@ def limits(
             words, (limit, 1.0), xycoords=("data", "axes fraction"), xytext=(3, -10),
             textcoords="offset points", color=darker(color), fontsize=8,
         )  # fmt: skip
-    axes.set(xlabel="turn of one step [rad]", ylabel="error of the attitude")
+    axes.set(xlabel="rotation angle of one step [rad]", ylabel="error of the attitude")
     axes.set_ylim(1e-17, 10.0 * top)
     decades(axes.yaxis)
     axes.legend(loc="center left", bbox_to_anchor=(0.02, 0.62))

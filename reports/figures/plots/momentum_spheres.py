@@ -1,4 +1,4 @@
-"""Body momenta in space: their sphere, ellipsoids of energy, and where a method went."""
+"""Body momenta in three dimensions, on the momentum sphere and the energy ellipsoids."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from benchmarks.store.frames import pick
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE
 
-UP, ROUND = 22.0, -52.0  # degrees of elevation and azimuth from which it is seen
+UP, ROUND = 22.0, -52.0  # elevation and azimuth of the view in degrees
 SURFACE = 41  # points across a surface
-FINE = 221  # likewise, where two surfaces are told apart
+FINE = 221  # likewise, where two surfaces intersect
 SMOOTH = 241  # points of an exact curve
 PALE_YELLOW, PALE_BLUE, DARK = "#f7e0ad", "#cfe6f5", "#003C66"
-HIDDEN = 0.25  # how much of a line is seen through the sphere
+HIDDEN = 0.25  # opacity of a line behind the sphere
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Sphere:
 def momentum_spheres(
     axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Sphere], inertia: Sequence[float]
 ) -> None:
-    """The unit sphere in each panel; exact curves of each start in grey, what is behind faint."""
+    """The unit sphere in each panel; exact curves in grey, faint where they are hidden."""
     grid = axes.get_subplotspec().subgridspec(1, len(panels), wspace=0.02)
     axes.set_axis_off()
     for column, panel in enumerate(panels):
@@ -115,7 +115,7 @@ def _surface(axes: Axes) -> None:
 
 
 def _both_surfaces(axes: Axes, half_axes: np.ndarray) -> None:
-    """What is outside of the unit sphere and the ellipsoid, each in its colour."""
+    """The outer parts of the unit sphere and of the ellipsoid, each in its colour."""
     u = _directions(FINE)
     reach = 1.0 / np.linalg.norm(u / half_axes, axis=-1)
     colours = np.where((reach > 1.0)[..., None], to_rgba(PALE_YELLOW), to_rgba(PALE_BLUE))

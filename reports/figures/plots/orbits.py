@@ -1,4 +1,4 @@
-"""Orbits seen from the north of the frame: curves, and the ends of the steps."""
+"""Orbits projected on the x-y plane: curves, and the ends of the steps."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ def orbits(
 ) -> None:
     """The Galerkin curve of each body as a line, its step ends as dots, the centre as a disc.
 
-    curve, ends  quantities of the frame with the body's name in `label`, its place in `x`, `y`
+    curve, ends  quantities of the frame with the body's name in `label`, its position in `x`, `y`
     """
     for k, body in enumerate(bodies):
         color = COLOURS[k % len(COLOURS)]
         x, y = _places(frame, curve, body)
         if not np.any(np.isfinite(y)):
-            raise NoData(f"the places of {body} are not known.")
+            raise NoData(f"the positions of {body} are not known.")
         axes.plot(x, y, color=color, linewidth=0.7, alpha=0.6)
         axes.plot(*_places(frame, ends, body), ".", color=color, markersize=4.0)
         top = int(np.nanargmax(y))

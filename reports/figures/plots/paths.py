@@ -17,7 +17,7 @@ from reports.figures.style.palette import COLOURS, SUN
 
 @dataclass(frozen=True)
 class Panel:
-    """Its title; the study of its paths, then those that go on where it ends; half its width."""
+    """Title; the study of its paths, followed by its continuations; half the width of the panel."""
 
     title: str
     studies: tuple[str, ...]
@@ -32,9 +32,9 @@ def paths(
     bodies: Sequence[str],
     unit: str = "au",
 ) -> None:
-    """Each body's places of quantity 'position' as a line in its colour; the centre as a disc.
+    """Each body's positions as a line in its colour; the centre as a disc.
 
-    A path that others continue ends in a cross, and they are thin.
+    A path with a continuation ends in a cross; continuations are thin.
     """
     grid = axes.get_subplotspec().subgridspec(1, len(panels), wspace=0.3)
     axes.set_axis_off()
@@ -43,7 +43,7 @@ def paths(
         for k, body in enumerate(bodies):
             color, parts = COLOURS[k % len(COLOURS)], [_path(frame, s, body) for s in panel.studies]
             if not parts[0][0].size:
-                raise NoData(f"{panel.title}: the places of {body} are not known.")
+                raise NoData(f"{panel.title}: the positions of {body} are not known.")
             for rank, (x, y) in enumerate(parts):
                 one.plot(x, y, color=color, linewidth=0.5 if rank else 0.7,
                          alpha=0.5 if rank else 0.9, zorder=2 - rank)  # fmt: skip

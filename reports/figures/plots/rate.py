@@ -1,4 +1,4 @@
-"""One line of a convergence figure: which errors, how its rate is fitted, what is claimed of it."""
+"""One line of a convergence figure: its errors, the fit of its rate, and the claimed rate."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class Rate:
     """A series of errors under refinement.
 
     study, quantity  which rows of the claim's frame
-    label            what to write beside the line
+    label            text beside the line
     floor            level of round-off, as the claim states it
     claimed          base of n or power of h; None where the paper gives no number
     n                the n whose h-refinement this is; None for an n-refinement
-    start            first n of the fit, where the claim is about large n only
+    start            first n of the fit, where the claim concerns large n only
     """
 
     study: str
@@ -52,6 +52,6 @@ class Rate:
 
 
 def inside(fit: Fit, x: np.ndarray) -> np.ndarray:
-    """Which n or h belong to the window of a fit; none when there is no window."""
+    """Mask of the n or h inside the window of a fit; all False when there is no window."""
     low, high = min(fit.window), max(fit.window)
     return (x >= low * (1 - 1e-9)) & (x <= high * (1 + 1e-9))

@@ -18,16 +18,16 @@ VIEW = {"elev": 18.0, "azim": -55.0}
 def sphere(
     axes: Axes, frame: pd.DataFrame, *, panels: Mapping[str, str], curve: str, ends: str
 ) -> None:
-    """One sphere for each study in ``panels``, which gives its title; up is -z, z points down.
+    """One sphere for each study in ``panels`` (study -> title); z points down.
 
-    curve, ends  quantities with places x, y, z on the unit sphere
+    curve, ends  quantities with points x, y, z on the unit sphere
     """
     axes.set_axis_off()
     grid = axes.get_subplotspec().subgridspec(1, len(panels), wspace=0.0)
     for column, (study, title) in enumerate(panels.items()):
         along, stops = (_places(frame, study, quantity) for quantity in (curve, ends))
         if not (len(along) and len(stops)):
-            raise NoData(f"{study}: no place is known.")
+            raise NoData(f"{study}: no position is known.")
         one = axes.figure.add_subplot(grid[column], projection="3d")
         one.view_init(**VIEW)
         _globe(one)

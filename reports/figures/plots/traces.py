@@ -1,4 +1,4 @@
-"""Errors of several contenders as lines, against the step or against what they took."""
+"""Errors of several contenders as lines, against the step or another quantity."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from reports.figures.style.end_labels import Label, label_ends
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, MARKERS
 
-STEP = "step"  # the column, where a line is not against another quantity of the same runs
+STEP = "step"  # column of the x axis unless it is another quantity of the same runs
 
 
 def traces(
@@ -27,10 +27,10 @@ def traces(
     xlabel: str,
     ylabel: str,
 ) -> None:
-    """A line for each study in ``labels``, with its words at the end of the refinement, right.
+    """A line for each study in ``labels``, labelled at its finest run, on the right.
 
     quantity  errors; runs that failed have none
-    against   "step", or a quantity, of the same number of steps
+    against   "step", or a quantity, paired by the number of steps
     """
     ends, falling = [], against == STEP
     for k, (study, text) in enumerate(labels.items()):

@@ -1,1 +1,1 @@
-"""How the figures of studies and comparisons are drawn."""
+"""Drawing functions for the figures of studies and comparisons, one kind of plot per file."""

@@ -17,10 +17,10 @@ from reports.tables.matched_error import is_ours
 
 
 def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
-    """The RMS of each ensemble over its single runs, a guide that grows as t^1/2, and the error
-    that reading a state as float64 numbers makes.
+    """The RMS of each ensemble with its single runs, a guide that grows as t^1/2, and the error
+    made by rounding one state to float64.
 
-    Of several versions of the code the newest is drawn.
+    Where several versions of the code were run, the newest is drawn.
     """
     newest = {}
     for ensemble, t, errors in ensembles(frame) if len(frame) else ():
@@ -56,7 +56,7 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
 
 
 def _guides(axes: Axes, seen: list, floor: float) -> None:
-    """Below all: t^1/2 from the lowest first point, and what reading a state costs."""
+    """Below the data: t^1/2 from the lowest first point, and the rounding error of one state."""
     first = min(t[0] for _, t, _ in seen)
     last = max(t[-1] for _, t, _ in seen)
     low = 0.5 * min(float(np.nanmin(rms(errors) / np.sqrt(t))) for _, t, errors in seen)

@@ -1,4 +1,4 @@
-"""Energy and momentum errors of bodies that rotate for long, a panel for each."""
+"""Energy and momentum errors of long rotations, one panel each."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ PANELS = {
     "energy_error": "energy, relative",
     "momentum_error": "angular momentum in space, relative",
 }
-SMALLEST = 1e-17  # stands for nothing at all
+SMALLEST = 1e-17  # drawn in place of 0
 
 
 def errors_over_turns(axes: Axes, frame: pd.DataFrame, *, problem: str) -> None:
-    """The largest error since the mark before against turns, both logarithmic.
+    """The largest error since the previous mark against the number of turns, both logarithmic.
 
-    Of several runs of a contender the longest is drawn, and the newest of these; a run that failed
-    ends with a cross.
+    Of several runs of a contender the longest is drawn, the newest of those; a failed run ends with
+    a cross.
     """
     rows = frame[frame["problem"] == problem] if len(frame) else frame
     known = rows[rows["energy_error"].notna()] if len(rows) else rows

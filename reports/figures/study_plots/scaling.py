@@ -1,4 +1,4 @@
-"""What the number of bodies costs, and how much of the machine's limit is used."""
+"""Cost against the number of bodies, and the share of the machine's limit that is used."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from reports.tables.matched_error import is_ours
 
 
 def seconds_per_orbit(axes: Axes, frame: pd.DataFrame) -> None:
-    """Of the run that stands for each contender, against the number of bodies."""
+    """Time per orbit of each contender's representative run against the number of bodies."""
     rows = _chosen(frame, "seconds_per_orbit")
     for name, look in contender_looks(list(frame["contender"]), is_ours).items():
         runs = rows[rows["contender"] == name]
@@ -37,7 +37,7 @@ def seconds_per_orbit(axes: Axes, frame: pd.DataFrame) -> None:
 
 
 def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
-    """Pairs a second over what the divide and square-root units allow."""
+    """Pairs per second relative to the limit set by the divide and square-root units."""
     rows = _chosen(frame, "share")
     for name, look in contender_looks(list(rows["contender"]), is_ours).items():
         runs = rows[rows["contender"] == name]
@@ -57,5 +57,5 @@ def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
 def _chosen(frame: pd.DataFrame, column: str) -> pd.DataFrame:
     rows = frame[(frame["matched"] == True) & (frame[column] > 0)] if len(frame) else frame  # noqa: E712
     if rows.empty:
-        raise NoData("no run reaches the error that is compared at.")
+        raise NoData("no run reaches the error of the comparison.")
     return rows.sort_values("bodies")

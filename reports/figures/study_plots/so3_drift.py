@@ -1,4 +1,4 @@
-"""How rotations, momenta and energies of long runs depart: RMS against steps, both logarithmic."""
+"""Errors of rotations, momenta and energies in long runs: RMS against steps, both logarithmic."""
 
 from __future__ import annotations
 

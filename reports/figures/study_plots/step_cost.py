@@ -1,4 +1,4 @@
-"""What one step costs, method by method."""
+"""Time per step of each method."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from reports.tables.number_format import readable
 
 
 def step_cost(axes: Axes, frame: pd.DataFrame) -> None:
-    """Microseconds a step as dots, a colour for each problem, with the iterations beside them."""
+    """Microseconds per step as dots, one colour per problem, labelled with the iterations."""
     rows = frame[frame["seconds_per_step"] > 0]
     if rows.empty:
         raise NoData("no method has a time for a step.")

@@ -1,4 +1,4 @@
-"""Spaces by rules: what order each method has, which known one it is, and which pairs make none."""
+"""Matrix of spaces and rules: measured order, classical name, and pairs without a method."""
 
 from __future__ import annotations
 
@@ -105,11 +105,11 @@ def _cell(axes: Axes, x: float, y: float, row: pd.Series, colors: Colormap) -> N
 
 
 def space_label(space: str) -> str:
-    """`PolynomialFourier(1, harmonics=2, ω=2π)`: shorter than what makes it."""
+    """An abbreviated `repr`, e.g. `PolynomialFourier(1, harmonics=2, ω=2π)`."""
     short = re.sub(r"=6\.28318530717958\d*", "=2π", space).replace("frequency", "ω")
     return short.replace("degree=", "").replace(".0", "")
 
 
 def short_name(name: str) -> str:
-    """Without the number of stages, which the place in the table tells."""
+    """The name without the number of stages, which the column shows."""
     return name.partition(",")[0]

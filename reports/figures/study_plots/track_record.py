@@ -1,4 +1,4 @@
-"""A benchmark over the commits: time over the yardstick, counts, error, with changes marked."""
+"""A benchmark over the commits: normalised time, counts and error, with changes marked."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ COMMITS = 12  # more are not all named
 
 
 def track_record(axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Any]) -> None:
-    """One panel above the other, over the same benches in order.
+    """Stacked panels over the same benchmark runs, in order.
 
     panels  (label, values, changes, logarithmic)
     """
     commits = list(frame["commit"])
     if not commits or not panels:
-        raise NoData("there is no bench of it.")
+        raise NoData("it has no benchmark run.")
     grid = axes.get_subplotspec().subgridspec(len(panels), 1, hspace=0.12)
     axes.set_axis_off()
     places = np.arange(len(commits))

@@ -22,8 +22,8 @@ def work_precision(
 ) -> None:
     """One problem: the median time of each setting with its interval, one look per contender.
 
-    Lines join a contender's front; hollow points are runs that another of its runs beats. Runs that
-    failed have no point, and one that serves as the truth has a time only.
+    Lines join a contender's Pareto front; hollow points are dominated runs. Failed runs have no
+    point; the run that serves as the reference has a time only.
     """
     measured = frame[(frame["error"] > 0) & (frame["seconds"] > 0)]
     if measured.empty:
@@ -67,7 +67,7 @@ def dashes(contender: str) -> Any:
 
 
 def _intervals(axes: Axes, runs: pd.DataFrame, look: Mapping[str, str]) -> None:
-    """From the fastest to the slowest round."""
+    """Error bars from the fastest to the slowest round."""
     axes.hlines(
         runs["error"],
         runs["seconds_low"].fillna(runs["seconds"]),

@@ -1,4 +1,4 @@
-"""The order of contenders in a legend, and their colours and markers."""
+"""Order, colours and markers of contenders in legends."""
 
 from __future__ import annotations
 

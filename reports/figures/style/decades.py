@@ -1,4 +1,4 @@
-"""Ticks of logarithmic axes that can be read."""
+"""Readable ticks for logarithmic axes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodF
 
 
 def decades(axis: Axis, most: int = 9) -> None:
-    """At most so many ticks, each a power of ten, and no minor ones."""
+    """At most `most` ticks, each a power of ten, and no minor ticks."""
     axis.set_major_locator(LogLocator(base=10.0, numticks=most))
     axis.set_minor_locator(NullLocator())
 

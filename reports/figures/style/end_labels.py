@@ -1,4 +1,4 @@
-"""Words beside the ends of lines, in their colours, in place of a legend; moved apart."""
+"""Labels beside the ends of lines instead of a legend, moved apart where they overlap."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LINE = 1.6  # distance of two lines of text, in font sizes
 
 @dataclass(frozen=True)
 class Label:
-    """x, y in data coordinates, where the line ends; what to write, and its colour."""
+    """The end (x, y) of a line in data coordinates, its text and colour."""
 
     x: float
     y: float
@@ -49,9 +49,9 @@ def label_ends(axes: Axes, labels: Sequence[Label], size: float = 8.0, gap: floa
 def spread(
     wanted: Sequence[float], heights: Sequence[float], low: float, high: float
 ) -> list[float]:
-    """Centres near the wanted ones (ascending) whose boxes do not overlap.
+    """Centres near the wanted ones (ascending) such that the boxes do not overlap.
 
-    Pushed up from below, then down from `high`; `low` gives way when there is no room.
+    Boxes move up from below, then down from `high`; `low` is ignored when there is no room.
     """
     places: list[float] = []
     for centre, height in zip(wanted, heights, strict=True):

@@ -1,4 +1,4 @@
-"""Why there is no picture."""
+"""The exception of a figure without data."""
 
 
 class NoData(Exception):

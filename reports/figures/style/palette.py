@@ -1,4 +1,4 @@
-"""Colours and markers, the same for the same thing in every figure."""
+"""Colours and markers shared by all figures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BAND = "#eef3f7"
 
 
 def looks(names: Iterable[str]) -> dict[str, dict[str, str]]:
-    """A colour and a marker for each name: no two share both, for up to 63 names."""
+    """A colour and a marker for each name; the pairs differ for up to 63 names."""
     return {
         name: {"color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)]}
         for k, name in enumerate(dict.fromkeys(names))
@@ -23,6 +23,6 @@ def looks(names: Iterable[str]) -> dict[str, dict[str, str]]:
 
 
 def darker(color: str) -> tuple[float, float, float]:
-    """The same hue for words, which need more contrast with the page than lines do."""
+    """The same hue, darker: text needs more contrast with the page than lines do."""
     red, green, blue = (0.72 * part for part in to_rgb(color))
     return red, green, blue

@@ -1,4 +1,4 @@
-"""A comparison as one sentence and one table in Markdown, and everything in JSON."""
+"""The outcome of a comparison: one sentence, a Markdown table, and all data as JSON."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from reports.tables.writing import as_markdown
 from reports.tracking.gates import Finding
 
 LEGEND = (
-    "Times are processor time, base and head in turns; p is the chance that equal code looks "
-    f"so (Mann and Whitney, below {LEVEL} after Holm's correction), and a time is worse when "
-    "its median grew by the benchmark's size too, in two rounds of fresh processes. Counts "
-    "are added up for the table and compared one by one. Ends moved: the largest difference "
-    "of a coordinate; 0 is equality to the bit."
+    "Times are processor time, base and head interleaved; p is the probability that equal code "
+    f"looks so (Mann-Whitney; below {LEVEL} after Holm's correction it counts), and a time is "
+    "worse when its median also grew by the benchmark's threshold, in two rounds of fresh "
+    "processes. Counts are summed for the table and compared one by one. Ends moved: the largest "
+    "difference of a coordinate; 0 means bit-identical."
 )
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """base and head as people name them, and a finding for each benchmark."""
+class Outcome:
+    """Names of base and head, and a finding for each benchmark."""
 
     base: str
     head: str
@@ -34,7 +34,7 @@ class Verdict:
 
     @property
     def worse(self) -> tuple[Finding, ...]:
-        """Those with an alarm."""
+        """The findings with an alarm."""
         return tuple(finding for finding in self.findings if finding.alarms)
 
     def __str__(self) -> str:
@@ -59,33 +59,33 @@ class Verdict:
         return pd.DataFrame([_row(finding) for finding in ranked])
 
     def report(self) -> str:
-        """The table, then alarms and notes with their benchmarks' names."""
+        """Markdown: the table, then alarms and notes with the names of their benchmarks."""
         said = [f"{one.name}: {text}" for one in self.worse for text in one.alarms.values()]
         said += [f"{one.name}: {note}" for one in self.findings for note in one.notes]
         return "\n".join([as_markdown(self.table()), *(f"- {sentence}" for sentence in said)])
 
 
-def summary(verdict: Verdict, provenance: Mapping[str, str]) -> str:
-    """Markdown for the page of a change."""
+def summary(outcome: Outcome, provenance: Mapping[str, str]) -> str:
+    """Markdown for the job summary of a pull request."""
     origin = "; ".join(f"{key}: {value}" for key, value in provenance.items())
-    return "\n\n".join([f"**{verdict}**", verdict.report().strip(), LEGEND, origin]) + "\n"
+    return "\n\n".join([f"**{outcome}**", outcome.report().strip(), LEGEND, origin]) + "\n"
 
 
-def as_json(verdict: Verdict, provenance: Mapping[str, str]) -> str:
-    """Everything, raw samples too; null for what is not known."""
+def as_json(outcome: Outcome, provenance: Mapping[str, str]) -> str:
+    """Everything as JSON, including raw samples; null where unknown."""
     whole = {
-        "verdict": str(verdict),
-        "worse": bool(verdict.worse),
-        "base": verdict.base,
-        "head": verdict.head,
+        "verdict": str(outcome),
+        "worse": bool(outcome.worse),
+        "base": outcome.base,
+        "head": outcome.head,
         "provenance": dict(provenance),
-        "benchmarks": [{"name": one.name} | asdict(one) for one in verdict.findings],
+        "benchmarks": [{"name": one.name} | asdict(one) for one in outcome.findings],
     }
     return json.dumps(_finite(whole), indent=1) + "\n"
 
 
 def _row(one: Finding) -> dict[str, str]:
-    verdict = "not worse" if one.compared else "not compared"
+    outcome = "not worse" if one.compared else "not compared"
     return {
         "benchmark": one.name,
         "time": f"{100 * one.growth:+.1f} %" if known(one.growth) else "-",
@@ -93,12 +93,12 @@ def _row(one: Finding) -> dict[str, str]:
         "counts": _change(*_sums(*(run["counts"] for run in one.pair.reached.values()))),
         "error": _change(*one.errors),
         "ends moved": plain(one.moved, 2) or "-",
-        "verdict": f"worse: {', '.join(one.alarms)}" if one.alarms else verdict,
+        "verdict": f"worse: {', '.join(one.alarms)}" if one.alarms else outcome,
     }
 
 
 def _sums(*counts: Mapping[str, int]) -> tuple[float, float]:
-    """Of the counts that both sides have; NaN when there are none."""
+    """Sums over the counts that both sides have; NaN when there are none."""
     shared = counts[0].keys() & counts[1].keys() if len(counts) == 2 else ()
     if not shared:
         return math.nan, math.nan
@@ -117,7 +117,7 @@ def _change(base: float, head: float) -> str:
 
 
 def _finite(value: Any) -> Any:
-    """With None for what is not finite, which JSON lacks."""
+    """The value with None in place of NaN and infinities, which JSON lacks."""
     if isinstance(value, dict):
         return {key: _finite(one) for key, one in value.items()}
     if isinstance(value, (list, tuple)):
