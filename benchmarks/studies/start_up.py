@@ -34,10 +34,10 @@ EXPLANATION = (
     "Seconds in a fresh process: to import galvi, then to the end of a first run of ten steps. "
     "Cold: nothing is compiled (for the user's functions: galvi's kernels are compiled, these are "
     "not), in processor time, once for each kernel, and empty where another row has the same "
-    "kernel; warm: everything is in the cache on disk. Since seconds of different machines do not compare, they are also given relative to the "
-    f"import of numpy. Memory is the peak of the process after {STEPS:,} steps, and after a second "
-    f"run of {MANY_STEPS:,} ({QUICK_STEPS:,} in the quick form; a fiftieth for the Lagrangian and "
-    "the force), of which only the ends are kept."
+    "kernel; warm: everything is in the cache on disk. Since seconds of different machines do not "
+    "compare, they are also given relative to the import of numpy. Memory is the peak of the "
+    f"process after {STEPS:,} steps, and after a second run of {MANY_STEPS:,} ({QUICK_STEPS:,} in "
+    "the quick form; a fiftieth for the Lagrangian and the force), of which only the ends are kept."
 )
 OWN = """
 import numba, numpy as np, galvi

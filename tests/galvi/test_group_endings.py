@@ -84,7 +84,7 @@ def test_fixed_point_iteration_alone_is_what_its_name_says(problem, chart):
     if not alone.success and run.success:
         assert "Newton" not in alone.status
         ends = "or chart=galvi.Exponential(), which ends at 2 pi."
-        assert alone.status.endswith(ends if chart is CAYLEY else "or the solver auto.")
+        assert alone.status.endswith(ends if chart == CAYLEY else "or the solver auto.")
     assert (problem is FREE and chart != RODRIGUES) == (not alone.success)
 
 
