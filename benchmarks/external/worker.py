@@ -32,6 +32,9 @@ def prepare() -> None:
         "only a process that multiprocessing started has a parent to end with"
     )
     os.dup2(2, 1)
+    # The pool closes its pipe before it sends SIGTERM: a worker that waits ends by itself, and
+    # cleans up; one that hangs is killed three seconds later.
+    signal.signal(signal.SIGTERM, lambda *_: None)
     if os.name == "posix":
         os.setsid()
     threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
