@@ -17,6 +17,7 @@ class Cayley:
     H's xi is half of ours with the opposite sign.
     """
 
+    name: ClassVar[str] = "Cayley"
     number: ClassVar[int] = CHARTS.index(cayley)
     limit: ClassVar[float] = cayley.LIMIT
     farthest: ClassVar[float] = cayley.FARTHEST

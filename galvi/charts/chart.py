@@ -10,6 +10,10 @@ class Chart(Hashable, Protocol):
     """A map Phi from the algebra to the group with Phi(0) = 1 and derivative 1 there (H 3.2.2)."""
 
     @property
+    def name(self) -> str:
+        """For titles and tables, e.g. 'Cayley'."""
+
+    @property
     def number(self) -> int:
         """Index in galvi.kernels.lie.chart_functions.CHARTS."""
 

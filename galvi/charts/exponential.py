@@ -13,6 +13,7 @@ from galvi.kernels.lie.charts import exponential
 class Exponential:
     """Phi(xi) = exp(hat(xi)), |xi| = angle; a step must rotate by less than 2 pi (claim L14)."""
 
+    name: ClassVar[str] = "exponential"
     number: ClassVar[int] = CHARTS.index(exponential)
     limit: ClassVar[float] = exponential.LIMIT
     farthest: ClassVar[float] = exponential.FARTHEST

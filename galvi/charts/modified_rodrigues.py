@@ -18,6 +18,7 @@ class ModifiedRodrigues:
     (1996) 1).
     """
 
+    name: ClassVar[str] = "modified Rodrigues"
     number: ClassVar[int] = CHARTS.index(modified_rodrigues)
     limit: ClassVar[float] = modified_rodrigues.LIMIT
     farthest: ClassVar[float] = modified_rodrigues.FARTHEST

@@ -76,7 +76,7 @@ def _rows(run: Trajectory, quantity: str, t: Array, values: Array) -> list[dict[
 
 
 def judge(table: pd.DataFrame) -> list[Row]:
-    """Momentum is conserved in both charts, and the run's momenta agree with its curves'."""
+    """Momentum is conserved in every chart, and the run's momenta agree with its curves'."""
     whole = "Rotations leave the discrete Lagrangian as it is: R mu is its Noether quantity."
     fitted = f"{MOVED}. Computed from the curve R(t) alone, by complex steps."
     kernels, measured = ("", FAST), (FIRST, SECOND, MATCHED, FROM_CURVES)

@@ -13,6 +13,7 @@ from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.measures.symplectic_form import StepMap, form_defect
 from benchmarks.statistics import readings
 from benchmarks.store.frames import failure, frame, rows
+from benchmarks.test_problems import thrown_plate
 from benchmarks.test_problems.body_on_cart import body_on_cart
 from galvi import Problem
 from galvi.arrays import Array
@@ -31,6 +32,7 @@ PROBLEMS: Mapping[str, Problem] = {
     "free rigid body on SO(3)": galvi.problems.free_rigid_body(),
     "3D pendulum on SO(3)": galvi.problems.pendulum_3d(),
     "thrown body on SE(3)": galvi.problems.free_body_se3(g=(0.0, 0.0, -1.0)),
+    "thrown plate on SE(2)": thrown_plate.problem(),
     "body on a cart on SO(3) x R": body_on_cart(),
 }
 

@@ -10,6 +10,7 @@ from benchmarks.claims.lie_groups import l09_pendulum_near_chart_limit as l09
 from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
 from benchmarks.claims.lie_groups import l15_curves_between_ends as l15
 from benchmarks.claims.lie_groups import pendulum_motion
+from galvi.charts import CHARTS
 from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
 from reports.figures.plots.history import history
 from reports.figures.plots.jumps import jumps
@@ -107,7 +108,7 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
                 l09.named(l09.HEAVY, "Cayley"): "29.43, Cayley",
             },
             "steps": {
-                f"one step, {name} chart": f"{name} chart" for name in ("exponential", "Cayley")
+                l09.one_step(chart.name): f"{chart.name} chart" for chart in reversed(CHARTS)
             },
             "turn": l09.TURN,
             "change": l09.CHANGE,
@@ -115,7 +116,7 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
         },
         caption="Left: runs for two weights m g; a cross marks an early end. Right: single steps "
         "from states of a DOP853 run with m g = 29.43; in the Cayley chart the error jumps as a "
-        "step nears a rotation by pi (dashed), in the exponential chart it does not. Steps that "
+        "step nears a rotation by pi (dashed), in the other charts it does not. Steps that "
         "were not solved are omitted.",
         size=(9.6, 3.8),
     ),
@@ -134,7 +135,9 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
         )
         for name, study in (
             ("exponential-chart", "3D pendulum, exponential chart"),
+            ("modified-rodrigues-chart", "3D pendulum, modified Rodrigues chart"),
             ("se3", "SE(3), exponential chart"),
+            ("se2", "SE(2), exponential chart"),
             ("product-group", "SO(3) x R^3, exponential chart"),
         )
     ),
@@ -146,7 +149,10 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
         draw=limits,
         options={
             "quantity": l14.TURNED,
-            "charts": {"Cayley": (math.pi, "$\\pi$"), "exponential": (2 * math.pi, "$2 \\pi$")},
+            "charts": {
+                chart.name: (chart.limit, "$\\pi$" if chart.limit < 4.0 else "$2 \\pi$")
+                for chart in CHARTS
+            },
         },
         caption=f"One step of a body in steady rotation, n = {l14.SPIN}; crosses at the top: the "
         "run failed. Dashed: the limits.",

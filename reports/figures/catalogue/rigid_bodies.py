@@ -6,7 +6,7 @@ from benchmarks.claims.lie_groups import l01_methods_without_a_group as l01
 from benchmarks.claims.lie_groups import l02_free_body_convergence_in_n as l02
 from benchmarks.claims.lie_groups import l03_free_body_order as l03
 from benchmarks.claims.lie_groups import l04_free_body_energy as l04
-from benchmarks.claims.lie_groups.free_body import CAYLEY, EXPONENTIAL, FLOOR
+from benchmarks.claims.lie_groups.free_body import CAYLEY, FLOOR, METHODS
 from galvi.problems.free_rigid_body import INERTIA
 from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
 from reports.figures.plots.departures import departures
@@ -55,7 +55,7 @@ RIGID_BODIES: tuple[Figure, ...] = (
     ),
     *(
         Figure(
-            name="fig-3-01" if chart == CAYLEY else "fig-3-01-exponential",
+            name="fig-3-01" if chart == CAYLEY else f"fig-3-01-{chart.replace(' ', '-')}",
             source="H fig. 3.1",
             title=f"Free rigid body, h = 0.5, T = 5, {chart} chart",
             claims=("L2",),
@@ -68,10 +68,10 @@ RIGID_BODIES: tuple[Figure, ...] = (
                 "ylabel": ATTITUDE,
             },
             caption=f"{POINTS}. The curve's own rate is half that of the step ends"
-            + (f": the pole at rotation by pi gives {l02.POLE:.3f}^n." if chart == CAYLEY else "."),
+            + (f": its pole gives {l02.POLES[chart]:.3f}^n." if chart in l02.POLES else "."),
             size=(6.4, 4.4),
         )
-        for chart in (CAYLEY, EXPONENTIAL)
+        for chart in METHODS
     ),
     Figure(
         name="fig-3-02",

@@ -32,7 +32,7 @@ def limits(
             raise NoData(f"{study}: no step was done.")
         color, ended = COLOURS[k], ~np.isfinite(error)
         axes.plot(turn, np.maximum(error, LEAST), MARKERS[k] + "-", color=color, linewidth=0.8,
-                  label=f"{study} chart")  # fmt: skip
+                  label=study)  # fmt: skip
         axes.plot(turn[ended], np.full(ended.sum(), top * 10.0 ** (-0.6 * k)), "x", color=color)
         axes.axvline(limit, color=color, linestyle=(0, (4, 2)), linewidth=1.1)
         axes.annotate(
@@ -42,4 +42,4 @@ def limits(
     axes.set(xlabel="rotation angle of one step [rad]", ylabel="error of the attitude")
     axes.set_ylim(1e-17, 10.0 * top)
     decades(axes.yaxis)
-    axes.legend(loc="center left", bbox_to_anchor=(0.02, 0.62))
+    axes.legend(title="chart", loc="center left", bbox_to_anchor=(0.02, 0.62))

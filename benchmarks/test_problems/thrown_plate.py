@@ -1,0 +1,67 @@
+"""A plate thrown in its plane, as the motion on SE(2) of a frame with its origin off the centre.
+
+It rotates steadily, and its centre of mass falls on a parabola.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+import galvi
+from galvi import Problem
+from galvi.arrays import Array
+
+MASS, INERTIA = 2.0, 1.5  # about the centre
+CENTRE = np.array([0.3, -0.2])  # from the frame's origin, in the frame
+ASIDE = np.array([-CENTRE[1], CENTRE[0]])  # CENTRE, rotated by pi / 2
+G = np.array([0.0, -1.0])
+TURNING, SPEED = 1.5, np.array([0.3, 0.2])  # of the centre
+SETUP = (
+    "plate thrown in its plane, J = 1.5, m = 2, g = (0, -1), by a frame with the centre of mass at "
+    "(0.3, -0.2) in it; from I, angular velocity 1.5, velocity of the centre (0.3, 0.2)"
+)
+
+
+@njit(cache=True)
+def lagrangian(q: Array, v: Array) -> float:
+    """T - V for q = [[R, x], [0, 1]], (3, 3).
+
+    The centre is at x + R CENTRE and moves, in the frame, with u = v[1:] + v[0] ASIDE.
+    """
+    ux, uy = v[1] + v[0] * ASIDE[0], v[2] + v[0] * ASIDE[1]
+    x = q[0, 2] + q[0, 0] * CENTRE[0] + q[0, 1] * CENTRE[1]
+    y = q[1, 2] + q[1, 0] * CENTRE[0] + q[1, 1] * CENTRE[1]
+    kinetic = 0.5 * INERTIA * v[0] ** 2 + 0.5 * MASS * (ux * ux + uy * uy)
+    return float(kinetic + MASS * (G[0] * x + G[1] * y))
+
+
+@njit(cache=True)
+def slopes(q: Array, v: Array) -> Array:
+    """dL/dv (3,), then dL/dq (9,)."""
+    out = np.zeros(12)
+    u = v[1:] + v[0] * ASIDE
+    out[0] = INERTIA * v[0] + MASS * np.sum(u * ASIDE)
+    out[1:3] = MASS * u
+    for i in range(2):
+        out[3 + 3 * i : 5 + 3 * i] = MASS * G[i] * CENTRE
+        out[5 + 3 * i] = MASS * G[i]
+    return out
+
+
+def problem() -> Problem:
+    """From the frame at I."""
+    start = np.concatenate([[TURNING], SPEED - TURNING * ASIDE])
+    system = galvi.Lagrangian(lagrangian, galvi.SE2(), slopes)
+    return Problem(system, np.eye(3), start, name="thrown plate on SE(2)")
+
+
+def exact(duration: float, samples: int) -> Array:
+    """q at evenly spaced times, (samples + 1, 3, 3)."""
+    t = np.linspace(0.0, duration, samples + 1)
+    c, s = np.cos(TURNING * t), np.sin(TURNING * t)
+    q = np.zeros((samples + 1, 3, 3))
+    q[:, 0, 0], q[:, 0, 1], q[:, 1, 0], q[:, 1, 1], q[:, 2, 2] = c, -s, s, c, 1.0
+    centre = CENTRE + t[:, None] * SPEED + 0.5 * t[:, None] ** 2 * G
+    q[:, :2, 2] = centre - q[:, :2, :2] @ CENTRE
+    return q
