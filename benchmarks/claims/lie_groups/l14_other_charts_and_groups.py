@@ -85,8 +85,9 @@ SE3 = (
     "(0.3, 1.5, 0.4), velocity of the centre (0.3, 0.2, -0.1)"
 )
 FEWER = {CAYLEY: (3, 4)}  # of n on SE(3)
-# On SE(2) larger n reach round-off before the steps are small enough: 8.2 to 11 was fitted.
-FEWER_IN_PLANE = (3, 4)
+# On SE(2) larger n reach round-off before the steps are small enough (8.2 to 11 was fitted), and in
+# Cayley's chart n = 3 is not there yet: 4.30 and 4.18 in the quick and the default form.
+IN_PLANE = {CAYLEY: (4,)}
 
 
 def _cases() -> Iterator[tuple[str, Case]]:
@@ -100,11 +101,11 @@ def _cases() -> Iterator[tuple[str, Case]]:
         ns = FEWER.get(chart, NS)
         yield f"SE(3), {chart.name} chart", Case(_thrown, _thrown_exactly, chart, SE3, FALLS, ns)
     for chart in CHARTS:
-        plate = (thrown_plate.problem, partial(thrown_plate.exact, DURATION))
+        plate = (thrown_plate.problem, lambda samples: thrown_plate.exact(DURATION, samples))
         words = (thrown_plate.SETUP, f"{STEADY}, and a parabola")
-        case = Case(*plate, chart, *words, FEWER_IN_PLANE)
+        case = Case(*plate, chart, *words, IN_PLANE.get(chart, (3, 4)))
         yield f"SE(2), {chart.name} chart", case
-    point = (thrown_point.problem, partial(thrown_point.exact, DURATION))
+    point = (thrown_point.problem, lambda samples: thrown_point.exact(DURATION, samples))
     case = Case(*point, EXPONENTIAL, thrown_point.SETUP, FALLS)
     yield f"SO(3) x R^3, {EXPONENTIAL.name} chart", case
 
