@@ -33,7 +33,7 @@ def prepare() -> None:
     )
     os.dup2(2, 1)
     # The pool closes its pipe before it sends SIGTERM: a worker that waits ends by itself, and
-    # cleans up; one that hangs is killed three seconds later.
+    # cleans up; one that hangs is killed soon after.
     signal.signal(signal.SIGTERM, lambda *_: None)
     if os.name == "posix":
         os.setsid()
