@@ -1,26 +1,34 @@
 """Bounds on measured numbers, as values that give both their text and the verdict.
 
 Each bound states its comparisons in numbers and in words; `Bound.verdict` is the only rule that
-turns them into a verdict. NaN never holds.
+turns them into a verdict. NaN never holds. The verdicts, one meaning each:
+
+attained      a rate, order or constant is met within its uncertainty
+holds         an inequality or a qualitative statement is true, with the row's slack
+exceeds       a rate or order is better than claimed, beyond that uncertainty
+contradicted  false under the source's own protocol, for every value of what it leaves open
+finding       true, but of our own: the source says nothing about it
+not run       nothing was measured
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
 
 from benchmarks.statistics.convergence_fits import Decay
 from benchmarks.statistics.drift import Drift
 from benchmarks.statistics.estimate import Measurement, estimate
 
+ATTAINED = "attained"
 HOLDS = "holds"
 EXCEEDS = "exceeds"
 CONTRADICTED = "contradicted"
+FINDING = "finding"
 NOT_RUN = "not run"
-INFORMATIVE = "informative"  # nothing is claimed about the number
-WORST_FIRST = (NOT_RUN, CONTRADICTED, EXCEEDS, HOLDS, INFORMATIVE)
+VERDICTS = (ATTAINED, HOLDS, EXCEEDS, CONTRADICTED, FINDING, NOT_RUN)
 
 ORDER_RESOLUTION = 0.25  # the papers print orders as multiples of a half
 GROWTH = 1.5  # largest ratio of the last to the first quarter for an error that does not grow
@@ -42,20 +50,35 @@ class Comparison:
     better: int = 0
     room: float = 0.0
 
-    @property
-    def verdict(self) -> str:
-        """HOLDS, EXCEEDS or CONTRADICTED; NOT_RUN where a number is missing."""
+    def verdict(self, met: str) -> str:
+        """`met` inside the interval, EXCEEDS or CONTRADICTED outside, NOT_RUN without a number."""
         low, high = self.low - self.room, self.high + self.room
         if any(math.isnan(x) for x in (self.number, low, high)):
             return NOT_RUN
         if low <= self.number <= high:
-            return HOLDS
+            return met
         beyond = ABOVE if self.number > high else BELOW
         return EXCEEDS if beyond == self.better else CONTRADICTED
 
+    @property
+    def slack(self) -> float:
+        """The factor by which the number may grow or shrink before it reaches an end.
+
+        NaN for a number or an end that is not positive, and where there is no end.
+        """
+        if not self.number > 0.0:
+            return math.nan
+        factors = [self.high / self.number, self.number / self.low if self.low > 0.0 else math.inf]
+        return min(factors) if 0.0 < min(factors) < math.inf else math.nan
+
 
 class Bound(ABC):
-    """A bound on a measurement."""
+    """A bound on a measurement.
+
+    met  the verdict where every comparison is met: ATTAINED for a rate, order or constant
+    """
+
+    met: ClassVar[str] = HOLDS
 
     @property
     @abstractmethod
@@ -67,17 +90,22 @@ class Bound(ABC):
         """The comparisons that the text states."""
 
     def verdict(self, measured: Measurement) -> str:
-        """The worst of the comparisons; NOT_RUN unless the measured number is finite.
-
-        INFORMATIVE where there is nothing to compare with.
-        """
+        """The worst of the comparisons; NOT_RUN unless the measured number is finite."""
         seen = estimate(measured)
         if seen.refuted:
             return CONTRADICTED
         if not math.isfinite(seen.value):
             return NOT_RUN
-        verdicts = {one.verdict for one in self.comparisons(measured)} or {INFORMATIVE}
-        return next(word for word in WORST_FIRST if word in verdicts)
+        verdicts = {one.verdict(self.met) for one in self.comparisons(measured)}
+        worst_first = (NOT_RUN, CONTRADICTED, EXCEEDS)
+        return next((word for word in worst_first if word in verdicts), self.met)
+
+    def slack(self, measured: Measurement) -> float:
+        """The factor between measured number and bound where the bound HOLDS; NaN elsewhere."""
+        if self.met != HOLDS or self.verdict(measured) != HOLDS:
+            return math.nan
+        factors = [one.slack for one in self.comparisons(measured) if math.isfinite(one.slack)]
+        return min(factors, default=math.nan)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -215,6 +243,7 @@ class Near(Interval):
     claimed: float
     resolution: float
     noun: str = field(default="", kw_only=True)
+    met: ClassVar[str] = ATTAINED
 
     @property
     def words(self) -> str:
@@ -322,13 +351,22 @@ class NoGrowth(Bound):
 
 
 @dataclass(frozen=True)
-class NoBound(Bound):
-    """No bound: nothing is claimed about the number."""
+class Finding(Bound):
+    """A number about which the source says nothing, with a bound of our own or none.
 
-    text = "none"
+    The verdict is FINDING where the own bound is met, and CONTRADICTED where it is not.
+    """
 
-    def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        return ()
+    own: Bound | None = None
+    met: ClassVar[str] = FINDING
+
+    @property
+    def text(self) -> str:
+        return self.own.text if self.own else "none"
+
+    def comparisons(self, measured: Any) -> tuple[Comparison, ...]:
+        found = self.own.comparisons(measured) if self.own else ()
+        return tuple(replace(one, better=0) for one in found)
 
 
 def _errors(measured: Measurement, uncertainty: float | None) -> float:

@@ -36,10 +36,11 @@ class Row:
     bound        the bound that the verdict rests on, in words
     measured     the measured number
     uncertainty  of the measured number (one standard deviation of a fit), or None
+    slack        the factor between measured number and bound of a row that holds, or None
     expected     the verdict expected when the row was written
     reason       why it is expected
-    reference    the independent truth, with the version of its engine
-    verdict      "holds", "exceeds", "contradicted", "not run" or "informative"
+    reference    the independent truths, with the versions of their engines
+    verdict      one of `benchmarks.checks.bounds.VERDICTS`
     """
 
     id: str
@@ -50,6 +51,7 @@ class Row:
     bound: str = ""
     measured: float | None = None
     uncertainty: float | None = None
+    slack: float | None = None
     expected: str = HOLDS
     reason: str = ""
     reference: str = ""
@@ -57,14 +59,19 @@ class Row:
 
 
 def judged(id: str, quantity: str, bound: Bound, measured: Measurement, **texts: str) -> Row:
-    """The row of a measurement and its bound; `texts` are the other fields."""
+    """The row of a measurement and its bound; `texts` are the other fields.
+
+    The verdict expected, unless `texts` say otherwise, is that of a bound that is met.
+    """
     seen = estimate(measured)
+    texts = {"expected": bound.met, **texts}
     return Row(
         id=id,
         quantity=quantity,
         bound=bound.text,
         measured=_finite(seen.value),
         uncertainty=_finite(seen.uncertainty),
+        slack=_finite(bound.slack(measured)),
         verdict=bound.verdict(measured),
         **texts,
     )
@@ -105,7 +112,7 @@ class Claim:
         """A row of this claim.
 
         own  texts that replace the claim's: any of source, setup, claimed, reason, reference, and
-             expected (default "holds")
+             expected (default: the bound is met)
         """
         shared = {name: getattr(self, name) for name in SHARED}
         shared["source"] = self.source or ", ".join(self.figures)

@@ -133,7 +133,7 @@ class Judge:
         for _, one in errors.iterrows():
             limit = number(seen, quantity=CLAIMED, label=one["label"])
             measured, claims = float(one["value"]), np.isfinite(limit)
-            expected = bounds.HOLDS if claims else bounds.INFORMATIVE
+            expected = bounds.HOLDS if claims else bounds.FINDING
             kept = np.isfinite(measured) and not (claims and measured > limit)
             rows.append(
                 self._row(
@@ -203,7 +203,7 @@ class Judge:
         found = self._row(
             check, "order in the step", fit.rate, verdict, claimed=f"order {order:g}",
             bound=f"within {slack:g} of {order:g}",
-            expected=bounds.NOT_RUN if unseen else bounds.HOLDS, reason=reason,
+            expected=bounds.NOT_RUN if unseen else bounds.ATTAINED, reason=reason,
         )  # fmt: skip
         return [replace(found, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else found]
 
@@ -216,7 +216,7 @@ class Judge:
             found = drift(series["t"].to_numpy(), series["value"].to_numpy())
             limit = self.external.conserves.get(name)
             if limit is None:
-                expected = verdict = bounds.INFORMATIVE
+                expected = verdict = bounds.FINDING
             else:
                 expected = bounds.HOLDS
                 verdict = bounds.NoGrowth(limit, ROUND_OFF).verdict(found)

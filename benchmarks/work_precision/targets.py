@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-ORBITS = "issue 4, 'N bodies at the speed of the machine and to the last bit': Targets"
-TURNS = "issue 7, 'Lie groups': Speed"
+ORBITS = "the project's targets for N bodies"
+TURNS = "the project's targets for rigid bodies"
 OUTER, WHOLE = "outer solar system", "solar system without Pluto"
 FREE_BODY = "free rigid body"
 IAS15 = ("REBOUND IAS15", "REBOUND IAS15, GLOBAL", "REBOUND IAS15, looser")

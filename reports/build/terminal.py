@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, HOLDS, NOT_RUN
 from benchmarks.work_precision.targets_met import MET, MISSED
 from reports.build.changes import Change
 from reports.results.engines import Engines
@@ -17,7 +18,9 @@ from reports.results.summary import Summary
 from reports.tables.number_format import plain
 from reports.tables.targets_table import HEADINGS, QUICK, readable_targets, summary
 
-STYLES = {"holds": "green", "exceeds": "cyan", "contradicted": "yellow", "not run": "dim"}
+STYLES = {
+    ATTAINED: "green", HOLDS: "green", EXCEEDS: "cyan", CONTRADICTED: "yellow", NOT_RUN: "dim",
+}  # fmt: skip
 TARGET_STYLES: Mapping[str, str] = {MET: "green", MISSED: "bold red"}
 PRINTED = HEADINGS[:-1]  # columns of the targets table that fit in a terminal
 MOST = 20  # changes printed
@@ -49,7 +52,7 @@ def show(seen: Summary, console: Console | None = None) -> None:
         )
     console.print(table)
     for row in seen.rows:
-        if row.verdict == "not run" and row.reason:
+        if row.verdict == NOT_RUN and row.reason:
             console.print(Text(f"{row.id} {row.quantity} was not run: {row.reason}"))
     console.print(Text(str(seen)))
 

@@ -12,7 +12,7 @@ from markupsafe import Markup
 from benchmarks.checks.claim import Row
 from reports.figures.picture import Picture
 from reports.page.typeset import typeset
-from reports.tables.number_format import seconds, with_uncertainty
+from reports.tables.number_format import readable, seconds, with_uncertainty
 
 HERE = Path(__file__).parent
 
@@ -32,7 +32,11 @@ def page_environment(folder: Path) -> Environment:
         keep_trailing_newline=True,
     )
     environment.filters.update(
-        data_uri=_data_uri, measured=_measured, seconds=seconds, typeset=typeset
+        data_uri=_data_uri,
+        measured=_measured,
+        readable=readable,
+        seconds=seconds,
+        typeset=typeset,
     )
     environment.globals["zip"] = zip
     return environment

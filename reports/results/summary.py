@@ -6,12 +6,10 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from benchmarks.checks.bounds import NOT_RUN
+from benchmarks.checks.bounds import NOT_RUN, VERDICTS
 from benchmarks.checks.claim import Row
 from benchmarks.claims.agreement import SOURCE
 from reports.results.claim_results import ClaimResult
-
-VERDICTS = ("holds", "exceeds", "contradicted", "not run", "informative")
 
 
 @dataclass(frozen=True)

@@ -18,19 +18,20 @@ COLUMNS = (
     "bound",
     "measured",
     "uncertainty",
+    "slack",
     "expected",
     "reference",
     "verdict",
     "reason",
 )
-READ = ("id", "quantity", "claimed", "measured", "uncertainty", "expected", "verdict")
+READ = ("id", "quantity", "claimed", "measured", "uncertainty", "slack", "expected", "verdict")
 
 
 def claims_frame(rows: Iterable[Row]) -> pd.DataFrame:
     """One line for each row; missing values are empty."""
     frame = pd.DataFrame([{name: getattr(row, name) for name in COLUMNS} for row in rows])
     frame = frame.reindex(columns=list(COLUMNS))
-    for name in ("measured", "uncertainty"):
+    for name in ("measured", "uncertainty", "slack"):
         frame[name] = pd.to_numeric(frame[name])
     return frame
 
@@ -42,4 +43,5 @@ def readable_claims(rows: Iterable[Row] | pd.DataFrame) -> pd.DataFrame:
     return frame.assign(
         measured=[plain(number) for number in frame["measured"]],
         uncertainty=[plain(number, 2) for number in frame["uncertainty"]],
+        slack=[plain(number, 2) for number in frame["slack"]],
     )

@@ -14,12 +14,13 @@ from hypothesis import strategies as st
 
 from benchmarks.checks.bounds import (
     ABOVE,
+    ATTAINED,
     BELOW,
     CONTRADICTED,
     EXCEEDS,
+    FINDING,
     GROWTH,
     HOLDS,
-    INFORMATIVE,
     NOT_RUN,
     Above,
     AtLeast,
@@ -30,10 +31,10 @@ from benchmarks.checks.bounds import (
     Converges,
     Exactly,
     FactorPerN,
+    Finding,
     Geometric,
     Interval,
     Near,
-    NoBound,
     NoGrowth,
     Order,
     Within,
@@ -46,7 +47,7 @@ NAN = math.nan
 BOUNDS: tuple[Bound, ...] = (
     AtMost(1.0), AtLeast(1.0), Above(1.0), Below(1.0), Within(0.5, 1.0), Exactly(1.0),
     Near(1.0, 0.1), Order(1.0), Base(0.5, 0.1), Converges(), Geometric(), FactorPerN(0.5),
-    NoGrowth(1.0), NoBound(),
+    NoGrowth(1.0), Finding(), Finding(Order(1.0)),
 )  # fmt: skip
 
 
@@ -135,10 +136,10 @@ def test_a_number_just_inside_the_text_holds_and_one_just_outside_does_not(
     better = {Order: ABOVE, Base: BELOW}.get(type(bound), 0)
     if math.isfinite(low):
         assert verdict(low - nudge) == (EXCEEDS if better == BELOW else CONTRADICTED)
-        assert low == high or verdict(low + nudge) == HOLDS
+        assert low == high or verdict(low + nudge) == bound.met
     if math.isfinite(high):
         assert verdict(high + nudge) == (EXCEEDS if better == ABOVE else CONTRADICTED)
-        assert low == high or verdict(high - nudge) == HOLDS
+        assert low == high or verdict(high - nudge) == bound.met
     assert verdict(NAN) == NOT_RUN
 
 
@@ -146,7 +147,7 @@ def test_a_number_just_inside_the_text_holds_and_one_just_outside_does_not(
 def test_a_bound_holds_at_itself_unless_it_says_above_or_below(x: float, y: float) -> None:
     low, high = sorted((x, y))
     for bound in (AtMost(x), AtLeast(x), Exactly(x), Within(x, x), Near(x, 0.0)):
-        assert bound.verdict(x) == HOLDS
+        assert bound.verdict(x) == (ATTAINED if isinstance(bound, Near) else HOLDS)
     assert Within(low, high).verdict(low) == Within(low, high).verdict(high) == HOLDS
     assert Above(x).verdict(x) == Below(x).verdict(x) == CONTRADICTED
 
@@ -242,8 +243,27 @@ def test_errors_that_stay_or_become_large_contradict_any_rate(large: Fit) -> Non
     assert Geometric().verdict(decay(large, fit(0.5), fit(0.5))) == CONTRADICTED
 
 
-def test_a_number_that_nobody_claims_anything_about_is_informative() -> None:
-    assert (NoBound().text, NoBound().verdict(3.0)) == ("none", INFORMATIVE)
+def test_what_the_source_does_not_say_is_a_finding() -> None:
+    assert (Finding().text, Finding().verdict(3.0)) == ("none", FINDING)
+    own = Finding(Order(4.0))
+    assert own.text == Order(4.0).text
+    assert [own.verdict(fit(rate)) for rate in (4.0, 5.0, 3.0)] == [FINDING, *[CONTRADICTED] * 2]
+
+
+@given(limit=decimals, factor=st.floats(1.0, 1e6))
+def test_what_holds_has_the_factor_to_its_bound_as_slack(limit: float, factor: float) -> None:
+    assert AtMost(limit).slack(limit / factor) == pytest.approx(factor)
+    assert AtLeast(limit).slack(limit * factor) == pytest.approx(factor)
+    inside = Within(limit, 4.0 * limit).slack(limit * min(factor, 4.0))
+    assert inside == pytest.approx(min(min(factor, 4.0), 4.0 / min(factor, 4.0)))
+
+
+def test_only_what_holds_has_a_slack() -> None:
+    none = (
+        AtMost(1.0).slack(1.1), AtMost(1.0).slack(0.0), AtMost(1.0).slack(NAN),
+        AtLeast(-1.0).slack(2.0), Order(4.0).slack(fit(4.0)), Finding(AtMost(1.0)).slack(0.5),
+    )  # fmt: skip
+    assert all(math.isnan(one) for one in none)
 
 
 # Rates.
@@ -252,8 +272,8 @@ def test_a_number_that_nobody_claims_anything_about_is_informative() -> None:
 @pytest.mark.parametrize(
     ("rate", "verdict"),
     [
-        (0.5529, EXCEEDS), (0.5531, HOLDS), (0.56, HOLDS), (0.5669, HOLDS), (0.5671, CONTRADICTED),
-        (0.99, CONTRADICTED),
+        (0.5529, EXCEEDS), (0.5531, ATTAINED), (0.56, ATTAINED), (0.5669, ATTAINED),
+        (0.5671, CONTRADICTED), (0.99, CONTRADICTED),
     ],
 )  # fmt: skip
 def test_a_base_is_compared_with_what_is_printed(rate: float, verdict: str) -> None:
@@ -263,8 +283,8 @@ def test_a_base_is_compared_with_what_is_printed(rate: float, verdict: str) -> N
 @pytest.mark.parametrize(
     ("rate", "verdict"),
     [
-        (3.747, CONTRADICTED), (3.749, HOLDS), (4.0, HOLDS), (4.251, HOLDS), (4.253, EXCEEDS),
-        (0.0, CONTRADICTED),
+        (3.747, CONTRADICTED), (3.749, ATTAINED), (4.0, ATTAINED), (4.251, ATTAINED),
+        (4.253, EXCEEDS), (0.0, CONTRADICTED),
     ],
 )  # fmt: skip
 def test_an_order_is_compared_with_what_is_printed(rate: float, verdict: str) -> None:

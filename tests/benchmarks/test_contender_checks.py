@@ -60,10 +60,8 @@ def test_a_sound_contender_is_as_expected_and_what_it_does_not_say_is_told():
     }
     orders = [row for row in rows if row.quantity.startswith("order in the step")]
     assert len(orders) == sum(check.ordered for check in CHECK_PROBLEMS)
-    assert sum(row.verdict == "holds" for row in orders) >= 5  # of 7; two are below round-off
-    assert {row.verdict for row in rows if row.quantity.startswith("error at step")} == {
-        "informative"
-    }
+    assert sum(row.verdict == "attained" for row in orders) >= 5  # of 7; two are below round-off
+    assert {row.verdict for row in rows if row.quantity.startswith("error at step")} == {"finding"}
     assert {row.verdict for row in rows if "relative change" in row.quantity} == {"holds"}
 
 
@@ -102,7 +100,7 @@ def test_a_drift_is_caught_and_the_order_of_a_method_that_drifts_is_its_own():
     assert caught.bound == "at most 10, without a drift" and caught.measured < 10.0
     loose.conserves = {}
     rows, differing, _ = checked(loose, short)
-    assert differing == [] and "informative" in {row.verdict for row in rows}
+    assert differing == [] and "finding" in {row.verdict for row in rows}
 
 
 def test_another_force_is_caught_though_its_order_and_energy_are_not_declared():

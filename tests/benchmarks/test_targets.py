@@ -125,4 +125,4 @@ def test_every_target_names_contenders_that_take_part(quick: bool) -> None:
         problem for problem, _, _ in asked
     }
     assert {target.source for target in TARGETS} == {ORBITS, TURNS}
-    assert "issue 4" in ORBITS and "issue 7" in TURNS
+    assert "N bodies" in ORBITS and "rigid bodies" in TURNS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, HOLDS, Converges, Order
+from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, Converges, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces.kepler_orbit import (
     FIXED_TIME,
@@ -74,7 +74,7 @@ def _row(table: pd.DataFrame, n: int, quantity: str, study: str) -> Row:
             reason=f"{reason}.",
             **how,
         )
-    expected = CONTRADICTED if order < claimed else EXCEEDS if order > claimed else HOLDS
+    expected = CONTRADICTED if order < claimed else EXCEEDS if order > claimed else ATTAINED
     return V7.row(
         quantity_of,
         Order(claimed),
