@@ -1,6 +1,6 @@
 """Drift of energy and angular momentum in long rotations of a free body.
 
-H's free body by galvi in both charts and by each of MuJoCo's integrators, and the free box of
+H's free body by galvi in every chart and by each of MuJoCo's integrators, and the free box of
 MuJoCo's own tests. A turn is one rotation at the initial angular speed. MuJoCo's `implicitfast` and
 `discrete` integrate rotation differently on ball and free joints: the long runs are on free joints,
 those of the box on both.
@@ -21,9 +21,10 @@ from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.measures import independent_invariants
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import finest, label_beside
-from benchmarks.work_precision.problems.rigid_bodies import CHARTS, MUJOCO, largest_entry
+from benchmarks.work_precision.problems.rigid_bodies import MUJOCO, largest_entry
 from galvi import Problem
 from galvi.arrays import Array
+from galvi.charts import CHARTS
 from references import Contender
 from references.closed_forms.free_top import FREE_TOP
 from references.mujoco import engine as mujoco_engine
@@ -77,9 +78,9 @@ class DriftParticipant:
 
 def _ours(degree: int, step: float) -> list[DriftParticipant]:
     return [
-        DriftParticipant(f"galvi degree {degree}, Gauss {degree}, {name}",
+        DriftParticipant(f"galvi degree {degree}, Gauss {degree}, {chart.name}",
                gauss_collocation(degree, chart), step)
-        for name, chart in CHARTS.items()
+        for chart in CHARTS
     ]  # fmt: skip
 
 

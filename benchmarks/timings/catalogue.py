@@ -73,6 +73,8 @@ TRAJECTORIES = (
          quick=True),
     Case("free body, exponential chart", TRAJECTORY, "free_rigid_body", 8, 8, 0.5, 20_000, TOP,
          chart="Exponential", error_tolerance=ROUNDED),
+    Case("free body, modified Rodrigues chart", TRAJECTORY, "free_rigid_body", 8, 8, 0.5, 20_000,
+         TOP, chart="ModifiedRodrigues", error_tolerance=ROUNDED),
     Case("free box, degree 6", TRAJECTORY, "free_box", 6, 6, 0.2, 20_000, TOP),
     Case("3D pendulum, degree 4", TRAJECTORY, "pendulum_3d", 4, 4, 0.01, 2000, STORED_BODY,
          quick=True),

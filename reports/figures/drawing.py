@@ -15,6 +15,7 @@ from reports.figures.catalogue.all import FIGURES
 from reports.figures.picture import Picture, picture
 from reports.figures.study_plots.step_cost import step_cost
 from reports.figures.study_plots.work_precision import work_precision
+from reports.figures.style.chart_lines import LEGEND as CHART_LINES
 from reports.results.claim_results import ClaimResult, first_measured
 from reports.results.comparison import Comparison
 from reports.results.figure import Figure
@@ -42,7 +43,7 @@ UNITS = {
 }
 MORE = {
     POSITION: "Where a run of another code is the reference, a dotted line marks its time.",
-    ATTITUDE: "Solid: polynomials in the Cayley chart; dash-dotted: in the exponential chart.",
+    ATTITUDE: f"{capital(CHART_LINES)}.",
     ANGLE: "heyoka in compact mode, which compiles in a second instead of half a minute.",
 }
 

@@ -7,6 +7,7 @@ import pandas as pd
 
 from benchmarks.studies import free_body_drift, free_body_drift_long
 from reports.figures.study_plots.free_body_drift import errors_over_turns
+from reports.figures.style.chart_lines import LEGEND as CHART_LINES
 from reports.results.figure import Figure
 from reports.results.section import LongForm, Section
 from reports.tables.number_format import capital, readable
@@ -83,7 +84,7 @@ FREE_BODY_DRIFT = Section(
             title="Free rigid body: energy and angular momentum over many turns",
             draw=errors_over_turns,
             options={"problem": "free rigid body"},
-            caption="Blue: galvi, dash-dotted in the exponential chart; dashed: other codes, "
+            caption=f"Blue: galvi; {CHART_LINES}; dashed: other codes, "
             "MuJoCo on a free joint, where some of its lines coincide. A cross: the run "
             "failed after it.",
             size=(9.6, 4.2),

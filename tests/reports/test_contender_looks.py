@@ -9,6 +9,7 @@ from matplotlib.colors import to_rgb
 
 from benchmarks.work_precision.problem import ATTITUDE, POSITION
 from benchmarks.work_precision.problems import work_precision_problems
+from galvi.charts import CHARTS
 from reports.figures.study_plots.work_precision import dashes
 from reports.figures.style.contender_looks import (
     BLUES,
@@ -74,17 +75,19 @@ def test_nobody_in_the_report_can_be_taken_for_another():
         assert len(set(side)) == len(side)
 
 
-def test_both_charts_of_a_degree_share_a_blue_and_no_marker():
+def test_charts_of_a_degree_share_a_blue_and_neither_marker_nor_line():
     looks = contender_looks(contenders(ATTITUDE), is_ours)
     mine = {name: look for name, look in looks.items() if is_ours(name)}
-    assert len(mine) == 10 and len({look["marker"] for look in mine.values()}) == 10
-    for name, look in mine.items():
-        if name.endswith("Cayley"):
-            other = mine[name.replace("Cayley", "exponential")]
-            assert other["color"] == look["color"] and dashes(name) == "-" != dashes(
-                name.replace("Cayley", "exponential")
-            )
-    degrees = {name: look for name, look in looks.items() if not name.endswith("exponential")}
+    assert len(mine) == 5 * len(CHARTS)
+    for name in mine:
+        if name.endswith(", Cayley"):
+            alike = [name.replace("Cayley", chart.name) for chart in CHARTS]
+            assert len({mine[one]["color"] for one in alike}) == 1
+            assert len({mine[one]["marker"] for one in alike}) == len(CHARTS)
+            assert len({str(dashes(one)) for one in alike}) == len(CHARTS) and dashes(name) == "-"
+    assert len({(look["color"], look["marker"]) for look in mine.values()}) == len(mine)
+    others = tuple(f", {chart.name}" for chart in CHARTS if chart.name != "Cayley")
+    degrees = {name: look for name, look in looks.items() if not name.endswith(others)}
     assert nearest(degrees, one_marker=True) > APART
     assert nearest(degrees, one_marker=False) > SHARED
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-import galvi
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import (
     ATTITUDE,
@@ -19,6 +18,7 @@ from benchmarks.work_precision.problem import (
 )
 from galvi import Problem
 from galvi.arrays import Array
+from galvi.charts import CHARTS
 from references.heyoka.engine import DEFAULT
 from references.heyoka.rigid import HEYOKA_RIGID
 from references.mujoco.steps import (
@@ -33,7 +33,6 @@ from references.textbook.quaternion_dop853 import QUATERNION_DOP853
 from references.textbook.quaternion_rk4 import QUATERNION_RK4
 
 DURATION = 20.0
-CHARTS = {"Cayley": galvi.Cayley(), "exponential": galvi.Exponential()}
 MUJOCO = (MUJOCO_EULER, MUJOCO_RK4, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO_DISCRETE)
 TEXTBOOK_RK4, TEXTBOOK_DOP853 = QUATERNION_RK4.name, QUATERNION_DOP853.name
 RK4_STEPS = (100, 400, 1600, 6400, 25_600)  # MuJoCo's and the textbook's, to compare their steps
@@ -57,10 +56,10 @@ def rigid_body(
         return adaptive("tolerance", values[1:3] if quick else values)
 
     participants: list[Participant] = [
-        Participant(f"galvi degree {degree}, Gauss {degree}, {name}",
+        Participant(f"galvi degree {degree}, Gauss {degree}, {chart.name}",
          gauss_collocation(degree, chart),
          steps(*counts))
-        for name, chart in CHARTS.items()
+        for chart in CHARTS
         for degree, counts in ours.items()
     ]  # fmt: skip
     for engine in MUJOCO:

@@ -42,7 +42,6 @@ from galvi.kernels.compile.jit import compiled_for, jit_inline
 from galvi.kernels.lanes.body_formulas import stage_forces, stage_momenta, stage_rates
 from galvi.kernels.lanes.body_update import (
     end_defect,
-    kick_momentum,
     matrix_of,
     quaternion_of,
     turn_quaternion,
@@ -62,6 +61,7 @@ from galvi.kernels.nystrom.solve import (
     verdict,
 )
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
+from galvi.kernels.on_group.spatial_momentum import turn_momentum
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
 BODY_TABLES = types.Tuple((FIXED_MATRIX,) * 5 + (FIXED_VECTOR, FIXED_MATRIX))
@@ -224,7 +224,7 @@ def advance_body(charts, weights, tables, body, weight, plan, todo, progress, wo
             R[i] = state[0, i]
         turn_quaternion(chart, xi, state)
         matrix_of(state)
-        kick_momentum(spare[1], R, state)
+        turn_momentum(spare[1], R, state[0], state, state[1])
         for i in range(3):
             state[1, 3 + i] = p0[i] - mu0[i]
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1

@@ -23,6 +23,7 @@ from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import Lanes
 from galvi.kernels.lie.arithmetic import cross, dot
 from galvi.kernels.lie.chart_functions import CHARTS
+from galvi.kernels.lie.rotations import turned
 
 
 class _Body:
@@ -52,16 +53,15 @@ class _Body:
 def _inverse(terms, sign, xi, v):
     """T^-1 v for sign = 1, T^-T v for sign = -1."""
     k, d, _, _ = terms
-    turned = cross(xi, v)
-    twice = cross(xi, turned)
-    return [v[i] * k + turned[i] * (0.5 * sign) + twice[i] * d for i in range(3)]
+    change = turned(0.5 * sign, d, xi, v)
+    return [v[i] * k + change[i] for i in range(3)]
 
 
 def _tangent(terms, sign, xi, v):
     """T v for sign = 1, T^T v for sign = -1."""
     a, b, c = terms
-    turned = cross(xi, v)
-    result = [v[i] * a - turned[i] * b * float(sign) for i in range(3)]
+    once = cross(xi, v)
+    result = [v[i] * a - once[i] * b * float(sign) for i in range(3)]
     if c == 0.0:
         return result
     along = dot(xi, v) * c
@@ -71,9 +71,8 @@ def _tangent(terms, sign, xi, v):
 def _rotate(terms, sign, xi, v):
     """Phi v for sign = 1, Phi^T v for sign = -1."""
     sine, cosine, _ = terms
-    turned = cross(xi, v)
-    twice = cross(xi, turned)
-    return [v[i] + turned[i] * sine * float(sign) + twice[i] * cosine for i in range(3)]
+    change = turned(sine * float(sign), cosine, xi, v)
+    return [v[i] + change[i] for i in range(3)]
 
 
 @intrinsic
@@ -136,12 +135,12 @@ def stage_forces(typingctx, charts, weights, numbers, xi, pi, out, padded, chunk
         body.keep(velocity, results, 9)
         body.keep(_inverse(terms, 1, xi, velocity), results, 0)
         work, by_pi, by_velocity = dot(pi, velocity), dot(xi, pi), dot(xi, velocity)
-        turned = cross(pi, velocity)
+        gyration = cross(pi, velocity)
         along = work * (2.0 * dk) - work * d * 2.0
         if dd != 0.0:
             along = along + (by_pi * by_velocity - u * work) * dd * 2.0
         f = [
-            turned[i] * 0.5 - along * xi[i] - (pi[i] * by_velocity + velocity[i] * by_pi) * d
+            gyration[i] * 0.5 - along * xi[i] - (pi[i] * by_velocity + velocity[i] * by_pi) * d
             for i in range(3)
         ]
         if kinds[1].count == 2:

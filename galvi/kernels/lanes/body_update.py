@@ -7,20 +7,10 @@ changes are summed with compensation of their rounding errors.
 from __future__ import annotations
 
 from galvi.kernels.compile.jit import jit_inline
+from galvi.kernels.lie.arithmetic import dot
 from galvi.kernels.lie.chart_functions import half_turn, inverse_radial, rotation_radial
-from galvi.kernels.lie.rotations import quaternion
+from galvi.kernels.lie.rotations import quaternion, turned
 from galvi.kernels.nystrom.step import two_sum
-
-
-@jit_inline
-def turned(sine, cosine, x, y, z, v0, v1, v2):
-    """(Phi - I) v for the rotation I + sine hat + cosine hat^2 of (x, y, z)."""
-    a, b, c = y * v2 - z * v1, z * v0 - x * v2, x * v1 - y * v0
-    return (
-        sine * a + cosine * (y * c - z * b),
-        sine * b + cosine * (z * a - x * c),
-        sine * c + cosine * (x * b - y * a),
-    )
 
 
 @jit_inline
@@ -41,17 +31,15 @@ def end_defect(chart, kicks, results, mu0, p0, size, out):
             force += kicks[0, j] * results[3 + i, j]
             kick += kicks[0, j] * results[6 + i, j]
         out[0, i], out[1, i], out[2, i] = place, kick, p0[i] + force
-    x, y, z = out[0, 0], out[0, 1], out[0, 2]
-    u = x * x + y * y + z * z
+    xi, momentum = (out[0, 0], out[0, 1], out[0, 2]), (out[2, 0], out[2, 1], out[2, 2])
+    u = dot(xi, xi)
     sine, cosine = rotation_radial(chart, u)
     k, d = inverse_radial(chart, u)
-    l0, l1, l2 = turned(-0.5, d, x, y, z, out[2, 0], out[2, 1], out[2, 2])
-    l0, l1, l2 = k * out[2, 0] + l0, k * out[2, 1] + l1, k * out[2, 2] + l2
-    s0, s1, s2 = turned(sine, cosine, x, y, z, l0, l1, l2)
-    k0, k1, k2 = out[1, 0], out[1, 1], out[1, 2]
-    out[2, 0] = (mu0[0] - l0) + (k0 - s0)
-    out[2, 1] = (mu0[1] - l1) + (k1 - s1)
-    out[2, 2] = (mu0[2] - l2) + (k2 - s2)
+    l0, l1, l2 = turned(-0.5, d, xi, momentum)
+    body = k * momentum[0] + l0, k * momentum[1] + l1, k * momentum[2] + l2
+    change = turned(sine, cosine, xi, body)
+    for i in range(3):
+        out[2, i] = (mu0[i] - body[i]) + (out[1, i] - change[i])
     return size * max(abs(out[2, 0]), abs(out[2, 1]), abs(out[2, 2]))
 
 
@@ -77,24 +65,8 @@ def quaternion_of(state):
         ((R[0], R[1], R[2]), (R[3], R[4], R[5]), (R[6], R[7], R[8]))
     )
     for i in range(3):
-        state[1, 3 + i] = state[3, i] = state[3, 3 + i] = state[3, 6 + i] = 0.0
-
-
-@jit_inline
-def kick_momentum(kick, R, state):
-    """Update the spatial momentum by the kick in the frame R of the step's start; mu1 from it.
-
-    Rounding errors of mu1 are thus not carried from step to step.
-    """
-    for i in range(3):
-        push = R[3 * i] * kick[0] + R[3 * i + 1] * kick[1] + R[3 * i + 2] * kick[2]
-        state[1, 6 + i], state[3, 4 + i] = two_sum(state[1, 6 + i], state[3, 4 + i] + push)
-    for i in range(3):
-        state[1, i] = (
-            state[0, i] * state[1, 6]
-            + state[0, 3 + i] * state[1, 7]
-            + state[0, 6 + i] * state[1, 8]
-        )
+        state[1, 3 + i] = state[3, i] = 0.0
+    state[3, 3] = 0.0
 
 
 @jit_inline

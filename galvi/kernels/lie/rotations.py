@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit_inline, jit_noalloc
-from galvi.kernels.lie.arithmetic import dot, generic
+from galvi.kernels.lie.arithmetic import cross, dot, generic
 from galvi.kernels.lie.chart_functions import from_quaternion, rotation_radial, tangent_radial
 
 
@@ -24,6 +24,18 @@ def rotation(chart, xi):
         (1.0 - cosine * (y * y + z * z), cosine * x * y - sine * z, cosine * x * z + sine * y),
         (cosine * x * y + sine * z, 1.0 - cosine * (x * x + z * z), cosine * y * z - sine * x),
         (cosine * x * z - sine * y, cosine * y * z + sine * x, 1.0 - cosine * (x * x + y * y)),
+    )
+
+
+@generic
+def turned(first, second, xi, v):
+    """(first hat(xi) + second hat(xi)^2) v, three numbers."""
+    once = cross(xi, v)
+    twice = cross(xi, once)
+    return (
+        first * once[0] + second * twice[0],
+        first * once[1] + second * twice[1],
+        first * once[2] + second * twice[2],
     )
 
 

@@ -24,6 +24,7 @@ from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import NOT_FINITE, SOLVED
 from galvi.kernels.nystrom.step import copy_into, predict
 from galvi.kernels.on_group.solve import coefficients, guess_curve, solve_group
+from galvi.kernels.on_group.spatial_momentum import turn_momentum
 from galvi.kernels.on_group.stages import BASIS, Basis, carried, end_momentum, end_place
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
@@ -47,24 +48,6 @@ def arrive(layout, chart, basis, h, g, mu0, forces, x, g1, mu1):
 
 
 @jit
-def momentum_in_space(basis, h, g, forces, state, g1, mu1):
-    """For one rotating body: state[1, 6:9] += R h sum_j b_j n_j, and mu1 <- R1^T of the sum.
-
-    Rounding errors of mu1 are thus not carried from step to step, see
-    galvi.kernels.lanes.body_update.
-    """
-    kick = np.empty(3)
-    carried(basis, h, np.zeros(3), forces, kick)
-    for i in range(3):
-        for j in range(3):
-            state[1, 6 + i] += g[3 * i + j] * kick[j]
-    for i in range(3):
-        mu1[i] = 0.0
-        for j in range(3):
-            mu1[i] += g1[3 * j + i] * state[1, 6 + j]
-
-
-@jit
 def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, turned, kept):
     """Do ``todo`` more steps; returns a code. A step that fails leaves the state unchanged.
 
@@ -77,6 +60,7 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
     x, t, velocities = np.empty((d, m)), np.empty(s), np.empty((d, s))
     forces = np.empty((3, d, s))
     g, mu, g1, mu1 = np.empty(r), np.empty(d), np.empty(r), np.empty(d)
+    nothing, kick = np.zeros(d), np.empty(d)
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
         for i in range(r):
             g[i] = state[0, i]
@@ -109,14 +93,15 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
         if not size < np.inf:
             return NOT_FINITE
         if is_one_rotation(layout):
-            momentum_in_space(basis, h, g, forces, state, g1, mu1)
+            carried(basis, h, nothing, forces, kick)
+            turn_momentum(kick, g, g1, state, mu1)
         for i in range(r):
             state[0, i] = g1[i]
         for i in range(d):
             state[1, i] = mu1[i]
         copy_into(stages, velocities)
         state[2, :] = 0.0  # invalidates the quaternion of the packed kernel
-        state[3, :] = 0.0
+        state[3, :4] = 0.0
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
         record(plan, kept, step, g, g1, mu1)
         if kept.bases.shape[0] > 0:

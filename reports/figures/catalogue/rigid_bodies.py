@@ -55,7 +55,7 @@ RIGID_BODIES: tuple[Figure, ...] = (
     ),
     *(
         Figure(
-            name="fig-3-01" if chart == CAYLEY else f"fig-3-01-{chart.replace(' ', '-')}",
+            name="fig-3-01" if chart == CAYLEY else f"fig-3-01-{chart.replace(' ', '-').lower()}",
             source="H fig. 3.1",
             title=f"Free rigid body, h = 0.5, T = 5, {chart} chart",
             claims=("L2",),

@@ -36,7 +36,7 @@ def jumps(
     """
     axes.set_axis_off()
     left, right = (axes.figure.add_subplot(place) for place in
-                   axes.get_subplotspec().subgridspec(1, 2, wspace=0.62))  # fmt: skip
+                   axes.get_subplotspec().subgridspec(1, 2, wspace=0.75))  # fmt: skip
     _histories(left, frame, quantity, runs)
     for k, (study, text) in enumerate(steps.items()):
         found = _pairs(frame, study, turn, change)

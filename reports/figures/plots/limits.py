@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import COLOURS, MARKERS, darker
+from reports.figures.style.palette import COLOURS, GUIDE, MARKERS, darker
 
-LEAST = 1e-17
+LEAST, TOP = 1e-17, 30.0  # where an error of 0 is drawn, and the crosses of the first chart
 
 
 def limits(
@@ -23,9 +23,8 @@ def limits(
 
     charts  study -> (limit in radians, label of the limit)
     """
-    top = 1e-2
     axes.set_yscale("log")
-    for k, (study, (limit, words)) in enumerate(charts.items()):
+    for k, study in enumerate(charts):
         rows = pick(frame, study=study, quantity=quantity).sort_values("step")
         turn, error = rows["step"].to_numpy(float), rows["value"].to_numpy(float)
         if not np.any(np.isfinite(error)):
@@ -33,13 +32,14 @@ def limits(
         color, ended = COLOURS[k], ~np.isfinite(error)
         axes.plot(turn, np.maximum(error, LEAST), MARKERS[k] + "-", color=color, linewidth=0.8,
                   label=study)  # fmt: skip
-        axes.plot(turn[ended], np.full(ended.sum(), top * 10.0 ** (-0.6 * k)), "x", color=color)
-        axes.axvline(limit, color=color, linestyle=(0, (4, 2)), linewidth=1.1)
+        axes.plot(turn[ended], np.full(ended.sum(), TOP * 10.0 ** (-0.7 * k)), "x", color=color)
+    for limit, words in dict.fromkeys(charts.values()):
+        axes.axvline(limit, color=GUIDE, linestyle=(0, (4, 2)), linewidth=1.1)
         axes.annotate(
-            words, (limit, 1.0), xycoords=("data", "axes fraction"), xytext=(3, -10),
-            textcoords="offset points", color=darker(color), fontsize=8,
+            words, (limit, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
+            textcoords="offset points", color=darker(GUIDE), fontsize=8, ha="center",
         )  # fmt: skip
     axes.set(xlabel="rotation angle of one step [rad]", ylabel="error of the attitude")
-    axes.set_ylim(1e-17, 10.0 * top)
+    axes.set_ylim(LEAST, 10.0 * TOP)
     decades(axes.yaxis)
-    axes.legend(title="chart", loc="center left", bbox_to_anchor=(0.02, 0.62))
+    axes.legend(title="chart", loc="upper left", bbox_to_anchor=(0.02, 0.95))

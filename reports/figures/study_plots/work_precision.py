@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from benchmarks.work_precision.fronts import front
+from reports.figures.style.chart_lines import chart_line
 from reports.figures.style.contender_looks import contender_looks
 from reports.figures.style.decades import decades, readable
 from reports.figures.style.no_data import NoData
@@ -60,10 +61,8 @@ def work_precision(
 
 
 def dashes(contender: str) -> Any:
-    """Solid for galvi, dash-dotted in the exponential chart; dashed for other codes."""
-    if not is_ours(contender):
-        return (0, (4, 2))
-    return (0, (6, 1.5, 1, 1.5)) if contender.endswith("exponential") else "-"
+    """The line of its chart for galvi; dashed for other codes."""
+    return chart_line(contender) if is_ours(contender) else (0, (4, 2))
 
 
 def _intervals(axes: Axes, runs: pd.DataFrame, look: Mapping[str, str]) -> None:
