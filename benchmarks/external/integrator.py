@@ -22,8 +22,8 @@ from benchmarks.external.worker import answer, prepare
 from galvi import Problem, Trajectory
 
 LIMIT = 60.0  # time limit in seconds of an answer: a run, or the import
-TERM_LIMIT = 0.5  # seconds for a process to end by itself
 NAMELESS = "problem"
+CONSTS.term_timeout = 0.5  # seconds for a process to end by itself
 
 
 @dataclass(eq=False)
@@ -178,7 +178,6 @@ class ExternalIntegrator:
         """The answer of the process. Raises ContenderError."""
         try:
             if self._pool is None:
-                CONSTS.term_timeout = TERM_LIMIT
                 spawn = multiprocessing.get_context("spawn")
                 self._pool = ProcessPool(1, initializer=prepare, context=spawn)
                 self._process = self._pool.schedule(os.getpid, timeout=self.limit).result()

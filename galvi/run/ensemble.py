@@ -62,7 +62,7 @@ def integrate_many(
             f"call galvi.integrate."
         )
     given = tuple(problems)
-    threads = _processors() if threads is None else input_checks.whole("threads", threads)
+    threads = processors() if threads is None else input_checks.whole("threads", threads)
     runs: list[Callable[..., Trajectory]] = []
     compiled = True
     for k, problem in enumerate(given):
@@ -127,6 +127,7 @@ def _naming_problem(k: int) -> Iterator[None]:
         raise
 
 
-def _processors() -> int:
+def processors() -> int:
+    """How many processors this process may use."""
     available: Any = getattr(os, "sched_getaffinity", None)
     return len(available(0)) if available else os.cpu_count() or 1

@@ -66,12 +66,12 @@ def silence() -> Iterator[None]:
     """Keep MuJoCo from writing warnings to the screen and to a file in the working folder."""
     import mujoco
 
-    told = mujoco.get_mju_user_warning()
+    handler = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda message: None)
     try:
         yield
     finally:
-        mujoco.set_mju_user_warning(told)
+        mujoco.set_mju_user_warning(handler)
 
 
 def broken(model: Any, data: Any) -> bool:

@@ -21,8 +21,8 @@ def runs(job: dict[str, Any]) -> dict[str, Any]:
 
     mujoco.set_mju_user_warning(lambda message: None)
     found = []
-    for joint, told in job["models"].items():
-        model = mujoco.MjModel.from_xml_string(told["mjcf"])
+    for joint, given in job["models"].items():
+        model = mujoco.MjModel.from_xml_string(given["mjcf"])
         data = mujoco.MjData(model)
         for integrator in INTEGRATORS:
             kind = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}", None)
@@ -32,7 +32,7 @@ def runs(job: dict[str, Any]) -> dict[str, Any]:
             for step in job["steps"]:
                 model.opt.timestep = step
                 mujoco.mj_resetData(model, data)
-                data.qpos[:], data.qvel[:] = told["qpos"], told["qvel"]
+                data.qpos[:], data.qvel[:] = given["qpos"], given["qvel"]
                 rows: dict[str, list[list[float]]] = {"qpos": [], "qvel": []}
                 for _ in range(job["samples"]):
                     mujoco.mj_step(

@@ -13,6 +13,8 @@ from multiprocessing.connection import wait
 
 import pandas as pd
 
+from galvi.run.ensemble import processors
+
 WORKERS = 2
 FEWEST = 4  # fewer studies do not repay the start of the processes
 
@@ -65,9 +67,3 @@ def _end_with_the_build() -> None:
     assert build is not None
     wait([build.sentinel])
     os._exit(1)
-
-
-def processors() -> int:
-    """The number of processors available to this process."""
-    available = getattr(os, "sched_getaffinity", None)
-    return len(available(0)) if available else os.cpu_count() or 1
