@@ -6,10 +6,10 @@ error, or the reference's own error at its setting.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pandas as pd
@@ -87,13 +87,27 @@ class AgreementCase:
         )
 
 
-def agreement(name: str, title: str, cases: tuple[AgreementCase, ...]) -> Claim:
+class Compared(Protocol):
+    """A case of an agreement: one row."""
+
+    @property
+    def quantity(self) -> str:
+        """The `quantity` of the row."""
+
+    def measured(self, make_method: MakeMethod) -> dict[str, Any]:
+        """A tidy row."""
+
+    def judged(self, name: str, table: pd.DataFrame) -> Row:
+        """The row of the agreement `name`."""
+
+
+def agreement(name: str, title: str, cases: Sequence[Compared]) -> Claim:
     """Comparisons with one family of references, in the form of a claim for `verify`."""
     return Claim(name, title, partial(_study, cases), partial(_judge, name, cases))
 
 
 def _study(
-    cases: tuple[AgreementCase, ...], make_method: MakeMethod, quick: bool, report: Report
+    cases: Sequence[Compared], make_method: MakeMethod, quick: bool, report: Report
 ) -> pd.DataFrame:
     """One row for each case; an exception affects only its own row."""
     rows = []
@@ -107,5 +121,5 @@ def _study(
     return frame(rows)
 
 
-def _judge(name: str, cases: tuple[AgreementCase, ...], table: pd.DataFrame) -> list[Row]:
+def _judge(name: str, cases: Sequence[Compared], table: pd.DataFrame) -> list[Row]:
     return [case.judged(name, table) for case in cases]

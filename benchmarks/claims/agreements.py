@@ -10,6 +10,7 @@ from collections.abc import Mapping
 import galvi
 from benchmarks.checks.claim import Claim
 from benchmarks.claims.agreement import AgreementCase, agreement
+from benchmarks.claims.truths import TRUTHS
 from benchmarks.test_problems.two_bodies import PAIR
 from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
@@ -133,6 +134,7 @@ AGREEMENTS: tuple[Claim, ...] = (
     agreement("A6", "galvi and SciPy", SCIPY),
     agreement("A7", "galvi and the textbook's methods", TEXTBOOK),
     agreement("A8", "galvi and JPL's ephemeris", SKY),
+    agreement("A9", "the truths of the claims, each and a second one", TRUTHS),
 )
 CASES = (*CLOSED, *STORED, *REBOUND, *MUJOCO, *HEYOKAS, *SCIPY, *TEXTBOOK, *SKY)
 # The optional engines, for `verify --require`, by the name of their package.

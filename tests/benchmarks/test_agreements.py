@@ -12,11 +12,14 @@ from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.claims import agreement
 from benchmarks.claims.agreements import AGREEMENTS, CASES, ENGINES, STORED, engines, unavailable
+from benchmarks.claims.truths import TRUTHS
+from benchmarks.store.frames import frame
 from benchmarks.work_precision.galvi_methods import Variational
 from galvi import Problem
 from references import REFERENCES
 
-BY_ID = pytest.mark.parametrize("claim", AGREEMENTS, ids=lambda claim: claim.id)
+*WITH_GALVI, OF_TRUTHS = AGREEMENTS
+BY_ID = pytest.mark.parametrize("claim", WITH_GALVI, ids=lambda claim: claim.id)
 
 
 def rows(claim: Claim, make: Any = galvi.Galerkin) -> list[Row]:
@@ -99,3 +102,27 @@ def test_an_absent_engine_is_named_and_its_row_is_expected_not_to_run() -> None:
 def test_engines_are_known_by_what_is_installed() -> None:
     assert set(engines()) == set(ENGINES) == {"rebound", "mujoco", "heyoka", "jplephem"}
     assert {text for text in engines().values() if text} <= set(unavailable())
+
+
+def test_each_truth_of_the_claims_is_confirmed_by_a_second_one() -> None:
+    for row in rows(OF_TRUTHS):
+        assert row.verdict == row.expected == HOLDS, row
+        assert row.slack is not None and row.slack > 1.0
+
+
+def test_a_truth_of_another_motion_is_confirmed_by_none() -> None:
+    class Perturbed:
+        """The second truth, from a start that differs by 1e-9."""
+
+        def __init__(self, second: Any) -> None:
+            self.name, self.missing, self._second = second.name, second.missing, second
+
+        def run(self, problem: Problem, *rest: Any) -> Any:
+            return self._second.run(replace(problem, v0=(1.0 + 1e-9) * problem.v0 + 1e-9), *rest)
+
+    for case in TRUTHS:
+        if case.second.name.startswith("stored"):
+            continue  # it knows its own starts only, and refuses others
+        wrong = replace(case, second=Perturbed(case.second))
+        table = frame([wrong.measured(galvi.Galerkin)])
+        assert wrong.judged("A9", table).verdict == CONTRADICTED
