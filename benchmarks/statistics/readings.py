@@ -18,9 +18,10 @@ from benchmarks.store.frames import pick, series
 from galvi.arrays import Array
 
 
-def order(table: pd.DataFrame, floor: float, **where: Any) -> Fit:
-    """The fitted order of a series of errors in the step."""
-    return convergence_fits.algebraic(*series(table, "step", **where), floor=floor)
+def order(table: pd.DataFrame, floor: float, until: float = np.inf, **where: Any) -> Fit:
+    """The fitted order of a series of errors in the step, at steps of `until` or less."""
+    h, errors = series(table, "step", **where)
+    return convergence_fits.algebraic(h[h <= until], errors[h <= until], floor=floor)
 
 
 def base(table: pd.DataFrame, floor: float, since: float = 0.0, **where: Any) -> Fit:

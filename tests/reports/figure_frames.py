@@ -59,7 +59,8 @@ def _errors(rate) -> list[dict[str, object]]:
         return failed + [row(n=n, value=base**n, **where) for n in range(7, 50, 2)]
     power = rate.claimed or rate.n
     return [
-        row(n=rate.n, step=h, value=0.1 * h**power, **where) for h in 2.0 ** -np.arange(1.0, 9.0)
+        row(n=rate.n, step=h, value=0.1 * h**power, **where)
+        for h in min(rate.until, 1.0) * 2.0 ** -np.arange(1.0, 9.0)
     ]
 
 

@@ -8,12 +8,14 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 import galvi
 from benchmarks.checks.claim import MakeMethod
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references.contender import Contender
+from references.newton import external_force
 from references.scipy.ivp import DOP853, TIGHT
 
 DIAMETER = 200e-6
@@ -29,12 +31,15 @@ class Start:
     """The particle's initial state and the duration of its run.
 
     w = v - wind is the relative velocity; the drag is quadratic in it.
+
+    crosses  the particle moves along the axis, and the vertical w changes its sign once
     """
 
     words: str
     place: tuple[float, float, float]
     velocity: tuple[float, float, float]
     duration: float
+    crosses: bool = False
 
     def problem(self) -> Problem:
         """The problem, in m and s."""
@@ -53,6 +58,7 @@ STARTS: Mapping[str, Start] = {
         (0.0, 0.0, 14.0),
         (0.0, 0.0, 0.0),
         0.8,
+        crosses=True,
     ),
 }
 
@@ -66,18 +72,47 @@ def method_of_degree(make_method: MakeMethod, degree: int) -> Any:
 def truth(start: str, contender: Contender = DOP853) -> Array:
     """Positions at the ends of the pieces, (PIECES, 3), each a step end of the reference.
 
+    The moment in which w is 0, where the drag's second derivative jumps, is a step end too.
+
     contender  DOP853 at its tightest tolerance, or Radau, of a different family, to check it
     """
-    known, setting = STARTS[start], TIGHT if contender is DOP853 else CHECK
+    known = STARTS[start]
     problem, places = known.problem(), []
-    for _ in range(PIECES):
-        run = contender.run(problem, known.duration / PIECES, setting)
-        places.append(run.q[-1])
-        v = problem.system.velocity(run.p[-1])
-        problem = Problem(problem.system, run.q[-1], v, float(run.t[-1]))
+    ends = [known.duration * (k + 1) / PIECES for k in range(PIECES)]
+    for t in sorted({*ends, *([crossing_time(start)] if known.crosses else [])}):
+        problem = carried(problem, t, contender)
+        if t in ends:
+            places.append(problem.q0)
     result: Array = np.array(places)
     result.flags.writeable = False
     return result
+
+
+def carried(problem: Problem, t: float, contender: Contender = DOP853) -> Problem:
+    """The problem from time t on: its state there by the reference."""
+    if t == problem.t0:
+        return problem
+    setting = TIGHT if contender is DOP853 else CHECK
+    run = contender.run(problem, t - problem.t0, setting)
+    return Problem(problem.system, run.q[-1], problem.system.velocity(run.p[-1]), t)
+
+
+@lru_cache(maxsize=1)
+def crossing_time(start: str) -> float:
+    """When the vertical w of a start that crosses is 0 [s].
+
+    By a bracketing search on runs from the start. An error d of this time changes the truth by a
+    multiple of d^3, the integral of a quadratic force over d.
+    """
+    problem, end = STARTS[start].problem(), STARTS[start].duration
+    return float(brentq(lambda t: relative_velocity(carried(problem, t)), 0.0, end, xtol=1e-9))
+
+
+def relative_velocity(problem: Problem) -> float:
+    """The vertical w at the start of a motion along the axis, from the drag -k |w| w [m/s]."""
+    system: Any = problem.system
+    drag = external_force(problem)(problem.q0, problem.v0, problem.t0)[2]
+    return -float(np.sign(drag) * np.sqrt(abs(drag) / system.force.factor))
 
 
 def trajectory_error(run: Trajectory, exact: Array) -> float:

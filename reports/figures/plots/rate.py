@@ -22,6 +22,7 @@ class Rate:
     claimed          base of n or power of h; None where the paper gives no number
     n                the n whose h-refinement this is; None for an n-refinement
     start            first n of the fit, where the claim concerns large n only
+    until            largest h of the fit, where the claim concerns small h only
     """
 
     study: str
@@ -31,6 +32,7 @@ class Rate:
     claimed: float | None = None
     n: int | None = None
     start: int = 0
+    until: float = np.inf
 
     def measured(self, frame: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
         """(n or h, error), coarse to fine; runs that failed have the error NaN."""
@@ -48,7 +50,8 @@ class Rate:
             return convergence_fits.geometric(
                 x[x >= self.start], error[x >= self.start], floor=self.floor
             )
-        return convergence_fits.algebraic(x, error, floor=self.floor)
+        used = x <= self.until
+        return convergence_fits.algebraic(x[used], error[used], floor=self.floor)
 
 
 def inside(fit: Fit, x: np.ndarray) -> np.ndarray:
