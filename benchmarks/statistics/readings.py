@@ -24,6 +24,12 @@ def order(table: pd.DataFrame, floor: float, until: float = np.inf, **where: Any
     return convergence_fits.algebraic(h[h <= until], errors[h <= until], floor=floor)
 
 
+def power(table: pd.DataFrame, floor: float, **where: Any) -> Fit:
+    """The fitted power of 1 / N in a series of errors in n = N + 1."""
+    n, errors = series(table, "n", **where)
+    return convergence_fits.algebraic(1.0 / (n - 1.0), errors, floor=floor)
+
+
 def base(table: pd.DataFrame, floor: float, since: float = 0.0, **where: Any) -> Fit:
     """The fitted base of a series of errors in n, from n = since on."""
     n, errors = series(table, "n", **where)

@@ -8,7 +8,11 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.store.frames import frame, row
-from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
+from reports.figures.plots.convergence import (
+    convergence_in_degree,
+    convergence_in_h,
+    convergence_in_n,
+)
 from reports.figures.plots.departures import departures
 from reports.figures.plots.energies import energies
 from reports.figures.plots.history import history
@@ -23,7 +27,7 @@ from reports.results.figure import Figure
 
 def frame_for(figure: Figure) -> pd.DataFrame:
     """By what draws it."""
-    if figure.draw in (convergence_in_n, convergence_in_h):
+    if figure.draw in (convergence_in_n, convergence_in_h, convergence_in_degree):
         rows = [one for rate in figure.options["rates"] for one in _errors(rate)]
     elif figure.draw is history:
         rows = _history(figure.options["quantity"])
@@ -50,6 +54,8 @@ def frame_for(figure: Figure) -> pd.DataFrame:
 
 def _errors(rate) -> list[dict[str, object]]:
     where = {"study": rate.study, "quantity": rate.quantity}
+    if rate.algebraic:
+        return [row(n=n, value=0.5 / n, **where) for n in range(8, 90, 9)]
     if rate.n is None:
         base = rate.claimed or 0.4
         failed = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from reports.figures.catalogue.brownout import BROWNOUT_FIGURES
+from reports.figures.catalogue.finite_smoothness import FINITE_SMOOTHNESS
 from reports.figures.catalogue.oscillator_and_planets import OSCILLATOR_AND_PLANETS
 from reports.figures.catalogue.pendulum import PENDULUM_FIGURES
 from reports.figures.catalogue.rigid_bodies import RIGID_BODIES
@@ -15,4 +16,5 @@ FIGURES: tuple[Figure, ...] = (
     *PENDULUM_FIGURES,
     *BROWNOUT_FIGURES,
     *VECTOR_FIGURES,
+    *FINITE_SMOOTHNESS,
 )

@@ -1,4 +1,4 @@
-"""Convergence plots: error against n or h, with fitted and claimed rates."""
+"""Convergence plots: error against n, h or 1 / N, with fitted and claimed rates."""
 
 from __future__ import annotations
 
@@ -41,6 +41,15 @@ def convergence_in_h(
     axes.set(xscale="log", yscale="log", xlabel="step size $h$", ylabel=ylabel)
     round_numbers(axes.xaxis)
     _lines(axes, frame, rates, "h^{{{:.2f}}}", "h^{{{:g}}}", top)
+
+
+def convergence_in_degree(
+    axes: Axes, frame: pd.DataFrame, *, rates: Sequence[Rate], ylabel: str, top: float = np.inf
+) -> None:
+    """Errors against 1 / N, both logarithmic, of algebraic rates in the degree N."""
+    axes.set(xscale="log", yscale="log", xlabel="$1 / N$, the inverse of the degree", ylabel=ylabel)
+    round_numbers(axes.xaxis)
+    _lines(axes, frame, rates, "N^{{-{:.2f}}}", "N^{{-{:g}}}", top)
 
 
 def _lines(

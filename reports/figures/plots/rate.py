@@ -23,6 +23,7 @@ class Rate:
     n                the n whose h-refinement this is; None for an n-refinement
     start            first n of the fit, where the claim concerns large n only
     until            largest h of the fit, where the claim concerns small h only
+    algebraic        of an n-refinement: errors fall like a power of the degree N = n - 1
     """
 
     study: str
@@ -33,20 +34,22 @@ class Rate:
     n: int | None = None
     start: int = 0
     until: float = np.inf
+    algebraic: bool = False
 
     def measured(self, frame: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-        """(n or h, error), coarse to fine; runs that failed have the error NaN."""
+        """(n, h or 1 / N, error), coarse to fine; runs that failed have the error NaN."""
         rows = pick(frame, study=self.study, quantity=self.quantity)
         if self.n is None:
             rows = rows.sort_values("n")
-            return rows["n"].to_numpy(float), rows["value"].to_numpy(float)
+            n, error = rows["n"].to_numpy(float), rows["value"].to_numpy(float)
+            return (1.0 / (n - 1.0) if self.algebraic else n), error
         rows = pick(rows, n=self.n).sort_values("step", ascending=False)
         return rows["step"].to_numpy(float), rows["value"].to_numpy(float)
 
     def fit(self, frame: pd.DataFrame) -> Fit:
         """The fit that the claim's verdict rests on."""
         x, error = self.measured(frame)
-        if self.n is None:
+        if self.n is None and not self.algebraic:
             return convergence_fits.geometric(
                 x[x >= self.start], error[x >= self.start], floor=self.floor
             )
