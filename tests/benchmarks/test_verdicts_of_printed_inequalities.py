@@ -1,0 +1,194 @@
+"""V23, V27 and V28 catch wrong truths, tables and derivations, and accuse no true statement."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import mpmath
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.integrate import quad
+
+import galvi
+from benchmarks.checks.bounds import CONTRADICTED, FINDING, HOLDS
+from benchmarks.checks.claim import Claim
+from benchmarks.claims.vector_spaces import brownout_crossing, brownout_particle
+from benchmarks.claims.vector_spaces import v23_brownout_order as v23
+from benchmarks.claims.vector_spaces import v27_printed_inequalities as v27
+from benchmarks.claims.vector_spaces import v28_rates_at_finite_smoothness as v28
+from benchmarks.claims.vector_spaces.brownout_particle import ACROSS
+from benchmarks.claims.vector_spaces.v23_brownout_order import V23
+from benchmarks.claims.vector_spaces.v27_printed_inequalities import V27
+from benchmarks.claims.vector_spaces.v28_rates_at_finite_smoothness import V28
+from benchmarks.measures import nodal_step, singular_approximation
+from benchmarks.measures.independent_space import gauss_points
+from benchmarks.measures.singular_approximation import closed_errors, quadrature_error
+from benchmarks.test_problems.singular_drive import SingularDrive
+from references.scipy.ivp import RADAU
+from tests.benchmarks.planted_tables import contradicted, faulty
+
+INTEGRATE = galvi.integrate
+CACHES = (brownout_particle.truth, brownout_crossing.crossing)
+
+
+def frame_of(claim: Claim) -> pd.DataFrame:
+    return claim.study(galvi.Galerkin, True, lambda sentence: None)
+
+
+def verdicts(claim: Claim, table: pd.DataFrame) -> dict[str, str]:
+    return {row.quantity: row.verdict for row in claim.judge(table)}
+
+
+@pytest.fixture
+def forgotten() -> Iterator[None]:
+    """Truths are computed anew, before and after."""
+    for cache in CACHES:
+        cache.cache_clear()
+    yield
+    for cache in CACHES:
+        cache.cache_clear()
+
+
+@pytest.mark.usefixtures("forgotten")
+def test_a_truth_that_steps_over_the_kink_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    late = brownout_particle.crossing_time(ACROSS) + 0.03
+    monkeypatch.setattr(brownout_particle, "crossing_time", lambda start: late)
+    apart = brownout_particle.truth(ACROSS, RADAU) - brownout_particle.truth(ACROSS)
+    assert np.max(abs(apart)) > v23.AGREED  # 1e-11; with the right time 3e-14
+
+
+def test_a_wrong_term_of_the_kink_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = brownout_crossing.rule_error
+    monkeypatch.setattr(
+        brownout_crossing, "rule_error", lambda theta, points: right(theta, points + 1)
+    )
+    found = contradicted(V23)
+    for N in (3, 4):
+        name = f"error beside the derived h^3 term, over its largest in the group, N = {N}"
+        assert f"{name}, {ACROSS}" in found
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.1, 0.5, 0.77, 1.0])
+def test_the_rule_misses_a_half_parabola_by_the_stated_number(theta: float) -> None:
+    t, b = gauss_points(4)
+    exact = quad(lambda s: max(s - theta, 0.0) ** 2, 0.0, 1.0, points=[theta])[0]
+    missed = float(b @ np.maximum(t - theta, 0.0) ** 2) - exact
+    assert brownout_crossing.rule_error(theta, 4) == pytest.approx(missed, abs=1e-14)
+
+
+@pytest.mark.parametrize("array", ["psi", "slope"])
+def test_a_wrong_table_is_seen_in_both_inequalities(array: str) -> None:
+    found = contradicted(V27, faulty(**{array: 1.0 + 1e-6}))
+    assert "largest departure of best constant / (h / pi) from 1, all h and means" in found
+    other = "largest departure of beta / sqrt(2 h) from 1, at the other end, all h and means"
+    assert (other in found) == (array == "slope")
+
+
+@pytest.mark.parametrize("array", ["A", "b", "beta"])
+def test_a_step_that_is_not_of_the_space_is_caught(array: str) -> None:
+    found = contradicted(V27, faulty(**{array: 1.0 + 1e-6}))
+    assert "distance of galvi's step from it, all n" in found
+
+
+def test_inequalities_that_are_true_are_not_accused() -> None:
+    table = frame_of(V27)
+    steps = table["step"]
+    poincare, beta = table["quantity"] == v27.POINCARE, table["quantity"].isin(list(v27.ENDS))
+    table.loc[poincare, "value"] = 0.99 * steps[poincare] ** 2 / np.pi**2
+    table.loc[beta, "value"] = 1.01 * steps[beta]
+    found = verdicts(V27, table)
+    accused = [name for name in found if "(h^2 / pi^2)" in name or "beta / h" in name]
+    assert len(accused) == 6 and {found[name] for name in accused} == {HOLDS}
+
+
+def test_nodes_that_are_no_better_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    kinds = {"Chebyshev": nodal_step.equispaced_points, "equispaced": nodal_step.chebyshev_points}
+    monkeypatch.setattr(v27, "NODES", kinds)
+    found = contradicted(V27)
+    for what in ("condition of A", "the Lebesgue constant"):
+        assert f"least of {what} on equispaced points over Chebyshev ones" in found
+
+
+def test_the_rational_step_is_that_of_mpmath_on_one_cubic() -> None:
+    """q = q0 + v t + a t^2 + b t^3 by mpmath's quadrature of the weak form, h = 1."""
+    with mpmath.workdps(30):
+        tests = [lambda t: 1 - t, lambda t: (1 - t) * t, lambda t: (1 - t) * t * t]
+        slopes = [lambda t: -1, lambda t: 1 - 2 * t, lambda t: 2 * t - 3 * t * t]
+
+        def weak(k: int, i: int) -> Any:
+            return mpmath.quad(
+                lambda t: k * t ** max(k - 1, 0) * slopes[i](t) - t**k * tests[i](t), [0, 1]
+            )
+
+        left = mpmath.matrix([[weak(k, i) for k in (1, 2, 3)] for i in range(3)])
+        right = mpmath.matrix([-weak(0, i) for i in range(3)])
+        end = 1 + sum(mpmath.lu_solve(left, right))
+    step = nodal_step.oscillator_step(nodal_step.chebyshev_points(4), v27.Fraction(1))
+    assert float(step[0][0]) == pytest.approx(float(end), abs=1e-15)
+
+
+@pytest.mark.parametrize(("place", "b"), [(0.5, 0.45), (0.3, 0.25), (0.0, 0.25)])
+def test_best_errors_are_those_of_mpmath(place: float, b: float) -> None:
+    def slope(t: Any) -> Any:
+        return mpmath.sign(t - place) * abs(t - place) ** (1 - b) / (1 - b)
+
+    with mpmath.workdps(20):
+        pieces = sorted({0.0, place, 1.0})
+        square = mpmath.quad(lambda t: slope(t) ** 2, pieces)
+        for k in range(3):
+            part = mpmath.quad(lambda t, k=k: slope(t) * mpmath.legendre(k, 2 * t - 1), pieces)
+            square -= (2 * k + 1) * part**2
+        expected = float(mpmath.sqrt(square))
+    drive = SingularDrive(place, b)
+    assert closed_errors(place, b, 0.0, 1.0, [3])[0] == pytest.approx(expected, rel=1e-8)
+    found = quadrature_error(drive.motion, place, 0.0, 1.0, 3)
+    assert found == pytest.approx(expected, rel=1e-8)
+
+
+def test_a_rate_that_is_true_is_not_accused() -> None:
+    table = frame_of(V28)
+    for kind in (v28.BEST, v28.CLOSED):
+        rows = table["quantity"] == kind
+        s = np.where(table.loc[rows, "study"].str.contains("b = -0.55"), 3.0, 2.0)
+        table.loc[rows, "value"] = 0.5 * (table.loc[rows, "n"] - 1.0) ** -s
+    found = verdicts(V28, table)
+    powers = [name for name in found if name.startswith("power of 1 / N")]
+    assert len(powers) == 10 and {found[name] for name in powers} == {HOLDS}
+    assert found["largest departure of the power of 1 / N from 3/2 - b, t* inside"] == CONTRADICTED
+
+
+def test_a_coarse_quadrature_is_caught_by_the_closed_form(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = singular_approximation.graded_nodes
+    monkeypatch.setattr(
+        singular_approximation,
+        "graded_nodes",
+        lambda place, start, stop, points: right(place, start, stop, points // 4),
+    )
+    assert "distance between the oracles, best approximation, relative" in contradicted(V28)
+
+
+def test_a_wrong_motion_is_caught_by_its_integral(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = SingularDrive.motion
+    monkeypatch.setattr(
+        SingularDrive, "motion", lambda self, t: tuple((1.0 + 1e-4) * x for x in right(self, t))
+    )
+    assert "distance between the oracles, motion" in contradicted(V28)
+
+
+def test_a_force_whose_singularity_is_elsewhere_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        galvi,
+        "integrate",
+        lambda problem, *rest: INTEGRATE(replace(problem, t0=problem.t0 - 0.01), *rest),
+    )
+    found = contradicted(V28)
+    assert {f"order of the error along the path, b = 0.49, N = {N}" for N in (2, 4)} <= found
+
+
+def test_what_the_papers_do_not_say_is_a_finding() -> None:
+    found = verdicts(V28, frame_of(V28))
+    path = [name for name in found if name.startswith("order of the error along the path")]
+    assert len(path) == 9 and {found[name] for name in path} == {FINDING}
