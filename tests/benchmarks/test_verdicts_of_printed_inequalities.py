@@ -15,17 +15,21 @@ from scipy.integrate import quad
 import galvi
 from benchmarks.checks.bounds import CONTRADICTED, FINDING, HOLDS
 from benchmarks.checks.claim import Claim
-from benchmarks.claims.vector_spaces import brownout_crossing, brownout_particle
+from benchmarks.claims.vector_spaces import (
+    brownout_crossing,
+    brownout_particle,
+    nodal_step,
+    singular_approximation,
+)
 from benchmarks.claims.vector_spaces import v23_brownout_order as v23
 from benchmarks.claims.vector_spaces import v27_printed_inequalities as v27
 from benchmarks.claims.vector_spaces import v28_rates_at_finite_smoothness as v28
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS
+from benchmarks.claims.vector_spaces.singular_approximation import closed_errors, quadrature_error
 from benchmarks.claims.vector_spaces.v23_brownout_order import V23
 from benchmarks.claims.vector_spaces.v27_printed_inequalities import V27
 from benchmarks.claims.vector_spaces.v28_rates_at_finite_smoothness import V28
-from benchmarks.measures import nodal_step, singular_approximation
 from benchmarks.measures.independent_space import gauss_points
-from benchmarks.measures.singular_approximation import closed_errors, quadrature_error
 from benchmarks.test_problems.singular_drive import SingularDrive
 from references.scipy.ivp import RADAU
 from tests.benchmarks.planted_tables import contradicted, faulty

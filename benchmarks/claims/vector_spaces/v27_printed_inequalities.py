@@ -13,8 +13,7 @@ from scipy.linalg import eigvalsh, null_space
 import galvi
 from benchmarks.checks.bounds import CONTRADICTED, AtLeast, AtMost, Exactly, Finding
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
-from benchmarks.measures.independent_space import all_of_degree, gauss_points, slopes, values
-from benchmarks.measures.nodal_step import (
+from benchmarks.claims.vector_spaces.nodal_step import (
     chebyshev_points,
     condition,
     equispaced_points,
@@ -22,6 +21,7 @@ from benchmarks.measures.nodal_step import (
     lebesgue,
     oscillator_step,
 )
+from benchmarks.measures.independent_space import all_of_degree, gauss_points, slopes, values
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame, pick, row, series
 from galvi import Problem

@@ -12,8 +12,12 @@ from scipy.integrate import quad
 import galvi
 from benchmarks.checks.bounds import CONTRADICTED, AtLeast, AtMost, Finding, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.vector_spaces.singular_approximation import (
+    closed_errors,
+    path_error,
+    quadrature_error,
+)
 from benchmarks.measures.best_approximation import best_errors
-from benchmarks.measures.singular_approximation import closed_errors, path_error, quadrature_error
 from benchmarks.statistics import readings
 from benchmarks.statistics.convergence_fits import Fit
 from benchmarks.statistics.estimate import Estimate
@@ -114,7 +118,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
 DRIVE = "u'' = |t - t*|^-b, u = u' = 0 at t*, so that s = {} derivatives are in L^2"
 DRIVEN = "u'' + u = |t - t*|^-b, u = u' = 0 at t*, so that s = 2 derivatives are in L^2"
 WHOLE = "one polynomial of degree N = 8 to 192 (128 in the quick form; 64 for t* = 0) on [0, 1]"
-PRINTED = "N^-s in |.|_X, s = {}"
+PRINTED = "N^-s in |.|_X, s = {0}, times |u|_{{H^(s;N)}}, which is |u^(s)| from N = s - 1 on"
 LOST = (
     "Inside, Legendre's series of u' ~ sign(t - t*) |t - t*|^(1 - b) has an error of "
     "N^-(3/2 - b), which for s derivatives, s - 1 < 3/2 - b < s, is never N^-s, and comes near "

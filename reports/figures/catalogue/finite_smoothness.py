@@ -48,7 +48,7 @@ FINITE_SMOOTHNESS: tuple[Figure, ...] = (
                     v28.PATH,
                     f"$N={N}$",
                     v28.FLOOR,
-                    claimed=1.0 if N == v28.DEGREES[0] else None,
+                    claimed=1.0 if v28.DEGREES[0] == N else None,
                     n=N + 1,
                 )
                 for N in v28.DEGREES

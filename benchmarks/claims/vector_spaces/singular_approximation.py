@@ -9,8 +9,7 @@ z = (1 - y) / 2,
 
     int_y^1 (X - y)^a P_k(X) dX = 2^(a+1) z^(a+1) / (a + 1) F(-k, k + 1; a + 2; z),
 
-for |t - t*|^a with a up to about 2: for larger a the values of low k are differences of large
-numbers. Here F = k! / (a + 2)_k P_k^(a+1, -a-1)(y) is a Jacobi polynomial.
+where F = k! / (a + 2)_k P_k^(a+1, -a-1)(y) is a Jacobi polynomial.
 """
 
 from __future__ import annotations
