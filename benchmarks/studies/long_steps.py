@@ -21,7 +21,9 @@ from references.rebound import ias15
 DISTANCE, AT_END = "distance to IAS15", "distance to IAS15 at the end"
 ENERGY = "energy error"
 CHANGE, DIFFERENCE = "change of extent", "extent against IAS15"
-TURN = "perihelion against IAS15"
+TURN, SHIFT = "perihelion against IAS15", "perihelion against IAS15, times the eccentricity"
+ALONG = "distance to IAS15 on the curve"
+MEAN = "mean distance"
 CURVE, ENDS = "position on the curve", "position at step ends"
 
 
@@ -50,8 +52,10 @@ class LongSteps:
         """Series, with the body in `label` (au, rad, relative for the energy):
 
         'n = ...'    distance to IAS15, largest over step ends and at the end; energy error
-        'shape'      extents over the first and the last revolution, their change relative to the
-                     mean distance, their difference from IAS15's, the perihelion's direction
+        'shape'      extents over the first and the last revolution, their mean and their change
+                     relative to it, their difference from IAS15's; the perihelion's direction, also
+                     times the eccentricity: how far that turns the ellipse, relative to its size;
+                     largest distance to IAS15 on the curve
         'orbit'      positions from the first body, 'position on the curve' and 'at step ends'
         'reference'  distance between IAS15 with its two step criteria, at the end
         """
@@ -114,7 +118,8 @@ class LongSteps:
                 np.array(extent(truth.t, places, k, start, start + year))
                 for places, start in ((q, 0.0), (q, end - year), (truth.q, end - year))
             )
-            turned = angle(perihelion(run, k)[-1], perihelion(truth, k)[-1])
+            towards, there = perihelion(run, k)[-1], perihelion(truth, k)[-1]
+            turned = angle(towards, there)
             for quantity, value in (
                 ("closest distance, first revolution", first[0]),
                 ("farthest distance, first revolution", first[1]),
@@ -123,6 +128,9 @@ class LongSteps:
                 (CHANGE, np.max(np.abs(last - first)) / np.mean(first)),
                 (DIFFERENCE, np.max(np.abs(last - exact))),
                 (TURN, turned),
+                (SHIFT, turned * np.linalg.norm(there)),
+                (MEAN, np.mean(first)),
+                (ALONG, np.max(np.linalg.norm(q[:, k] - truth.q[:, k], axis=-1))),
             ):
                 rows.append(
                     row(study="shape", quantity=quantity, n=self.ns[0], label=body, value=value)
@@ -143,6 +151,14 @@ def farthest_at_end(table: pd.DataFrame, n: int, bodies: Sequence[str]) -> float
 def energy_error(table: pd.DataFrame, n: int) -> float:
     """Largest relative energy error over step ends; NaN when it was not measured."""
     return number(table, study=f"n = {n}", quantity=ENERGY)
+
+
+def worst_relative(
+    table: pd.DataFrame, bodies: Sequence[str], quantity: str, study: str = "shape"
+) -> float:
+    """The largest over the bodies of a length over the mean distance; NaN when one is missing."""
+    rows, mean = pick(table, study=study, quantity=quantity), pick(table, quantity=MEAN)
+    return _largest([number(rows, label=body) / number(mean, label=body) for body in bodies])
 
 
 def worst_shape(table: pd.DataFrame, quantity: str, bodies: Sequence[str]) -> float:
