@@ -13,7 +13,7 @@ import galvi
 from benchmarks.checks.bounds import CONTRADICTED
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY, STARTS
 from benchmarks.claims.vector_spaces.v23_brownout_order import TOLERANCES, V23
-from benchmarks.claims.vector_spaces.v24_brownout_cost import EULER, SECONDS, V24
+from benchmarks.claims.vector_spaces.v24_brownout_cost import ERROR, EULER, EVALUATIONS, V24
 from galvi import Problem
 from galvi.kernels.forces.rotor_wind import rotor_wind
 from galvi.problems import brownout
@@ -86,9 +86,20 @@ def test_the_starts_are_what_their_words_say() -> None:
 
 def test_a_high_order_that_is_dear_is_caught() -> None:
     table = V24.study(galvi.Galerkin, True, lambda sentence: None)
-    ours = (table["study"] != EULER) & (table["quantity"] == SECONDS)
-    table.loc[ours, "value"] *= 100.0
+    ours = (table["study"] != EULER) & (table["quantity"] == EVALUATIONS)
+    table.loc[ours, "value"] *= 1000.0
     verdicts = {row.quantity: row.verdict for row in V24.judge(table)}
-    asked = next(q for q in verdicts if q.startswith("time of semi-implicit Euler"))
-    crossed = next(q for q in verdicts if q.startswith("error below which"))
-    assert verdicts[asked] == CONTRADICTED and verdicts[crossed] == CONTRADICTED
+    asked = next(q for q in verdicts if q.startswith("force evaluations of semi-implicit Euler"))
+    assert verdicts[asked] == CONTRADICTED
+
+
+def test_a_cost_that_grows_as_fast_as_eulers_is_caught() -> None:
+    """N steps of the same order as Euler's: the ratio of evaluations would not grow."""
+    table = V24.study(galvi.Galerkin, True, lambda sentence: None)
+    ours = table["study"] != EULER
+    errors = table[ours & (table["quantity"] == ERROR)].set_index(["study", "steps"])["value"]
+    for index in table[ours & (table["quantity"] == EVALUATIONS)].index:
+        table.loc[index, "value"] = 1.0 / errors[tuple(table.loc[index, ["study", "steps"]])]
+    verdicts = {row.quantity: row.verdict for row in V24.judge(table)}
+    grows = next(q for q in verdicts if q.startswith("power of the inverse error"))
+    assert verdicts[grows] == CONTRADICTED
