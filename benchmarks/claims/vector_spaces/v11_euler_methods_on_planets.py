@@ -122,8 +122,8 @@ def _run(label: str, run: Trajectory) -> list[dict[str, Any]]:
     for body in INNER:
         seen = place[:, bodies(run.problem).index(body)]
         found += history("position", run.t[done][::EVERY], seen[::EVERY], study=label, label=body)
-        if label == BLIND and len(seen) > round(LATER / STEP):
-            far = float(np.linalg.norm(seen[round(LATER / STEP)]))
+        if label == BLIND:  # or at the end of a run that ended before
+            far = float(np.linalg.norm(seen[: round(LATER / STEP) + 1][-1]))
             found.append(row(study=label, quantity=FAR, label=body, value=far))
     return found
 
