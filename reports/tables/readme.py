@@ -24,7 +24,7 @@ HEADLINES = (
     ("V23", "order, N = 3, w away from 0"),
     ("L2", "one-step error, n = 12, Cayley chart"),
     ("L3", "order from both sides, n = 6"),
-    ("L9", "steps done, m g = 29.43, Cayley chart"),
+    ("L9", "largest energy error, m g = 22, Cayley chart"),
     ("L13", "largest error of D2 L_d of a step plus D1 L_d of the next"),
 )
 CODES = (

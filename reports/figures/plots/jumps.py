@@ -75,4 +75,5 @@ def _pairs(frame: pd.DataFrame, study: str, turn: str, change: str) -> pd.DataFr
     rows = pick(frame, study=study)
     if rows.empty:
         return pd.DataFrame({turn: [], change: []})
-    return rows.pivot(index="t", columns="quantity", values="value").dropna()
+    wide = rows.pivot(index=["label", "t"], columns="quantity", values="value")
+    return wide.dropna(subset=[turn, change])

@@ -1,0 +1,60 @@
+"""An exact motion of a body in Cayley's chart, and how far polynomials are from it.
+
+xi = 2 tan(angle / 2) axis, from textbook formulas, independent of galvi's charts. path (k, 3, 3)
+are attitudes at evenly spaced times of one step, Omega (k, 3) the body velocities there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.arrays import Array
+
+
+def turned(path: Array) -> float:
+    """The rotation angle from the path's first attitude to its last, in [0, 2 pi).
+
+    The skew part of the rotation is sin(angle) axis: the axis being continuous, its sign changes
+    where the angle passes pi. Samples must be dense enough to see it.
+    """
+    skew, trace = _parts(path)
+    angle = float(np.arctan2(0.5 * np.linalg.norm(skew[-1]), 0.5 * (trace[-1] - 1.0)))
+    flips = np.sum(np.sum(skew[1:-1] * skew[2:], axis=1) < 0.0)
+    return 2.0 * np.pi - angle if flips % 2 else angle
+
+
+def cayley_rate(path: Array, omega: Array) -> tuple[Array, Array]:
+    """xi and xi' (k, 3): xi' = Omega + xi x Omega / 2 + xi (xi . Omega) / 4, Omega of the body."""
+    skew, trace = _parts(path)
+    xi: Array = 2.0 * skew / (1.0 + trace)[:, None]
+    along = np.sum(xi * omega, axis=1)[:, None]
+    rate: Array = omega + 0.5 * np.cross(xi, omega) + 0.25 * along * xi
+    return xi, rate
+
+
+def distance_of_polynomials(path: Array, omega: Array, degree: int) -> float:
+    """Distance of xi(t) from polynomials of this degree, in body velocity, root mean square.
+
+    The best polynomial is sought in the seminorm int |xi' - p'|^2 / (1 + |xi|^2 / 4)^2 dt: the
+    weight is that of the kinetic energy in Cayley's chart.
+    """
+    xi, rate = cayley_rate(path, omega)
+    weight = 1.0 / (1.0 + 0.25 * np.sum(xi**2, axis=1))[:, None]
+    basis = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, len(path)), degree - 1)
+    best, *_ = np.linalg.lstsq(basis * weight, rate * weight, rcond=None)
+    left = (rate - basis @ best) * weight
+    return float(np.sqrt(np.mean(np.sum(left**2, axis=1))))
+
+
+def _parts(path: Array) -> tuple[Array, Array]:
+    """sin(angle) axis times 2 (k, 3), and the trace (k,), of the rotations since the first."""
+    relative = np.einsum("ji,kjl->kil", path[0], path)
+    skew = np.stack(
+        [
+            relative[:, 2, 1] - relative[:, 1, 2],
+            relative[:, 0, 2] - relative[:, 2, 0],
+            relative[:, 1, 0] - relative[:, 0, 1],
+        ],
+        axis=-1,
+    )
+    return skew, np.trace(relative, axis1=1, axis2=2)
