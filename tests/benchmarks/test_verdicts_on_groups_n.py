@@ -12,8 +12,11 @@ import pytest
 import galvi
 from benchmarks.checks.bounds import CONTRADICTED, FINDING, HOLDS
 from benchmarks.claims.lie_groups import l01_methods_without_a_group as l01
+from benchmarks.claims.lie_groups import l02_free_body_convergence_in_n as l02
+from benchmarks.claims.lie_groups import l06_pendulum_convergence_in_n as l06
 from benchmarks.claims.lie_groups import l09_pendulum_near_chart_limit as l09
 from benchmarks.claims.lie_groups import steps_near_the_limit as steps
+from benchmarks.claims.lie_groups.curves_and_ends import scan_of
 from benchmarks.measures.cayley_curve import cayley_rate, distance_of_polynomials, turned
 from galvi.arrays import Array
 
@@ -125,3 +128,27 @@ def test_a_departure_that_no_picture_shows_is_not_a_visible_one() -> None:
             row = {row.quantity: row for row in l01.judge(small)}[f"largest {quantity}, {label}"]
             assert 0.0 < row.measured < l01.VISIBLE
             assert row.verdict == CONTRADICTED
+
+
+@pytest.mark.parametrize("module", [l02, l06], ids=["L2", "L6"])
+def test_curves_that_are_behind_are_not_said_to_be_as_good(module: Any) -> None:
+    claim = module.L2 if module is l02 else module.L6
+    sound = claim.study(galvi.Galerkin, True, lambda sentence: None)
+    as_good = [row for row in claim.judge(sound) if "largest ratio of curve" in row.quantity]
+    assert len(as_good) == len(module.UP_TO)
+    assert {row.verdict for row in as_good} == {HOLDS}
+    assert all("T = 5, 50, 500" in row.setup for row in as_good)
+    worse = changed(sound, lambda x: 3.0 * x, quantity="curve error")
+    held = {row.quantity: row.verdict for row in claim.judge(worse)}
+    assert {held[row.quantity] for row in as_good} == {CONTRADICTED}
+
+
+def test_ends_whose_error_does_not_grow_with_t_are_caught() -> None:
+    """Errors of all ends as at T = 5."""
+    sound = l02.study(galvi.Galerkin, True, lambda sentence: None)
+    ends = {"quantity": "one-step error"}
+    first = sound[(sound["study"] == scan_of(5.0)) & (sound["quantity"] == "one-step error")]
+    still = changed(sound, lambda x: first["value"].to_numpy(), study=scan_of(500.0), **ends)
+    name = "power of 1 / T in the ratio of curve to one-step error, n = 10, Cayley chart"
+    verdict = {row.quantity: row.verdict for row in l02.judge(still)}
+    assert verdict[name] == CONTRADICTED

@@ -42,8 +42,8 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
             ),
             "ylabel": ATTITUDE,
         },
-        caption=f"{SOLID}. H sees one error for both; step ends have about the square of the "
-        "curve's.",
+        caption=f"{SOLID}. Step ends have about the square of the curve's error. H sees one error "
+        "for both, as it is for small n in runs a hundred times as long.",
     ),
     Figure(
         name="fig-3-06",
