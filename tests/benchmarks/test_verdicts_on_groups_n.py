@@ -16,8 +16,8 @@ from benchmarks.claims.lie_groups import l02_free_body_convergence_in_n as l02
 from benchmarks.claims.lie_groups import l06_pendulum_convergence_in_n as l06
 from benchmarks.claims.lie_groups import l09_pendulum_near_chart_limit as l09
 from benchmarks.claims.lie_groups import steps_near_the_limit as steps
+from benchmarks.claims.lie_groups.cayley_curve import cayley_rate, distance_of_polynomials, turned
 from benchmarks.claims.lie_groups.curves_and_ends import scan_of
-from benchmarks.measures.cayley_curve import cayley_rate, distance_of_polynomials, turned
 from galvi.arrays import Array
 
 HELD = [l09.named(weight, "Cayley") for weight in l09.HELD]
@@ -120,7 +120,7 @@ def test_polynomials_are_as_far_from_a_steady_turn_as_its_pole_says() -> None:
 
 
 def test_a_departure_that_no_picture_shows_is_not_a_visible_one() -> None:
-    """RK45 at a tenth of a per cent of its tolerances leaves the sphere, but not visibly."""
+    """A thousandth of what RK45 departs is still a departure, but none that can be seen."""
     found = l01.study(galvi.Galerkin, True, lambda sentence: None)
     for label in l01.MOMENTUM:
         for quantity in (l01.SPHERE, l01.ENERGY):
