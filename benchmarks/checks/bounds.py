@@ -68,7 +68,8 @@ class Comparison:
         """
         if not self.number > 0.0:
             return math.nan
-        factors = [self.high / self.number, self.number / self.low if self.low > 0.0 else math.inf]
+        low, high = self.low - self.room, self.high + self.room
+        factors = [high / self.number, self.number / low if low > 0.0 else math.inf]
         return min(factors) if 0.0 < min(factors) < math.inf else math.nan
 
 

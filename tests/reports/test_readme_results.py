@@ -37,7 +37,7 @@ def test_every_headline_is_a_row_of_the_claims_and_has_its_verdict():
         )
         row = rows[headline]
         assert (claim, quantity, claimed) == (f"{row.id}, {row.source}", row.quantity, row.claimed)
-        assert verdict == row.expected
+        assert verdict.partition(",")[0] == row.expected
         assert measured
 
 
