@@ -15,7 +15,7 @@ BODY = (
     "free rigid body, J_d = diag(1.3, 2.1, 1.2), so J = diag(3.3, 2.5, 3.4); R0 = I, "
     "Omega0 = (2, -1.9, 1)"
 )
-METHOD = "Polynomials(n - 1), gauss(n) (H states no rule)"
+METHOD = "Polynomials(n - 1), gauss(n) (H names Gauss, and no number of points)"
 CAYLEY = galvi.Cayley().name
 FLOOR = 2e-14  # round-off of matrix entries; 3e-15 was measured at n = 15
 

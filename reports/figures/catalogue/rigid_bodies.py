@@ -84,7 +84,8 @@ RIGID_BODIES: tuple[Figure, ...] = (
         draw=convergence_in_h,
         options={
             "rates": tuple(
-                Rate(l03.BODY_STUDY, l03.QUANTITY, f"$n={n}$", FLOOR, claimed=l03.claimed_order(n),
+                Rate(l03.BODY_STUDY, l03.QUANTITY, f"$n={n}$", l03.FLOOR,
+                     claimed=l03.claimed_order(n),
                      n=n)
                 for n in l03.NS
             ),
