@@ -157,7 +157,7 @@ def test_momentum_at_a_base_point_that_stays_is_caught(
 
 
 def test_a_method_that_is_not_symplectic_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    on_rotations = {k: v for k, v in l16.PROBLEMS.items() if k.endswith("SO(3)")}
+    on_rotations = {k: v for k, v in l16.PROBLEMS.items() if k.endswith(" on SO(3)")}
     monkeypatch.setattr(l16, "PROBLEMS", on_rotations)
     monkeypatch.setattr(galvi, "integrate", runge_kutta)
     assert len(contradicted(l16.L16)) == len(on_rotations) * len(CHARTS)

@@ -140,7 +140,7 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
             ("modified-rodrigues-chart", "3D pendulum, modified Rodrigues chart"),
             ("se3", "SE(3), exponential chart"),
             ("se2", "SE(2), exponential chart"),
-            ("product-group", "SO(3) x R^3, exponential chart"),
+            ("product-group", "SO(3) x SO(3), exponential chart"),
         )
     ),
     Figure(

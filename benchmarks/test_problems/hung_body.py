@@ -1,0 +1,87 @@
+"""A body hung by a spring from a point off its centre, on SE(3), by a frame off its centre.
+
+L = w . J w / 2 + m |u|^2 / 2 - k |y|^2 / 2 + m g . x_c  for q = [[R, x], [0, 1]], velocities (w, v)
+in the frame, with the centre's velocity u = v + w x CENTRE in the frame, its place
+x_c = x + R CENTRE, and the spring, of no length at rest, from the origin to y = x + R HOOK.
+Rotation and translation are coupled in T, in V, and by the coadjoint term m u x v of the momentum,
+which is 0 where the frame's origin is the centre.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+import galvi
+from benchmarks.test_problems.coupled import Coupled
+from benchmarks.test_problems.newton_euler import NewtonEuler, cross
+from galvi import Problem
+from galvi.arrays import Array
+
+MASS, SPRING = 2.0, 8.0
+INERTIA = np.diag([1.0, 2.0, 2.8])  # about the centre
+CENTRE, HOOK = np.array([0.1, -0.2, 0.3]), np.array([0.4, -0.1, 0.7])  # in the frame
+G = np.array([0.0, 0.0, -1.0])
+TURNING, SPEED = np.array([0.3, 1.5, 0.4]), np.array([0.3, 0.2, -0.1])  # of the centre
+SETUP = (
+    "body hung from the origin by a spring of k = 8, J = diag(1, 2, 2.8), m = 2, g = (0, 0, -1), "
+    "by a frame with the centre at (0.1, -0.2, 0.3) and the hook at (0.4, -0.1, 0.7) in it; from "
+    "I, body velocity (0.3, 1.5, 0.4), velocity of the centre (0.3, 0.2, -0.1)"
+)
+
+
+@njit(cache=True)
+def lagrangian(q: Array, v: Array) -> float:
+    """T - V of a configuration (4, 4) and (w, v)."""
+    R, x, w = np.ascontiguousarray(q[:3, :3]), q[:3, 3], v[:3]
+    u, y, place = v[3:] + np.cross(w, CENTRE), x + R @ HOOK, x + R @ CENTRE
+    kinetic = 0.5 * np.sum(w * (INERTIA @ w)) + 0.5 * MASS * np.sum(u * u)
+    return float(kinetic - 0.5 * SPRING * np.sum(y * y) + MASS * np.sum(G * place))
+
+
+@njit(cache=True)
+def slopes(q: Array, v: Array) -> Array:
+    """dL/dv (6,), then dL/dq (16,)."""
+    out = np.zeros(22)
+    R, w = np.ascontiguousarray(q[:3, :3]), v[:3]
+    u = v[3:] + np.cross(w, CENTRE)
+    y = q[:3, 3] + R @ HOOK
+    out[:3] = INERTIA @ w + MASS * np.cross(CENTRE, u)
+    out[3:6] = MASS * u
+    for i in range(3):
+        for j in range(3):
+            out[6 + 4 * i + j] = MASS * G[i] * CENTRE[j] - SPRING * y[i] * HOOK[j]
+        out[9 + 4 * i] = MASS * G[i] - SPRING * y[i]
+    return out
+
+
+def problem() -> Problem:
+    """The hung body, its frame at I."""
+    start = np.concatenate([TURNING, SPEED - np.cross(TURNING, CENTRE)])
+    system = galvi.Lagrangian(lagrangian, galvi.SE3(), slopes)
+    return Problem(system, np.eye(4), start, name="body hung by a spring on SE(3)")
+
+
+def pull(R: Array, rest: Array) -> tuple[Array, Array]:
+    """Torque about the centre (1, 3) in the body's frame; (u, force / m) of rest = (place, u)."""
+    arm = HOOK - CENTRE
+    force = -SPRING * (rest[:3] + R[0] @ arm)
+    return cross(arm, force @ R[0])[None], np.concatenate([rest[3:], force / MASS + G])
+
+
+def motion(q: Array, mu: Array) -> NewtonEuler:
+    """The same motion by Newton's and Euler's equations about the centre, from momenta (6,)."""
+    R, u = q[:3, :3], mu[3:] / MASS
+    turning = mu[:3] - cross(CENTRE, mu[3:])
+    rest = np.concatenate([q[:3, 3] + R @ CENTRE, R @ u])
+    return NewtonEuler(INERTIA[None], R[None], turning[None], rest, pull)
+
+
+def state(R: Array, turning: Array, rest: Array) -> tuple[Array, Array]:
+    """(q, mu) of attitudes (1, 3, 3), angular momenta (1, 3) and (place, velocity) (6,)."""
+    q, momentum = np.eye(4), MASS * (rest[3:] @ R[0])
+    q[:3, :3], q[:3, 3] = R[0], rest[:3] - R[0] @ CENTRE
+    return q, np.concatenate([turning[0] + cross(CENTRE, momentum), momentum]).astype(float)
+
+
+HUNG_BODY = Coupled(problem, SETUP, motion, state)
