@@ -1,0 +1,307 @@
+"""L3, L14, L16, V12 and V20: verdicts that are not built in, and coupling terms that are missed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import galvi
+from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS
+from benchmarks.claims.lie_groups import l03_free_body_order as l03
+from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
+from benchmarks.claims.lie_groups import l16_symplecticity as l16
+from benchmarks.claims.lie_groups.rule_on_potential import PlanePendulum, clenshaw_curtis_points
+from benchmarks.claims.vector_spaces import v12_stage_iteration_contracts as v12
+from benchmarks.claims.vector_spaces import v20_contraction_constant as v20
+from benchmarks.measures.symplectic_form import form_defect
+from benchmarks.test_problems import hung_body, joined_pendulums
+from benchmarks.test_problems.coupled import Coupled
+from benchmarks.test_problems.extrapolation import extrapolated
+from benchmarks.test_problems.hung_body import HUNG_BODY
+from benchmarks.test_problems.joined_pendulums import JOINED_PENDULUMS
+from benchmarks.test_problems.newton_euler import cross
+from benchmarks.test_problems.nonlinear_oscillators import HARDENING, NONLINEAR
+from galvi import Problem
+from tests.benchmarks.planted_tables import contradicted, faulty
+
+HUNG, JOINED = "body hung by a spring on SE(3)", "joined pendulums on SO(3) x SO(3)"
+
+
+@pytest.fixture(scope="module")
+def orders() -> pd.DataFrame:
+    return l03.L3.study(galvi.Galerkin, True, lambda sentence: None)
+
+
+def verdict(table: pd.DataFrame, quantity: str) -> str:
+    return next(row.verdict for row in l03.L3.judge(table) if row.quantity == quantity)
+
+
+def with_order(table: pd.DataFrame, study: str, n: int, order: int) -> pd.DataFrame:
+    """The frame with errors 0.1 h^order in one of its series."""
+    changed = table.copy()
+    named = (changed["study"] == study) & (changed["n"] == n)
+    changed.loc[named, "value"] = 0.1 * changed.loc[named, "step"] ** order
+    return changed
+
+
+@pytest.mark.parametrize("points", sorted(l03.POINTS))
+def test_one_number_of_points_with_the_orders_of_h_would_be_enough(
+    orders: pd.DataFrame, points: str
+) -> None:
+    quantity = "least order over n - 1, n, n + 1, 2 n Gauss points, n = 5"
+    assert verdict(orders, quantity) == EXCEEDS
+    assert verdict(with_order(orders, l03.STUDIES[points], 5, 4), quantity) == ATTAINED
+
+
+@pytest.mark.parametrize(
+    ("study", "n", "order", "quantity"),
+    [
+        (l03.FEW, 7, 6, "order with Clenshaw-Curtis n - 1, degree n - 2, n = 7"),
+        (l03.FEW, 5, 6, "order with Clenshaw-Curtis n - 1, degree n - 2, n = 5"),
+        (l03.EXACT, 7, 6, "order with Clenshaw-Curtis n - 1 on V alone, degree n - 2, n = 7"),
+        (l03.PENDULUM, 5, 6, "order for n = 5 less that for n = 4"),
+    ],
+)
+def test_where_the_reading_breaks_is_measured(
+    orders: pd.DataFrame, study: str, n: int, order: int, quantity: str
+) -> None:
+    assert verdict(with_order(orders, study, n, order), quantity) == CONTRADICTED
+
+
+def test_a_rule_that_is_slightly_wrong_on_the_potential_is_caught(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def wrong(n: int) -> Any:
+        nodes, weights = clenshaw_curtis_points(n)
+        return nodes, weights * (1.0 + 1e-4)
+
+    monkeypatch.setattr(l03, "clenshaw_curtis_points", wrong)
+    found = contradicted(l03.L3)
+    assert {quantity for quantity in found if "on V alone" not in quantity} == set()
+    assert len(found) == len(l03.WITH_FEW)
+
+
+@pytest.mark.parametrize("n", [2, 3, 5, 8])
+def test_the_rule_and_the_steps_by_hand_are_those_of_galvi(n: int) -> None:
+    rule, (nodes, weights) = galvi.clenshaw_curtis(n), clenshaw_curtis_points(n)
+    assert np.allclose(rule.nodes, nodes, atol=1e-15)
+    assert np.allclose(rule.weights, weights, atol=1e-15)  # 3e-16 was measured
+    method = galvi.Galerkin(galvi.Polynomials(n - 1), rule)
+    run = galvi.integrate(galvi.problems.planar_pendulum(2.0), method, 0.25, 4)
+    same = PlanePendulum(n - 1, (nodes, weights), (nodes, weights)).run(2.0, 0.0, 0.25, 4)
+    assert np.allclose([run.q[-1, 0], run.p[-1, 0]], same, atol=1e-14)
+
+
+@pytest.mark.parametrize("degree", range(1, 7))
+def test_the_order_of_a_rule_is_known_where_it_is_classical(degree: int) -> None:
+    assert l03.order_with(degree, 2 * degree - 1) == 2 * degree  # Gauss collocation
+    assert l03.order_with(degree, 4 * degree + 3) == 2 * degree  # more points of it
+    if degree > 1:
+        assert l03.order_with(degree, 2 * degree - 3) == 2 * degree - 2  # Lobatto, as many points
+
+
+def left_trivialised(
+    problem: Problem, g: Any, mu: Any, duration: float, dropped: str = "", coupled: bool = True
+) -> tuple[Any, Any]:
+    """The hung body by Euler's and Poincare's equations about its frame, with a term left out.
+
+    mu_w' = mu_w x w + mu_v x v + torque,  mu_v' = mu_v x w + force,  g' = g hat(w, v).
+
+    coupled  False: the centre and the hook are at the frame's origin
+    """
+    centre, hook = (hung_body.CENTRE, hung_body.HOOK) if coupled else (np.zeros(3), np.zeros(3))
+    inverse = np.linalg.inv(hung_body.INERTIA)
+
+    def slope(y: Any) -> Any:
+        R, x, turning, momentum = y[:9].reshape(3, 3), y[9:12], y[12:15], y[15:]
+        w = inverse @ (turning - cross(centre, momentum))
+        v = momentum / hung_body.MASS - cross(w, centre)
+        pulled = -hung_body.SPRING * (x + R @ hook) @ R
+        weight = hung_body.MASS * hung_body.G @ R
+        after = cross(turning, w) + cross(centre, weight)
+        if dropped != "coadjoint":
+            after = after + cross(momentum, v)
+        if dropped != "torque":
+            after = after + cross(hook, pulled)
+        return np.concatenate(
+            [cross(R, w[None]).ravel(), R @ v, after, cross(momentum, w) + pulled + weight]
+        )
+
+    start = np.concatenate([g[:3, :3].ravel(), g[:3, 3], mu])
+    y = extrapolated(slope, start, duration, round(duration / 0.1))
+    end = np.eye(4)
+    end[:3, :3], end[:3, 3] = y[:9].reshape(3, 3), y[9:12]
+    return end, y[12:]
+
+
+def without_the_second_torque(R: Any, rest: Any) -> Any:
+    """The joined pendulums, their spring pulling the first one only."""
+    torques, rest = joined_pendulums.pull(R, rest)
+    weight = cross(joined_pendulums.CENTRES[1], joined_pendulums.WEIGHTS[1] @ R[1])
+    return np.array([torques[0], weight]), rest
+
+
+def pulled_otherwise(given: Coupled, pull: Any) -> Coupled:
+    return replace(given, motion=lambda q, mu: replace(given.motion(q, mu), pull=pull))
+
+
+def only(cases: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """L14 with these cases, and without the limits of the charts."""
+    monkeypatch.setattr(l14, "CASES", cases)
+    monkeypatch.setattr(l14, "CHARTS", ())
+
+
+def run_of(q: Any, p: Any) -> Any:
+    counts = {"force_evaluations": 0}
+    return SimpleNamespace(q=q[None], p=p[None], success=True, status="Completed.", counts=counts)
+
+
+def test_the_oracles_of_a_coupled_motion_agree() -> None:
+    """Newton's and Euler's about the centre, and Euler's and Poincare's about the frame."""
+    problem = HUNG_BODY.problem()
+    by_hand, mu = left_trivialised(problem, problem.q0, problem.p0, 5.0)
+    q, p = HUNG_BODY.flow(problem.q0, problem.p0, 5.0)
+    assert np.max(abs(by_hand - q)) < 1e-12  # 3e-14 was measured
+    assert np.max(abs(mu - p)) < 1e-12
+    back = HUNG_BODY.motion(problem.q0, problem.p0)
+    state = HUNG_BODY.state(back.attitudes, back.momenta, back.rest)
+    assert np.allclose(state[0], problem.q0, atol=1e-15)
+    assert np.allclose(state[1], problem.p0, atol=1e-15)
+
+
+@pytest.mark.parametrize("dropped", ["coadjoint", "torque"])
+def test_a_coupling_that_is_dropped_spoils_every_order_on_se3(
+    dropped: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cases = {name: case for name, case in l14.CASES.items() if case.setup == hung_body.SETUP}
+    problem = HUNG_BODY.problem()
+    wrong = run_of(*left_trivialised(problem, problem.q0, problem.p0, l14.DURATION, dropped))
+    sound = galvi.integrate
+    only(cases, monkeypatch)
+    monkeypatch.setattr(
+        galvi,
+        "integrate",
+        lambda given, *rest, **more: (
+            wrong if given.name == problem.name else sound(given, *rest, **more)
+        ),
+    )
+    found = contradicted(l14.L14)
+    assert found == {
+        f"order of the {l14.QUANTITY}, {name}, n = {n}" for name in cases for n in l14.NS
+    }
+
+
+def test_a_body_by_its_centre_would_not_show_it() -> None:
+    """Why the frame is off the centre: there m u x v = 0, and a pull at the centre has no arm."""
+    problem = HUNG_BODY.problem()
+    sound, *others = (
+        left_trivialised(problem, problem.q0, problem.p0, 1.0, dropped, coupled=False)[0]
+        for dropped in ("", "coadjoint", "torque")
+    )
+    for other in others:
+        assert np.max(abs(sound - other)) < 1e-13
+
+
+def test_a_spring_that_pulls_one_body_only_spoils_every_order_on_the_product(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    cases = {n: case for n, case in l14.CASES.items() if case.setup == joined_pendulums.SETUP}
+    problem = JOINED_PENDULUMS.problem()
+    other = pulled_otherwise(JOINED_PENDULUMS, without_the_second_torque)
+    wrong, sound = run_of(*other.flow(problem.q0, problem.p0, l14.DURATION)), galvi.integrate
+    only(cases, monkeypatch)
+    monkeypatch.setattr(
+        galvi,
+        "integrate",
+        lambda given, *rest, **more: (
+            wrong if given.name == problem.name else sound(given, *rest, **more)
+        ),
+    )
+    assert len(contradicted(l14.L14)) == sum(len(case.ns) for case in cases.values())
+
+
+def test_a_second_oracle_of_another_motion_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    name = "SO(3) x SO(3), exponential chart"
+    case = l14.CASES[name]
+    end: Any = case.again
+    off = replace(case, again=lambda: end() + 1e-9, ns=(3,))
+    only({name: off}, monkeypatch)
+    assert contradicted(l14.L14) == {f"{l14.ORACLES}, SO(3) x SO(3)"}
+
+
+@pytest.mark.parametrize(
+    ("dropped", "low", "high"),
+    [("", 0.0, l16.LIMIT), ("coadjoint", 1e-4, 1.0), ("torque", 1e-4, 1.0)],
+)
+def test_a_flow_without_a_coupling_is_not_symplectic(dropped: str, low: float, high: float) -> None:
+    """2e-15, 4e-3 and 2e-2 were measured."""
+    problem = HUNG_BODY.problem()
+
+    def step(g: Any, mu: Any) -> Any:
+        return left_trivialised(problem, g, mu, l16.STEP, dropped)
+
+    assert low <= form_defect(step, galvi.SE3(), problem.q0, problem.p0) <= high
+
+
+def test_the_claim_on_the_form_catches_coupling_that_is_one_sided(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    flow = pulled_otherwise(JOINED_PENDULUMS, without_the_second_torque)
+    monkeypatch.setattr(l16, "PROBLEMS", {JOINED: l16.PROBLEMS[JOINED]})
+    monkeypatch.setattr(l16, "PAIRS", {"gauss": (4, 4)})
+    monkeypatch.setattr(l16, "CHARTS", (galvi.Cayley(),))
+    monkeypatch.setattr(l16, "FLOWS", {JOINED: flow})
+    assert contradicted(l16.L16) == {f"defect of the form, {JOINED}, {l16.EXACTLY}"}
+    monkeypatch.setattr(l16, "FLOWS", {})
+    monkeypatch.setattr(
+        galvi, "integrate", lambda given, *rest: run_of(*flow.flow(given.q0, given.p0, l16.STEP))
+    )
+    assert len(contradicted(l16.L16)) == 1
+
+
+@pytest.mark.parametrize("scale", [{"A": 1.0 + 1e-6}, {"beta": 1.0 + 1e-6}])
+def test_a_wrong_step_of_a_nonlinear_oscillator_is_caught(scale: dict[str, float]) -> None:
+    for claim, words in ((v12.V12, "{}, {}, largest over all n"), (v20.V20, "largest {}, {}")):
+        wanted = {words.format(v12.SAME, case.name) for case in NONLINEAR}
+        assert wanted <= contradicted(claim, faulty(**scale))
+
+
+@pytest.mark.parametrize("case", NONLINEAR, ids=lambda case: case.name)
+def test_a_lipschitz_constant_that_is_too_small_is_caught(
+    case: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """K / 20: M's slack in K is 13. H's is 11 for the hardening spring; for the pendulum H's own
+    limit, h at most 1, keeps the step safe."""
+    small = replace(case, lipschitz=case.lipschitz / 20.0)
+    for module in (v12, v20):
+        monkeypatch.setattr(module, "NONLINEAR", (small,))
+    assert f"least {v20.LIMIT}, {case.name}" in contradicted(v20.V20)
+    caught = f"least of measured limit / bound, {case.name}, all n" in contradicted(v12.V12)
+    assert caught == (case is HARDENING)
+
+
+def test_an_interval_that_iterates_leave_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    narrow = replace(HARDENING, radius=1.0, lipschitz=4.0)
+    for module in (v12, v20):
+        monkeypatch.setattr(module, "NONLINEAR", (narrow,))
+        for name in (module.REACH, module.SPREAD):
+            ending = ", all n" if module is v12 else ""
+            claim = v12.V12 if module is v12 else v20.V20
+            assert f"largest {name}, {HARDENING.name}{ending}" in contradicted(claim)
+
+
+@pytest.mark.parametrize("case", NONLINEAR, ids=lambda case: case.name)
+def test_a_lipschitz_constant_is_the_largest_curvature_of_its_interval(case: Any) -> None:
+    places = case.places(1)
+    assert np.max(abs(case.curvature(places))) == pytest.approx(case.lipschitz, rel=1e-15)
+    start = case.problem()
+    nudge = 1e-6
+    slopes = (case.slope(places + nudge) - case.slope(places - nudge)) / (2.0 * nudge)
+    assert np.allclose(slopes, case.curvature(places), atol=1e-8)
+    gradient = start.system.gradient or start.system.potential.gradient
+    assert np.allclose(gradient(start.q0), case.slope(start.q0), rtol=1e-15)
