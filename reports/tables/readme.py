@@ -23,7 +23,7 @@ HEADLINES = (
     ("V21", "largest ratio, Lobatto N nodes, N = 2"),
     ("V23", "order, N = 3, w away from 0"),
     ("L2", "one-step error, n = 12, Cayley chart"),
-    ("L3", "order from both sides, n = 6"),
+    ("L3", "least order over n - 1, n, n + 1, 2 n Gauss points, n = 6"),
     ("L9", "largest energy error, m g = 22, Cayley chart"),
     ("L13", "largest error of D2 L_d of a step plus D1 L_d of the next"),
 )
