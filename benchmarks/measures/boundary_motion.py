@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.integrate import simpson
 
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
@@ -39,6 +40,15 @@ class BoundaryValueMotion:
         gap, rate = run(exact.t) - exact.q, run.velocity(exact.t) - velocity
         apart, moving = np.linalg.norm(gap, axis=1), np.linalg.norm(rate, axis=1)
         return float(np.trapezoid(apart + moving, exact.t)), float(np.max(apart))
+
+    def square_of_rates(self, run: Trajectory) -> float:
+        """Integral of |q' - q'_exact|^2 over a run's first step and the motion to the same point:
+        M's |q - q_exact|_X^2 where both ends are met; NaN where no motion was found."""
+        exact = self.arriving_at(run.q[1])
+        if exact is None:
+            return float("nan")
+        rate = run.velocity(exact.t) - self.problem.system.velocity(exact.p)
+        return float(simpson(np.sum(rate * rate, axis=1), x=exact.t))
 
     def error(self, run: Trajectory) -> float:
         """Largest component by which a run's first step misses the motion from v0."""

@@ -10,6 +10,12 @@ Errors are in the order of refinement, coarse to fine. The window
 * starts within the first half of the rest, where the standard error of the slope times Student's
   97.5 % quantile is smallest, so that a curved beginning is left out.
 
+The uncertainty of a rate combines, as root of the sum of squares, the standard error in the chosen
+window; the departure of the slopes of all windows that could have been chosen from its slope, as a
+root mean square weighted by 1 / width^2; and that of the exponent of a known factor n^-power, whose
+neglect would bend the line: a branch point (t - t*)^a gives coefficients of size n^(-a - 1) r^-n
+(Darboux).
+
 A missing error (NaN, of a failed run) counts as large. Fewer than three points give a Fit of NaN,
 which no verdict counts as success.
 """
@@ -17,7 +23,7 @@ which no verdict counts as success.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,16 +36,17 @@ LEAST = 3
 
 @dataclass(frozen=True)
 class Fit:
-    """error = coefficient * rate^n (geometric) or coefficient * h^rate (algebraic).
+    """error = coefficient * n^-power * rate^n (geometric) or coefficient * h^rate (algebraic).
 
     kind         "geometric" or "algebraic"
     rate         base of n, or power of h; NaN when there is no window
-    uncertainty  its standard error, from the scatter about the line
+    uncertainty  its standard error: scatter about the line, choice of the window, power
     window       first and last n or h of the window, in the order of refinement
     points       number of errors in the window
-    coefficient  error at n = 0 or h = 1, on the line
+    coefficient  error at n = 0 (times n^power) or h = 1, on the line
     stays_large  there is no window because the measured errors did not become small
     relapse      small errors became large again, or a run failed
+    power        exponent of the known factor n^-power; 0 for an algebraic fit
     """
 
     kind: str
@@ -50,12 +57,14 @@ class Fit:
     coefficient: float
     stays_large: bool = False
     relapse: bool = False
+    power: float = 0.0
 
     def evaluate(self, x: Any) -> Array:
         """The fitted error at n or h, of any shape."""
         x = np.asarray(x, dtype=np.float64)
-        power = self.rate**x if self.kind == "geometric" else x**self.rate
-        line: Array = self.coefficient * power
+        known = x**-self.power if self.power else 1.0
+        fall = known * self.rate**x if self.kind == "geometric" else x**self.rate
+        line: Array = self.coefficient * fall
         return line
 
 
@@ -88,16 +97,28 @@ def decay(n: Sequence[float], errors: Sequence[float], *, floor: float) -> Decay
 
 
 def geometric(
-    n: Sequence[float], errors: Sequence[float], *, floor: float, ceiling: float = 0.1
+    n: Sequence[float],
+    errors: Sequence[float],
+    *,
+    floor: float,
+    ceiling: float = 0.1,
+    power: float = 0.0,
+    power_error: float = 0.0,
 ) -> Fit:
-    """Fit error = C rate^n; n increasing. The module's docstring defines the window."""
-    fit = _best(np.asarray(n, dtype=np.float64), errors, floor, ceiling)
+    """Fit error = C n^-power rate^n, power known to power_error; n increasing and positive where
+    power is not 0. The module's docstring defines the window and the uncertainty."""
+    x = np.asarray(n, dtype=np.float64)
+    fit = _best(x, errors, floor, ceiling, power)
     if fit is None:
-        return _none("geometric", errors, ceiling)
+        return replace(_none("geometric", errors, ceiling), power=power)
     slope, spread, constant, window, points = fit
+    if power_error:
+        inside = x[(window[0] <= x) & (x <= window[1])]
+        spread = float(np.hypot(spread, power_error * _line(inside, np.log(inside))[0]))
     base = float(np.exp(slope))
     constant, back = float(np.exp(constant)), relapses(errors, ceiling)
-    return Fit("geometric", base, base * spread, window, points, constant, relapse=back)
+    return Fit("geometric", base, base * spread, window, points, constant, relapse=back,
+               power=power)  # fmt: skip
 
 
 def algebraic(
@@ -162,21 +183,28 @@ def window(errors: Sequence[float], *, floor: float, ceiling: float = 0.1) -> sl
     return slice(int(large[-1]) + 1 if large.size else 0, end)
 
 
-def _best(x: Array, errors: Sequence[float], floor: float, ceiling: float) -> Any:
-    """(slope, its standard error, intercept, (first, last) x, points) of the best window."""
+def _best(
+    x: Array, errors: Sequence[float], floor: float, ceiling: float, power: float = 0.0
+) -> Any:
+    """(slope, its uncertainty, intercept, (first, last) x, points) of the best window of the line
+    log error + power log x = intercept + slope x; None with fewer than three points."""
     if x.size and np.any(np.diff(x) * np.sign(x[-1] - x[0]) <= 0.0):
         raise ValueError("n must increase, or h decrease, from each error to the next.")
     allowed = window(errors, floor=floor, ceiling=ceiling)
     x, e = x[allowed], np.asarray(errors, dtype=np.float64)[allowed]
-    best, narrowest = None, np.inf
-    for start in range(0, x.size - max(LEAST, (x.size + 1) // 2) + 1):
-        slope, spread, constant = _line(x[start:], np.log(e[start:]))
-        points = x.size - start
-        width = spread * float(student.ppf(0.975, points - 2))
-        if width < narrowest:
-            narrowest = width
-            best = slope, spread, constant, (float(x[start]), float(x[-1])), points
-    return best
+    if x.size < LEAST:
+        return None
+    y = np.log(e) + (power * np.log(x) if power else 0.0)
+    starts = range(x.size - max(LEAST, (x.size + 1) // 2) + 1)
+    lines = np.array([_line(x[start:], y[start:]) for start in starts])
+    slopes, spreads, constants = lines.T
+    points = x.size - np.array(starts)
+    widths = np.maximum(spreads * student.ppf(0.975, points - 2), np.finfo(float).tiny)
+    k = int(np.argmin(widths))
+    other = np.average((slopes - slopes[k]) ** 2, weights=(widths[k] / widths) ** 2)
+    uncertainty = float(np.hypot(spreads[k], np.sqrt(other)))
+    ends = float(x[starts[k]]), float(x[-1])
+    return float(slopes[k]), uncertainty, float(constants[k]), ends, int(points[k])
 
 
 def _line(x: Array, y: Array) -> tuple[float, float, float]:

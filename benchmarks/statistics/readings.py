@@ -30,10 +30,18 @@ def power(table: pd.DataFrame, floor: float, **where: Any) -> Fit:
     return convergence_fits.algebraic(1.0 / (n - 1.0), errors, floor=floor)
 
 
-def base(table: pd.DataFrame, floor: float, since: float = 0.0, **where: Any) -> Fit:
-    """The fitted base of a series of errors in n, from n = since on."""
+def base(
+    table: pd.DataFrame,
+    floor: float,
+    since: float = 0.0,
+    power: float = 0.0,
+    power_error: float = 0.0,
+    **where: Any,
+) -> Fit:
+    """The fitted base of a series of errors in n, from n = since on, beside a known n^-power."""
     n, errors = series(table, "n", **where)
-    return convergence_fits.geometric(n[n >= since], errors[n >= since], floor=floor)
+    known = {"power": power, "power_error": power_error}
+    return convergence_fits.geometric(n[n >= since], errors[n >= since], floor=floor, **known)
 
 
 def decay(table: pd.DataFrame, floor: float, since: float = 0.0, **where: Any) -> Decay:

@@ -17,7 +17,7 @@ HEADLINES = (
     ("V3", "base of the one-step error"),
     ("V4", "base of the curve error"),
     ("V6", "order of the one-step error, n = 6, fixed T"),
-    ("V7", "order of the angular momentum error along the curve, n = 4, fixed T"),
+    ("V7", "order of the angular momentum error along the curve, n = 4, 100 steps"),
     ("V8", "angular momentum error, n = 8"),
     ("V9", "largest distance to IAS15 on the curve of the inner planets [mean distance], n = 25"),
     ("V21", "largest ratio, Lobatto N nodes, N = 2"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 from benchmarks.claims.vector_spaces import v01_oscillator_convergence_in_n as v01
 from benchmarks.claims.vector_spaces import v02_oscillator_energy as v02
@@ -15,7 +16,7 @@ from benchmarks.claims.vector_spaces import v07_momentum_along_curve as v07
 from benchmarks.claims.vector_spaces import v09_solar_system_in_long_steps as v09
 from benchmarks.claims.vector_spaces import v10_outer_planets_in_five_year_steps as v10
 from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
-from benchmarks.claims.vector_spaces.kepler_orbit import FLOOR
+from benchmarks.claims.vector_spaces.kepler_orbit import FLOOR, fixed_number
 from benchmarks.studies.long_steps import CURVE, ENDS
 from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
 from reports.figures.plots.energies import energies
@@ -35,14 +36,22 @@ RELATIVE_ENERGY = "largest relative energy error"
 RELATIVE_MOMENTUM = "largest relative error of angular momentum"
 
 
+def _any(n: int) -> float:
+    return math.inf
+
+
 def _orders(
     study: str,
     quantity: str,
     ns: tuple[int, ...],
     floor: float,
     claimed: Callable[[int], float | None],
+    largest: Callable[[int], float] = _any,
 ) -> tuple[Rate, ...]:
-    return tuple(Rate(study, quantity, f"$n={n}$", floor, claimed=claimed(n), n=n) for n in ns)
+    return tuple(
+        Rate(study, quantity, f"$n={n}$", floor, claimed=claimed(n), n=n, largest=largest(n))
+        for n in ns
+    )
 
 
 def _in_h(name: str, number: str, what: str, claim: str, how: str, ylabel: str, rates: tuple):
@@ -155,8 +164,10 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         draw=convergence_in_n,
         options={
             "rates": (
-                Rate(N, "one-step error", "one-step", FLOOR, claimed=v03.CLAIMED),
-                Rate(N, "curve error", "curve", FLOOR, claimed=v04.CLAIMED, start=v04.FROM),
+                Rate(N, "one-step error", "one-step", FLOOR, claimed=v03.CLAIMED,
+                     power=(v03.POWER, v03.POWER_ERROR)),
+                Rate(N, "curve error", "curve", FLOOR, claimed=v04.CLAIMED, start=v04.FROM,
+                     power=(v04.POWER, 0.0)),
             ),
             "ylabel": POSITION,
         },
@@ -191,18 +202,20 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
     ),
     *(
         _in_h(name, "2.10", "Kepler: energy along the curve", "V7", how, RELATIVE_ENERGY,
-              _orders(study, v07.ENERGY, v07.NS, v07.FLOOR, _unclaimed))
-        for name, how, study in (
-            ("fig-2-10", "10 steps", "h-refinement, 10 steps"),
-            ("fig-2-10-fixed-time", "fixed final time T = 2", v07.FIXED_TIME),
+              _orders(study, v07.ENERGY, v07.NS, v07.FLOOR, _unclaimed, largest))
+        for name, how, study, largest in (
+            ("fig-2-10", "10 steps", fixed_number(10), partial(v07.largest_step, number=10)),
+            ("fig-2-10-fixed-time", "fixed final time T = 2", v07.FIXED_TIME, _any),
         )
     ),
     *(
         _in_h(name, "2.11", "Kepler: angular momentum along the curve", "V7", how,
-              RELATIVE_MOMENTUM, _orders(study, v07.ANGULAR, v07.NS, v07.FLOOR, _half))
-        for name, how, study in (
-            ("fig-2-11", "100 steps", "h-refinement, 100 steps"),
-            ("fig-2-11-fixed-time", "fixed final time T = 2", v07.FIXED_TIME),
+              RELATIVE_MOMENTUM,
+              _orders(study, v07.ANGULAR, v07.NS, v07.FLOOR, claimed, largest))
+        for name, how, study, claimed, largest in (
+            ("fig-2-11", "100 steps", fixed_number(100), _half,
+             partial(v07.largest_step, number=100)),
+            ("fig-2-11-fixed-time", "fixed final time T = 2", v07.FIXED_TIME, _unclaimed, _any),
         )
     ),
     *(

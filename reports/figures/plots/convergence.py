@@ -72,7 +72,7 @@ def _lines(
         _series(axes, x, np.where(error > 0, error, np.nan), fit, color, MARKERS[k], top)
         text = rate.label
         if known(fit.rate):
-            text += f"  ${power.format(fit.rate)}$"
+            text += f"  ${power.format(fit.rate)}{_factor(fit.power)}$"
         if rate.claimed is not None:
             text += f"  (claimed ${claimed_power.format(rate.claimed)}$)"
             fitted.append((fit, rate.claimed))
@@ -114,8 +114,13 @@ def _series(
             fontsize=8,
         )
     if known(fit.rate):
-        ends = np.array(fit.window)
-        axes.plot(ends, fit.evaluate(ends), color=color)
+        along = np.linspace(*fit.window, 50) if fit.power else np.array(fit.window)
+        axes.plot(along, fit.evaluate(along), color=color)
+
+
+def _factor(power: float) -> str:
+    """The known factor of a geometric fit, as text."""
+    return f"n^{{-{power:g}}}" if power else ""
 
 
 def _claimed(axes: Axes, fit: Fit, claimed: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,7 @@ class Rate:
     start            first n of the fit, where the claim concerns large n only
     until            largest h of the fit, where the claim concerns small h only
     algebraic        of an n-refinement: errors fall like a power of the degree N = n - 1
+    power            exponent of a known factor n^-power, with its error
     """
 
     study: str
@@ -33,8 +35,9 @@ class Rate:
     claimed: float | None = None
     n: int | None = None
     start: int = 0
-    until: float = np.inf
+    until: float = math.inf
     algebraic: bool = False
+    power: tuple[float, float] = (0.0, 0.0)
 
     def measured(self, frame: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
         """(n, h or 1 / N, error), coarse to fine; runs that failed have the error NaN."""
@@ -50,8 +53,10 @@ class Rate:
         """The fit that the claim's verdict rests on."""
         x, error = self.measured(frame)
         if self.n is None and not self.algebraic:
+            late = x >= self.start
+            power, power_error = self.power
             return convergence_fits.geometric(
-                x[x >= self.start], error[x >= self.start], floor=self.floor
+                x[late], error[late], floor=self.floor, power=power, power_error=power_error
             )
         used = x <= self.until
         return convergence_fits.algebraic(x[used], error[used], floor=self.floor)

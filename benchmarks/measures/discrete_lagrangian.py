@@ -1,0 +1,60 @@
+"""The discrete Lagrangian of a step, and the exact one between the same two points.
+
+An ordinary step is its own solution of the boundary value problem: its curve is stationary among
+those from q0 to q1, so that L_d(q0, q1) = h sum_j b_j L(q(c_j h), q'(c_j h)) (H 2.2.1). The exact
+one is the action of the motion from q0 to q1 in the time h (H 2.1.1), in closed form.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from scipy.integrate import romb
+
+from benchmarks.measures import independent_invariants
+from galvi import CentralForce, LinearSpring, Problem, Trajectory
+from galvi.arrays import Array
+from references import Contender
+from references.closed_forms.kepler_action import kepler_action
+from references.closed_forms.oscillator_action import oscillator_action
+
+SAMPLES = 1024  # of the step, for the integral; a power of 2
+
+
+def discrete_lagrangian(run: Trajectory) -> float:
+    """L_d of a run's first step, from its curve and the nodes and weights of its rule."""
+    rule: Any = run.method.rule
+    h = float(run.t[1] - run.t[0])
+    t = run.t[0] + h * rule.nodes
+    return h * math.fsum(rule.weights * lagrangian(run.problem, run(t), run.velocity(t)))
+
+
+def exact_lagrangian(problem: Problem, q0: Array, q1: Array, h: float) -> float:
+    """The action of the motion from q0 to q1 (d,) in the time h; a single point of mass m, in a
+    central force or on a spring. TypeError for another problem."""
+    system: Any = problem.system
+    mass, potential = float(system.mass), system.potential
+    if isinstance(potential, CentralForce):
+        return mass * kepler_action(potential.mu / mass, q0.tolist(), q1.tolist(), h)
+    if isinstance(potential, LinearSpring):
+        return math.fsum(
+            oscillator_action(mass, float(potential.stiffness), float(a), float(b), h)
+            for a, b in zip(q0, q1, strict=True)
+        )
+    raise TypeError(f"there is no action in closed form here for {system!r}.")
+
+
+def action_along(problem: Problem, h: float, truth: Contender) -> tuple[float, Array]:
+    """Romberg's integral of L along the motion of the problem over the time h, and its end."""
+    motion = truth.run(problem, h, {"samples": SAMPLES})
+    along = lagrangian(problem, motion.q, problem.system.velocity(motion.p))
+    return float(romb(along, dx=h / SAMPLES)), motion.q[-1]
+
+
+def lagrangian(problem: Problem, q: Array, v: Array) -> Array:
+    """T - V = 2 T - (T + V), (k,), for q and v (k, d)."""
+    system: Any = problem.system
+    twice: Array = float(system.mass) * np.sum(v * v, axis=-1)
+    return twice - independent_invariants.energy(problem, q, v)
