@@ -102,23 +102,26 @@ def geometric(
     *,
     floor: float,
     ceiling: float = 0.1,
-    power: float = 0.0,
-    power_error: float = 0.0,
+    power: tuple[float, float] = (0.0, 0.0),
 ) -> Fit:
-    """Fit error = C n^-power rate^n, power known to power_error; n increasing and positive where
-    power is not 0. The module's docstring defines the window and the uncertainty."""
+    """Fit error = C n^-g rate^n; n increasing, and positive where g is not 0. The module's
+    docstring defines the window and the uncertainty.
+
+    power  g, and the error with which it is known
+    """
     x = np.asarray(n, dtype=np.float64)
-    fit = _best(x, errors, floor, ceiling, power)
+    known, known_to = power
+    fit = _best(x, errors, floor, ceiling, known)
     if fit is None:
-        return replace(_none("geometric", errors, ceiling), power=power)
+        return replace(_none("geometric", errors, ceiling), power=known)
     slope, spread, constant, window, points = fit
-    if power_error:
+    if known_to:
         inside = x[(window[0] <= x) & (x <= window[1])]
-        spread = float(np.hypot(spread, power_error * _line(inside, np.log(inside))[0]))
+        spread = float(np.hypot(spread, known_to * _line(inside, np.log(inside))[0]))
     base = float(np.exp(slope))
     constant, back = float(np.exp(constant)), relapses(errors, ceiling)
     return Fit("geometric", base, base * spread, window, points, constant, relapse=back,
-               power=power)  # fmt: skip
+               power=known)  # fmt: skip
 
 
 def algebraic(

@@ -34,14 +34,14 @@ def base(
     table: pd.DataFrame,
     floor: float,
     since: float = 0.0,
-    power: float = 0.0,
-    power_error: float = 0.0,
+    power: tuple[float, float] = (0.0, 0.0),
     **where: Any,
 ) -> Fit:
-    """The fitted base of a series of errors in n, from n = since on, beside a known n^-power."""
+    """The fitted base of a series of errors in n, from n = since on, beside a known n^-power; power
+    is the exponent and its error."""
     n, errors = series(table, "n", **where)
-    known = {"power": power, "power_error": power_error}
-    return convergence_fits.geometric(n[n >= since], errors[n >= since], floor=floor, **known)
+    late = n >= since
+    return convergence_fits.geometric(n[late], errors[late], floor=floor, power=power)
 
 
 def decay(table: pd.DataFrame, floor: float, since: float = 0.0, **where: Any) -> Decay:

@@ -45,7 +45,9 @@ FLOOR = 1e-12
 def test_a_base_is_found_beside_a_known_factor(base: float, power: float, seed: int) -> None:
     n = np.arange(8.0, 120.0)
     noise = np.exp(0.1 * np.random.default_rng(seed).standard_normal(n.size))
-    fit = convergence_fits.geometric(n, n**-power * base**n * noise, floor=FLOOR, power=power)
+    fit = convergence_fits.geometric(
+        n, n**-power * base**n * noise, floor=FLOOR, power=(power, 0.0)
+    )
     assert abs(fit.rate - base) <= max(10.0 * fit.uncertainty, 1e-9)
     assert fit.power == power
 
@@ -56,15 +58,15 @@ def test_a_factor_that_is_left_out_lowers_the_base_beyond_its_uncertainty() -> N
     errors = 50.0 * n**-1.5 * 0.745**n
     bare = convergence_fits.geometric(n, errors, floor=FLOOR)
     assert Base(0.745, 0.005).verdict(bare) == EXCEEDS
-    known = convergence_fits.geometric(n, errors, floor=FLOOR, power=1.5)
+    known = convergence_fits.geometric(n, errors, floor=FLOOR, power=(1.5, 0.0))
     assert Base(0.745, 0.005).verdict(known) == ATTAINED
     assert known.evaluate(n) == pytest.approx(errors)
 
 
 def test_an_exponent_known_to_within_a_range_adds_its_part() -> None:
     n = np.arange(16.0, 56.0)
-    fits = [convergence_fits.geometric(n, 0.6**n, floor=1e-15, power=g) for g in (0.0, 0.5)]
-    wide = convergence_fits.geometric(n, 0.6**n, floor=1e-15, power=0.25, power_error=0.25)
+    fits = [convergence_fits.geometric(n, 0.6**n, floor=1e-15, power=(g, 0.0)) for g in (0.0, 0.5)]
+    wide = convergence_fits.geometric(n, 0.6**n, floor=1e-15, power=(0.25, 0.25))
     assert wide.uncertainty >= 0.9 * 0.5 * abs(fits[1].rate - fits[0].rate)
     assert abs(wide.rate - 0.6) < 2.0 * wide.uncertainty
 
@@ -97,7 +99,7 @@ def test_the_singularity_is_a_branch_point_of_exponent_one_half() -> None:
 @pytest.mark.parametrize("start", [0.0, -STEP / 2])
 def test_legendre_coefficients_of_the_velocity_have_no_algebraic_factor(start: float) -> None:
     """Those of q' fall like r^-n, so that the curve falls like n^(-3/2) r^-n."""
-    nodes, weights = np.polynomial.legendre.leggauss(400)
+    nodes, weights = np.polynomial.legendre.leggauss(120)
     first = problem(start)
     ends = [KEPLER.run(first, float(STEP * (1 + s) / 2), {"samples": 1}) for s in nodes]
     q_rate = np.array([first.system.velocity(one.p)[-1] for one in ends])

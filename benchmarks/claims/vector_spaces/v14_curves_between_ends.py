@@ -122,7 +122,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
 
 def _base(table: pd.DataFrame, quantity: str, source: str) -> Row:
     power = POWERS[quantity]
-    fit = readings.base(table, FLOOR[quantity], power=power, study=IN_N, quantity=quantity)
+    fit = readings.base(table, FLOOR[quantity], power=(power, 0.0), study=IN_N, quantity=quantity)
     return V14.row(
         f"base of the {quantity}",
         Base(ROOT, RESOLUTION),

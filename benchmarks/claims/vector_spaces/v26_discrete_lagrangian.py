@@ -200,7 +200,7 @@ def _bases(table: pd.DataFrame) -> list[Row]:
         V26.row(
             f"base of the {quantity}, Kepler",
             Base(base, RESOLUTION),
-            readings.base(table, FLOOR, power=power, study=IN_N, quantity=quantity),
+            readings.base(table, FLOOR, power=(power, 0.0), study=IN_N, quantity=quantity),
             source="H thm. 2.3.2, 2.3.4",
             setup=f"{ORBIT}; {METHOD}; one step of h = {STEP:g}",
             claimed=claimed,

@@ -165,9 +165,9 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         options={
             "rates": (
                 Rate(N, "one-step error", "one-step", FLOOR, claimed=v03.CLAIMED,
-                     power=(v03.POWER, v03.POWER_ERROR)),
+                     power=v03.POWER),
                 Rate(N, "curve error", "curve", FLOOR, claimed=v04.CLAIMED, start=v04.FROM,
-                     power=(v04.POWER, 0.0)),
+                     power=v04.POWER),
             ),
             "ylabel": POSITION,
         },

@@ -167,8 +167,8 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
         draw=convergence_in_n,
         options={
             "rates": (
-                Rate(l15.IN_N, l15.ENDS, "end", l15.FLOOR[l15.ENDS]),
-                Rate(l15.IN_N, l15.CURVE, "curve", l15.FLOOR[l15.CURVE]),
+                Rate(l15.IN_N, l15.ENDS, "end", l15.FLOOR[l15.ENDS], power=l15.POWER),
+                Rate(l15.IN_N, l15.CURVE, "curve", l15.FLOOR[l15.CURVE], power=l15.POWER),
             ),
             "ylabel": "error at the end, distance of the curve",
         },

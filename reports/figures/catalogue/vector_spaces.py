@@ -1,4 +1,4 @@
-"""The figures of V14, V17, V18 and V22: curves between fixed ends; sections 6.1 and 5 of M."""
+"""The figures of V14, V17, V18, V22 and V26: curves and actions between fixed ends; M 5, 6.1."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from benchmarks.claims.vector_spaces import v14_curves_between_ends as v14
 from benchmarks.claims.vector_spaces import v17_oscillator_order as v17
 from benchmarks.claims.vector_spaces import v18_oscillator_convergence_in_degree as v18
 from benchmarks.claims.vector_spaces import v22_best_approximation as v22
+from benchmarks.claims.vector_spaces import v26_discrete_lagrangian as v26
 from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
 from reports.figures.plots.rate import Rate
 from reports.results.figure import Figure
@@ -46,10 +47,14 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
         claims=("V14",),
         draw=convergence_in_n,
         options={
-            "rates": (
-                Rate(v14.IN_N, v14.ENDS, "end", v14.FLOOR[v14.ENDS]),
-                Rate(v14.IN_N, v14.CURVE, "curve, $W^{1,1}$", v14.FLOOR[v14.CURVE]),
-                Rate(v14.IN_N, v14.LARGEST, r"curve, $L^\infty$", v14.FLOOR[v14.LARGEST]),
+            "rates": tuple(
+                Rate(v14.IN_N, quantity, label, v14.FLOOR[quantity],
+                     power=(v14.POWERS[quantity], 0.0))
+                for quantity, label in (
+                    (v14.ENDS, "end"),
+                    (v14.CURVE, "curve, $W^{1,1}$"),
+                    (v14.LARGEST, r"curve, $L^\infty$"),
+                )
             ),
             "ylabel": "error at the end, distance of the curve",
         },
@@ -69,6 +74,37 @@ VECTOR_FIGURES: tuple[Figure, ...] = (
             "ylabel": "distance in $W^{1,1}$",
         },
         caption=f"{SOLID}. Against the exact motion between the same points.",
+    ),
+    Figure(
+        name="discrete-lagrangian",
+        source="H thm. 2.3.2",
+        title=f"one step of h = {v14.STEP:g} of the Kepler problem, e = 0.6",
+        claims=("V26",),
+        draw=convergence_in_n,
+        options={
+            "rates": (
+                Rate(v26.IN_N, v26.STEPPED, "end of the step", v26.FLOOR),
+                Rate(v26.IN_N, v26.ACTION, "$L_d$", v26.FLOOR, power=(v26.POWER, 0.0)),
+            ),
+            "ylabel": "error",
+        },
+        caption=f"{SOLID}. The discrete Lagrangian at the ends of a step against the action of the "
+        "exact motion between them, and the end of the step itself.",
+    ),
+    Figure(
+        name="discrete-lagrangian-h",
+        source="M thm. 4",
+        title="one step of the Kepler problem, e = 0.6: discrete Lagrangian",
+        claims=("V26",),
+        draw=convergence_in_h,
+        options={
+            "rates": tuple(
+                Rate("Kepler", v26.ACTION, f"$n={n}$", v26.FLOOR, claimed=2.0 * n - 1.0, n=n)
+                for n in v26.NS["Kepler"]
+            ),
+            "ylabel": "error of $L_d$",
+        },
+        caption=f"{SOLID}; dashed, a little above: the step's order and one.",
     ),
     Figure(
         name="m-fig-1-left",

@@ -25,7 +25,7 @@ class Rate:
     start            first n of the fit, where the claim concerns large n only
     until            largest h of the fit, where the claim concerns small h only
     algebraic        of an n-refinement: errors fall like a power of the degree N = n - 1
-    power            exponent of a known factor n^-power, with its error
+    power            exponent of a known factor n^-power, and its error
     """
 
     study: str
@@ -54,9 +54,8 @@ class Rate:
         x, error = self.measured(frame)
         if self.n is None and not self.algebraic:
             late = x >= self.start
-            power, power_error = self.power
             return convergence_fits.geometric(
-                x[late], error[late], floor=self.floor, power=power, power_error=power_error
+                x[late], error[late], floor=self.floor, power=self.power
             )
         used = x <= self.until
         return convergence_fits.algebraic(x[used], error[used], floor=self.floor)
