@@ -134,15 +134,22 @@ class Interval(Bound):
         """(low, high)."""
 
     @property
+    def most(self) -> float:
+        """Largest tolerance for standard errors."""
+        return math.inf
+
+    @property
     def text(self) -> str:
         low, high = self.ends
         sign = "+" if low == -math.inf else "-" if high == math.inf else "-+"
         rounded = f" {sign} {_number(self.round_off)}" if self.round_off else ""
         errors = "" if self.uncertainty is None else f" {sign} 2 standard errors"
-        return f"{self.words}{rounded}{errors}{' of both' if self.uncertainty else ''}"
+        both = " of both" if self.uncertainty else ""
+        most = f" ({_number(self.most)} at most)" if errors and self.most < math.inf else ""
+        return f"{self.words}{rounded}{errors}{both}{most}"
 
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        room = self.round_off + _errors(measured, self.uncertainty)
+        room = self.round_off + min(_errors(measured, self.uncertainty), self.most)
         return (Comparison(estimate(measured).value, *self.ends, self.better, room),)
 
 
@@ -258,21 +265,36 @@ class Near(Interval):
 
 @dataclass(frozen=True)
 class Order(Near):
-    """error = O(h^claimed), of a Fit: a larger order is better."""
+    """error = O(h^claimed), of a Fit: a larger order is better.
+
+    Standard errors are tolerated up to one more resolution: an order that is less certain is not
+    met by its scatter.
+    """
 
     resolution: float = ORDER_RESOLUTION
     uncertainty: float | None = field(default=0.0, kw_only=True)
     better: int = field(default=ABOVE, kw_only=True)
     noun: str = field(default="order", kw_only=True)
 
+    @property
+    def most(self) -> float:
+        return self.resolution
+
 
 @dataclass(frozen=True)
 class Base(Near):
-    """error = O(claimed^n), of a Fit: a smaller base is better."""
+    """error = O(claimed^n), of a Fit: a smaller base is better.
+
+    Standard errors are tolerated up to two more resolutions, one unit of the last printed digit.
+    """
 
     uncertainty: float | None = field(default=0.0, kw_only=True)
     better: int = field(default=BELOW, kw_only=True)
     noun: str = field(default="base", kw_only=True)
+
+    @property
+    def most(self) -> float:
+        return 2.0 * self.resolution
 
 
 @dataclass(frozen=True)

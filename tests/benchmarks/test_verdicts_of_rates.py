@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.special import eval_legendre
 
 import galvi
-from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, Base
+from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, Base, Order
 from benchmarks.claims.vector_spaces import v07_momentum_along_curve as v07
 from benchmarks.claims.vector_spaces import v26_discrete_lagrangian as v26
 from benchmarks.claims.vector_spaces.kepler_orbit import (
@@ -76,6 +76,15 @@ def test_the_window_does_not_make_a_curved_line_certain() -> None:
     h = 2.0 ** (-np.arange(4, 20) / 2)
     fit = convergence_fits.algebraic(h, h**4 / (1.0 + 3.0 * h), floor=1e-14)
     assert abs(fit.rate - 4.0) < 2.0 * fit.uncertainty
+
+
+def test_scatter_does_not_meet_an_order() -> None:
+    """Errors without an order have a large uncertainty: not one that any order lies in."""
+    h = np.array([0.25, 0.17, 0.125, 0.083, 0.0625, 0.046, 0.031])
+    erratic = [1.9e-6, 2e-7, 2.7e-7, 1.8e-9, 5.2e-9, 1e-9, 3.1e-9]
+    fit = convergence_fits.algebraic(h, erratic, floor=1e-14)
+    assert fit.uncertainty > 0.5
+    assert Order(fit.rate + 1.0).verdict(fit) == CONTRADICTED
 
 
 # --- the theory of the exponents, from the motion in closed form

@@ -64,9 +64,10 @@ def _errors(rate) -> list[dict[str, object]]:
         ]
         return failed + [row(n=n, value=base**n, **where) for n in range(7, 50, 2)]
     power = rate.claimed or rate.n
+    sizes = min(1.0, rate.until) * 2.0 ** -np.arange(1.0, 9.0)
+    errors = 0.1 * 2.0 ** (-power * np.arange(1.0, 9.0))
     return [
-        row(n=rate.n, step=h, value=0.1 * h**power, **where)
-        for h in min(rate.until, 1.0) * 2.0 ** -np.arange(1.0, 9.0)
+        row(n=rate.n, step=h, value=error, **where) for h, error in zip(sizes, errors, strict=True)
     ]
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from benchmarks.checks.bounds import AtMost, Base, Finding, Near
+from benchmarks.checks.bounds import Base, Near
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces import v03_kepler_step_error_in_n as v03
 from benchmarks.claims.vector_spaces.kepler_orbit import (
-    APART,
     FLOOR,
     SETUP,
     STEP,
@@ -21,7 +20,7 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
 )
 from benchmarks.statistics import readings
 from benchmarks.statistics.convergence_fits import Fit
-from benchmarks.store.frames import frame, number
+from benchmarks.store.frames import frame
 from references.closed_forms.kepler import KEPLER
 
 CLAIMED, RESOLUTION = 0.74, 0.005
@@ -68,14 +67,6 @@ def judge(table: pd.DataFrame) -> list[Row]:
             reason="Errors accumulate over 32 revolutions at step ends but not along a curve, so "
             "the curve's slower rate shows only when the accumulated error is small enough.",
             reference=truths(table),
-        ),
-        V4.row(
-            APART,
-            Finding(AtMost(FLOOR / 10)),
-            number(table, quantity=APART),
-            setup=SETUP,
-            claimed="none: a tenth of the smallest error fitted",
-            reason="Both solve the same problem, one by formula and one by steps.",
         ),
     ]
 

@@ -261,6 +261,6 @@ V26 = Claim(
     "The discrete Lagrangian: error of one order and base with the step's",
     study,
     judge,
-    (),
+    ("H thm. 2.3.2", "M thm. 4"),
     reference=EXACT,
 )

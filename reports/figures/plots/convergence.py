@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from benchmarks.statistics.convergence_fits import Fit
 from reports.figures.plots.rate import Rate, inside
-from reports.figures.style.decades import decades, round_numbers
+from reports.figures.style.decades import decades, readable
 from reports.figures.style.end_labels import Label, label_ends
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE, MARKERS
@@ -39,8 +39,8 @@ def convergence_in_h(
 ) -> None:
     """Errors against the step size h, both logarithmic; the slope of a line is its order."""
     axes.set(xscale="log", yscale="log", xlabel="step size $h$", ylabel=ylabel)
-    round_numbers(axes.xaxis)
     _lines(axes, frame, rates, "h^{{{:.2f}}}", "h^{{{:g}}}", top)
+    readable(axes.xaxis)
 
 
 def convergence_in_degree(
