@@ -15,6 +15,7 @@ from scipy.special import eval_legendre
 
 import galvi
 from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, Base, Order
+from benchmarks.claims.vector_spaces import step_actions as measured
 from benchmarks.claims.vector_spaces import v07_momentum_along_curve as v07
 from benchmarks.claims.vector_spaces import v26_discrete_lagrangian as v26
 from benchmarks.claims.vector_spaces.kepler_orbit import (
@@ -26,7 +27,6 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
 )
 from benchmarks.claims.vector_spaces.v07_momentum_along_curve import V7
 from benchmarks.claims.vector_spaces.v26_discrete_lagrangian import V26
-from benchmarks.measures import discrete_lagrangian as measured
 from benchmarks.statistics import convergence_fits
 from benchmarks.store.frames import pick
 from references.closed_forms.kepler import KEPLER

@@ -20,12 +20,12 @@ from benchmarks.claims.vector_spaces.kepler_orbit import (
     convergence_of_polynomials,
 )
 from benchmarks.claims.vector_spaces.kepler_orbit import problem as kepler
-from benchmarks.measures.boundary_motion import BoundaryValueMotion
-from benchmarks.measures.discrete_lagrangian import (
+from benchmarks.claims.vector_spaces.step_actions import (
     action_along,
     discrete_lagrangian,
     exact_lagrangian,
 )
+from benchmarks.measures.boundary_motion import BoundaryValueMotion
 from benchmarks.measures.refinement import method_of
 from benchmarks.statistics import readings
 from benchmarks.statistics.convergence_fits import Fit, algebraic
