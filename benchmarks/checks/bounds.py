@@ -117,11 +117,13 @@ class Interval(Bound):
     uncertainty  standard error of the ends, 0 for printed ones: two standard errors, of the ends
                  and of the measured number, are tolerated in addition; None for no tolerance
     better       the side on which a number is better than claimed: ABOVE, BELOW or 0
+    most         largest tolerance for standard errors
     """
 
     round_off: float = 0.0
     uncertainty: float | None = None
     better: int = 0
+    most: float = math.inf
 
     @property
     @abstractmethod
@@ -132,11 +134,6 @@ class Interval(Bound):
     @abstractmethod
     def ends(self) -> tuple[float, float]:
         """(low, high)."""
-
-    @property
-    def most(self) -> float:
-        """Largest tolerance for standard errors."""
-        return math.inf
 
     @property
     def text(self) -> str:
@@ -265,36 +262,29 @@ class Near(Interval):
 
 @dataclass(frozen=True)
 class Order(Near):
-    """error = O(h^claimed), of a Fit: a larger order is better.
-
-    Standard errors are tolerated up to one more resolution: an order that is less certain is not
-    met by its scatter.
-    """
+    """error = O(h^claimed), of a Fit: a larger order is better. No scatter meets an order: standard
+    errors are tolerated up to one more resolution."""
 
     resolution: float = ORDER_RESOLUTION
     uncertainty: float | None = field(default=0.0, kw_only=True)
     better: int = field(default=ABOVE, kw_only=True)
     noun: str = field(default="order", kw_only=True)
 
-    @property
-    def most(self) -> float:
-        return self.resolution
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "most", self.resolution)
 
 
 @dataclass(frozen=True)
 class Base(Near):
-    """error = O(claimed^n), of a Fit: a smaller base is better.
-
-    Standard errors are tolerated up to two more resolutions, one unit of the last printed digit.
-    """
+    """error = O(claimed^n), of a Fit: a smaller base is better. Standard errors are tolerated up to
+    two more resolutions, one unit of the last printed digit."""
 
     uncertainty: float | None = field(default=0.0, kw_only=True)
     better: int = field(default=BELOW, kw_only=True)
     noun: str = field(default="base", kw_only=True)
 
-    @property
-    def most(self) -> float:
-        return 2.0 * self.resolution
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "most", 2.0 * self.resolution)
 
 
 @dataclass(frozen=True)

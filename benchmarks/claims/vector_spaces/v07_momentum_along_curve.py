@@ -80,7 +80,7 @@ def largest_step(n: int, number: int) -> float:
 
 def _fit(table: pd.DataFrame, quantity: str, n: int, number: int) -> Fit:
     rows = pick(table, study=fixed_number(number), quantity=quantity, n=n)
-    return readings.order(rows[rows["step"] < largest_step(n, number)], FLOOR)
+    return readings.order(rows[rows["step"] <= largest_step(n, number)], FLOOR)
 
 
 def _setup(n: int, number: int, seen: bool) -> str:

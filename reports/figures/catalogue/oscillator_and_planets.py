@@ -46,10 +46,10 @@ def _orders(
     ns: tuple[int, ...],
     floor: float,
     claimed: Callable[[int], float | None],
-    largest: Callable[[int], float] = _any,
+    until: Callable[[int], float] = _any,
 ) -> tuple[Rate, ...]:
     return tuple(
-        Rate(study, quantity, f"$n={n}$", floor, claimed=claimed(n), n=n, largest=largest(n))
+        Rate(study, quantity, f"$n={n}$", floor, claimed=claimed(n), n=n, until=until(n))
         for n in ns
     )
 
@@ -202,8 +202,8 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
     ),
     *(
         _in_h(name, "2.10", "Kepler: energy along the curve", "V7", how, RELATIVE_ENERGY,
-              _orders(study, v07.ENERGY, v07.NS, v07.FLOOR, _unclaimed, largest))
-        for name, how, study, largest in (
+              _orders(study, v07.ENERGY, v07.NS, v07.FLOOR, _unclaimed, until))
+        for name, how, study, until in (
             ("fig-2-10", "10 steps", fixed_number(10), partial(v07.largest_step, number=10)),
             ("fig-2-10-fixed-time", "fixed final time T = 2", v07.FIXED_TIME, _any),
         )
@@ -211,8 +211,8 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
     *(
         _in_h(name, "2.11", "Kepler: angular momentum along the curve", "V7", how,
               RELATIVE_MOMENTUM,
-              _orders(study, v07.ANGULAR, v07.NS, v07.FLOOR, claimed, largest))
-        for name, how, study, claimed, largest in (
+              _orders(study, v07.ANGULAR, v07.NS, v07.FLOOR, claimed, until))
+        for name, how, study, claimed, until in (
             ("fig-2-11", "100 steps", fixed_number(100), _half,
              partial(v07.largest_step, number=100)),
             ("fig-2-11-fixed-time", "fixed final time T = 2", v07.FIXED_TIME, _unclaimed, _any),

@@ -48,7 +48,7 @@ def convergence_in_degree(
 ) -> None:
     """Errors against 1 / N, both logarithmic, of algebraic rates in the degree N."""
     axes.set(xscale="log", yscale="log", xlabel="$1 / N$, the inverse of the degree", ylabel=ylabel)
-    round_numbers(axes.xaxis)
+    readable(axes.xaxis)
     _lines(axes, frame, rates, "N^{{-{:.2f}}}", "N^{{-{:g}}}", top)
 
 

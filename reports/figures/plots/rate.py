@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,7 +34,7 @@ class Rate:
     claimed: float | None = None
     n: int | None = None
     start: int = 0
-    until: float = math.inf
+    until: float = np.inf
     algebraic: bool = False
     power: tuple[float, float] = (0.0, 0.0)
 
