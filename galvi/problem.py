@@ -9,7 +9,9 @@ from typing import Any
 
 from galvi import input_checks
 from galvi.arrays import Array
+from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import System
 
 
@@ -26,8 +28,12 @@ class Problem:
     parameters  the numbers from which the problem was built, for records
     units       one line: the units of length, time and mass
 
-    Raises ValueError when a shape does not match or a number is not finite, TypeError when system
-    is not a system or parameters not a mapping.
+    Given gradients, Hessians and slopes are compared with differences of the functions to which
+    they belong, at the start and at a state near it, unless the system has ``check=False``
+    (`galvi.systems.derivative_check`).
+
+    Raises ValueError when a shape does not match, a number is not finite or a derivative is not
+    that of its function, TypeError when system is not a system or parameters not a mapping.
     """
 
     system: System
@@ -49,13 +55,15 @@ class Problem:
         if q0.ndim < 2 and shape != q0.shape:
             remedy = f"So must q0; received shape {q0.shape}."
         v0 = input_checks.array("v0", self.v0, shape, remedy)
-        self.system.check(q0, v0)
+        self.system.check_state(q0, v0)
         object.__setattr__(self, "q0", q0)
         object.__setattr__(self, "v0", v0)
         object.__setattr__(self, "t0", input_checks.real("t0", self.t0))
         if not isinstance(self.parameters, Mapping):
             raise TypeError(f"parameters must be a dict of names; received {self.parameters!r}.")
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+        if isinstance(self.system, Canonical | Lagrangian | RigidBody):
+            self.system.check_derivatives(self.q0, self.v0, self.t0)
 
     def __reduce__(self) -> tuple[Any, ...]:
         content = (self.system, self.q0, self.v0, self.t0, self.name, dict(self.parameters))

@@ -37,7 +37,8 @@ def step_in_batches(
     recover      (code) retries that step in another way and returns its code
     interrupted  returns whether to stop; None: Ctrl-C stops the run
 
-    Raises KeyboardInterrupt if Ctrl-C was pressed but all steps had been done by then.
+    Raises KeyboardInterrupt if Ctrl-C was pressed but by then all steps were done or one failed:
+    such a run would not be marked as interrupted.
     """
     code, chunk = 0, 1
     with defer_interrupts() as pressed, ExitStack() as stack:
@@ -53,6 +54,6 @@ def step_in_batches(
                 bar.update(work.done - before)
             more = 0.5 * CALL_SECONDS / max(time.perf_counter() - clock, 1e-9)
             chunk = max(1, int((work.done - before) * min(max(more, 0.5), GROWTH)))
-        if pressed() and work.done == steps:
+        if pressed() and (code or work.done == steps):
             raise KeyboardInterrupt
     return code

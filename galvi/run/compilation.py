@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import signal
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +54,49 @@ class CompilationNotice(event.Listener):
         self._depth -= 1
 
 
+class DeferredInterrupts(event.Listener):
+    """Delivers a Ctrl-C that arrives while numba compiles or loads a function once it is ready.
+
+    LLVM calls back into Python, where an exception would be printed and dropped. The handler of the
+    calling program, or Python's own, is called then; at once at a second Ctrl-C. Only in the main
+    thread, where signals arrive, and where SIGINT has a handler in Python.
+    """
+
+    def __init__(self) -> None:
+        self._depth = 0
+        self._handler: Any = None
+        self._pressed: list[tuple[int, Any]] = []
+
+    def on_start(self, event: Any) -> None:
+        """Called before the compiler's lock is acquired; it may be held several times."""
+        if threading.current_thread() is not threading.main_thread():
+            return
+        self._depth += 1
+        handler = signal.getsignal(signal.SIGINT)
+        if self._depth == 1 and callable(handler):
+            self._handler, self._pressed = handler, []
+            signal.signal(signal.SIGINT, self._note)
+
+    def on_end(self, event: Any) -> None:
+        """Called after the compiler's lock was released."""
+        if threading.current_thread() is not threading.main_thread():
+            return
+        self._depth = max(0, self._depth - 1)
+        handler = self._handler
+        if self._depth or handler is None:
+            return
+        self._handler = None
+        if signal.getsignal(signal.SIGINT) == self._note:
+            signal.signal(signal.SIGINT, handler)
+        if self._pressed:
+            handler(*self._pressed.pop())
+
+    def _note(self, signum: int, frame: Any) -> None:
+        if self._pressed:
+            self._handler(signum, frame)
+        self._pressed.append((signum, frame))
+
+
 def file_lock(path: Path) -> Any:
     """A lock that is released when its process ends; ``acquire`` raises OSError after PATIENCE."""
     import filelock  # takes 0.1 s, and only compilation needs it
@@ -60,6 +105,7 @@ def file_lock(path: Path) -> Any:
 
 
 def watch_compilation() -> None:
-    """Compile kernels in one process at a time, and log each compilation."""
+    """Compile kernels in one process at a time, log each compilation, and lose no Ctrl-C in it."""
     use_locks(file_lock)
+    event.register("numba:compiler_lock", DeferredInterrupts())  # type: ignore[no-untyped-call]
     event.register("numba:compile", CompilationNotice())  # type: ignore[no-untyped-call]

@@ -94,11 +94,13 @@ def _all_of(
     with defer_interrupts() as pressed, ExitStack() as stack:
         bar = stack.enter_context(tqdm(total=len(runs), unit="run")) if progress else None
 
+        stopped = False
+
         def one(k: int) -> Trajectory:
             nonlocal first_raised
             try:
                 with _naming_problem(k):
-                    return runs[k](interrupted=lambda: pressed() or first_raised < k)
+                    return runs[k](interrupted=lambda: stopped or pressed() or first_raised < k)
             except BaseException:
                 with lock:
                     first_raised = min(first_raised, k)
@@ -112,7 +114,11 @@ def _all_of(
             results = tuple(map(one, range(len(runs))))
         else:
             with ThreadPoolExecutor(threads) as pool:
-                results = tuple(pool.map(one, range(len(runs))))
+                try:
+                    results = tuple(pool.map(one, range(len(runs))))
+                except BaseException:  # also of a signal handler: the pool waits for its threads
+                    stopped = True
+                    raise
         if pressed() and not any(run.interrupted for run in results):
             raise KeyboardInterrupt
     return results

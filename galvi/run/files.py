@@ -152,7 +152,11 @@ def _is_frozen_dataclass(kind: Any) -> bool:
 def _written(value: Any) -> Any:
     kind = type(value).__name__
     if storable_values().get(kind) is type(value):
-        content = {field.name: _written(getattr(value, field.name)) for field in fields(value)}
+        content = {
+            field.name: _written(getattr(value, field.name))
+            for field in fields(value)
+            if field.compare
+        }
         return {"kind": kind, **content}
     if isinstance(value, np.ndarray):
         return {"kind": "array", "values": value.tolist()}

@@ -12,6 +12,13 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces import force_kinds
 from galvi.systems.compiles import compiles
+from galvi.systems.derivative_check import (
+    Curve,
+    check_derivatives,
+    check_switch,
+    direction,
+    lengths,
+)
 from galvi.systems.finite_differences import CALLS, differenced_gradient, differenced_hessian
 from galvi.systems.force_kernel import ForceKernel
 from galvi.systems.forces.external_force import check_force, check_force_at
@@ -32,6 +39,7 @@ class Canonical:
                    galvi.systems.forces.external_force
     explicit_time  potential and derivatives take (q, t) instead of (q)
     timed_force    the force takes (q, v, t)
+    check          compare gradient and Hessian with differences of V when a `Problem` is made
 
     Functions compiled with ``numba.njit`` run inside the kernel; plain Python ones work too,
     slower, and what they raise reaches the caller. Raises ValueError for a mass that is not
@@ -45,9 +53,11 @@ class Canonical:
     force: Function | None = None
     explicit_time: bool = field(default=False, kw_only=True)
     timed_force: bool = field(default=False, kw_only=True)
+    check: bool = field(default=True, kw_only=True, compare=False)
 
     def __post_init__(self) -> None:
         check_force(self)
+        check_switch(self.check)
         object.__setattr__(self, "mass", _positive_mass(self.mass))
         for name in ("potential", "gradient", "hessian"):
             function = getattr(self, name)
@@ -63,7 +73,7 @@ class Canonical:
         """The shape of a configuration: velocities and momenta are like q."""
         return shape
 
-    def check(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array) -> None:
         """ValueError unless q is (d,) and the mass and the functions fit d."""
         if q.ndim != 1 or q.size == 0:
             raise ValueError(
@@ -89,6 +99,43 @@ class Canonical:
                     f"{numbers.tolist()} at q0. Check the {name}"
                     + ("." if self._known_gradient else ", which is differenced, or give one.")
                 )
+
+    def check_derivatives(self, q: Array, v: Array, t: float) -> None:
+        """ValueError unless gradient and Hessian are derivatives, at a state and near it."""
+        if not self.check:
+            return
+        scales, line, other = lengths(q), direction(q.size), direction(q.size, 1)
+
+        def state(far: float) -> tuple[Array, float]:
+            there = q + far * scales * direction(q.size, 2)
+            return there, t + far * (abs(t) or 1.0) * self.explicit_time
+
+        def along(
+            far: float, function: Function, derivative: Callable[[Array, float], Array]
+        ) -> Curve:
+            there, then = state(far)
+            steps = lengths(there) * line
+            return Curve(
+                lambda s: function(there + s * steps, then),
+                lambda s: derivative(there + s * steps, then) * steps, steps, {"q": there},
+            )  # fmt: skip
+
+        def energy(x: Array, s: float) -> float:
+            return input_checks.returned("potential", self.potential(*self._arguments(x, s)))
+
+        def force(x: Array, s: float) -> float:
+            return float(other @ self.potential_gradient(x, s))
+
+        curves: dict[str, Callable[[float], Curve]] = {}
+        if self._known_gradient:
+            curves["gradient of the potential"] = lambda far: along(
+                far, energy, self.potential_gradient
+            )
+        if self.hessian is not None or (self.gradient is None and self._known_gradient):
+            curves["hessian of the gradient"] = lambda far: along(
+                far, force, lambda x, s: other @ self.potential_hessian(x, s)
+            )
+        check_derivatives(self, curves)
 
     def momentum(self, v: Array) -> Array:
         """p = M v, v of shape (..., d)."""

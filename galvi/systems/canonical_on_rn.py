@@ -29,9 +29,9 @@ class CanonicalOnRn:
         """The shape of a configuration: velocities and momenta are like q."""
         return self.canonical.velocity_shape(shape)
 
-    def check(self, q: Array, v: Array) -> None:
-        """Raise ValueError as `Canonical.check`."""
-        self.canonical.check(q, v)
+    def check_state(self, q: Array, v: Array) -> None:
+        """Raise ValueError as `Canonical.check_state`."""
+        self.canonical.check_state(q, v)
 
     def momentum(self, v: Array) -> Array:
         """p = M v, v of shape (..., d)."""

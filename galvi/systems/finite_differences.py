@@ -181,22 +181,23 @@ def differenced_rotation_gradient(potential: Callable[..., Any]) -> Callable[...
     """
 
     def gradient(R: Array, *time: float) -> Array:
-        slope = differenced_gradient.__wrapped__(lambda s: potential(R @ _turned(s), *time), False)(
+        slope = differenced_gradient.__wrapped__(lambda s: potential(R @ rotated(s), *time), False)(
             np.zeros(3)
         )
-        return 0.5 * R @ _hat(slope)
+        return 0.5 * R @ hat(slope)
 
     return gradient
 
 
-def _hat(w: Array) -> Array:
+def hat(w: Array) -> Array:
+    """(3, 3), with hat(w) x = w x x."""
     return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
 
 
-def _turned(w: Array) -> Array:
+def rotated(w: Array) -> Array:
     """Cayley's map (I - hat(w) / 2)^-1 (I + hat(w) / 2), (3, 3)."""
-    hat = _hat(w)
-    result: Array = np.eye(3) + (hat + 0.5 * hat @ hat) / (1.0 + 0.25 * float(w @ w))
+    W = hat(w)
+    result: Array = np.eye(3) + (W + 0.5 * W @ W) / (1.0 + 0.25 * float(w @ w))
     return result
 
 

@@ -21,6 +21,12 @@ from galvi.symbolic.from_sympy import symbolic
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.compiles import compiles
+from galvi.systems.derivative_check import (
+    Curve,
+    check_derivatives,
+    check_switch,
+    direction,
+)
 from galvi.systems.difference_scales import difference_scales
 from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, differences
 from galvi.systems.forces.external_force import check_force, check_force_at, with_force
@@ -30,6 +36,7 @@ from galvi.systems.returned import returned_array
 
 Function = Callable[..., Any]
 CHART = Exponential()
+TERMS = 16  # of the Taylor series of a curve in a group; the last is 1e-20 of the first
 COARSE = 2.0**-38  # relative error of a differenced momentum
 
 
@@ -47,6 +54,7 @@ class Lagrangian:
                    galvi.systems.forces.external_force
     explicit_time  function and slopes take (q, v, t) instead of (q, v)
     timed_force    the force takes (q, v, t)
+    check          compare slopes with differences of L when a `Problem` is made
 
     L must be regular: d2L/dv2 invertible. Slopes and a force compiled with ``numba.njit`` run
     inside the kernel; L itself is only called from Python, also when it is compiled. Where no
@@ -60,9 +68,11 @@ class Lagrangian:
     force: Function | None = None
     explicit_time: bool = field(default=False, kw_only=True)
     timed_force: bool = field(default=False, kw_only=True)
+    check: bool = field(default=True, kw_only=True, compare=False)
 
     def __post_init__(self) -> None:
         check_force(self)
+        check_switch(self.check)
         for name in ("function", "slopes"):
             value = getattr(self, name)
             if not callable(value) and (name == "function" or value is not None):
@@ -96,7 +106,7 @@ class Lagrangian:
         """(d,), d the dimension of the group."""
         return (self.group.dimension,)
 
-    def check(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array) -> None:
         """ValueError unless q is an element of the group."""
         self.group.check("q0", q)
 
@@ -120,6 +130,64 @@ class Lagrangian:
         if isinstance(self.function, SymbolicLagrangian):
             kinks.check_start(self.function, q, v, t)
         check_regular(self.mass(q, v, t))
+
+    def check_derivatives(self, q: Array, v: Array, t: float) -> None:
+        """ValueError unless given slopes are derivatives of L, at a state and near it."""
+        if not self.check or self.slopes is None:
+            return
+        d = self.group.dimension
+        by_q, by_v = difference_scales(self.group, q, v)
+
+        def through(far: float, row: int) -> Curve:
+            g = self._moved(q, by_q * direction(d, 1))(far)
+            w = v + far * by_v * direction(d, 2)
+            then = t + far * (abs(t) or 1.0) * self.explicit_time
+            steps = difference_scales(self.group, g, w)[1 - row] * direction(d)
+            moved = self._moved(g, steps)
+
+            def state(s: float) -> tuple[Array, Array, float]:
+                return (moved(s), w, then) if row else (g, w + s * steps, then)
+
+            def value(s: float) -> float:
+                given = self.function(*self._arguments(*state(s)))
+                return input_checks.returned("the Lagrangian", given)
+
+            def terms(s: float) -> Array:
+                return self._left(*state(s))[row] * steps
+
+            return Curve(value, terms, steps, {"q": g, "v": w})
+
+        check_derivatives(self, {
+            "slopes dL/dv of the Lagrangian": lambda far: through(far, 0),
+            "slopes dL/dq of the Lagrangian": lambda far: through(far, 1),
+        })  # fmt: skip
+
+    def _moved(self, q: Array, xi: Array) -> Callable[[float], Array]:
+        """The curve s -> q exp(s hat(xi)), for |s| up to 1/8.
+
+        q hat(xi) is affine in q, on matrix groups and on vector spaces, so that the Taylor terms
+        are differences of it; it is read off from the left-trivialised derivatives of the entries.
+        """
+        d, size, layout = self.group.dimension, q.size, self.group.layout
+        rows, out = np.concatenate([np.zeros((size, d)), np.eye(size)], axis=1), np.empty((2, d))
+
+        def rate(flat: Array) -> Array:
+            rates = np.empty(size)
+            for k, row in enumerate(rows):
+                lagrangian_derivatives.spread(
+                    row, lagrangian_derivatives.EUCLIDEAN, layout, flat, out
+                )
+                rates[k] = out[1] @ xi
+            return rates
+
+        start = np.array(q, dtype=np.float64).ravel()
+        fixed, terms = rate(start), [start]
+        terms.append(fixed)
+        for k in range(2, TERMS):
+            terms.append((rate(start + terms[-1]) - fixed) / k)
+        terms_by_power = np.stack(terms)
+        powers = np.arange(TERMS)
+        return lambda s: (s**powers @ terms_by_power).reshape(self.group.shape)
 
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
         """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""

@@ -46,7 +46,7 @@ class NBody:
         """The shape of a configuration: velocities and momenta are like q."""
         return shape
 
-    def check(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array) -> None:
         """ValueError unless q is (bodies, 2 or 3) with all bodies apart."""
         bodies = self.masses.size
         if q.shape not in ((bodies, 2), (bodies, 3)):

@@ -15,7 +15,18 @@ from galvi.arrays import Array, read_only
 from galvi.groups.so3 import SO3
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems.compiles import compiles
-from galvi.systems.finite_differences import CALLS, differenced_rotation_gradient
+from galvi.systems.derivative_check import (
+    Curve,
+    check_derivatives,
+    check_switch,
+    direction,
+)
+from galvi.systems.finite_differences import (
+    CALLS,
+    differenced_rotation_gradient,
+    hat,
+    rotated,
+)
 from galvi.systems.forces.external_force import check_force, check_force_at, with_force
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.potentials.uniform_gravity import UniformGravity
@@ -38,6 +49,7 @@ class RigidBody:
                    galvi.systems.forces.external_force
     explicit_time  potential and gradient take (R, t) instead of (R)
     timed_force    the force takes (R, v, t)
+    check          compare the gradient with differences of V when a `Problem` is made
 
     Configurations are (3, 3), velocities and momenta p = J v (3,), in the body's frame. A gradient
     and a force compiled with ``numba.njit`` run inside the kernel; a potential without a gradient
@@ -51,9 +63,11 @@ class RigidBody:
     force: Function | None = None
     explicit_time: bool = field(default=False, kw_only=True)
     timed_force: bool = field(default=False, kw_only=True)
+    check: bool = field(default=True, kw_only=True, compare=False)
 
     def __post_init__(self) -> None:
         check_force(self)
+        check_switch(self.check)
         object.__setattr__(self, "inertia", possible_inertia(self.inertia))
         for name in ("potential", "gradient"):
             function = getattr(self, name)
@@ -68,7 +82,10 @@ class RigidBody:
             )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        make = partial(RigidBody, explicit_time=self.explicit_time, timed_force=self.timed_force)
+        make = partial(
+            RigidBody, explicit_time=self.explicit_time, timed_force=self.timed_force,
+            check=self.check,
+        )  # fmt: skip
         return make, (self.inertia, self.potential, self.gradient, self.force)
 
     @property
@@ -80,7 +97,7 @@ class RigidBody:
         """(3,): angular velocity in the body's frame."""
         return (3,)
 
-    def check(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array) -> None:
         """ValueError unless q is a rotation matrix."""
         self.group.check("q0", q)
 
@@ -96,6 +113,28 @@ class RigidBody:
                 f"potential and gradient must be finite at the start; received {value} and "
                 f"{slope.tolist()} at q0. Check them, or start elsewhere."
             )
+
+    def check_derivatives(self, q: Array, v: Array, t: float) -> None:
+        """ValueError unless the gradient is that of V along a rotation, at an attitude and near."""
+        if not self.check or self.potential_calls_per_force or self.potential is None:
+            return
+        axis, potential = direction(3), self.potential
+
+        def through(far: float) -> Curve:
+            R = q @ rotated(far * direction(3, 1))
+            then = t + far * (abs(t) or 1.0) * self.explicit_time
+
+            def energy(s: float) -> float:
+                turned = R @ rotated(s * axis)
+                return input_checks.returned("potential", potential(*self._arguments(turned, then)))
+
+            def terms(s: float) -> Array:
+                turned = R @ rotated(s * axis)
+                return self.potential_gradient(turned, then) * (turned @ hat(axis))
+
+            return Curve(energy, terms, axis, {"R": R}, "about")
+
+        check_derivatives(self, {"gradient of the potential": through})
 
     def momentum(self, v: Array) -> Array:
         """p = J v in the body's frame, v of shape (..., 3)."""

@@ -16,7 +16,7 @@ class System(Protocol):
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
         """Shape of velocities and momenta, from the shape of a configuration."""
 
-    def check(self, q: Array, v: Array) -> None:
+    def check_state(self, q: Array, v: Array) -> None:
         """Raise ValueError, in one sentence, when (q, v) cannot be a state of this system."""
 
     def momentum(self, v: Array) -> Array:

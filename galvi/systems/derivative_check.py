@@ -1,0 +1,223 @@
+"""Compares given derivatives with differences of the functions to which they belong.
+
+A function is sampled at the distances s and -s along a curve, s = 2^-4, 2^-6, ..., 2^-32 of a
+length that suits the state. The derivative is accepted as soon as one central difference, or the
+extrapolation of two, agrees with it. It is refused where none does although three neighbouring
+differences agree with each other far better than with it, over distances over which neither the
+given derivative nor the function bends. All else is undecided and passes: noise, kinks, jumps,
+scales too short to be resolved, and functions that raise or are not finite nearby.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+from weakref import WeakSet
+
+import numpy as np
+
+from galvi.arrays import Array
+
+TOLERANCE = 1e-4  # of a derivative, relative to the sum of the sizes of its terms
+# Binary exponents of 1 / s in the order tried: most functions agree at the first two or three.
+EXPONENTS = (10, 12, 8, 14, 16, 6, 18, 4, 20, 22, 24, 26, 28, 30, 32)
+APART = 2  # of neighbouring exponents
+SHARP = 0.02  # largest spread of three differences, over their distance from the given derivative
+BENT = 0.25  # largest change of a slope, over that distance, at which the function is smooth there
+VISIBLE = 0.1  # change of a function over its value, above which coarse rounding cannot hide it
+ROUNDING = 4.0 * 2.0**-52  # of a difference of two values, relative to them
+SIGNAL = 1e-3  # derivative over the sum of the sizes of its terms, below which it shows no fault
+NEARBY = (2.0**-3, 2.0**-10, 2.0**-20)  # distances of a second state, the first decisive one counts
+TINY = 1e-10  # coordinates below this share of the largest have its scale
+GOLDEN, SILVER = (5.0**0.5 - 1.0) / 2.0, 2.0**0.5
+
+AGREES, DIFFERS, UNDECIDED = "agrees", "differs", "undecided"
+_CHECKED: WeakSet[Any] = WeakSet()  # systems whose derivatives have agreed with their functions
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A function along a curve through a state, at distance 0, with its given derivative there.
+
+    function  of the distance s, without a unit
+    terms     (s) -> the terms whose sum is the given derivative by s
+    steps     (d,) the change of the coordinates per unit of s, in a group left-trivialised
+    state     name -> configuration, and velocity where the function depends on it
+    way       "along" the steps, or a rotation "about" them
+    """
+
+    function: Callable[[float], float]
+    terms: Callable[[float], Array]
+    steps: Array
+    state: Mapping[str, Array]
+    way: str = "along"
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A central difference at one distance: slope, round-off, half the jump of one-sided slopes,
+    and whether all values are equal."""
+
+    slope: float
+    rounding: float
+    bend: float
+    flat: bool
+
+
+def check_derivatives(system: Any, curves: Mapping[str, Callable[[float], Curve]]) -> None:
+    """ValueError for the first derivative that differs at the start or at a state near it.
+
+    curves  "the gradient of the potential" -> function that gives the curve through the start, for
+            0, or through a state at this distance from it, without a unit
+
+    A system is checked until its derivatives agreed once. States where a function raises or returns
+    something else than it should are skipped: a run refuses such a start, or lets the exception
+    through.
+    """
+    if system in _CHECKED:
+        return
+    agreed = True
+    with np.errstate(all="ignore"):
+        for name, through in curves.items():
+            here, there = _checked(system, name, through, 0.0), UNDECIDED
+            for far in NEARBY:
+                there = _checked(system, name, through, far)
+                if there == AGREES:
+                    break
+            agreed = agreed and AGREES in (here, there)
+    if agreed:
+        _CHECKED.add(system)
+
+
+def _checked(system: Any, name: str, through: Callable[[float], Curve], far: float) -> str:
+    try:
+        curve = through(far)
+        verdict, found = judge(curve)
+    except Exception:  # a user's function may raise anything
+        return UNDECIDED
+    if verdict == DIFFERS:
+        length = float(np.linalg.norm(curve.steps))
+        expected, received = found / length, float(np.sum(curve.terms(0.0))) / length
+        ratio = received / expected if expected else np.inf
+        factor = "" if not np.isfinite(ratio) else f", {ratio:.6g} times that"
+        factor = ", of the opposite sign" if abs(ratio + 1.0) < 10.0 * TOLERANCE else factor
+        given, _, function = name.partition(" of ")
+        state = ", ".join(f"{name} = {words(x)}" for name, x in curve.state.items())
+        where = f"{curve.way} {words(curve.steps / length)} at {state}"
+        raise ValueError(
+            f"{given} must be the derivative of {function}: {where}, expected "
+            f"{expected:.10g}, from differences of {function}; received {received:.10g}{factor}. "
+            f"Correct one of them, or give {type(system).__name__} check=False if they are meant "
+            f"to differ."
+        )
+    return verdict
+
+
+def judge(curve: Curve) -> tuple[str, float]:
+    """AGREES, DIFFERS or UNDECIDED, and the derivative by differences; NaN when undecided.
+
+    AGREES needs a derivative in which a fault would show, so not one that vanishes.
+    """
+    terms, centre = curve.terms(0.0), curve.function(0.0)
+    given, size = float(np.sum(terms)), float(np.sum(np.abs(terms)))
+    seen: dict[int, Difference] = {}
+    if not (np.isfinite(centre) and np.isfinite(size)):
+        return UNDECIDED, np.nan
+    for exponent in EXPONENTS:
+        one = _difference(curve.function, centre, 2.0**-exponent)
+        if one is None or one.rounding > TOLERANCE * (size + abs(one.slope)):
+            continue
+        seen[exponent] = one
+        for slope in (one.slope, *_extrapolated(seen, exponent)):
+            if abs(given - slope) <= TOLERANCE * (size + abs(slope)) and (size or not one.flat):
+                return (AGREES if abs(slope) > SIGNAL * size else UNDECIDED), slope
+        if size == 0.0 and len(seen) > 1 and all(other.flat for other in seen.values()):
+            return UNDECIDED, np.nan  # a constant, with derivative zero
+    return _contradiction(curve, given, centre, seen)
+
+
+def _difference(function: Callable[[float], float], centre: float, s: float) -> Difference | None:
+    """None where the function raises or is not finite."""
+    try:
+        ahead, behind = function(s), function(-s)
+    except Exception:  # a user's function may raise anything away from the start
+        return None
+    if not (np.isfinite(ahead) and np.isfinite(behind)):
+        return None
+    rounding = ROUNDING * max(abs(ahead), abs(behind), abs(centre)) / s
+    bend = 0.5 * abs(ahead - 2.0 * centre + behind) / s
+    return Difference((ahead - behind) / (2.0 * s), rounding, bend, ahead == centre == behind)
+
+
+def _extrapolated(seen: Mapping[int, Difference], exponent: int) -> list[float]:
+    """The differences of order four of this distance and its neighbours."""
+    pairs = ((exponent - APART, exponent), (exponent, exponent + APART))
+    ratio = 4.0**APART
+    return [
+        (ratio * seen[fine].slope - seen[coarse].slope) / (ratio - 1.0)
+        for coarse, fine in pairs
+        if coarse in seen and fine in seen
+    ]
+
+
+def _contradiction(
+    curve: Curve, given: float, centre: float, seen: Mapping[int, Difference]
+) -> tuple[str, float]:
+    """DIFFERS where three neighbouring differences agree with each other and not with the given."""
+    if seen and all(one.flat for one in seen.values()):
+        farthest = min(seen)
+        hidden = abs(given) * 2.0**-farthest <= VISIBLE * abs(centre)
+        straight = not hidden and _change(curve, given, sorted(seen)) <= BENT * abs(given)
+        return (DIFFERS, 0.0) if straight else (UNDECIDED, np.nan)
+    best, sharpest = np.nan, np.inf
+    for first in seen:
+        three = tuple(first + k * APART for k in range(3))
+        a, b, c = (seen.get(exponent) for exponent in three)
+        if a is None or b is None or c is None or a.flat or b.flat or c.flat:
+            continue
+        slope = _extrapolated({0: b, APART: c}, 0)[0]
+        off, spread = abs(given - slope), max(abs(b.slope - a.slope), abs(c.slope - b.slope))
+        clear = spread <= SHARP * off and c.bend <= BENT * off and spread < sharpest
+        within = [exponent for exponent in seen if exponent >= first]
+        if clear and _change(curve, given, within) <= BENT * off:
+            best, sharpest = slope, spread
+    return (DIFFERS if np.isfinite(best) else UNDECIDED), best
+
+
+def _change(curve: Curve, given: float, exponents: Sequence[int]) -> float:
+    """The largest change of the given derivative over these distances; infinite where it raises."""
+    try:
+        ends = [sign * 2.0**-exponent for exponent in exponents for sign in (1.0, -1.0)]
+        change = max(abs(float(np.sum(curve.terms(s))) - given) for s in ends)
+    except Exception:  # a user's function may raise anything away from the start
+        return np.inf
+    return change if np.isfinite(change) else np.inf
+
+
+def check_switch(check: Any) -> None:
+    """TypeError unless a system's keyword ``check`` is True or False."""
+    if not isinstance(check, bool):
+        raise TypeError(f"check must be True or False; received {check!r}.")
+
+
+def lengths(q: Array) -> Array:
+    """A length for each coordinate, (d,): its size, or the largest where it is close to zero."""
+    size = np.abs(q)
+    largest = float(np.max(size)) or 1.0
+    result: Array = np.where(size > TINY * largest, size, largest)
+    return result
+
+
+def direction(count: int, number: int = 0) -> Array:
+    """A fixed generic direction, (count,): sizes from 0.5 to 1.5 and both signs; one per number."""
+    k = np.arange(1.0, count + 1.0) + 17.0 * number
+    result: Array = (0.5 + (k * GOLDEN) % 1.0) * np.where((k * SILVER) % 1.0 < 0.5, 1.0, -1.0)
+    return result
+
+
+def words(numbers: Array | Sequence[float]) -> str:
+    """The first numbers of an array with a few digits."""
+    shown = np.asarray(numbers, dtype=np.float64)
+    text = np.array2string(shown, precision=5, separator=", ", threshold=9, edgeitems=3)
+    return text.replace("\n", "")
