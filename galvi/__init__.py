@@ -1,5 +1,7 @@
 """High-order Galerkin variational integrators for Lagrangian mechanics."""
 
+from difflib import get_close_matches as _close
+
 from galvi import problems
 from galvi.analysis.theory import Theory, theory
 from galvi.charts.cayley import Cayley
@@ -123,3 +125,12 @@ __all__ = [
     "symplecticity_defect",
     "theory",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """AttributeError with the nearest public name; pieces and problems are found in any case."""
+    public = {word.casefold(): word for word in __all__ if word != "problems"}
+    public |= {word.casefold(): f"problems.{word}" for word in problems.__all__}
+    near = _close(name.casefold(), public, n=1)
+    hint = f". Did you mean galvi.{public[near[0]]}?" if near and not name.startswith("_") else ""
+    raise AttributeError(f"module 'galvi' has no attribute {name!r}{hint}", name=name)

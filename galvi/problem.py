@@ -9,8 +9,11 @@ from typing import Any
 
 from galvi import input_checks
 from galvi.arrays import Array
+from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.potentials.potential import Potential
+from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import System
 
@@ -48,6 +51,12 @@ class Problem:
         if isinstance(self.system, type) or not hasattr(self.system, "velocity_shape"):
             raise TypeError(
                 f"system must be a system such as galvi.NBody(masses); received {self.system!r}."
+                f"{_remedy(self.system)}"
+            )
+        if hasattr(self.q0, "as_matrix"):
+            raise ValueError(
+                f"q0 must be an array, a rotation as its matrix; received {self.q0!r}. "
+                f"Give q0.as_matrix()."
             )
         q0 = input_checks.array("q0", self.q0)
         shape = self.system.velocity_shape(q0.shape)
@@ -84,3 +93,17 @@ class Problem:
 
     def __repr__(self) -> str:
         return f"Problem({self.name or type(self.system).__name__!r}, q0 of shape {self.q0.shape})"
+
+
+def _remedy(value: Any) -> str:
+    """How a Lagrangian or a potential becomes a system; empty for anything else."""
+    name = type(value).__name__
+    if isinstance(value, type):
+        return ""
+    if isinstance(value, BuiltinLagrangian):
+        return f" Give galvi.Lagrangian({name}(...), galvi.Rn(d)), with d coordinates."
+    if isinstance(value, Potential):
+        return f" Give galvi.Canonical(mass, {name}(...))."
+    if isinstance(value, UniformGravity):
+        return f" Give galvi.RigidBody(inertia, {name}(...))."
+    return ""

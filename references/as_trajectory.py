@@ -39,8 +39,11 @@ def as_trajectory(
     step: float | None = None,
     failure: Failure | None = None,
     status: str = COMPLETED,
+    note: str = "",
 ) -> Trajectory:
     """The trajectory of states q, v or q, p at times t (saved,), both (saved, ...), in any shape.
+
+    note  a sentence that the status of a run without failure ends with
 
     A non-finite state that the engine did not report becomes a failure.
     """
@@ -65,7 +68,7 @@ def as_trajectory(
         q=read_only(q),
         p=read_only(p),
         success=failure is None,
-        status=status if failure is None else failure.why,
+        status=f"{status} {note}".rstrip() if failure is None else failure.why,
         failed_step=None if failure is None else failure.step,
         counts=dict(counts),
         step=step,

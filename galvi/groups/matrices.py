@@ -15,6 +15,7 @@ def check_rotation(name: str, R: Array, n: int) -> None:
     if R.shape != (n, n):
         raise ValueError(
             f"{name} must be a rotation matrix of shape ({n}, {n}); received shape {R.shape}."
+            f"{_conversion(R, n)}"
         )
     defect = float(np.max(np.abs(R.T @ R - np.eye(n))))
     determinant = float(np.linalg.det(R))
@@ -41,9 +42,19 @@ def check_motion(name: str, g: Array, n: int) -> None:
         raise ValueError(
             f"{name} must be a rigid motion [[R, x], [{row}]] of shape ({side}, {side}); received "
             f"shape {g.shape}{'' if g.shape != (side, side) else f' with last row {g[n].tolist()}'}"
-            f"."
+            f".{_conversion(g, n)}"
         )
     check_rotation(f"the rotation of {name}", g[:n, :n], n)
+
+
+def _conversion(given: Array, n: int) -> str:
+    """How four or seven numbers, perhaps a quaternion, become a matrix of space; else empty."""
+    if n != 3 or given.shape not in ((4,), (7,)):
+        return ""
+    return (
+        " A quaternion with the scalar last becomes a rotation matrix by "
+        "scipy.spatial.transform.Rotation.from_quat(quaternion).as_matrix()."
+    )
 
 
 def inverse_motion(g: Array) -> Array:

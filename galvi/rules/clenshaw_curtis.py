@@ -7,9 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from galvi import input_checks
 from galvi.extended_precision import PI, cosine, decimals, extended_precision
-from galvi.rules.rule import Rule, from_interval
+from galvi.rules.rule import Rule, from_interval, number_of_points
 
 
 def clenshaw_curtis(points: int) -> Rule:
@@ -17,9 +16,9 @@ def clenshaw_curtis(points: int) -> Rule:
 
     Its degree is points - 1, one more for an odd number of points; with one point, the midpoint
     rule.
-    Raises ValueError unless points is a whole number of at least 1.
+    Raises ValueError unless points is a whole number from 1 to 1000.
     """
-    return _clenshaw_curtis(input_checks.whole("points", points))
+    return _clenshaw_curtis(number_of_points(points))
 
 
 @lru_cache(maxsize=256)

@@ -6,18 +6,17 @@ from functools import lru_cache
 
 import numpy as np
 
-from galvi import input_checks
 from galvi.extended_precision import decimals, extended_precision
-from galvi.rules.rule import Rule, from_interval
+from galvi.rules.rule import Rule, from_interval, number_of_points
 from galvi.spaces.legendre import legendre
 
 
 def gauss(points: int) -> Rule:
     """The rule with the highest degree of exactness, 2 points - 1; its nodes are the zeros of P_n.
 
-    Raises ValueError unless points is a whole number of at least 1.
+    Raises ValueError unless points is a whole number from 1 to 1000.
     """
-    return _gauss(input_checks.whole("points", points))
+    return _gauss(number_of_points(points))
 
 
 @lru_cache(maxsize=256)

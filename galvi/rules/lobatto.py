@@ -7,9 +7,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import roots_jacobi
 
-from galvi import input_checks
 from galvi.extended_precision import decimals, extended_precision
-from galvi.rules.rule import Rule, from_interval
+from galvi.rules.rule import Rule, from_interval, number_of_points
 from galvi.spaces.legendre import legendre
 
 
@@ -17,9 +16,9 @@ def lobatto(points: int) -> Rule:
     """The rule with both end points and degree 2 points - 3; with two points, trapezoidal.
 
     The inner nodes are the zeros of P_n', n = points - 1. Raises ValueError unless points is a
-    whole number of at least 2.
+    whole number from 2 to 1000.
     """
-    return _lobatto(input_checks.whole("points", points, at_least=2))
+    return _lobatto(number_of_points(points, at_least=2))
 
 
 @lru_cache(maxsize=256)

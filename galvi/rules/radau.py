@@ -7,9 +7,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import roots_jacobi
 
-from galvi import input_checks
 from galvi.extended_precision import decimals, extended_precision
-from galvi.rules.rule import Rule, from_interval
+from galvi.rules.rule import Rule, from_interval, number_of_points
 from galvi.spaces.legendre import legendre
 
 
@@ -19,11 +18,11 @@ def radau(points: int, left: bool = False) -> Rule:
     left  whether the end point is 0 (as in Radau I and IA) instead of 1
 
     The nodes are mirrored zeros of P_{n-1} + P_n, n = points. Raises ValueError unless points is a
-    whole number of at least 1.
+    whole number from 1 to 1000.
     """
     if not isinstance(left, (bool, np.bool_)):
         raise ValueError(f"left must be True or False; received {left!r}.")
-    return _radau(input_checks.whole("points", points), bool(left))
+    return _radau(number_of_points(points), bool(left))
 
 
 @lru_cache(maxsize=256)

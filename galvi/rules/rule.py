@@ -14,6 +14,7 @@ from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.spaces.legendre import legendre
 
+MOST = 1000  # points of a rule made in extended precision, which takes 10 s
 EXACT = 1e-12  # largest error of a Legendre polynomial's integral; 2e-15 for up to 200 points
 
 
@@ -118,6 +119,17 @@ def _row(field: str, values: Any) -> tuple[Decimal, ...]:
             f"{field} of a rule must be finite numbers in one row; received {values!r}."
         )
     return tuple(decimals(numbers))
+
+
+def number_of_points(value: Any, at_least: int = 1) -> int:
+    """A number of points as an int; ValueError unless a whole number up to 1000."""
+    number = input_checks.whole("points", value, at_least)
+    if number > MOST:
+        raise ValueError(
+            f"points must be a whole number from {at_least} to {MOST}; received {value!r}. For "
+            f"more points use galvi.composite(galvi.gauss(8), pieces)."
+        )
+    return number
 
 
 def from_interval(name: str, degree: int, x: Any, w: Any) -> Rule:

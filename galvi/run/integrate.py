@@ -90,8 +90,14 @@ def prepared(
     """
     for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
         if not isinstance(value, kind):
-            raise TypeError(f"{name} must be a galvi.{kind.__name__}; received {value!r}.")
-    h = input_checks.real("step", step)
+            raise TypeError(
+                f"{name} must be a galvi.{kind.__name__}; received {value!r}. Call "
+                f"galvi.integrate(problem, method, step, steps), or give a duration instead of "
+                f"steps."
+            )
+    h = input_checks.real(
+        "step", step, "The length of a run is given by steps or duration, its begin by problem.t0."
+    )
     if h == 0.0:
         raise ValueError("step must not be zero; received 0. Give the step size in units of time.")
     total = number_of_steps(h, steps, duration)

@@ -83,11 +83,22 @@ class ReboundAdaptive:
                 counts={"steps": int(sim.engine.steps_done)},
                 failure=failure,
                 status=status(),
+                note=self._accuracy_note(setting),
             )
 
         run = ended(failure)
         lost = _lost(run, self.tolerances[0])
         return ended(lost) if lost is not None else run
+
+    def _accuracy_note(self, setting: Mapping[str, Any]) -> str:
+        """That a run is no truth with the default tolerance, unless it is exact; else empty."""
+        if self.exact or {"tolerance", *self.tolerances} & set(setting):
+            return ""
+        default = self.defaults[self.tolerances[0]]
+        return (
+            f"With the default tolerance of {default:g} it is no truth: for a truth, set "
+            f"tolerance=1e-15."
+        )
 
 
 def _lost(run: Trajectory, tolerance: str) -> Failure | None:

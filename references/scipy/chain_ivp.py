@@ -13,7 +13,8 @@ from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references.as_trajectory import as_trajectory
 from references.contender import require
-from references.scipy.ivp import SETTINGS, solve, with_tolerances
+from references.forces.force import checked
+from references.scipy.ivp import SETTINGS, accuracy_note, solve, with_tolerances
 from references.setting import check_keys, described, sample_times
 from references.textbook.chain_equations import ChainEquations, is_chain
 
@@ -32,8 +33,8 @@ class ChainIvp:
     missing: str = ""
 
     def supports(self, problem: Problem) -> bool:
-        """A Lagrangian that is a PlanarChain."""
-        return is_chain(problem)
+        """A Lagrangian that is a PlanarChain, with any external force."""
+        return is_chain(problem, forced=True)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
@@ -43,8 +44,15 @@ class ChainIvp:
         system: Any = problem.system
         equations, n = ChainEquations.of(system.function), problem.q0.size
 
+        def force(t: float, q: Array, v: Array) -> Array:
+            if system.force is None:
+                return np.zeros(n)
+            given = (q.copy(), v.copy(), t) if system.timed_force else (q.copy(), v.copy())
+            return checked(system.force(*given), (n,))
+
         def slope(t: float, y: Array) -> Array:
-            return np.concatenate([y[n:], equations.acceleration(y[:n], y[n:])])
+            q, v = y[:n], y[n:]
+            return np.concatenate([v, equations.acceleration(q, v, force(t, q, v))])
 
         start = np.concatenate([problem.q0, problem.v0])
         states, calls, failure = solve(self.solver, slope, times, start, setting)
@@ -56,6 +64,7 @@ class ChainIvp:
             states[:, n:],
             counts={"force_evaluations": calls},
             failure=failure,
+            note=accuracy_note(setting),
         )
 
 

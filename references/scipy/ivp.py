@@ -28,9 +28,9 @@ class ScipyIvp:
 
     Setting: samples; rtol, atol, or tolerance for both; first_step, max_step as in SciPy. The
     defaults, rtol 1e-3 and atol 1e-6, are SciPy's and ode45's and leave about three digits: add
-    TIGHT for a truth. The run's `method` names the tolerances. States between steps come from
-    SciPy's interpolant, whose order is below the method's: ask for one sample where only the end
-    matters.
+    TIGHT for a truth. The run's `method` names the tolerances, and its `status` says so where rtol
+    is the default. States between steps come from SciPy's interpolant, whose order is below the
+    method's: ask for one sample where only the end matters.
     """
 
     name: str
@@ -64,6 +64,7 @@ class ScipyIvp:
             states[:, d:],
             counts={"force_evaluations": calls},
             failure=failure,
+            note=accuracy_note(setting),
         )
 
 
@@ -94,6 +95,16 @@ def tolerances(setting: Mapping[str, Any]) -> dict[str, float]:
 def with_tolerances(setting: Mapping[str, Any]) -> dict[str, Any]:
     """The setting with SciPy's default tolerances written out where it leaves them to SciPy."""
     return dict(setting) if "tolerance" in setting else {**setting, **tolerances(setting)}
+
+
+def accuracy_note(setting: Mapping[str, Any]) -> str:
+    """That a run is no truth, where its relative tolerance is SciPy's default; else empty."""
+    if "tolerance" in setting or "rtol" in setting:
+        return ""
+    return (
+        f"With SciPy's default tolerance rtol = {tolerances(setting)['rtol']:g} some three digits "
+        f"are right: for a truth, set rtol={TIGHT['rtol']:g} and atol={TIGHT['atol']:g}."
+    )
 
 
 def _failure(solved: Any) -> Failure:

@@ -12,7 +12,7 @@ from galvi import Problem, Trajectory
 from references.as_trajectory import as_trajectory
 from references.contender import require
 from references.rigid_equations import RigidEquations, is_rigid_body
-from references.scipy.ivp import SETTINGS, solve, with_tolerances
+from references.scipy.ivp import SETTINGS, accuracy_note, solve, with_tolerances
 from references.setting import check_keys, described, sample_times
 
 
@@ -54,6 +54,7 @@ class RigidIvp:
             p=states[:, -3:],
             counts={"force_evaluations": calls},
             failure=failure,
+            note=accuracy_note(setting),
         )
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from galvi import Lagrangian, PlanarChain, Problem
 from galvi.arrays import Array
+from references.forces.given_gradient import agrees, points_around
 from references.newton import is_forced
 
 
@@ -51,20 +52,42 @@ class ChainEquations:
         J, K = self.levers * np.cos(q), self.levers * np.sin(q)
         return J.T * self.masses @ J + K.T * self.masses @ K + np.diag(self.moments)
 
-    def acceleration(self, q: Array, v: Array) -> Array:
-        """q'' (n,) at q and v, (n,) each."""
+    def acceleration(self, q: Array, v: Array, force: Any = 0.0) -> Array:
+        """q'' (n,) at q and v, (n,) each, with an external force (n,)."""
         J, K = self.levers * np.cos(q), self.levers * np.sin(q)
         pull = J.T @ (self.masses * (K @ v**2)) - K.T @ (self.masses * (J @ v**2))
         weight = self.gravity * (K.T @ self.masses)
-        return np.linalg.solve(self.mass(q), pull - weight)
+        return np.linalg.solve(self.mass(q), pull - weight + force)
 
 
-def is_chain(problem: Problem) -> bool:
-    """Whether the system is a PlanarChain with its own slopes and no external force."""
+def is_chain(problem: Problem, forced: bool = False) -> bool:
+    """Whether the system is a PlanarChain with its own slopes, and no external force but if forced.
+
+    Slopes that are given are compared with the chain's at the start and at states around it.
+    """
     system = problem.system
-    return (
-        isinstance(system, Lagrangian)
-        and isinstance(system.function, PlanarChain)
-        and system.slopes is None
-        and not is_forced(problem)
+    if not isinstance(system, Lagrangian) or not isinstance(system.function, PlanarChain):
+        return False
+    return (forced or not is_forced(problem)) and (
+        system.slopes is None or _own_slopes(system, problem)
     )
+
+
+def _own_slopes(system: Lagrangian, problem: Problem) -> bool:
+    chain: Any = system.function
+    equations, n = ChainEquations.of(chain), problem.q0.size
+
+    def known(state: Array) -> Array:
+        q, v = state[:n], state[n:]
+        J, K = equations.levers * np.cos(q), equations.levers * np.sin(q)
+        x, z = equations.masses * (J @ v), equations.masses * (K @ v)
+        by_q = (J.T @ z - K.T @ x) * v - equations.gravity * (K.T @ equations.masses)
+        return np.concatenate([equations.mass(q) @ v, by_q])
+
+    def given(state: Array) -> Any:
+        time = (problem.t0,) if system.explicit_time else ()
+        assert system.slopes is not None
+        return system.slopes(state[:n].copy(), state[n:].copy(), *time)
+
+    start = np.concatenate([problem.q0, problem.v0])
+    return agrees(given, known, points_around(start))

@@ -8,6 +8,8 @@ from typing import Any
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 NARROW_SPACE = "\u202f"
 MINUS = "\u2212"
+FEW_DECIMALS, MOST_DECIMALS = 6, 15  # of a number below and from LEAST, without a power of ten
+LEAST = 1e-3
 TIMES = "\u2009\u00d7"
 
 
@@ -47,7 +49,8 @@ def with_uncertainty(number: Any, uncertainty: Any) -> str:
     if not known(number) or not known(uncertainty) or not uncertainty > 0:
         return readable(number)
     second_digit = 1 - math.floor(math.log10(uncertainty))
-    if not 0 <= second_digit <= 6:
+    most = MOST_DECIMALS if abs(number) >= LEAST else FEW_DECIMALS
+    if not 0 <= second_digit <= most:
         return f"{readable(number)} ± {readable(uncertainty, 2)}"
     return f"{number:.{second_digit}f} ± {uncertainty:.{second_digit}f}".replace("-", MINUS)
 

@@ -1,0 +1,137 @@
+"""No Ctrl-C is lost: whichever call of a user's function or moment of a compilation it meets."""
+
+from __future__ import annotations
+
+import signal
+import threading
+
+import numba
+import numpy as np
+import pytest
+
+import galvi
+
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+BUDGET = {"degrees": (4, 6), "by": "evaluations", "budget": 3e4}
+pytestmark = pytest.mark.usefixtures("interruptible")
+
+
+class Pressed:
+    """The gradient of a quartic that interrupts at its k-th call."""
+
+    def __init__(self, how):
+        self.how, self.calls, self.at = how, 0, None
+
+    def __call__(self, q):
+        self.calls += 1
+        if self.calls == self.at:
+            self.how()
+        return q + 0.2 * (q @ q) * q
+
+    def restart(self, at):
+        self.calls, self.at = 0, at
+
+
+def raises():
+    raise KeyboardInterrupt
+
+
+def presses():
+    signal.raise_signal(signal.SIGINT)
+
+
+def flat(q):
+    with np.errstate(all="ignore"):
+        return 0.5 * q @ q + 0.05 * (q @ q) ** 2
+
+
+JOBS = {
+    "recommend": lambda problem: galvi.recommend(problem, 1e-4, 20.0, **BUDGET),
+    "round trip": lambda problem: galvi.round_trip_error(problem, FOUR, 0.3, 20),
+    "round trip that fails": lambda problem: galvi.round_trip_error(problem, FOUR, 30.0, 20),
+    "run that fails": lambda problem: galvi.integrate(problem, FOUR, 300.0, 10),
+    "many": lambda problem: galvi.integrate_many([problem, problem], FOUR, 0.3, 10),
+    "defect": lambda problem: galvi.symplecticity_defect(problem, FOUR, 0.3),
+}
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+@pytest.mark.parametrize("how", [raises, presses], ids=["raised", "pressed"])
+@pytest.mark.parametrize("name", JOBS)
+def test_an_interrupt_at_any_call_of_a_potential_reaches_the_caller(name, how):
+    gradient = Pressed(how)
+    system = galvi.Canonical(1.0, flat, gradient)
+    problem = galvi.Problem(system, [1.0, 2.0], [0.0, 0.0])
+    JOBS[name](problem)
+    gradient.restart(None)
+    JOBS[name](problem)
+    for at in sorted({*np.linspace(1, 0.98 * gradient.calls, 12).astype(int)}):
+        gradient.restart(int(at))
+        try:
+            found = JOBS[name](problem)
+        except KeyboardInterrupt:
+            continue
+        kept = name == "many" and any(run.interrupted for run in found)
+        assert kept, f"call {at} of {name}: {found}"
+
+
+def test_a_handler_of_the_program_that_raises_ends_many_runs_on_threads():
+    problem = galvi.problems.outer_solar_system()
+    before = signal.signal(signal.SIGALRM, lambda *_: raises())
+    signal.setitimer(signal.ITIMER_REAL, 0.3)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            galvi.integrate_many([problem] * 4, FOUR, 1.0, 10**8, save_every=10**7, threads=2)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert threading.active_count() < 4
+
+
+def fresh(number):
+    """A potential and a gradient that have not been compiled yet."""
+
+    def potential(q):
+        return 0.5 * (q @ q) + number * q[0] ** 4
+
+    def gradient(q):
+        out = q.copy()
+        out[0] += 4 * number * q[0] ** 3
+        return out
+
+    return numba.njit(potential), numba.njit(gradient)
+
+
+def test_an_interrupt_while_compiling_is_neither_printed_and_dropped_nor_lost(capfd):
+    """The signal is delivered from a timer; a compilation is over before it takes effect."""
+    before = signal.signal(signal.SIGALRM, lambda *_: presses())
+    outcomes = []
+    try:
+        for k in range(40):
+            functions = fresh(1.0 + k / 64)
+            armed = True
+            signal.setitimer(signal.ITIMER_REAL, 0.004 * (k + 0.5))
+            try:
+                start = galvi.Problem(galvi.Canonical(1.0, *functions), [1.0, 2.0], [0.0, 0.0])
+                run = galvi.integrate(start, FOUR, 0.01, 10)
+                armed = signal.getitimer(signal.ITIMER_REAL)[0] > 0.0
+                outcomes.append(run.interrupted or armed)
+            except KeyboardInterrupt:
+                outcomes.append(True)
+            finally:
+                signal.setitimer(signal.ITIMER_REAL, 0.0)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert all(outcomes) and len(outcomes) == 40
+    assert "ignored" not in capfd.readouterr().err
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_compilation_leaves_an_ignored_interrupt_ignored():
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        potential, _ = fresh(0.125)
+        assert potential(np.ones(2)) == 1.125
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
