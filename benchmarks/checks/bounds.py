@@ -31,8 +31,8 @@ NOT_RUN = "not run"
 VERDICTS = (ATTAINED, HOLDS, EXCEEDS, CONTRADICTED, FINDING, NOT_RUN)
 
 ORDER_RESOLUTION = 0.25  # the papers print orders as multiples of a half
-GROWTH = 1.5  # largest ratio of the last to the first quarter for an error that does not grow
-SIGMAS = 3.0
+GROWTH = 0.025  # largest change over a run of an error that does not grow: half of what is seen
+SIGMAS = 5.0  # standard errors of that change which must fit into it
 ABOVE, BELOW = 1, -1
 
 
@@ -336,31 +336,42 @@ class FactorPerN(Bound):
 
 @dataclass(frozen=True)
 class NoGrowth(Bound):
-    """The largest error of a Drift is at most `limit`, without growth or trend.
+    """The largest error of a Drift is at most `limit`, and neither mean nor maxima change.
 
-    round_off  level, stated by the study, below which growth is attributed to rounding
+    Twice GROWTH over the run is seen, as a trend of the mean in either direction or as a growth of
+    the maxima over a period. Where the standard errors are too large for that, a change beyond
+    SIGMAS of them is still CONTRADICTED; otherwise the run is too short to tell.
+
+    round_off   level, stated by the study, below which a change is attributed to rounding
+    conclusive  whether a run too short to tell is NOT_RUN, or else tells what it can
     """
 
     limit: float
     round_off: float = 0.0
+    conclusive: bool = True
 
     @property
     def text(self) -> str:
-        where = f"above {_number(self.round_off)} " if self.round_off else ""
+        rounded = f" or {_number(self.round_off)}" if self.round_off else ""
+        errors = f"{SIGMAS:g} standard errors"
         return (
-            f"at most {_number(self.limit)}; {where}no trend beyond {SIGMAS:g} sigma, last quarter "
-            f"at most {_number(GROWTH)} times the first"
+            f"at most {_number(self.limit)}; mean and maxima over a period change over the run by "
+            f"at most {100.0 * GROWTH:g} %{rounded}, {errors} "
+            f"{'or more' if self.conclusive else 'where these are more'}"
         )
 
     def comparisons(self, measured: Drift) -> tuple[Comparison, ...]:
         largest = Comparison(measured.largest, high=self.limit)
         if measured.largest <= self.round_off:
             return (largest,)
-        return (
-            largest,
-            Comparison(measured.trend, high=SIGMAS * measured.uncertainty),
-            Comparison(measured.growth, high=GROWTH),
-        )
+        room = max(GROWTH, self.round_off / measured.largest)
+        sizes = (abs(measured.trend), measured.growth)
+        errors = (SIGMAS * measured.trend_error, SIGMAS * measured.growth_error)
+        beyond = [size - max(room, error) for size, error in zip(sizes, errors, strict=True)]
+        short = self.conclusive and max(errors) > room
+        if short and max(beyond) <= 0.0 and measured.largest <= self.limit:
+            beyond = [math.nan]
+        return (largest, *(Comparison(excess, high=0.0) for excess in beyond))
 
 
 @dataclass(frozen=True)

@@ -219,7 +219,7 @@ class Judge:
                 expected = verdict = bounds.FINDING
             else:
                 expected = bounds.HOLDS
-                verdict = bounds.NoGrowth(limit, ROUND_OFF).verdict(found)
+                verdict = bounds.NoGrowth(limit, ROUND_OFF, conclusive=False).verdict(found)
             if not np.isfinite(found.largest):
                 verdict = bounds.CONTRADICTED
             label, why = series["label"].iloc[0], series["status"].iloc[0]

@@ -1,4 +1,11 @@
-"""Trend and growth of an error over a long run."""
+"""Trend and growth of an error over a long run.
+
+An error that neither drifts nor grows is a stationary series: its mean and its maxima over a period
+stay. Both are taken over short segments and fitted by a line in time. The fit's weights vanish
+smoothly at the ends of the run, so that an oscillation hardly leaks into the slope. The standard
+error comes from the tapered block bootstrap of the residuals (Paparoditis and Politis 2001): its
+variance over all resamples is known in closed form, so that nothing is drawn.
+"""
 
 from __future__ import annotations
 
@@ -6,41 +13,76 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.ndimage import maximum_filter1d
 
 from galvi.arrays import Array
 
-LEAST = 8  # fewest times
+LEAST = 40  # fewest times, and fewest segments where there are as many
+SEGMENT = 10  # fewest times in a segment where there are as many
+BLOCKS = 10  # consecutive blocks of the bootstrap in a run
+EVEN = 1e-6  # relative tolerance for equal distances of times
 
 
 @dataclass(frozen=True)
 class Drift:
-    """Trend and growth of |error|.
+    """Changes of an error over a run, each with its standard error.
 
-    trend        slope of |error| over the run, times its length, over its largest value
-    uncertainty  standard error of the trend
-    growth       largest |error| in the last quarter of the run, over that in the first quarter
-    largest      largest |error|
+    trend         change of the mean, over `largest`; signed
+    trend_error   its standard error
+    growth        change of the maxima of |error| over a period, over their mean
+    growth_error  its standard error
+    largest       largest |error|
     """
 
     trend: float
-    uncertainty: float
+    trend_error: float
     growth: float
+    growth_error: float
     largest: float
 
 
 def drift(t: Array, errors: Array) -> Drift:
-    """The drift of errors at increasing times t, both (k,); NaN unless finite and k >= 8."""
-    t, size = np.asarray(t, dtype=np.float64), np.abs(np.asarray(errors, dtype=np.float64))
-    if t.size < LEAST or not np.all(np.isfinite(size)):
-        return Drift(math.nan, math.nan, math.nan, math.nan)
-    largest = float(size.max())
+    """The drift of signed errors at evenly spaced times t, both (k,).
+
+    NaN unless all are finite and k >= 40. A beat that takes longer than the run looks like a drift.
+    """
+    t, errors = np.asarray(t, dtype=np.float64), np.asarray(errors, dtype=np.float64)
+    if t.size < LEAST or not np.all(np.isfinite(errors)):
+        return Drift(math.nan, math.nan, math.nan, math.nan, math.nan)
+    steps = np.diff(t)
+    if not np.ptp(steps) <= EVEN * abs(float(np.mean(steps))):
+        raise ValueError("expected evenly spaced times; received others. Sample the run evenly.")
+    largest = float(np.max(np.abs(errors)))
     if largest == 0.0:
-        return Drift(0.0, 0.0, 1.0, 0.0)
-    x = (t - t.mean()) / (t[-1] - t[0])
-    y = size / largest
-    trend = float(x @ y / (x @ x))
-    rest = y - y.mean() - trend * x
-    spread = float(np.sqrt(rest @ rest / (t.size - 2) / (x @ x)))
-    quarter = t.size // 4
-    first, last = float(size[1 : quarter + 1].max()), float(size[-quarter:].max())
-    return Drift(trend, spread, last / first if first > 0.0 else np.inf, largest)
+        return Drift(0.0, 0.0, 0.0, 0.0, 0.0)
+    y = errors / largest
+    segment = min(max(math.ceil(period(y)), SEGMENT), t.size // LEAST)
+    maxima = maximum_filter1d(np.abs(y), segment)
+    trend, growth = (
+        change(np.mean(one[t.size % segment :].reshape(-1, segment), axis=1))
+        for one in (y, maxima / np.mean(maxima))
+    )
+    return Drift(*trend, *growth, largest)
+
+
+def period(y: Array) -> float:
+    """The period of the strongest line in the spectrum of y less its trend, in samples; its length
+    where there is none."""
+    x = np.linspace(-1.0, 1.0, y.size)
+    rest = y - np.mean(y) - x * (x @ y) / (x @ x)
+    lines = np.abs(np.fft.rfft(rest * np.hanning(y.size)))
+    return y.size / max(1, 1 + int(np.argmax(lines[1:])))
+
+
+def change(y: Array) -> tuple[float, float]:
+    """The change of y (k,) over the whole series, by a weighted line, and its standard error."""
+    x = (np.arange(y.size) - 0.5 * (y.size - 1)) / y.size
+    weights = np.cos(np.pi * x)
+    slope = weights * x / (weights @ x**2)
+    found = float(slope @ y)
+    rest = y - weights @ y / np.sum(weights) - found * x
+    taper = np.hanning(max(3, y.size // BLOCKS) + 2)[1:-1]
+    taper /= np.sqrt(taper @ taper)
+    variance = np.mean((sliding_window_view(rest, taper.size) @ taper) ** 2)  # of long sums
+    return found, float(np.sqrt(variance * (slope @ slope)))

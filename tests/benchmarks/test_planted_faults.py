@@ -12,6 +12,7 @@ import pytest
 import galvi
 from benchmarks.checks.bounds import HOLDS
 from benchmarks.claims import CLAIMS
+from benchmarks.claims.vector_spaces import v02_oscillator_energy as v02
 from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
 from galvi import Problem
 from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
@@ -28,7 +29,7 @@ CURVE = {"C": 1.0 + 1e-4}
     ("claim", "scale", "quantities"),
     [
         ("V1", POSITION_WEIGHTS, {"base of the one-step error", "smallest one-step error"}),
-        ("V2", VELOCITY_WEIGHTS, {"base of the energy error", "energy error, n = 14"}),
+        ("V2", VELOCITY_WEIGHTS, {"base of the energy error", "energy error, n = 14", v02.OF_FORM}),
         ("V3", POSITION_WEIGHTS, {"base of the one-step error"}),
         ("V4", CURVE, {"base of the curve error"}),
         ("V5", CURVE, {f"base of the {what} error along the curve"

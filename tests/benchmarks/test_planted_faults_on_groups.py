@@ -40,7 +40,7 @@ from tests.benchmarks.planted_tables import contradicted, faulty, reversed_clock
         (L2, faulty(slope=1.0 + 1e-4), "base of the curve error, Cayley chart"),
         (L3, faulty(b=1.0 + 1e-4), "order of the one-step error, n = 5"),
         (L3, faulty(slope=1.0 + 1e-4), "order from both sides, n = 4"),
-        (L4, faulty(psi=1.0 + 1e-4), "energy error, n = 8"),
+        (L4, faulty(psi=1.0 + 1e-4), "order of the largest energy error, n = 8"),
         (L5, faulty(b=1.0 + 1e-9), "largest distance to the exact y"),
         (l13.L13, faulty(b=1.0 + 1e-9), f"largest error of {l13.SECOND}"),
     ],

@@ -13,6 +13,7 @@ from benchmarks.claims.vector_spaces import v04_kepler_curve_error_in_n as v04
 from benchmarks.claims.vector_spaces import v05_invariants_along_curve_in_n as v05
 from benchmarks.claims.vector_spaces import v06_kepler_order as v06
 from benchmarks.claims.vector_spaces import v07_momentum_along_curve as v07
+from benchmarks.claims.vector_spaces import v08_kepler_conservation as v08
 from benchmarks.claims.vector_spaces import v09_solar_system_in_long_steps as v09
 from benchmarks.claims.vector_spaces import v10_outer_planets_in_five_year_steps as v10
 from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
@@ -222,7 +223,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         Figure(
             name=f"fig-2-{number}",
             source=f"H fig. 2.{number}",
-            title=f"Kepler: {quantity} in time, n = 8, h = 2, 1000 steps",
+            title=f"Kepler: {quantity} in time, n = 8, h = 2, {v08.STEPS} steps",
             claims=("V8",),
             draw=history,
             options={"quantity": quantity, "ylabel": f"relative {quantity}"},

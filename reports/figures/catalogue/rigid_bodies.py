@@ -120,7 +120,7 @@ RIGID_BODIES: tuple[Figure, ...] = (
             draw=history,
             options={"quantity": quantity, "ylabel": "relative energy error",
                      "xlabel": "time $t$"},
-            caption="At every fourth step end, from (R, p). An error that grows leaves the band; "
+            caption="At every second step end, from (R, p). An error that grows leaves the band; "
             + ("the truncation error is below round-off here, which is a random walk."
                if n == l04.N else "this is the truncation error."),
         )

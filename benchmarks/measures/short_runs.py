@@ -1,0 +1,37 @@
+"""Energy errors of short runs from many places along an exact motion.
+
+A symplectic method with a constant step conserves a modified energy, so that the energy error of a
+run is D(x) - D(x0), D the difference of both energies: over all time at most max D - min D over the
+motion. Short runs from all over it measure that range without a long one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+import galvi
+from benchmarks.measures.errors import energy_errors
+from benchmarks.store.frames import failure, row
+from galvi import Problem
+from references import Contender
+
+SHORT = "short runs"
+PLACES, STEPS = 64, 22
+
+
+def short_runs(
+    quantity: str, problem: Problem, truth: Contender, duration: float, method: Any, step: float
+) -> Iterator[dict[str, Any]]:
+    """Rows of the largest relative energy error of STEPS steps, for each of PLACES starts, evenly
+    spaced in time along the truth's motion; NaN for a failed run."""
+    motion = truth.run(problem, duration, {"samples": PLACES})
+    velocities = problem.system.velocity(motion.p)
+    for t, q, v in zip(motion.t[1:], motion.q[1:], velocities[1:], strict=True):
+        run = galvi.integrate(replace(problem, q0=q, v0=v), method, step, STEPS)
+        value = float(np.max(np.abs(energy_errors(run))))
+        where = {"step": step, "steps": STEPS, "t": t, "status": failure(run)}
+        yield row(study=SHORT, quantity=quantity, value=value, **where)
