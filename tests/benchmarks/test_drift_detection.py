@@ -23,9 +23,9 @@ from benchmarks.claims.vector_spaces import v15_noether_quantities as v15
 from benchmarks.claims.vector_spaces.v02_oscillator_energy import V2
 from benchmarks.claims.vector_spaces.v08_kepler_conservation import V8
 from benchmarks.claims.vector_spaces.v15_noether_quantities import V15
-from benchmarks.measures.oscillator_step import oscillator_step
 from benchmarks.statistics.drift import LEAST, drift
 from galvi.arrays import Array
+from references.closed_forms.oscillator_step import oscillator_step
 
 PLANTED = 0.05
 Change = Callable[[Array], Array]
@@ -51,11 +51,12 @@ def verdict(errors: Array, limit: float = math.inf) -> str:
 
 
 # Stationary histories: functions of two or three phases, with incommensurate periods of 2 to 40
-# samples, without or with a little white or coloured noise. No combination of the frequencies up to
-# these orders beats slower than BEATS times a run: a slower one would be a trend to anyone.
+# samples, without or with a little white or coloured noise. The frequencies are Diophantine: a
+# combination j of them, aliasing included, beats more than BEATS / |j| times a run. A beat slower
+# than the run would be a trend to anyone.
 
-RUNS, SAMPLES, BEATS = 1000, 16000, 5.0
-ORDERS = {2: 12, 3: 7}
+RUNS, SAMPLES, BEATS = 1000, 8000, 120.0
+ORDERS = {2: 24, 3: 9}
 COMBINATIONS = {
     count: np.array(
         [j for j in product(range(-most, most + 1), repeat=count) if 0 < sum(map(abs, j)) <= most]
@@ -76,7 +77,8 @@ def frequencies(rng: np.random.Generator) -> Array:
         count = int(rng.integers(2, 4))
         found: Array = np.exp(-rng.uniform(np.log(2.05), np.log(40.0), count))
         beats = COMBINATIONS[count] @ found
-        if np.min(np.abs(beats - np.round(beats))) * SAMPLES > BEATS:
+        size = np.sum(np.abs(COMBINATIONS[count]), axis=1)
+        if np.min(np.abs(beats - np.round(beats)) * size) * SAMPLES > BEATS:
             return found
 
 
@@ -93,18 +95,16 @@ def stationary(seed: int) -> Iterator[Array]:
         yield errors / np.max(np.abs(errors)) + rng.choice([0.0, 3e-3, 0.01]) * noise
 
 
-def test_a_planted_drift_is_seen_and_a_thousand_stationary_runs_give_no_alarm() -> (
-    None
-):
+def test_a_planted_drift_is_seen_and_a_thousand_stationary_runs_give_no_alarm() -> None:
     found = {change: Counter[str]() for change in ("none", *PLANTS)}
     for errors in stationary(1):
         found["none"][verdict(errors)] += 1
         for change in PLANTS:
             found[change][verdict(change(errors))] += 1
-    assert found["none"][CONTRADICTED] <= 1
+    assert found["none"][CONTRADICTED] <= 1  # 0 of 5000 with other seeds, too
     for change in PLANTS:
         assert found[change][HOLDS] == 0, change
-        assert found[change][CONTRADICTED] >= 0.95 * RUNS, change
+        assert found[change][CONTRADICTED] >= 0.99 * RUNS, change  # 997, the others NOT_RUN
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.9])

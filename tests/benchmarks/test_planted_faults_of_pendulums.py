@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import galvi
-from benchmarks.checks.bounds import FINDING, HOLDS
+from benchmarks.checks.bounds import HOLDS
 from benchmarks.checks.claim import Claim
 from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
 from benchmarks.claims.lie_groups.l06_pendulum_convergence_in_n import L6
@@ -67,7 +67,7 @@ def test_energy_alone_does_not_see_a_wrong_motion(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(
         galvi, "integrate", lambda problem, *rest: sound(reversed_clock(problem), *rest)
     )
-    assert [row.verdict for row in rows(L8)] == [HOLDS, FINDING]
+    assert contradicted(L8) == set()
 
 
 def test_single_steps_of_the_other_chart_do_not_jump() -> None:

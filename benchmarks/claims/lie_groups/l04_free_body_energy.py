@@ -9,10 +9,10 @@ import galvi
 from benchmarks.checks.bounds import AtLeast, Finding, NoGrowth
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.free_body import BODY, STEP, problem
+from benchmarks.claims.short_runs import PLACES, SHORT, short_runs
+from benchmarks.claims.short_runs import STEPS as FEW
 from benchmarks.measures import rigid_invariants
 from benchmarks.measures.refinement import method_on_group
-from benchmarks.measures.short_runs import PLACES, SHORT, short_runs
-from benchmarks.measures.short_runs import STEPS as FEW
 from benchmarks.statistics import readings
 from benchmarks.store.frames import failure, frame, history, row
 from references.closed_forms.free_top import FREE_TOP

@@ -7,10 +7,10 @@ import pandas as pd
 from benchmarks.checks.bounds import AtLeast, Finding, NoGrowth
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.pendulum_motion import METHOD, MOTION, TRUTH, problem
+from benchmarks.claims.short_runs import PLACES, SHORT, short_runs
+from benchmarks.claims.short_runs import STEPS as FEW
 from benchmarks.measures.errors import energy_errors
 from benchmarks.measures.refinement import Case, at_fixed_time, history, method_on_group, refine
-from benchmarks.measures.short_runs import PLACES, SHORT, short_runs
-from benchmarks.measures.short_runs import STEPS as FEW
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame
 

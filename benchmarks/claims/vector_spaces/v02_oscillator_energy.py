@@ -10,11 +10,11 @@ from benchmarks.checks.bounds import Geometric, Near, NoGrowth
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.vector_spaces.v01_oscillator_convergence_in_n import SETUP, STEP, STEPS
 from benchmarks.measures.errors import energy_errors
-from benchmarks.measures.oscillator_step import oscillator_step
 from benchmarks.measures.refinement import Case, history, refine
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame
 from references.closed_forms.oscillator import OSCILLATOR
+from references.closed_forms.oscillator_step import oscillator_step
 
 QUANTITY = "energy error"
 WATCHED = 14  # the n of H figure 2.5

@@ -8,11 +8,11 @@ import pandas as pd
 
 from benchmarks.checks.bounds import NoGrowth
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
+from benchmarks.claims.short_runs import PLACES, SHORT, short_runs
+from benchmarks.claims.short_runs import STEPS as FEW
 from benchmarks.claims.vector_spaces.kepler_orbit import METHOD, ORBIT, STEP, problem
 from benchmarks.measures.errors import angular_momentum_errors, energy_errors
 from benchmarks.measures.refinement import Case, history, method_of
-from benchmarks.measures.short_runs import PLACES, SHORT, short_runs
-from benchmarks.measures.short_runs import STEPS as FEW
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame
 from references.closed_forms.kepler import KEPLER

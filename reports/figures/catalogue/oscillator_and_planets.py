@@ -228,7 +228,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             draw=history,
             options={"quantity": quantity, "ylabel": f"relative {quantity}"},
             caption="At step ends, from (q, p). An error that grows with time leaves the band "
-            "for good; round-off is a random walk.",
+            "for good, as round-off does that adds up.",
         )
         for quantity, number in (("energy error", 12), ("angular momentum error", 13))
     ),
