@@ -116,6 +116,8 @@ def test_noise_alone_is_no_drift_of_short_runs_either(memory: float) -> None:
 
 # The measured histories of the claims.
 
+RATIO = "over the largest of single steps from exact states"
+
 
 @pytest.fixture(scope="module")
 def measured() -> dict[str, pd.DataFrame]:
@@ -132,7 +134,11 @@ def measured() -> dict[str, pd.DataFrame]:
     [
         (V2, v02.QUANTITY, "energy error, n = 14"),
         (V8, "energy error", "energy error, n = 8"),
-        (V15, v15.ALONG, f"error of {v15.ALONG}"),
+        (
+            V15,
+            v15.ALONG,
+            f"error of {v15.ALONG}, over the largest of single steps from exact states",
+        ),
         (L4, "energy error, n = 8", "energy error, n = 8"),
         (L8, "energy error", "energy error, n = 8"),
     ],
