@@ -18,14 +18,12 @@ HEADLINES = (
     ("V4", "base of the curve error"),
     ("V6", "order of the one-step error, n = 6, fixed T"),
     ("V7", "order of the angular momentum error along the curve, n = 4, 100 steps"),
-    ("V8", "angular momentum error, n = 8"),
     ("V9", "largest distance to IAS15 on the curve of the inner planets [mean distance], n = 25"),
     ("V21", "largest ratio, Lobatto N nodes, N = 2"),
     ("V23", "order, N = 3, w away from 0"),
     ("L2", "one-step error, n = 12, Cayley chart"),
     ("L3", "least order over n - 1, n, n + 1, 2 n Gauss points, n = 6"),
     ("L9", "largest energy error, m g = 22, Cayley chart"),
-    ("L13", "largest error of D2 L_d of a step plus D1 L_d of the next"),
 )
 CODES = (
     "REBOUND IAS15",

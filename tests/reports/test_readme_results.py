@@ -5,6 +5,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from benchmarks.checks.bounds import CONTRADICTED
 from benchmarks.claims import CLAIMS
 from reports.tables.readme import (
     BODIES,
@@ -79,3 +80,10 @@ def test_rigid_bodies_have_a_table_of_their_own():
     lines = bodies(ratios).splitlines()
     assert lines[2].startswith("| MuJoCo RK4 | - | 120 | - |")
     assert len(table_of(README.read_text(), BODIES).splitlines()) == len(lines)
+
+
+def test_the_page_names_every_claim_that_falls_and_no_other():
+    falls = README.read_text().partition("<!-- falls -->")[2].partition("<!-- end of falls -->")[0]
+    named = {line.removeprefix("- ").partition(":")[0] for line in falls.strip().splitlines()}
+    expected = {row.id for row in expected_rows().values() if row.expected == CONTRADICTED}
+    assert named == expected
