@@ -68,10 +68,10 @@ def test_mujocos_own_energies_are_those_of_the_problem(name):
     "problem",
     [
         galvi.Problem(galvi.RigidBody(SKEW, lambda R: R[2, 2]), TILT, SPIN),
-        galvi.Problem(galvi.RigidBody(SKEW, LEVER, lambda R: 0.0 * R), TILT, SPIN),
+        galvi.Problem(galvi.RigidBody(SKEW, LEVER, lambda R: 0.0 * R, check=False), TILT, SPIN),
         galvi.Problem(galvi.Canonical(1.0, galvi.CosinePotential(1.0)), [1.0, 2.0], [0.0, 0.0]),
         galvi.Problem(
-            galvi.Canonical(1.0, galvi.CosinePotential(1.0), lambda q: q), [1.0], [0.0]
+            galvi.Canonical(1.0, galvi.CosinePotential(1.0), lambda q: q, check=False), [1.0], [0.0]
         ),
         galvi.problems.kepler(),
     ],
