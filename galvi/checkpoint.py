@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
+
+
+def nothing() -> Array:
+    """The empty array (0,)."""
+    return read_only(np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +29,8 @@ class Checkpoint:
     tolerance     relative change at which a step's iteration stops
     save_every    k keeps the states after 0, k, 2 k, ... steps and the last
     curves        whether curves are kept; None: only when save_every is 1
+    energies      (4,) of the steps so far, see galvi.run.energy_check; empty before the first
+    passage       (5,) of the steps so far, see galvi.kernels.forces.passages; empty likewise
     """
 
     first: int
@@ -34,6 +41,8 @@ class Checkpoint:
     tolerance: float
     save_every: int = 1
     curves: bool | None = None
+    energies: Array = field(default_factory=nothing)
+    passage: Array = field(default_factory=nothing)
 
     @property
     def keeps_curves(self) -> bool:

@@ -25,10 +25,15 @@ class Trajectory:
 
     problem       the problem integrated
     t             (saved,) times
-    q, p          (saved, ...) configurations and conjugate momenta; NaN after a failure
-    success       whether all steps were completed
-    status        a sentence saying why the run ended
-    failed_step   number of the first step not completed, counted from 1; None on success
+    q, p          (saved, ...) configurations and conjugate momenta; NaN after a step that failed
+    success       whether all steps were completed and the energy, where it is conserved, was not
+                  ruined: changed by more than the larger of the kinetic energy at the start and the
+                  range of the potential energy while the error was below 1 % of that
+    status        a sentence saying why the run ended. It warns of a success whose energy changed
+                  by 1 % to 100 % of that measure, and of two point masses that passed each other
+                  too fast for a step, which the energy of all bodies need not show
+    failed_step   number, counted from 1, of the first step not completed, or of the first one seen
+                  to be ruined; None on success
     counts        steps, iterations, force_evaluations, hessian_evaluations, linear_solves, and
                   for N bodies pair_evaluations, including those of two-body iterations
     step          the step size; None for a reference that chooses its own steps

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from numba import types
 
-from galvi.kernels.compile.array_types import MATRIX, TENSOR3
+from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
 from galvi.kernels.compile.jit import jit_inline
 
 
@@ -23,6 +23,7 @@ class Plan(NamedTuple):
     first      number of the run's first step since the problem's start
     total      steps of the run
     every      number of steps between saved states
+    watch      every 2^watch-th step since the problem's start is kept to judge the energy
     """
 
     t0: float
@@ -31,18 +32,21 @@ class Plan(NamedTuple):
     first: int
     total: int
     every: int
+    watch: int
 
 
 class Progress(NamedTuple):
     """The current state of a run, updated by each kernel; for rows see the kernels.
 
     state (4, n), stages (d, s), solver_state (3 or more,), counts (4 or 5,)
+    passage (5,)  see galvi.kernels.forces.passages; (0,) without pairs of point masses
     """
 
     state: Any
     stages: Any
     solver_state: Any
     counts: Any
+    passage: Any
 
 
 class Kept(NamedTuple):
@@ -51,17 +55,30 @@ class Kept(NamedTuple):
     q, p           (saved, r), (saved, d)  rows 1, 2, ... are steps every, 2 every, ...; the last
                    row is the final state
     bases, curves  (steps, r), (steps, d, m); no rows when curves are not kept
+    seen           (watched, r + d or more)  q and p of the watched steps, and on groups where the
+                   energy is not known without velocities the stages (d, s)
     """
 
     q: Any
     p: Any
     bases: Any
     curves: Any
+    seen: Any
 
 
-PLAN = types.Tuple((types.float64,) * 3 + (types.int64,) * 3)
-PROGRESS = types.Tuple((MATRIX, MATRIX, types.int64[::1], types.int64[::1]))
-KEPT = types.Tuple((MATRIX, MATRIX, MATRIX, TENSOR3))
+PLAN = types.Tuple((types.float64,) * 3 + (types.int64,) * 4)
+PROGRESS = types.Tuple((MATRIX, MATRIX, types.int64[::1], types.int64[::1], VECTOR))
+KEPT = types.Tuple((MATRIX, MATRIX, MATRIX, TENSOR3, MATRIX))
+
+
+@jit_inline
+def watched_row(plan, kept, step):
+    """Row of the (step + 1)-th step among the watched ones, or -1."""
+    done = plan.first + step + 1
+    if done & ((1 << plan.watch) - 1) != 0:
+        return -1
+    row = (done >> plan.watch) - (plan.first >> plan.watch) - 1
+    return row if row < kept.seen.shape[0] else -1
 
 
 @jit_inline
@@ -78,3 +95,9 @@ def record(plan, kept, step, start, q, p):
     if kept.bases.shape[0] > 0:
         for i in range(kept.bases.shape[1]):
             kept.bases[step, i] = start[i]
+    row = watched_row(plan, kept, step)
+    if row >= 0:
+        for i in range(kept.q.shape[1]):
+            kept.seen[row, i] = q[i]
+        for i in range(kept.p.shape[1]):
+            kept.seen[row, kept.q.shape[1] + i] = p[i]

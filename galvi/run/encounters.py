@@ -1,10 +1,14 @@
-"""Identifies the point masses for which a step could not be solved."""
+"""Names the point masses for which a step could not be solved, or is too long."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.kernels.forces.passages import UNRESOLVED
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
@@ -20,9 +24,7 @@ def encounter(problem: Problem, system: NBody, stages: int, step: float, state: 
     """
     q, v = (state[row].reshape(problem.q0.shape) for row in (0, 2))
     masses, G = system.masses, system.G
-    names = problem.parameters.get("bodies")
-    if not isinstance(names, (tuple, list)) or len(names) != len(masses):
-        names = range(len(masses))
+    names = _names(problem, len(masses))
     distance = np.max(np.abs(q), axis=1)
     lost = int(np.argmax(distance))
     if abs(step) > FAR or np.max(np.abs(v)) > FAR:
@@ -48,3 +50,23 @@ def encounter(problem: Problem, system: NBody, stages: int, step: float, state: 
         f"{solvable:.1e} can be solved; received {abs(step):g}. Use a smaller step or a higher "
         f"degree."
     )
+
+
+def unresolved_passage(problem: Problem, step: float, passage: Array) -> str:
+    """The worst passage of two bodies, see galvi.kernels.forces.passages, if it is unresolved."""
+    if passage.size == 0 or not passage[0] > UNRESOLVED:
+        return ""
+    error, one, other, distance, number = passage
+    names = _names(problem, problem.q0.shape[0])
+    return (
+        f"bodies {names[int(one)]} and {names[int(other)]} passed at a distance of about "
+        f"{distance:.1e} near t = {problem.t0 + (number - 0.5) * step:g}, which left an error of "
+        f"about {error:.0e} in their relative velocity"
+    )
+
+
+def _names(problem: Problem, bodies: int) -> Sequence[Any]:
+    names = problem.parameters.get("bodies")
+    if not isinstance(names, (tuple, list)) or len(names) != bodies:
+        return range(bodies)
+    return names

@@ -1,54 +1,169 @@
-"""Compares the energy at the end of a run with that at its start."""
+"""Judges a run by its energy, which every system without driving and damping conserves.
+
+The measure of an error is the larger of the kinetic energy at the start and the range of the
+potential energy over the steps up to the last good one, whose error is below 1 % of that measure.
+So a fall of any depth is measured by its depth, but a run that goes astray not by where it went: a
+step whose error exceeds the measure of the steps before it is not good. A run is ruined by steps
+whose error exceeds its measure. What a change of the position by its round-off would do to the
+energy is not an error.
+
+Energies are evaluated at 64 to 1024 steps spread evenly over a run, whichever states it keeps, and
+at its end; where a run is ruined, also at the kept states before that. An error that comes and goes
+between two of these steps is not seen.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
+from galvi.checkpoint import Checkpoint, nothing
+from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.systems.canonical import Canonical
-from galvi.systems.free_body import FreeBody
+from galvi.run.energies import (
+    States,
+    conserves_energy,
+    energies,
+    noise,
+    start_energies,
+    velocities_at_the_end,
+)
+from galvi.run.engine import Engine
+from galvi.run.run_arrays import NEVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
-from galvi.systems.nbody import NBody
-from galvi.systems.potentials.potential import Potential
-from galvi.systems.potentials.uniform_gravity import UniformGravity
-from galvi.systems.rigid_body import RigidBody
 
-USABLE = 0.1  # largest change of the energy, over |T| + |V|, of a usable run
+SMALL = 0.01  # share of its measure below which an error is not reported
+ROUND_OFF = 2.0**-40  # share of |T| + |V| that is not an error
+LOWEST, HIGHEST, MEASURE, WORST = range(4)
 
 
-def conserves_energy(system: Any) -> bool:
-    """Whether a system conserves its energy and evaluates it to round-off at little cost."""
-    if isinstance(system, NBody | FreeBody):
-        return True
-    if getattr(system, "force", None) is not None:
-        return False
-    if isinstance(system, Lagrangian):
-        return not system.explicit_time and system.potential_calls_per_force == 0
-    if isinstance(system, RigidBody):
-        return system.gradient is None and isinstance(system.potential, UniformGravity | None)
-    return isinstance(system, Canonical) and isinstance(system.potential, Potential)
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """What the energies say of a run.
 
-
-def energy_change(problem: Problem, q: Array, v: Array, p: Array | None = None) -> float:
-    """Change of the energy from the start to (q, v), over |T| + |V| at the start.
-
-    p  for a Lagrangian, the momentum at (q, v); None: computed from v
+    error     largest error of the energy so far, over its measure
+    ruined    number, since the problem's start, of the first step seen to be ruined; None: none is
+    unknown   whether the energy at the end is not a number
+    energies  (4,) of the steps so far, for `Checkpoint`: least and greatest potential energy,
+              measure, largest error
     """
-    with np.errstate(all="ignore"):
-        start, end = _energy(problem, problem.q0, problem.v0), _energy(problem, q, v, p)
-        size, change = abs(start[0]) + abs(start[1]), abs(sum(end) - sum(start))
-    return change / size if size > 0.0 else (0.0 if change == 0.0 else np.inf)
+
+    error: float = 0.0
+    ruined: int | None = None
+    unknown: bool = False
+    energies: Array = field(default_factory=nothing)
 
 
-def _energy(problem: Problem, q: Array, v: Array, p: Array | None = None) -> tuple[float, float]:
-    """T and V; for a Lagrangian p . v and -L, with p computed from v unless given."""
-    system: Any = problem.system
-    if isinstance(system, Lagrangian):
-        p = system.momentum(v, q, problem.t0) if p is None else p
-        return float(p @ v), -system.value(q, v, problem.t0)
-    q, v = q.reshape(problem.q0.shape), v.reshape(problem.v0.shape)
-    kinetic = 0.5 * float(np.sum(v * system.momentum(v)))
-    return kinetic, float(system.potential_energy(q, np.zeros(())))
+def judge(
+    engine: Engine, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
+    work: RunArrays,
+) -> Judgement:  # fmt: skip
+    """The judgement of a run so far; nothing of a system that does not conserve its energy."""
+    if work.done == 0 or work.watch == NEVER or not conserves_energy(problem.system):
+        return Judgement(energies=start.energies)
+    seen = _seen(engine, problem, method, step, start, work)
+    kinetic, potential = start_energies(problem)
+    so_far = start.energies
+    if so_far.size == 0:
+        so_far = np.array([potential, potential, kinetic, 0.0])
+    known = (kinetic + potential, kinetic)
+    found = judgement(seen.steps, *energies(problem, seen), *known, so_far)
+    if found.error <= SMALL and not found.unknown:
+        return found
+    floor = noise(problem)
+    found = judgement(seen.steps, *energies(problem, seen, sharp=True), *known, so_far, floor)
+    if found.ruined is None or found.ruined <= start.first:
+        return found
+    kept = _kept_before(engine, problem, method, step, start, work, found.ruined, seen)
+    if len(kept.steps) == 0:
+        return found
+    limit = max(found.energies[MEASURE], floor)
+    off = np.abs(np.sum(energies(problem, kept, sharp=True), axis=0) - known[0])
+    first = kept.steps[off > limit]
+    earliest = int(first[0]) if first.size else found.ruined
+    return Judgement(found.error, earliest, found.unknown, found.energies)
+
+
+@np.errstate(all="ignore")
+def judgement(
+    steps: Array, kinetic: Array, potential: Array, energy: float, kinetic_at_start: float,
+    so_far: Array, floor: float = 0.0,
+) -> Judgement:  # fmt: skip
+    """The judgement of T and V at ``steps``, (n,) each, after the steps ``so_far``.
+
+    energy  that of the start
+    floor   errors up to which are round-off
+    """
+    error = np.abs(kinetic + potential - energy)
+    limits = np.maximum(floor, ROUND_OFF * (np.abs(kinetic) + np.abs(potential)))
+    unknown = bool(np.isnan(error[-1]))
+    error = np.where(error <= limits, 0.0, error)
+    lowest = np.fmin.accumulate(np.fmin(potential, so_far[LOWEST]))
+    highest = np.fmax.accumulate(np.fmax(potential, so_far[HIGHEST]))
+    measures = np.fmax(highest - lowest, kinetic_at_start)
+    good = error <= SMALL * measures
+    measure = float(so_far[MEASURE])
+    if np.all(good & (error <= np.concatenate([[measure], measures[:-1]]))):
+        measure = max(measure, float(measures[-1]))
+    else:
+        for k in np.flatnonzero(good):
+            if error[k] <= measure or measure <= limits[k]:
+                measure = max(measure, float(measures[k]))
+    worst = float(np.fmax(np.fmax.reduce(error), so_far[WORST]))
+    ruined = steps[error > measure]
+    first = int(ruined[0]) if ruined.size else None
+    if so_far[WORST] > measure:
+        first = 0
+    share = 0.0 if worst == 0.0 else worst / measure if measure > 0.0 else np.inf
+    record = np.array([lowest[-1], highest[-1], measure, worst])
+    return Judgement(share, first, unknown, read_only(record))
+
+
+def _seen(
+    engine: Engine, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
+    work: RunArrays,
+) -> States:  # fmt: skip
+    """The watched states and the last one."""
+    last = start.first + work.done
+    rows = (last >> work.watch) - (start.first >> work.watch)
+    steps = ((start.first >> work.watch) + 1 + np.arange(rows)) << work.watch
+    r, d, s = problem.q0.size, problem.v0.size, method.stages
+    seen = work.seen[:rows]
+    if rows == 0 or steps[-1] != last:
+        steps = np.append(steps, last)
+        state = [work.state[0, :r], work.state[engine.velocity_row, :d], work.stages.ravel()]
+        seen = np.vstack([seen, np.concatenate(state)[: seen.shape[1]]])
+    q, v, stages = np.split(seen, (r, r + d), axis=1)
+    stages = stages.reshape(len(steps), d, s) if _has_stages(problem) else stages
+    near = velocities_at_the_end(method, stages) if _has_stages(problem) else np.zeros((0, 0))
+    return _states(engine, problem, step, steps, q, v, near)
+
+
+def _kept_before(
+    engine: Engine, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
+    work: RunArrays, ruined: int, seen: States,
+) -> States:  # fmt: skip
+    """The kept states between the last seen one before step ``ruined`` and that one."""
+    before = max([start.first, *seen.steps[seen.steps < ruined].tolist()])
+    steps = start.first + np.array(work.saved_steps)
+    rows = np.flatnonzero((steps > before) & (steps <= min(ruined, start.first + work.done)))
+    near = np.empty((0, 0))
+    if _has_stages(problem):
+        near = np.broadcast_to(seen.v[seen.steps == ruined], (len(rows), problem.v0.size))
+    return _states(engine, problem, step, steps[rows], work.saved_q[rows], work.saved_v[rows], near)
+
+
+def _has_stages(problem: Problem) -> bool:
+    return isinstance(problem.system, Lagrangian)
+
+
+def _states(
+    engine: Engine, problem: Problem, step: float, steps: Any, q: Array, v: Array, near: Array
+) -> States:
+    return States(
+        steps, q.reshape(-1, *problem.q0.shape), engine.momenta(problem, v),
+        problem.t0 + steps * step, near,
+    )  # fmt: skip

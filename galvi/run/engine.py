@@ -50,7 +50,6 @@ class Engine:
     guess_kind           the kernels' code for the kind of that guess
     momenta              (problem, saved_v) -> conjugate momenta, (saved, ...)
     local_chart          (problem, method) -> chart of the coordinates of its curves
-    energy_change        (problem, t, arrays) -> see galvi.run.energy_check
     failure              (problem, method, step, code, solver, arrays) -> text: why the next step
                          failed, and the remedy
     """
@@ -67,5 +66,4 @@ class Engine:
     guess_kind: int
     momenta: Callable[[Problem, Array], Array]
     local_chart: Callable[[Problem, Galerkin], LocalChart]
-    energy_change: Callable[[Problem, float, RunArrays], float]
     failure: Callable[[Problem, Galerkin, float, int, str, RunArrays], str]

@@ -29,6 +29,7 @@ from galvi.run.engine_choice import engine_for
 from galvi.trajectory import Trajectory
 
 VERSION = 2
+WATCHED = ("energies", "passage")  # absent in files of older versions
 UNREADABLE = (KeyError, ValueError, TypeError, AttributeError, EOFError, OSError)
 
 
@@ -61,6 +62,7 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     arrays = {
         "t": run.t, "q": run.q, "p": run.p, "q0": problem.q0, "v0": problem.v0,
         "state": end.state, "stages": end.stages, "solver_state": end.solver_state,
+        "energies": end.energies, "passage": end.passage,
     }  # fmt: skip
     if run.curves is not None:
         arrays |= {"bases": run.curves.bases, "coefficients": run.curves.coefficients}
@@ -127,7 +129,7 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
     end = Checkpoint(
         facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]),
         arrays["solver_state"], facts["solver"], facts["tolerance"], facts["save_every"],
-        facts["keep_curves"],
+        facts["keep_curves"], *(read_only(arrays.get(name, np.zeros(0))) for name in WATCHED),
     )  # fmt: skip
     return Trajectory(
         problem, read_only(arrays["t"]), read_only(arrays["q"]), read_only(arrays["p"]),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from typing import cast
 
 import numpy as np
@@ -22,18 +21,14 @@ from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.kernels.on_group.advance import LEFT_CHART, RATES
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.energy_check import USABLE, energy_change
 from galvi.run.engine import Engine, Start, Substeps
 from galvi.run.group_steppers import compiled_stepper, general_stepper, solves_by_iteration
 from galvi.run.group_system import group_system
 from galvi.run.run_arrays import COUNTED, RunArrays
-from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.system import GroupSystem
-from galvi.systems.velocities import velocity_at
 
 SUBSTEPS = (4, 16, 64)
 PATH = 33  # times per step at which its rotation is tracked
-CLOSE = 0.1  # relative error of the momentum; that of the energy is then of the order of its square
 NEAR_LIMIT = 0.8  # share of a chart's limit beyond which a failed step is reported as leaving it
 FAR = 1e100  # largest velocity times step whose square is safe from overflow
 
@@ -138,25 +133,6 @@ def _failure(
     )
 
 
-def _energy_change(problem: Problem, t: float, work: RunArrays) -> float:
-    """See `energy_change`.
-
-    A Lagrangian's energy p . v - L(q, v) is stationary in v where dL/dv = p, so a velocity with
-    nearly that momentum is good enough.
-    """
-    system = problem.system
-    q = work.state[0, : problem.q0.size].reshape(problem.q0.shape)
-    p, near = work.state[1, : problem.v0.size], work.stages[:, -1]
-    if isinstance(system, Lagrangian):
-        with np.errstate(all="ignore"), suppress(ArithmeticError, ValueError):
-            off = np.max(np.abs(system.momentum(near, q, problem.t0) - p))
-            if off <= CLOSE * np.max(np.abs(p)):
-                change = energy_change(problem, q, near, p)
-                if change <= USABLE:
-                    return change
-    return energy_change(problem, q, velocity_at(system, q, p, t, near))
-
-
 def _is_compiled(problem: Problem, method: Galerkin) -> bool:
     return _system(problem, method).lagrangian_kernel().compiled
 
@@ -172,6 +148,5 @@ ON_GROUP = Engine(
     guess_kind=RATES,
     momenta=lambda problem, momenta: momenta,
     local_chart=lambda problem, method: GroupChart(_system(problem, method).group, method.chart),
-    energy_change=_energy_change,
     failure=_failure,
 )

@@ -45,7 +45,7 @@ def general_stepper(
         table.psi, table.slope, table.end, table.b, table.c, unknowns, table.projection,
         tableau.analysis, tableau.extrapolation, tableau.growth,
     ))  # fmt: skip
-    plan = run_plan(problem, step, steps, start, max(start.tolerance, FINEST))
+    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
 
     def call(todo: int) -> int:
         return int(kernel(
@@ -94,7 +94,7 @@ def compiled_stepper(
     tables = collocation_tables(table, step)
     width, weights_in_space = tables[0].shape[1], force[:3].copy()
     scratch, spare = aligned(36, width), aligned(6, width)
-    plan = run_plan(problem, step, steps, start, max(start.tolerance, FINEST))
+    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
     general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:

@@ -59,8 +59,10 @@ def integrate(
     progress    True shows a progress bar
 
     Returns a Trajectory, also when a step fails (see ``success`` and ``status``) or Ctrl-C stops
-    the run. Raises ValueError or TypeError for bad input before the first step; exceptions of user
-    functions pass through.
+    the run. A run whose conserved energy is ruined goes on to its end and keeps its states, but is
+    no success; one whose energy, or some passage of two point masses, is doubtful is a success
+    whose status says so. Raises ValueError or TypeError for bad input before the first step;
+    exceptions of user functions pass through.
     """
     run = prepared(
         problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
@@ -139,14 +141,15 @@ def resume(
     others              as for `galvi.integrate`
 
     The result starts where ``run`` ended, also when Ctrl-C ended it, and its states are
-    bit-identical to the same part of one long run. Raises ValueError for a run that failed, for a
-    run of a reference, and for bad input.
+    bit-identical to the same part of one long run. Its energy is judged with that of all steps
+    before it, so that a run continued after it was ruined is ruined from its first step on. Raises
+    ValueError for a run that stopped, for a run of a reference, and for bad input.
     """
     if not isinstance(run, Trajectory) or run.checkpoint is None or run.step is None:
         raise ValueError(
             f"only a run of galvi.integrate with its problem can be resumed; received {run!r}."
         )
-    if not run.success and not run.interrupted:
+    if not run.success and not run.interrupted and not np.all(np.isfinite(run.q[-1])):
         raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
     problem, method, start = run.problem, run.method, run.checkpoint
     if save_every is not None:

@@ -17,7 +17,7 @@ from galvi.problem import Problem
 from galvi.run.batches import step_in_batches
 from galvi.run.engine import Engine
 from galvi.run.run_arrays import COUNTED, RunArrays
-from galvi.run.status import final_status
+from galvi.run.status import ending
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
@@ -39,9 +39,9 @@ def run_steps(
     interrupted  returns whether to stop; None: Ctrl-C stops the run
 
     With ``rescue``, a step that cannot be solved is retried once with a guess from smaller steps;
-    if that fails too, the run ends.
+    if that fails too, the run ends. The energy of those smaller steps is not judged.
     """
-    work = RunArrays.of(problem, method, steps, start, engine.velocity_row)
+    work = RunArrays.of(problem, method, steps, start, engine.velocity_row, watched=rescue)
     arguments = (problem, method, step, steps, start, work)
     substeps = partial(run_steps, engine, rescue=False)
 
@@ -70,6 +70,7 @@ def _trajectory(
 ) -> Trajectory:  # fmt: skip
     """The trajectory of a run whose last kernel call returned ``code``."""
     done, shape = work.done, problem.q0.shape
+    end = ending(engine, problem, method, step, steps, start, work, code)
     curves = None
     if start.keeps_curves:
         curves = Curves(
@@ -85,16 +86,17 @@ def _trajectory(
         t=read_only(problem.t0 + (start.first + np.array(work.saved_steps)) * step),
         q=read_only(work.saved_q.reshape(-1, *shape)),
         p=read_only(engine.momenta(problem, work.saved_v)),
-        success=done == steps,
-        status=final_status(engine, problem, method, step, steps, start, work, code),
-        failed_step=None if done == steps else done + 1,
+        success=end.success,
+        status=end.status,
+        failed_step=end.failed_step,
         counts=_counts(problem, work),
         step=step,
         method=method,
         curves=curves,
         checkpoint=Checkpoint(
             start.first + done, read_only(work.state), read_only(work.stages), work.solver_state,
-            start.solver, start.tolerance, start.save_every, start.curves,
+            start.solver, start.tolerance, start.save_every, start.curves, end.energies,
+            read_only(work.passage),
         ),
         interrupted=done < steps and code == SOLVED,
     )  # fmt: skip

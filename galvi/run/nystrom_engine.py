@@ -14,7 +14,6 @@ from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.encounters import encounter
-from galvi.run.energy_check import energy_change
 from galvi.run.engine import Engine, Start, Substeps
 from galvi.run.nystrom_steppers import compiled_stepper
 from galvi.run.run_arrays import RunArrays
@@ -94,10 +93,6 @@ def _momenta(problem: Problem, velocities: Array) -> Array:
     return problem.system.momentum(velocities.reshape(-1, *problem.q0.shape))
 
 
-def _energy_change(problem: Problem, t: float, work: RunArrays) -> float:
-    return energy_change(problem, work.state[0], work.state[2])
-
-
 NYSTROM = Engine(
     start=_start,
     velocity_row=2,
@@ -109,6 +104,5 @@ NYSTROM = Engine(
     guess_kind=GUESS,
     momenta=_momenta,
     local_chart=lambda problem, method: IdentityChart(problem.q0.shape),
-    energy_change=_energy_change,
     failure=_failure,
 )

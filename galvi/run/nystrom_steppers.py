@@ -38,7 +38,7 @@ def general_stepper(
         field.width,
     ))  # fmt: skip
     tableau, solver = tuple(kernel_tableau(method.table)), SOLVERS[start.solver]
-    plan = run_plan(problem, step, steps, start, start.tolerance)
+    plan = run_plan(problem, step, steps, start, work, start.tolerance)
 
     def call(todo: int) -> int:
         return int(kernel(force, tableau, plan, solver, todo, work.progress, work.kept))
@@ -58,9 +58,9 @@ def compiled_stepper(
     masses = read_only(system.G * system.masses)
     kernel = packed.compiled_advance(len(axes))
     tables, tableau = packed_tables(method.table, step), tuple(kernel_tableau(method.table))
-    plan = run_plan(problem, step, steps, start, start.tolerance)
+    plan = run_plan(problem, step, steps, start, work, start.tolerance)
     scratch = aligned(6, problem.q0.size, tables[1].shape[1])
-    spare = aligned(7, max(problem.q0.size, method.stages, LANES))
+    spare = aligned(8, max(problem.q0.size, tables[1].shape[1]))
     slow: list[Call] = []
 
     def call(todo: int) -> int:

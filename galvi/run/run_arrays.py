@@ -16,8 +16,12 @@ from galvi.kernels.nystrom.advance import DONE
 from galvi.kernels.run_record import Kept, Plan, Progress
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.nbody import NBody
 
 COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
+FEWEST, MOST, APART = 64, 1024, 512  # watched steps of a run: about one in APART, within limits
+NEVER = 62  # watches every 2^62-th step, which is none
 
 
 def check_memory(
@@ -54,6 +58,10 @@ class RunArrays:
     saved_q                      (saved, r) configurations, NaN until they are computed
     saved_v                      (saved, d) velocities, on groups momenta; NaN until computed
     bases, coefficients          (steps, r), (steps, d, m) of the curves; no rows if not kept
+    watch                        every 2^watch-th step since the problem's start is watched
+    seen                         (watched, r + d), as saved_q and saved_v, of the watched steps; for
+                                 a Lagrangian (watched, r + d + d s), with the stages
+    passage                      (5,) see galvi.kernels.forces.passages; (0,) without point masses
     """
 
     state: Array
@@ -66,12 +74,19 @@ class RunArrays:
     saved_v: Array
     bases: Array
     coefficients: Array
+    watch: int
+    seen: Array
+    passage: Array
 
     @classmethod
     def of(
-        cls, problem: Problem, method: Galerkin, steps: int, start: Checkpoint, row: int
-    ) -> RunArrays:
-        """Arrays for ``steps`` steps from ``start``; ``row`` of its state is the first saved_v."""
+        cls, problem: Problem, method: Galerkin, steps: int, start: Checkpoint, row: int,
+        watched: bool = True,
+    ) -> RunArrays:  # fmt: skip
+        """Arrays for ``steps`` steps from ``start``; ``row`` of its state is the first saved_v.
+
+        watched  whether states are kept to judge the energy
+        """
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
         saved_steps = [*range(0, steps, start.save_every), steps]
         saved_q, saved_v = (np.full((len(saved_steps), size), np.nan) for size in (r, d))
@@ -79,21 +94,31 @@ class RunArrays:
         solver_state = start.solver_state.copy()
         solver_state[DONE] = 0
         rows = steps if start.keeps_curves else 0
+        watch = watched_steps(steps) if watched else NEVER
+        seen = ((start.first + steps) >> watch) - (start.first >> watch)
+        stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
+        passage = np.zeros(0)
+        if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
+            passage = start.passage.copy() if start.passage.size else np.zeros(5)
         return cls(
             start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
             np.zeros(5, dtype=np.int64), saved_steps, saved_q, saved_v, np.full((rows, r), np.nan),
-            np.full((rows, d, m), np.nan),
+            np.full((rows, d, m), np.nan), watch, np.full((seen, r + d + stages), np.nan), passage,
         )  # fmt: skip
 
     @property
     def progress(self) -> tuple[Any, ...]:
         """The current state of the run, as the kernels take it."""
-        return tuple(Progress(self.state, self.stages, self.solver_state, self.counts))
+        return tuple(
+            Progress(self.state, self.stages, self.solver_state, self.counts, self.passage)
+        )
 
     @property
     def kept(self) -> tuple[Any, ...]:
         """The arrays of kept results, as the kernels take them."""
-        return tuple(Kept(self.saved_q, self.saved_v, self.bases, self.coefficients))
+        return tuple(Kept(
+            self.saved_q, self.saved_v, self.bases, self.coefficients, self.seen,
+        ))  # fmt: skip
 
     @property
     def done(self) -> int:
@@ -102,7 +127,15 @@ class RunArrays:
 
 
 def run_plan(
-    problem: Problem, step: float, steps: int, start: Checkpoint, tolerance: float
+    problem: Problem, step: float, steps: int, start: Checkpoint, work: RunArrays, tolerance: float
 ) -> tuple[Any, ...]:
     """The steps of a run, as the kernels take them."""
-    return tuple(Plan(float(problem.t0), step, tolerance, start.first, steps, start.save_every))
+    return tuple(Plan(
+        float(problem.t0), step, tolerance, start.first, steps, start.save_every, work.watch,
+    ))  # fmt: skip
+
+
+def watched_steps(steps: int) -> int:
+    """k so that a run of ``steps`` steps is watched at every 2^k-th."""
+    wanted = min(max(steps // APART, FEWEST), MOST)
+    return max(steps // wanted, 1).bit_length() - 1

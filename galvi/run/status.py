@@ -1,47 +1,95 @@
-"""The status of a run: one sentence saying why it ended, with a remedy."""
+"""How a run ended: one sentence saying why, with a remedy, and whether it can be used."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.energy_check import USABLE, conserves_energy
+from galvi.run.encounters import unresolved_passage
+from galvi.run.energy_check import SMALL, WORST, Judgement, judge
 from galvi.run.engine import Engine
 from galvi.run.run_arrays import RunArrays
+from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED
 
+MEASURE = "the larger of the kinetic energy at the start and the range of the potential energy"
 
-def final_status(
+
+@dataclass(frozen=True, eq=False)
+class Ending:
+    """The end of a run.
+
+    success, status, failed_step  see `galvi.Trajectory`
+    energies                      see `Checkpoint`
+    """
+
+    success: bool
+    status: str
+    failed_step: int | None
+    energies: Array
+
+
+def ending(
     engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
     start: Checkpoint, work: RunArrays, code: int,
-) -> str:  # fmt: skip
-    """The status of a run of ``steps`` steps whose last kernel call returned ``code``."""
+) -> Ending:  # fmt: skip
+    """The end of a run of ``steps`` steps whose last kernel call returned ``code``."""
     done = work.done
-    t = problem.t0 + start.first * step + done * step
+    found = judge(engine, problem, method, step, start, work)
+    ruined = None if found.ruined is None else max(found.ruined - start.first, 1)
+    failed = ruined if done == steps else min(ruined or done + 1, done + 1)
     if done == steps:
-        return _completed(engine, problem, t, work)
-    where = f"at step {done + 1} of {steps}, from t = {t:g}"
-    if code == SOLVED:
-        return f"Interrupted {where}; what was computed is kept."
-    return f"Stopped {where}: {engine.failure(problem, method, step, code, start.solver, work)}"
-
-
-def _completed(engine: Engine, problem: Problem, t: float, work: RunArrays) -> str:
-    """COMPLETED, or a warning that a conserved energy has changed too much."""
-    if not conserves_energy(problem.system):
-        return COMPLETED
-    change = engine.energy_change(problem, t, work)
-    if change <= USABLE:
-        return COMPLETED
-    if np.isnan(change):
-        return (
-            "Completed, but no velocity was found for the momentum at the end: the step is too "
-            "large for this motion. Use a smaller step or a higher degree."
+        status = _completed(problem, step, steps, work, found, ruined)
+    else:
+        where = (
+            f"at step {done + 1} of {steps}, from t = {problem.t0 + (start.first + done) * step:g}"
         )
-    return (
-        f"Completed, but the energy changed by {change:.2g} times |T| + |V| at the start: the step "
-        f"is too large for this motion. Use a smaller step or a higher degree."
-    )
+        if code == SOLVED:
+            status = f"Interrupted {where}; what was computed is kept."
+        else:
+            reason = engine.failure(problem, method, step, code, start.solver, work)
+            status = f"Stopped {where}: {reason}"
+        if ruined is not None:
+            status += f" It was ruined from step {ruined} on: {_off(found)}."
+    return Ending(failed is None, status, failed, found.energies)
+
+
+def _completed(
+    problem: Problem, step: float, steps: int, work: RunArrays, found: Judgement, ruined: int | None
+) -> str:
+    """COMPLETED, or what the energy and the passages of point masses say against it."""
+    passage = unresolved_passage(problem, step, work.passage)
+    reasons = [_off(found)] if found.error > SMALL else []
+    if found.unknown:
+        at_end = "no velocity was found for the momentum at the end"
+        if not isinstance(problem.system, Lagrangian):
+            at_end = "the energy at the end is not a number"
+        reasons.append(at_end)
+    if passage:
+        reasons.append(passage)
+    if not reasons:
+        return COMPLETED
+    remedy = "Use a smaller step or a higher degree"
+    if _given(problem):
+        remedy += ", and check that the derivatives are those of the energy"
+    if ruined is not None:
+        return f"Ruined from step {ruined} of {steps} on: {'; '.join(reasons)}. {remedy}."
+    return f"Completed, but {'; '.join(reasons)}: the step is too large for this motion. {remedy}."
+
+
+def _off(found: Judgement) -> str:
+    if np.isfinite(found.error):
+        return f"the energy changed by {found.error:.2g} times {MEASURE}"
+    return f"the energy changed by {found.energies[WORST]:.2g}, while {MEASURE} was 0"
+
+
+def _given(problem: Problem) -> bool:
+    """Whether the user gave derivatives, which may contradict the energy."""
+    given = (getattr(problem.system, name, None) for name in ("gradient", "slopes"))
+    return any(function is not None for function in given)

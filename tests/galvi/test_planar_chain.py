@@ -104,8 +104,8 @@ def test_a_chain_that_cannot_be_is_refused(make, error, sentence):
 def test_a_step_too_large_for_the_motion_is_said_so_though_it_is_solved():
     two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
     wild = galvi.integrate(galvi.problems.double_pendulum(), two, 0.3, 6)
-    assert wild.success
-    assert "the energy changed by" in wild.status  # by 190 times |T| + |V|
+    assert not wild.success and wild.counts["steps"] == 6 and np.all(np.isfinite(wild.q))
+    assert "the energy changed by" in wild.status  # by 500 times the range of its potential
     tame = galvi.integrate(galvi.problems.double_pendulum(), two, 0.02, 90)
     assert tame.status == "Completed."
 

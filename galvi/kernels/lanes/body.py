@@ -185,7 +185,7 @@ def advance_body(charts, weights, tables, body, weight, plan, todo, progress, wo
     """Do ``todo`` more steps; returns a code. A step that fails is not done."""
     plan, kept = Plan(*plan), Kept(*kept)
     moves, turns, kicks, ahead, series, growth, fit = tables
-    state, stages, solver_state, counts = progress
+    state, stages, solver_state, counts, _passage = progress
     s, padded = kicks.shape[1], moves.shape[1]
     velocity, guess, terms = work[15:18], work[24:27], solver_state[TERMS:]
     chart, mu0, p0, history, R = len(charts) - 1, spare[3], spare[4], spare[5], body[24:]

@@ -13,7 +13,16 @@ from numba.extending import intrinsic
 
 from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
 
-__all__ = ["LANES", "attract", "attract_pair", "combine", "drift", "fused", "move"]
+__all__ = [
+    "LANES",
+    "attract",
+    "attract_and_measure",
+    "attract_pair",
+    "combine",
+    "drift",
+    "fused",
+    "move",
+]
 
 
 @intrinsic
@@ -27,37 +36,65 @@ def attract(typingctx, axes, Q, a, masses, i, padded, chunk):
     signature = types.void(axes, Q, a, masses, whole, whole, whole)
 
     def generate(context, builder, signature, arguments):
-        i, padded, chunk = arguments[4:]
-        lanes = Lanes(context, builder, padded, chunk)
-        dimension = signature.args[0].count
-        places, pulls, weights = (lanes.data(signature.args[k], arguments[k]) for k in (1, 2, 3))
-        bodies = context.make_array(signature.args[3])(context, builder, arguments[3]).nitems
-        one, step = ir.Constant(i.type, 1), ir.Constant(i.type, dimension)
-        fresh = builder.icmp_signed("==", builder.add(i, one), bodies)
-
-        def earlier(row):
-            return builder.select(fresh, NOTHING, lanes.load(pulls, row))
-
-        row_i = builder.mul(i, step)
-        here = [lanes.load(places, lanes.plus(row_i, x)) for x in range(dimension)]
-        mass_i = lanes.spread(lanes.number(weights, i))
-        pulled = [lanes.variable(earlier(lanes.plus(row_i, x))) for x in range(dimension)]
-        with cgutils.for_range(builder, i) as loop:
-            j = builder.sub(builder.sub(i, one), loop.index)
-            row_j = builder.mul(j, step)
-            gaps, pull = lanes.pull(places, here, row_j)
-            onto_i = lanes.mul(lanes.spread(lanes.number(weights, j)), pull)
-            onto_j = lanes.mul(mass_i, pull)
-            for x, gap in enumerate(gaps):
-                row = lanes.plus(row_j, x)
-                lanes.store(lanes.sub(earlier(row), lanes.mul(onto_j, gap)), pulls, row)
-                total = lanes.add(builder.load(pulled[x]), lanes.mul(onto_i, gap))
-                builder.store(total, pulled[x])
-        for x in range(dimension):
-            lanes.store(builder.load(pulled[x]), pulls, lanes.plus(row_i, x))
+        _attraction(context, builder, signature, arguments, None)
         return context.get_dummy_value()
 
     return signature, generate
+
+
+@intrinsic
+def attract_and_measure(typingctx, axes, Q, a, masses, i, padded, chunk, nearest):
+    """As ``attract``; nearest (P,) <- the smaller of it and each squared distance, by stages."""
+    whole = types.intp
+    signature = types.void(axes, Q, a, masses, whole, whole, whole, nearest)
+
+    def generate(context, builder, signature, arguments):
+        _attraction(context, builder, signature, arguments[:7], arguments[7])
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+def _attraction(context, builder, signature, arguments, nearest):
+    """The instructions of ``attract``, which measure distances if ``nearest`` is given."""
+    i, padded, chunk = arguments[4:]
+    lanes = Lanes(context, builder, padded, chunk)
+    dimension = signature.args[0].count
+    places, pulls, weights = (lanes.data(signature.args[k], arguments[k]) for k in (1, 2, 3))
+    bodies = context.make_array(signature.args[3])(context, builder, arguments[3]).nitems
+    one, step = ir.Constant(i.type, 1), ir.Constant(i.type, dimension)
+    fresh = builder.icmp_signed("==", builder.add(i, one), bodies)
+
+    def earlier(row):
+        return builder.select(fresh, NOTHING, lanes.load(pulls, row))
+
+    row_i = builder.mul(i, step)
+    here = [lanes.load(places, lanes.plus(row_i, x)) for x in range(dimension)]
+    mass_i = lanes.spread(lanes.number(weights, i))
+    pulled = [lanes.variable(earlier(lanes.plus(row_i, x))) for x in range(dimension)]
+    least, zero = None, ir.Constant(i.type, 0)
+    if nearest is not None:
+        squares = lanes.data(signature.args[7], nearest)
+        least = lanes.variable(lanes.load(squares, zero))
+    with cgutils.for_range(builder, i) as loop:
+        j = builder.sub(builder.sub(i, one), loop.index)
+        row_j = builder.mul(j, step)
+        gaps, square, pull = lanes.pull(places, here, row_j)
+        if least is not None:
+            before = builder.load(least)
+            smaller = builder.fcmp_ordered("<", square, before)
+            builder.store(builder.select(smaller, square, before), least)
+        onto_i = lanes.mul(lanes.spread(lanes.number(weights, j)), pull)
+        onto_j = lanes.mul(mass_i, pull)
+        for x, gap in enumerate(gaps):
+            row = lanes.plus(row_j, x)
+            lanes.store(lanes.sub(earlier(row), lanes.mul(onto_j, gap)), pulls, row)
+            total = lanes.add(builder.load(pulled[x]), lanes.mul(onto_i, gap))
+            builder.store(total, pulled[x])
+    for x in range(dimension):
+        lanes.store(builder.load(pulled[x]), pulls, lanes.plus(row_i, x))
+    if least is not None:
+        lanes.store(builder.load(least), squares, zero)
 
 
 @intrinsic
@@ -73,7 +110,7 @@ def attract_pair(typingctx, axes, Q, given, a, i, j, mass_i, mass_j, padded, chu
         places, before, pulls = (lanes.data(signature.args[k], arguments[k]) for k in (1, 2, 3))
         row_i, row_j = (builder.mul(body, ir.Constant(i.type, dimension)) for body in (i, j))
         here = [lanes.load(places, lanes.plus(row_i, x)) for x in range(dimension)]
-        gaps, pull = lanes.pull(places, here, row_j)
+        gaps, _square, pull = lanes.pull(places, here, row_j)
         onto_i, onto_j = (
             lanes.mul(lanes.spread(mass_j), pull),
             lanes.mul(lanes.spread(mass_i), pull),

@@ -15,13 +15,15 @@ sums          (s, P)                  columns h b, h^2 beta and the low part of 
 c             (2, P)                  nodes and their low parts
 work          (6, d, P)               stages, last accelerations, h c v, its low part, scratch, new
                                       accelerations
-spare         (7, at least d and s)   state before the step, sizes, the iteration's history, scratch
+spare         (8, at least d and P)   state before the step, sizes, the iteration's history,
+                                      scratch, least squared distances of two bodies at the stages
 solver_state  (3 + bodies,)           as in the general kernel, then the number of Legendre terms
                                       kept for each body
 """
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 import numpy as np
@@ -29,6 +31,7 @@ from numba import types
 
 from galvi.kernels.compile.array_types import MATRIX, TENSOR3
 from galvi.kernels.compile.jit import compiled_for, jit_inline
+from galvi.kernels.forces.passages import NEAR, note_passages
 from galvi.kernels.lanes.gravity import LANES, combine, drift, fused
 from galvi.kernels.lanes.nbody_iteration import iterate, move_one
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, STREAK
@@ -102,6 +105,42 @@ def place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes,
 
 
 @jit_inline
+def near_limit(axes, masses, star, state, h, n):
+    """Squared distance at the stages beyond which a passage is resolved: (NEAR h v / n)^2.
+
+    v is at most the sum of the two largest speeds relative to the star, and at most that of a
+    parabola, v^2 = 2 G m / d, whichever is larger.
+    """
+    dimension, first, second, heavy = len(axes), 0.0, 0.0, 0.0
+    for body in range(masses.size):
+        square = 0.0
+        for x in range(dimension):
+            speed = state[2, body * dimension + x] - state[2, star * dimension + x]
+            square += speed * speed
+        if square > first:
+            first, second = square, first
+        elif square > second:
+            second = square
+        if body != star:
+            heavy = max(heavy, masses[body])
+    reach = NEAR * h / n
+    fast = reach * reach * (first + second + 2.0 * math.sqrt(first * second))
+    slow = 2.0 * reach * reach * (masses[star] + heavy)
+    return fast, slow
+
+
+@jit_inline
+def any_near(nearest, fast, slow):
+    """The squared distance ``fast`` if some bodies are within it or within slow^(1/3), else 0."""
+    least = math.inf
+    for k in range(nearest.size):
+        least = min(least, nearest[k])
+    if least < fast or least * least * least < slow * slow:
+        return max(fast, 1.01 * least)
+    return 0.0
+
+
+@jit_inline
 def finish(axes, sums, h, a, state, out):
     """The end of the step, as galvi.kernels.nystrom.step.complete_step; ``out`` is scratch, (d, P).
 
@@ -130,11 +169,12 @@ def advance(axes, masses, tableau, tables, plan, todo, progress, work, spare, ke
     """Do ``todo`` more steps of a run; returns a code, as the general kernel."""
     tableau, plan, kept = NystromTableau(*tableau), Plan(*plan), Kept(*kept)
     ahead, series, growth, sums, c = tables
-    state, stages, solver_state, counts = progress
+    state, stages, solver_state, counts, passage = progress
     h, tolerance = plan.step, plan.tolerance
     bodies, s, d = masses.size, series.shape[0], state.shape[1]
     Q, a, base, low, scratch, new = work[0], work[1], work[2], work[3], work[4], work[5]
     before, sizes, history, terms = spare[:4, :d], spare[4, :bodies], spare[5, :4], solver_state[3:]
+    nearest, n = spare[7, : Q.shape[1]], tableau.velocity_coefficients.size
     star = 0
     for body in range(bodies):
         if masses[body] > masses[star]:
@@ -154,7 +194,7 @@ def advance(axes, masses, tableau, tables, plan, todo, progress, work, spare, ke
         )
         code = iterate(
             axes, masses, star, fastest_planet, ahead, s, state, base, low, sizes, tolerance,
-            counts, Q, new, scratch, history,
+            counts, Q, new, scratch, history, nearest,
         )  # fmt: skip
         if code == SOLVED and not finish(axes, sums, h, new, state, scratch):
             code = NOT_FINITE
@@ -165,6 +205,12 @@ def advance(axes, masses, tableau, tables, plan, todo, progress, work, spare, ke
         a, new = new, a
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
         record(plan, kept, step, before[0], state[0], state[2])
+        limit = any_near(nearest, *near_limit(axes, masses, star, before, h, n))
+        if limit > 0.0:
+            note_passages(
+                masses, len(axes), Q, tableau.c, before[0], state[0], h, n, limit,
+                plan.first + step + 1, passage,
+            )  # fmt: skip
         if kept.bases.shape[0] > 0:
             copy_rows(stages, a)
             curve_coefficients(tableau, h, before, stages, kept.curves[step])

@@ -11,8 +11,10 @@ counted as PAIRS.
 
 from __future__ import annotations
 
+import math
+
 from galvi.kernels.compile.jit import jit_inline
-from galvi.kernels.lanes.gravity import LANES, attract, attract_pair, move
+from galvi.kernels.lanes.gravity import LANES, attract, attract_and_measure, attract_pair, move
 from galvi.kernels.nystrom.solve import (
     DIVERGED,
     FIXED_POINT_PASSES,
@@ -33,6 +35,16 @@ def pull_all(axes, masses, Q, a):
     for body in range(masses.size - 1, -1, -1):
         for chunk in range(Q.shape[1] // LANES):
             attract(axes, Q, a, masses, body, Q.shape[1], chunk)
+
+
+@jit_inline
+def pull_and_measure(axes, masses, Q, a, nearest):
+    """As ``pull_all``; nearest (P,) <- the least squared distance of two bodies at each stage."""
+    for k in range(Q.shape[1]):
+        nearest[k] = math.inf
+    for body in range(masses.size - 1, -1, -1):
+        for chunk in range(Q.shape[1] // LANES):
+            attract_and_measure(axes, Q, a, masses, body, Q.shape[1], chunk, nearest)
 
 
 @jit_inline
@@ -79,14 +91,19 @@ def iterate_pair(
 
 @jit_inline
 def iterate(axes, masses, star, fastest_planet, moves, s, state, base, low, sizes, tolerance,
-            counts, Q, a, background, history):  # fmt: skip
+            counts, Q, a, background, history, nearest):  # fmt: skip
     """Fixed-point iteration from stages Q until convergence; a holds the last accelerations.
 
-    ``background`` is scratch, (d, P).
+    ``background`` is scratch, (d, P). nearest (P,) <- least squared distances at the stages, from
+    the second pass, which is accurate enough for that; 0 if there is none.
     """
+    nearest[0] = 0.0
     reset_history(history)
     for passes in range(FIXED_POINT_PASSES):
-        pull_all(axes, masses, Q, a)
+        if passes == 1:
+            pull_and_measure(axes, masses, Q, a, nearest)
+        else:
+            pull_all(axes, masses, Q, a)
         with_pair = passes == 0 and masses.size > 2
         if with_pair:
             pull_pair(axes, masses, star, fastest_planet, -1.0, Q, a, background)

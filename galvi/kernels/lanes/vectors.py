@@ -118,9 +118,11 @@ class Lanes:
         ]
 
     def pull(self, places, here, row):
-        """The vector from ``here`` to the body whose rows start at ``row``, and 1 / distance^3."""
+        """The vector from ``here`` to the body whose rows start at ``row``, distance^2 and
+        1 / distance^3."""
         gaps = [self.sub(self.load(places, self.plus(row, x)), q) for x, q in enumerate(here)]
         square = self.mul(gaps[0], gaps[0])
         for gap in gaps[1:]:
             square = self.add(square, self.mul(gap, gap))
-        return gaps, self.builder.fdiv(ONE, self.mul(square, self.call("sqrt", square)))
+        cube = self.mul(square, self.call("sqrt", square))
+        return gaps, square, self.builder.fdiv(ONE, cube)

@@ -3,6 +3,7 @@
 state         (4, d)   see galvi.kernels.nystrom.step
 a             (d, s)   accelerations at the last step's stages, from which the next is predicted
 solver_state  (3,)     [content of a: NOTHING, LAST_STEP or GUESS; steps to start with Newton; done]
+passage       (5,)     see galvi.kernels.forces.passages, for point masses; (0,) for other systems
 counts        (5,)     iterations, force and Hessian evaluations, linear solves, pair evaluations;
                        see galvi.kernels.nystrom.solve
 """
@@ -15,6 +16,7 @@ import numpy as np
 from numba import types
 
 from galvi.kernels.compile.jit import compiled_for, jit
+from galvi.kernels.forces.passages import note_passages
 from galvi.kernels.nystrom.solve import FORCE, NOT_FINITE, SOLVED, Force, solve
 from galvi.kernels.nystrom.step import (
     TABLEAU,
@@ -63,7 +65,7 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
     d, s = a.shape
     Q = np.empty((d, s))
     work = np.empty((d, s))
-    t = np.empty(s)
+    t, start = np.empty(s), np.empty(d)
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
         for k in range(s):
             t[k] = plan.t0 + ((plan.first + step) + tableau.c[k]) * h
@@ -79,8 +81,16 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
         )  # fmt: skip
         if code != SOLVED:
             return code
+        if progress.passage.size > 0:
+            start[:] = state[0]
         if not commit(tableau, plan, step, streak, work, progress, kept):
             return NOT_FINITE
+        if progress.passage.size > 0:  # constants as in galvi.kernels.forces.nbody
+            note_passages(
+                force.constants[1:], int(force.constants[0]), Q, tableau.c, start, state[0], h,
+                tableau.velocity_coefficients.size, np.inf, plan.first + step + 1,
+                progress.passage,
+            )  # fmt: skip
     return SOLVED
 
 

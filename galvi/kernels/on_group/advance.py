@@ -26,7 +26,7 @@ from galvi.kernels.nystrom.step import copy_into, predict
 from galvi.kernels.on_group.solve import coefficients, guess_curve, solve_group
 from galvi.kernels.on_group.spatial_momentum import turn_momentum
 from galvi.kernels.on_group.stages import BASIS, Basis, carried, end_momentum, end_place
-from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
+from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
 
 STREAK = 1
 LEFT_CHART = 4
@@ -54,7 +54,7 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
     farthest  largest |xi| of a rotation that the chart allows
     """
     law, basis, plan, kept = Law(*law), Basis(*basis), Plan(*plan), Kept(*kept)
-    state, stages, solver_state, counts = progress
+    state, stages, solver_state, counts, _passage = progress
     h, d, s = plan.step, stages.shape[0], stages.shape[1]
     m, r = basis.end.size, kept.q.shape[1]
     x, t, velocities = np.empty((d, m)), np.empty(s), np.empty((d, s))
@@ -106,6 +106,11 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
         record(plan, kept, step, g, g1, mu1)
         if kept.bases.shape[0] > 0:
             copy_into(kept.curves[step], x)
+        row = watched_row(plan, kept, step)
+        if row >= 0 and kept.seen.shape[1] > r + d:
+            for i in range(d):
+                for j in range(s):
+                    kept.seen[row, r + d + i * s + j] = velocities[i, j]
     return SOLVED
 
 

@@ -1,0 +1,122 @@
+"""Kinetic and potential energies of a run's states, for the judgement of galvi.run.energy_check."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.spaces.legendre import legendre
+from galvi.systems.canonical import Canonical
+from galvi.systems.free_body import FreeBody
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.nbody import NBody
+from galvi.systems.rigid_body import RigidBody
+from galvi.systems.system import VectorSystem
+
+NUDGE = 2.0**-26  # relative change of a position whose effect on the energy is not an error
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """n states of one run.
+
+    steps  (n,) whole numbers of the steps since the problem's start, increasing
+    q, p   (n, ...) configurations and momenta
+    t      (n,) times
+    v      (n, d) velocities that nearly belong to p, for a Lagrangian; else empty
+    """
+
+    steps: Any
+    q: Array
+    p: Array
+    t: Array
+    v: Array
+
+
+def conserves_energy(system: Any) -> bool:
+    """Whether a system conserves its energy: it has no external force, and no explicit time."""
+    if isinstance(system, NBody | FreeBody):
+        return True
+    if not isinstance(system, Canonical | RigidBody | Lagrangian):
+        return False
+    return system.force is None and not system.explicit_time
+
+
+def velocities_at_the_end(method: Galerkin, stages: Array) -> Array:
+    """Velocities (..., d) at the end of steps from those at their stages (..., d, s)."""
+    table = method.table
+    result: Array = stages @ (legendre(np.ones(1), table.c.size - 1)[0] @ table.analysis)
+    return result
+
+
+def energies(problem: Problem, states: States, sharp: bool = False) -> tuple[Array, Array]:
+    """T and V, (n,) each; NaN where they are not defined.
+
+    sharp  solves for a Lagrangian's velocities, instead of taking those given; the energy
+           p . v - L(q, v) is stationary in v where dL/dv = p, so these are good enough at first
+
+    A Lagrangian's V is -L(q, 0), its energy at rest; where that is not finite, T is p . v.
+    """
+    system: Any = problem.system
+    with np.errstate(all="ignore"):
+        if isinstance(system, Lagrangian):
+            rows = zip(states.q, states.p, states.v, states.t, strict=True)
+            pairs = [_of_lagrangian(system, q, p, v, float(t), sharp) for q, p, v, t in rows]
+            return cast(tuple[Array, Array], tuple(np.array(pairs, dtype=np.float64).T))
+        p = states.p.reshape(len(states.t), -1)
+        v = system.velocity(states.p).reshape(len(states.t), -1)
+        return 0.5 * np.sum(p * v, axis=1), _potential(system, states.q, states.t)
+
+
+def start_energies(problem: Problem) -> tuple[float, float]:
+    """T and V at the start."""
+    (kinetic,), (potential,) = energies(problem, _start(problem, 1.0))
+    return float(kinetic), float(potential)
+
+
+def noise(problem: Problem) -> float:
+    """Change of V when the start moves by ``NUDGE`` of itself: the energy's round-off, about."""
+    here, *moved = (
+        float(energies(problem, _start(problem, scale))[1][0])
+        for scale in (1.0, 1.0 - NUDGE, 1.0 + NUDGE)
+    )
+    return float(np.nanmax([0.0, *(abs(each - here) for each in moved)]))
+
+
+def _start(problem: Problem, scale: float) -> States:
+    return States(
+        np.zeros(1), scale * problem.q0[None], problem.p0[None], np.array([problem.t0]),
+        problem.v0.reshape(1, -1),
+    )  # fmt: skip
+
+
+def _of_lagrangian(
+    system: Lagrangian, q: Array, p: Array, v: Array, t: float, sharp: bool
+) -> tuple[float, float]:
+    energy, rest = np.nan, np.nan
+    with suppress(ArithmeticError, ValueError):
+        v = system.velocity(p, q, t, v) if sharp else v
+        energy = float(p @ v) - system.value(q, v, t)
+    with suppress(ArithmeticError, ValueError):
+        rest = -system.value(q, np.zeros(v.size), t)
+    if not np.isfinite(rest):
+        rest = energy - float(p @ v)
+    return energy - rest, rest
+
+
+def _potential(system: Any, q: Array, t: Array) -> Array:
+    """V of each state; NaN where a user's function raises an arithmetic or a value error."""
+    system = cast(VectorSystem, system)
+    with suppress(ArithmeticError, ValueError):
+        return np.asarray(system.potential_energy(q, t), dtype=np.float64)
+    result = np.full(len(q), np.nan)
+    for k in range(len(q)):
+        with suppress(ArithmeticError, ValueError):
+            result[k] = system.potential_energy(q[k], t[k])
+    return result
