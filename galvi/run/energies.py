@@ -19,6 +19,7 @@ from galvi.systems.nbody import NBody
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
 
+CLOSE = 0.03  # relative error of a momentum; that of the energy is of the order of its square
 NUDGE = 2.0**-26  # relative change of a position whose effect on the energy is not an error
 
 
@@ -58,8 +59,8 @@ def velocities_at_the_end(method: Galerkin, stages: Array) -> Array:
 def energies(problem: Problem, states: States, sharp: bool = False) -> tuple[Array, Array]:
     """T and V, (n,) each; NaN where they are not defined.
 
-    sharp  solves for a Lagrangian's velocities, instead of taking those given; the energy
-           p . v - L(q, v) is stationary in v where dL/dv = p, so these are good enough at first
+    sharp  solves for a Lagrangian's velocities, instead of taking those given where they nearly
+           have the momentum: the energy p . v - L(q, v) is stationary in v where dL/dv = p
 
     A Lagrangian's V is -L(q, 0), its energy at rest; where that is not finite, T is p . v.
     """
@@ -101,13 +102,21 @@ def _of_lagrangian(
 ) -> tuple[float, float]:
     energy, rest = np.nan, np.nan
     with suppress(ArithmeticError, ValueError):
-        v = system.velocity(p, q, t, v) if sharp else v
+        if sharp or not _belong(system, q, p, v, t):
+            v = system.velocity(p, q, t, v)
         energy = float(p @ v) - system.value(q, v, t)
     with suppress(ArithmeticError, ValueError):
         rest = -system.value(q, np.zeros(v.size), t)
     if not np.isfinite(rest):
         rest = energy - float(p @ v)
     return energy - rest, rest
+
+
+def _belong(system: Lagrangian, q: Array, p: Array, v: Array, t: float) -> bool:
+    """Whether dL/dv is p up to ``CLOSE``."""
+    with suppress(ArithmeticError, ValueError):
+        return bool(np.max(np.abs(system.momentum(v, q, t) - p)) <= CLOSE * np.max(np.abs(p)))
+    return False
 
 
 def _potential(system: Any, q: Array, t: Array) -> Array:
