@@ -34,10 +34,12 @@ HOLDS, STREAK, DONE = 0, 1, 2
 
 
 @jit
-def commit(tableau, plan, step, streak, work, progress, kept):
-    """Complete the (step + 1)-th step and record it; False, with nothing changed, if not finite."""
+def commit(tableau, plan, step, streak, work, progress, kept, before):
+    """Complete the (step + 1)-th step and record it; False, with nothing changed, if not finite.
+
+    before (4, d) <- the state at the start of the step
+    """
     state, h = progress.state, plan.step
-    before = np.empty(state.shape)
     copy_into(before, state)
     complete_step(tableau, h, work, state)
     if not all_finite(state):
@@ -65,7 +67,7 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
     d, s = a.shape
     Q = np.empty((d, s))
     work = np.empty((d, s))
-    t, start = np.empty(s), np.empty(d)
+    t, before = np.empty(s), np.empty(state.shape)
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
         for k in range(s):
             t[k] = plan.t0 + ((plan.first + step) + tableau.c[k]) * h
@@ -81,13 +83,11 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
         )  # fmt: skip
         if code != SOLVED:
             return code
-        if progress.passage.size > 0:
-            start[:] = state[0]
-        if not commit(tableau, plan, step, streak, work, progress, kept):
+        if not commit(tableau, plan, step, streak, work, progress, kept, before):
             return NOT_FINITE
         if progress.passage.size > 0:  # constants as in galvi.kernels.forces.nbody
             note_passages(
-                force.constants[1:], int(force.constants[0]), Q, tableau.c, start, state[0], h,
+                force.constants[1:], int(force.constants[0]), Q, tableau.c, before[0], state[0], h,
                 tableau.velocity_coefficients.size, np.inf, plan.first + step + 1,
                 progress.passage,
             )  # fmt: skip
