@@ -90,6 +90,31 @@ def noise(problem: Problem) -> float:
     return float(np.nanmax([0.0, *(abs(each - here) for each in moved)]))
 
 
+def kick_energy(problem: Problem, step: float) -> float:
+    """The kinetic energy that the force at the start gives to the system at rest in a step.
+
+    h^2 F . M^-1 F / 2; 0 where that is not finite.
+    """
+    system: Any = problem.system
+    q, v, t = problem.q0, problem.v0, problem.t0
+    energy = np.nan
+    with np.errstate(all="ignore"), suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
+        if isinstance(system, Lagrangian):
+            force = system.force_at_rest(q, t)
+            rate = np.linalg.solve(system.mass(q, v, t), force)
+        elif isinstance(system, FreeBody):
+            force = np.concatenate([np.zeros(3), system.mass * q[:3, :3].T @ system.g])
+            rate = system.velocity(force)
+        elif isinstance(system, RigidBody):
+            force = system.torque(q, t)
+            rate = system.velocity(force)
+        else:
+            rate = system.acceleration(q, t)
+            force = system.momentum(rate)
+        energy = 0.5 * step**2 * float(np.sum(force * rate))
+    return energy if np.isfinite(energy) else 0.0
+
+
 def _start(problem: Problem, scale: float) -> States:
     return States(
         np.zeros(1), scale * problem.q0[None], problem.p0[None], np.array([problem.t0]),

@@ -3,9 +3,10 @@
 The measure of an error is the larger of the kinetic energy at the start and the range of the
 potential energy over the steps up to the last good one, whose error is below 1 % of that measure.
 So a fall of any depth is measured by its depth, but a run that goes astray not by where it went: a
-step whose error exceeds the measure of the steps before it is not good. A run is ruined by steps
-whose error exceeds its measure. What a change of the position by its round-off would do to the
-energy is not an error.
+step whose error exceeds the measure of the steps before it is not good. If no step is good and the
+run starts at rest, the measure is the kinetic energy that the force at the start gives in a step,
+since a coarse step may come to rest again. A run is ruined by steps whose error exceeds its
+measure. What a change of the position by its round-off would do to the energy is not an error.
 
 Energies are evaluated at 64 to 1024 steps spread evenly over a run, whichever states it keeps, and
 at its end; where a run is ruined, also at the kept states before that. An error that comes and goes
@@ -14,7 +15,7 @@ between two of these steps is not seen.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from galvi.run.energies import (
     States,
     conserves_energy,
     energies,
+    kick_energy,
     noise,
     start_energies,
     velocities_at_the_end,
@@ -36,6 +38,7 @@ from galvi.run.run_arrays import NEVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 
 SMALL = 0.01  # share of its measure below which an error is not reported
+REST = 1e-9  # share of what a step gives below which a kinetic energy is none
 ROUND_OFF = 2.0**-40  # share of |T| + |V| that is not an error
 LOWEST, HIGHEST, MEASURE, WORST = range(4)
 
@@ -45,6 +48,7 @@ class Judgement:
     """What the energies say of a run.
 
     error     largest error of the energy so far, over its measure
+    measure   that measure
     ruined    number, since the problem's start, of the first step seen to be ruined; None: none is
     unknown   whether the energy at the end is not a number
     energies  (4,) of the steps so far, for `Checkpoint`: least and greatest potential energy,
@@ -52,6 +56,7 @@ class Judgement:
     """
 
     error: float = 0.0
+    measure: float = 0.0
     ruined: int | None = None
     unknown: bool = False
     energies: Array = field(default_factory=nothing)
@@ -73,29 +78,30 @@ def judge(
     found = judgement(seen.steps, *energies(problem, seen), *known, so_far)
     if found.error <= SMALL and not found.unknown:
         return found
-    floor = noise(problem)
-    found = judgement(seen.steps, *energies(problem, seen, sharp=True), *known, so_far, floor)
+    floor, kick = noise(problem), kick_energy(problem, step)
+    found = judgement(seen.steps, *energies(problem, seen, sharp=True), *known, so_far, floor, kick)
     if found.ruined is None or found.ruined <= start.first:
         return found
     kept = _kept_before(engine, problem, method, step, start, work, found.ruined, seen)
     if len(kept.steps) == 0:
         return found
-    limit = max(found.energies[MEASURE], floor)
+    limit = max(found.measure, floor)
     off = np.abs(np.sum(energies(problem, kept, sharp=True), axis=0) - known[0])
     first = kept.steps[off > limit]
     earliest = int(first[0]) if first.size else found.ruined
-    return Judgement(found.error, earliest, found.unknown, found.energies)
+    return replace(found, ruined=earliest)
 
 
 @np.errstate(all="ignore")
 def judgement(
     steps: Array, kinetic: Array, potential: Array, energy: float, kinetic_at_start: float,
-    so_far: Array, floor: float = 0.0,
+    so_far: Array, floor: float = 0.0, kick: float = 0.0,
 ) -> Judgement:  # fmt: skip
     """The judgement of T and V at ``steps``, (n,) each, after the steps ``so_far``.
 
     energy  that of the start
     floor   errors up to which are round-off
+    kick    kinetic energy that the force at the start gives in a step
     """
     error = np.abs(kinetic + potential - energy)
     limits = np.maximum(floor, ROUND_OFF * (np.abs(kinetic) + np.abs(potential)))
@@ -112,14 +118,17 @@ def judgement(
         for k in np.flatnonzero(good):
             if error[k] <= measure or measure <= limits[k]:
                 measure = max(measure, float(measures[k]))
+    record = measure
+    if measure <= kinetic_at_start <= REST * kick:
+        measure = kick
     worst = float(np.fmax(np.fmax.reduce(error), so_far[WORST]))
     ruined = steps[error > measure]
     first = int(ruined[0]) if ruined.size else None
     if so_far[WORST] > measure:
         first = 0
     share = 0.0 if worst == 0.0 else worst / measure if measure > 0.0 else np.inf
-    record = np.array([lowest[-1], highest[-1], measure, worst])
-    return Judgement(share, first, unknown, read_only(record))
+    kept = read_only(np.array([lowest[-1], highest[-1], record, worst]))
+    return Judgement(share, measure, first, unknown, kept)
 
 
 def _seen(

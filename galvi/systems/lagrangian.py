@@ -232,6 +232,10 @@ class Lagrangian:
         )  # fmt: skip
         return np.where(np.abs(mass) <= error, 0.0, mass)
 
+    def force_at_rest(self, q: Array, t: float) -> Array:
+        """The left-trivialised dL/dq at one configuration without velocity, (d,)."""
+        return self._left(q, np.zeros(self.group.dimension), t)[1]
+
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels, compiled or differenced."""
         if self.slopes is None and self._slopes is not None:

@@ -132,6 +132,18 @@ def test_the_measure_is_not_that_of_where_a_run_went():
     assert judgement(steps, rest + 1e-16, rest, 0.0, 0.0, FRESH).ruined == 1  # no floor
 
 
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize(("points", "step", "steps"), [(8, 3.7, 1), (1, 0.5, 2), (4, 3.14, 3)])
+def test_a_coarse_run_from_rest_that_returns_is_not_ruined(compiled, points, step, steps):
+    """Half a period a step: V at the ends differs by less than the error of the energy."""
+    run = galvi.integrate(galvi.Problem(spring(compiled), [1.0], [0.0]), gauss(points), step, steps)
+    assert run.success
+    body = galvi.Problem(top(compiled), tilted(3.1), np.zeros(3))
+    assert galvi.integrate(body, gauss(4), 0.9, 2).success
+    chain = galvi.Problem(galvi.problems.double_pendulum().system, [0.3, 0.0], [0.0, 0.0])
+    assert galvi.integrate(chain, gauss(3), 0.6, 1).success
+
+
 STILL = {
     "upright, V = 0 there": (lambda q: 1.0 + np.cos(q[0]), lambda q: -np.sin(q), np.pi),
     "upright": (lambda q: np.cos(q[0]), lambda q: -np.sin(q), np.pi),
