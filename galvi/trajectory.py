@@ -32,8 +32,8 @@ class Trajectory:
     status        a sentence saying why the run ended. It warns of a success whose energy changed
                   by 1 % to 100 % of that measure, and of two point masses that passed each other
                   too fast for a step, which the energy of all bodies need not show
-    failed_step   number, counted from 1, of the first step not completed, or of the first one seen
-                  to be ruined; None on success
+    failed_step   number, counted from 1, of the first step not completed, or if all are, of the
+                  first one seen to be ruined; None on success
     counts        steps, iterations, force_evaluations, hessian_evaluations, linear_solves, and
                   for N bodies pair_evaluations, including those of two-body iterations
     step          the step size; None for a reference that chooses its own steps

@@ -43,7 +43,7 @@ def ending(
     done = work.done
     found = judge(engine, problem, method, step, start, work)
     ruined = None if found.ruined is None else max(found.ruined - start.first, 1)
-    failed = ruined if done == steps else min(ruined or done + 1, done + 1)
+    failed = ruined if done == steps else done + 1
     if done == steps:
         status = _completed(problem, step, steps, work, found, ruined)
     else:
