@@ -31,7 +31,7 @@ def spring(compiled, slope=1.0):
         return slope * q
 
     made = njit if compiled else (lambda function: function)
-    return galvi.Canonical(1.0, made(potential), made(gradient))
+    return galvi.Canonical(1.0, made(potential), made(gradient), check=False)
 
 
 def top(compiled, slope=1.0):
@@ -46,7 +46,7 @@ def top(compiled, slope=1.0):
         return out
 
     made = njit if compiled else (lambda function: function)
-    return galvi.RigidBody([1.0, 2.0, 2.5], made(potential), made(gradient))
+    return galvi.RigidBody([1.0, 2.0, 2.5], made(potential), made(gradient), check=False)
 
 
 def tilted(angle):
@@ -68,7 +68,7 @@ ASTRAY = {
     "rigid body": galvi.Problem(top(False, -1.0), tilted(1.0), [0.1, 0.2, 0.3]),
     "compiled rigid body": galvi.Problem(top(True, -1.0), tilted(1.0), np.zeros(3)),
     "Lagrangian": galvi.Problem(
-        galvi.Lagrangian(lambda q, v: 0.5 * (v @ v - q @ q), galvi.Rn(1), wrong_slopes),
+        galvi.Lagrangian(lambda q, v: 0.5 * (v @ v - q @ q), galvi.Rn(1), wrong_slopes, check=False),
         [1.0], [0.1],
     ),
 }  # fmt: skip
@@ -179,7 +179,7 @@ def wave_at_rest(q):
 def test_a_potential_that_raises_where_its_gradient_does_not_ends_no_run():
     import math
 
-    system = galvi.Canonical(1.0, lambda q: math.sqrt(q[0]), lambda q: np.array([1.0]))
+    system = galvi.Canonical(1.0, lambda q: math.sqrt(q[0]), lambda q: np.array([1.0]), check=False)
     run = galvi.integrate(galvi.Problem(system, [1.0], [0.0]), gauss(3), 0.1, 30)
     assert run.counts["steps"] == 30 and "the energy at the end is not a number" in run.status
 
@@ -216,7 +216,7 @@ def test_an_ensemble_says_which_of_its_runs_are_ruined():
 def test_a_run_that_stops_after_it_was_ruined_says_both():
     """At 50 the wrong force of an inverted spring becomes NaN, long after the energy is lost."""
     system = galvi.Canonical(1.0, lambda q: 0.5 * q[0] ** 2,
-                             lambda q: -q if q[0] < 50.0 else q * np.nan)  # fmt: skip
+                             lambda q: -q if q[0] < 50.0 else q * np.nan, check=False)  # fmt: skip
     run = galvi.integrate(galvi.Problem(system, [1.0], [0.5]), gauss(4), 0.1, 100)
     assert run.status.startswith("Stopped at step ") and "It was ruined from step" in run.status
     assert run.failed_step == run.counts["steps"] + 1  # the first without a state
@@ -335,7 +335,7 @@ def test_no_bound_pair_with_adequate_steps_raises_a_false_alarm(
 def test_a_right_gradient_never_ruins_and_a_wrong_one_always_does(frequency, start, speed):
     def system(sign):
         k = frequency**2
-        return galvi.Canonical(1.0, lambda q: 0.5 * k * q[0] ** 2, lambda q: sign * k * q)
+        return galvi.Canonical(1.0, lambda q: 0.5 * k * q[0] ** 2, lambda q: sign * k * q, check=False)
 
     if abs(start) + abs(speed) < 1e-3:
         start = 0.5
