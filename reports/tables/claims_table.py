@@ -18,11 +18,11 @@ COLUMNS = (
     "bound",
     "measured",
     "uncertainty",
-    "slack",
     "expected",
     "reference",
     "verdict",
     "reason",
+    "slack",
 )
 READ = ("id", "quantity", "claimed", "measured", "uncertainty", "slack", "expected", "verdict")
 

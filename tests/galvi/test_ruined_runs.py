@@ -68,7 +68,9 @@ ASTRAY = {
     "rigid body": galvi.Problem(top(False, -1.0), tilted(1.0), [0.1, 0.2, 0.3]),
     "compiled rigid body": galvi.Problem(top(True, -1.0), tilted(1.0), np.zeros(3)),
     "Lagrangian": galvi.Problem(
-        galvi.Lagrangian(lambda q, v: 0.5 * (v @ v - q @ q), galvi.Rn(1), wrong_slopes, check=False),
+        galvi.Lagrangian(
+            lambda q, v: 0.5 * (v @ v - q @ q), galvi.Rn(1), wrong_slopes, check=False
+        ),
         [1.0], [0.1],
     ),
 }  # fmt: skip
@@ -335,7 +337,8 @@ def test_no_bound_pair_with_adequate_steps_raises_a_false_alarm(
 def test_a_right_gradient_never_ruins_and_a_wrong_one_always_does(frequency, start, speed):
     def system(sign):
         k = frequency**2
-        return galvi.Canonical(1.0, lambda q: 0.5 * k * q[0] ** 2, lambda q: sign * k * q, check=False)
+        potential = lambda q: 0.5 * k * q[0] ** 2  # noqa: E731
+        return galvi.Canonical(1.0, potential, lambda q: sign * k * q, check=False)
 
     if abs(start) + abs(speed) < 1e-3:
         start = 0.5

@@ -69,7 +69,12 @@ def test_plain_jitted_and_known_forces_move_alike():
 
     timed = [
         galvi.Canonical(
-            [1.0, 3.0], lambda q, t: 0.0, gradient, lambda q, t: np.eye(2), explicit_time=True
+            [1.0, 3.0],
+            lambda q, t: 0.0,
+            gradient,
+            lambda q, t: np.eye(2),
+            explicit_time=True,
+            check=False,
         )
         for gradient in (pull, njit(pull))
     ]
@@ -78,7 +83,7 @@ def test_plain_jitted_and_known_forces_move_alike():
         for s in timed
     )
     np.testing.assert_allclose(plain.q, jitted.q, rtol=1e-14)
-    spring = galvi.Canonical(1.0, lambda q: 0.0, lambda q: q)
+    spring = galvi.Canonical(1.0, lambda q: 0.0, lambda q: q, check=False)
     known = STORMER_VERLET.run(galvi.problems.harmonic_oscillator(), 1.0, {"step": 0.01})
     same = STORMER_VERLET.run(galvi.Problem(spring, [1.0], [0.0]), 1.0, {"step": 0.01})
     np.testing.assert_allclose(same.q, known.q, rtol=1e-14, atol=1e-16)
@@ -91,7 +96,7 @@ def test_a_force_that_raises_stops_the_run_and_raises(method):
             raise ZeroDivisionError("no force here")
         return q
 
-    system = galvi.Canonical(1.0, lambda q: 0.0, gradient, lambda q: np.eye(1))
+    system = galvi.Canonical(1.0, lambda q: 0.0, gradient, lambda q: np.eye(1), check=False)
     with pytest.raises(ZeroDivisionError, match="no force here"):
         method.run(galvi.Problem(system, [1.0], [0.0]), 2.0, {"step": 0.01})
 
@@ -101,7 +106,7 @@ def test_a_force_that_turns_nan_ends_the_run_with_a_sentence(method):
     def gradient(q):
         return q if q[0] > 0.9 else q * np.nan
 
-    system = galvi.Canonical(1.0, lambda q: 0.0, gradient, lambda q: np.eye(1))
+    system = galvi.Canonical(1.0, lambda q: 0.0, gradient, lambda q: np.eye(1), check=False)
     run = method.run(galvi.Problem(system, [1.0], [0.0]), 2.0, {"step": 0.01, "save_every": 3})
     first = run.failed_step
     assert not run.success and 40 < first < 50 and f"tep {first}," in run.status
