@@ -151,14 +151,22 @@ class Interval(Bound):
 
 
 @dataclass(frozen=True)
-class AtMost(Interval):
-    """measured <= limit."""
+class Limit(Interval):
+    """An interval with one end; `word` is what the text says before the limit."""
 
     limit: float
+    word: ClassVar[str]
 
     @property
     def words(self) -> str:
-        return f"at most {_number(self.limit, self.round_off)}"
+        return f"{self.word} {_number(self.limit, self.round_off)}"
+
+
+@dataclass(frozen=True)
+class AtMost(Limit):
+    """measured <= limit."""
+
+    word: ClassVar[str] = "at most"
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -166,14 +174,10 @@ class AtMost(Interval):
 
 
 @dataclass(frozen=True)
-class AtLeast(Interval):
+class AtLeast(Limit):
     """measured >= limit."""
 
-    limit: float
-
-    @property
-    def words(self) -> str:
-        return f"at least {_number(self.limit, self.round_off)}"
+    word: ClassVar[str] = "at least"
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -181,14 +185,10 @@ class AtLeast(Interval):
 
 
 @dataclass(frozen=True)
-class Above(Interval):
+class Above(Limit):
     """measured > limit."""
 
-    limit: float
-
-    @property
-    def words(self) -> str:
-        return f"above {_number(self.limit)}"
+    word: ClassVar[str] = "above"
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -196,14 +196,10 @@ class Above(Interval):
 
 
 @dataclass(frozen=True)
-class Below(Interval):
+class Below(Limit):
     """measured < limit."""
 
-    limit: float
-
-    @property
-    def words(self) -> str:
-        return f"below {_number(self.limit)}"
+    word: ClassVar[str] = "below"
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -300,10 +296,8 @@ class Converges(Bound):
 
 @dataclass(frozen=True)
 class Geometric(Bound):
-    """Errors of a Decay shrink geometrically with n, by a factor that does not tend to 1.
-
-    For an error that decays like a power of n the later half would be slower than the earlier.
-    """
+    """Errors of a Decay shrink geometrically with n, by a factor that does not tend to 1: for a
+    power of n the later half would be slower than the earlier."""
 
     text = "base below 1 by 2 standard errors, later half of the window not slower"
 
@@ -319,10 +313,8 @@ class Geometric(Bound):
 
 @dataclass(frozen=True)
 class FactorPerN(Bound):
-    """Each increase of n multiplies the error of a Decay by at most `limit` < 1, until round-off.
-
-    For a power of n the worst of these factors would be near 1.
-    """
+    """Each increase of n multiplies the error of a Decay by at most `limit` < 1, until round-off;
+    for a power of n the worst of these factors would be near 1."""
 
     limit: float
 
@@ -353,10 +345,9 @@ class NoGrowth(Bound):
     @property
     def text(self) -> str:
         rounded = f" or {_number(self.round_off)}" if self.round_off else ""
-        errors = f"{SIGMAS:g} standard errors"
         return (
             f"at most {_number(self.limit)}; mean and maxima over a period change over the run by "
-            f"at most {100.0 * GROWTH:g} %{rounded}, {errors} "
+            f"at most {100.0 * GROWTH:g} %{rounded}, {SIGMAS:g} standard errors "
             f"{'or more' if self.conclusive else 'where these are more'}"
         )
 
@@ -376,10 +367,8 @@ class NoGrowth(Bound):
 
 @dataclass(frozen=True)
 class Finding(Bound):
-    """A number about which the source says nothing, with a bound of our own or none.
-
-    The verdict is FINDING where the own bound is met, and CONTRADICTED where it is not.
-    """
+    """A number about which the source says nothing, with a bound of our own or none: FINDING where
+    that is met, and CONTRADICTED where it is not."""
 
     own: Bound | None = None
     met: ClassVar[str] = FINDING
