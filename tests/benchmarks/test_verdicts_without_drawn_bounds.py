@@ -73,9 +73,20 @@ def test_newtons_method_stops_where_the_closed_form_has_no_solution(h: float) ->
 
 def test_only_the_smaller_solution_throws_a_planet_out() -> None:
     h = np.array([0.005])
-    larger, smaller = (euler_readings.two_body(v11.problem(), h, first) for first in (False, True))
-    assert np.all(larger.energy < 0.0) and np.all(larger.unsolved >= 0)
-    assert np.all(smaller.escaped)
+    larger = euler_readings.two_body(v11.problem(), h)
+    assert np.all(larger.energy < 0.0)
+    assert (larger.unsolved + 1).tolist() == [18, 73, 179, 606]
+    at_once = euler_readings.two_body(v11.problem(), h, smaller_at=np.ones(4))
+    assert np.all(at_once.escaped)
+
+
+def test_a_late_step_at_its_smaller_solution_throws_out_those_of_the_caption() -> None:
+    """So do the fifth to the twelfth step before the one without a solution, in 1 to 2.9 years."""
+    h, stops = np.array([0.005]), np.array([18, 73, 179, 606])
+    for late in range(5, 13):
+        for years in (1.0, 2.5, 2.9):
+            orbits = euler_readings.two_body(v11.problem(), h, years, stops - late)
+            assert orbits.escaped.tolist() == [True, True, True, False]
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ solved: all three are scanned here.
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,8 @@ SOLVED = "|q + h v| of Mercury over the least with a solution, solved steps"
 STOPPED = "|q + h v| of Mercury over the least with a solution, where it stops"
 ESCAPES = "escapes, every step solved"
 READ, READ_IN_DAYS = ", readings of h", ", h in days"  # after a method's name, in `study`
-LARGER, SMALLER = "implicit Euler, larger solution", "implicit Euler, smaller solution first"
+LARGER, SMALLER = "implicit Euler, larger solution", "implicit Euler, smaller solution once"
+LATE, LASTS = 6, 2.5  # steps before the one without a solution; years
 
 
 def explicit_rows(label: str, contender: Contender, system: Problem) -> list[dict[str, Any]]:
@@ -86,30 +88,34 @@ def two_body_rows(system: Problem, count: int) -> list[dict[str, Any]]:
     """Inner planets about the Sun alone, 20 years of steps solved in closed form: 1 or 0.
 
     'implicit Euler, larger solution'  whether the energy ever suffices to escape, of each h
-    'implicit Euler, smaller solution first'  whether the planet escapes, every step solved and
-                                       the first at its smaller solution, h = 0.005 years
+    'implicit Euler, smaller solution once'  whether the planet escapes in 2.5 years of steps of
+                                       0.005 years, all solved, the sixth before the one that would
+                                       have no solution at its smaller one
     """
     units = np.array([1.0, UNITS["years / 2 pi, in which G = 1"]])
     larger = np.unique(np.append(np.geomspace(*SCANNED, count), PRINTED * units))
-    found = []
-    for study, h in ((LARGER, larger), (SMALLER, np.array([PRINTED]))):
-        orbits = two_body(system, h, study == SMALLER)
-        away = orbits.energy > 0.0 if study == LARGER else orbits.escaped
-        places = [(body, step) for body in INNER for step in h]
-        found += [
-            row(study=study, quantity=ESCAPES, label=body, step=step, value=float(escaped))
-            for (body, step), escaped in zip(places, away, strict=True)
-        ]
-    return found
+    printed = np.array([PRINTED])
+    stops = two_body(system, printed).unsolved + 1
+    away = {
+        LARGER: (larger, two_body(system, larger).energy > 0.0),
+        SMALLER: (printed, two_body(system, printed, LASTS, stops - LATE).escaped),
+    }
+    return [
+        row(study=study, quantity=ESCAPES, label=body, step=step, value=float(escaped))
+        for study, (h, those) in away.items()
+        for (body, step), escaped in zip(product(INNER, h), those, strict=True)
+    ]
 
 
-def two_body(system: Problem, h: Array, smaller_first: bool) -> Orbits:
+def two_body(
+    system: Problem, h: Array, years: float = YEARS, smaller_at: Array | None = None
+) -> Orbits:
     """The inner planets about the Sun alone, in au and years: (4 k,), of each planet all h (k,)."""
     planets = [bodies(system).index(body) for body in INNER]
     q, v = ((x[planets] - x[0]).repeat(h.size, axis=0) for x in (system.q0, system.v0 * DAYS))
     mu = (system.system.masses[0] + system.system.masses[planets]).repeat(h.size) * DAYS**2
     steps = np.tile(h, len(planets))
-    return follow(q, v, mu, steps, YEARS, np.ones(steps.size) if smaller_first else None)
+    return follow(q, v, mu, steps, years, smaller_at)
 
 
 def bodies(system: Problem) -> tuple[str, ...]:
