@@ -35,9 +35,9 @@ ROUND_OFF = 2e-14  # of one step
 # q', singular like (t - t*)^(-1/2), and of the derivative of a variation of the motion, singular
 # like (t - t*)^(-3/2): coefficients n^0 r^-n and n r^-n (Darboux), and 2 / (2n + 1) for the square
 # of P_n: n^0 r^-2n for one step. Over many revolutions a step whose centre is d away from the
-# pericentre has r(d)^-2n, about r^-2n exp(-0.27 n d^2): those that count become fewer like
-# n^(-1/2), and their errors add with one sign, g = 1/2, or one of them dominates, g = 0, or
-# anything between.
+# pericentre has r(d)^-2n, about r^-2n exp(-0.263 n d^2): those that count become fewer like
+# n^(-1/2), and their errors add, mostly with one sign, g = 1/2, or one of them dominates, g = 0,
+# or anything between.
 POWER = (0.25, 0.25)  # g and its error
 
 

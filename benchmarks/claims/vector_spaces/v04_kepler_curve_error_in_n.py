@@ -24,7 +24,7 @@ from benchmarks.store.frames import frame
 from references.closed_forms.kepler import KEPLER
 
 CLAIMED, RESOLUTION = 0.74, 0.005
-FROM, ABOUT = 33, 4
+FROM, ABOUT = 33, 4  # "about 32" is read as within a tenth or so
 QUANTITIES = ("one-step error", "curve error")
 
 # Legendre coefficients of q', singular like (t - t*)^(-1/2), are of size n^0 r^-n. The curve leaves
@@ -60,12 +60,13 @@ def judge(table: pd.DataFrame) -> list[Row]:
         ),
         V4.row(
             "n where the curve error leaves the one-step error",
-            Near(FROM - 1, ABOUT),
+            Near(FROM - 1, ABOUT, noun="about"),
             _crossing(ends, curve),
             setup=f"{SETUP}; where the two fitted lines cross",
             claimed="n about 32",
             reason="Errors accumulate over 32 revolutions at step ends but not along a curve, so "
-            "the curve's slower rate shows only when the accumulated error is small enough.",
+            "the curve's slower rate shows only when the accumulated error is small enough. H's "
+            f'"about" is read as a tenth or so, {ABOUT}.',
             reference=truths(table),
         ),
     ]
