@@ -84,6 +84,6 @@ def test_rigid_bodies_have_a_table_of_their_own():
 
 def test_the_page_names_every_claim_that_falls_and_no_other():
     falls = README.read_text().partition("<!-- falls -->")[2].partition("<!-- end of falls -->")[0]
-    named = {line.removeprefix("- ").partition(":")[0] for line in falls.strip().splitlines()}
+    named = {item.partition(":")[0] for item in falls.strip().removeprefix("- ").split("\n- ")}
     expected = {row.id for row in expected_rows().values() if row.expected == CONTRADICTED}
     assert named == expected

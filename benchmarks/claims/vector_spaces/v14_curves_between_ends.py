@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 import galvi
 from benchmarks.checks.bounds import (
     CONTRADICTED,
     EXCEEDS,
+    ORDER_RESOLUTION,
+    AtLeast,
     AtMost,
     Base,
     FactorPerN,
@@ -31,8 +35,10 @@ from benchmarks.measures.boundary_motion import BoundaryValueMotion
 from benchmarks.measures.refinement import method_of
 from benchmarks.statistics import readings
 from benchmarks.statistics.convergence_fits import Fit
+from benchmarks.statistics.estimate import Estimate, estimate
 from benchmarks.store.frames import failure, frame, pick, rows
 from references.closed_forms.kepler import KEPLER
+from references.closed_forms.oscillator import OSCILLATOR
 
 IN_N, IN_H = "n-refinement, one step", "h-refinement, one step"
 ENDS, CURVE = "error of one step", "distance of the curve in W^{1,1}"
@@ -59,9 +65,21 @@ SETUP = (
 )
 IN_STEPS = " of h = 2^(-j/2), j = 0, 1, ... (3 to 12 in the quick form)"
 
+# H's theorem 2.3.8, on the oscillator: C_f = min(m / 4h, (m pi^2 / 2h^2 - k) / 2h), m / 4h for h
+# below pi / sqrt(3) = 1.81.
+COERCIVE, STARTS = "oscillator, h-refinement, one step", 8
+COERCIVE_STEPS = tuple(2.0 ** (-j / 4) for j in range(-3, 25))
+COERCIVE_SETUP = (
+    f"harmonic oscillator, m = k = 1; {METHOD}, exact for it, n = {NS[0]} to {NS[-1]}; one step of "
+    "h = 2^(-j/4), j = -3, -2, ...; error of a step in (q, p), distance from the exact motion "
+    f"between the same points in W^{{1,1}}, each the largest over {STARTS} starts round half the "
+    "orbit; C_f = m / (4 h)"
+)
+
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
-    """The three quantities for one step, against n at h = 2 and against h for n = 3 to 6."""
+    """The three quantities for one step, against n at h = 2 and against h for n = 3 to 6; the
+    first two against h on the oscillator, the largest over starts."""
     ns = range(6, 31, 4) if quick else range(5, 34)
     report(IN_N)
     found = _steps(IN_N, make_method, ns, STEP)
@@ -69,6 +87,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
         h = 2.0 ** (-j / 2)
         report(f"{IN_H}, h = {h:.4g}")
         found += _steps(IN_H, make_method, NS, h)
+    report(COERCIVE)
+    found += _oscillator_steps(make_method)
     return frame([*found, *oracles("oracles", STEP, 1)])
 
 
@@ -87,9 +107,31 @@ def _steps(
     return found
 
 
+def _oscillator_steps(make_method: MakeMethod) -> list[dict[str, Any]]:
+    spring = galvi.problems.harmonic_oscillator()
+    angles = np.pi * np.arange(STARTS) / STARTS
+    starts = [spring.with_initial_state([np.cos(a)], [-np.sin(a)]) for a in angles]
+    found = []
+    for h in COERCIVE_STEPS:
+        motions = [BoundaryValueMotion(start, h, OSCILLATOR) for start in starts]
+        ends = [OSCILLATOR.run(start, h, {"samples": 1}) for start in starts]
+        for n in NS:
+            method = method_of(make_method, n)
+            runs = [galvi.integrate(start, method, h, 1) for start in starts]
+            missed = [
+                np.abs([run.q[-1] - end.q[-1], run.p[-1] - end.p[-1]])
+                for run, end in zip(runs, ends, strict=True)
+            ]
+            apart = [to.distances(run)[0] for to, run in zip(motions, runs, strict=True)]
+            named = {ENDS: float(np.max(missed)), CURVE: float(np.max(apart))}
+            failed = next((run for run in runs if not run.success), runs[0])
+            found += rows(named, study=COERCIVE, n=n, step=h, steps=1, status=failure(failed))
+    return found
+
+
 def judge(table: pd.DataFrame) -> list[Row]:
     """The bases of steps and curve against the theory's; the curve's order against half the
-    step's."""
+    step's, with C_f constant and not."""
     steps = readings.decay(table, FLOOR[ENDS], study=IN_N, quantity=ENDS)
     reference = truths(table)
     judged = [
@@ -113,11 +155,11 @@ def judge(table: pd.DataFrame) -> list[Row]:
         ),
         _base(table, CURVE, "H thm. 2.3.6"),
         _base(table, LARGEST, "H thm. 2.3.6, lemma 2.3.5"),
-        *(row for n in NS for row in _orders(table, n)),
+        *(_order(table, n) for n in NS),
         *(_largest(table, n) for n in NS),
         _lemma(table),
     ]
-    return [replace(one, reference=reference) for one in judged]
+    return [*(replace(one, reference=reference) for one in judged), *_coercive(table)]
 
 
 def _base(table: pd.DataFrame, quantity: str, source: str) -> Row:
@@ -143,7 +185,8 @@ def _largest(table: pd.DataFrame, n: int) -> Row:
         _fit(table, n, LARGEST),
         source="H thm. 2.3.7, lemma 2.3.5",
         setup=SETUP % IN_STEPS + f"; n = {n}",
-        claimed=f"|q|_inf is at most max(1 / h, 1) |q|_W11, so order (p + 1) / 2 - 1 = {claimed:g}",
+        claimed="|q|_inf is at most max(1 / h, 1) |q|_W11. H prints no order in L^infinity: with "
+        f"thm. 2.3.7 and C_f constant the lemma says order (p + 1) / 2 - 1 = {claimed:g}",
         expected=EXCEEDS,
         reason="Both ends are met, so that half the integral of |q'| bounds |q|, without 1 / h: "
         f"order n = {n}, as in W^{{1,1}}.",
@@ -168,51 +211,81 @@ def _lemma(table: pd.DataFrame) -> Row:
     )
 
 
-def _fit(table: pd.DataFrame, n: int, quantity: str) -> Fit:
-    return readings.order(table, FLOOR[quantity], study=IN_H, quantity=quantity, n=n)
+def _fit(table: pd.DataFrame, n: int, quantity: str, study: str = IN_H) -> Fit:
+    return readings.order(table, FLOOR[quantity], study=study, quantity=quantity, n=n)
 
 
-def _orders(table: pd.DataFrame, n: int) -> list[Row]:
-    """The theorem with C_f constant, and with the C_f of theorem 2.3.8, which grows like 1 / h."""
-    steps, fit = _fit(table, n, ENDS), _fit(table, n, CURVE)
+def _order(table: pd.DataFrame, n: int) -> Row:
+    """The theorem with C_f constant."""
+    steps = _fit(table, n, ENDS)
     half, uncertainty = n - 0.5, 0.0
     if 0.5 * steps.rate > half:
         half, uncertainty = 0.5 * steps.rate, 0.5 * steps.uncertainty
-    known = (
-        f"p + 1 the order of a step's error: the larger of 2 n - 1 = {2 * n - 1} and the measured "
-        f"{steps.rate:.3g}"
+    return V14.row(
+        f"order of the {CURVE}, n = {n}",
+        Order(half, uncertainty=uncertainty),
+        _fit(table, n, CURVE),
+        source="H thm. 2.3.7",
+        setup=SETUP % IN_STEPS + f"; n = {n}",
+        claimed="O(h^((p + 1) / 2)), C_f a constant, p + 1 the order of a step's error: the larger "
+        f"of 2 n - 1 = {2 * n - 1} and the measured {steps.rate:.3g}",
+        expected=EXCEEDS,
+        reason=f"Over one step the curve is of order n = {n}: near the orbit V'' is bounded, so "
+        "that C_f can be of size 1 / h for short steps; its root gives the half an order more.",
     )
-    cases = (
-        (
-            "",
-            "O(h^((p + 1) / 2)), C_f a constant",
-            half,
-            EXCEEDS,
-            f"Over one step the curve is of order n = {n}: C_f of theorem 2.3.8 is m / (4 h) for "
-            "short steps, and its root gives the half an order more.",
-        ),
-        (
-            ", C_f of thm. 2.3.8",
-            "O(C_f^-1 h^((p + 1) / 2)), C_f of order 1 / h by theorem 2.3.8, so order (p + 3) / 2",
-            half + 1.0,
-            CONTRADICTED,
-            "The proof divides the square of the distance by C_f, so that its root belongs here: "
-            f"C_f^(-1/2) gives order (p + 2) / 2 = {n}, which is measured.",
-        ),
+
+
+def _coercive(table: pd.DataFrame) -> list[Row]:
+    """The theorem with the C_f of theorem 2.3.8, which grows like 1 / h, and with its root."""
+    whole, root = ([_over_bound(table, n, power) for n in NS] for power in (1.0, 0.5))
+    proof = (
+        "The proof ends with C_f |distance|^2 at most the error of the action, of the order of the "
+        "step's"
     )
     return [
         V14.row(
-            f"order of the {CURVE}, n = {n}{suffix}",
-            Order(order, uncertainty=uncertainty),
-            fit,
-            source="H thm. 2.3.7",
-            setup=SETUP % IN_STEPS + f"; n = {n}",
-            claimed=f"{claimed}, {known}",
-            expected=expected,
-            reason=reason,
-        )
-        for suffix, claimed, order, expected, reason in cases
+            "order of distance / (C_f^-1 sqrt(error of one step)), oscillator, largest over n",
+            AtLeast(0.0, uncertainty=0.0, most=ORDER_RESOLUTION),
+            _extreme(whole, lambda order: order),
+            source="H thm. 2.3.7, thm. 2.3.8",
+            setup=COERCIVE_SETUP,
+            claimed="thm. 2.3.7, last sentence: O(C_f(h)^-1 h^((p+1)/2)); here with the C_f at the "
+            "end of the proof of thm. 2.3.8, m / (4 h) for short steps, and p + 1 = 2 n - 1, the "
+            "order of a step's error; H does not combine the two",
+            expected=CONTRADICTED,
+            reason=f"{proof}: C_f^(-1/2) follows, see the next row, and C_f^-1 is smaller by "
+            "(4 h)^(1/2), so that the order is -1/2. True where C_f stays bounded as h tends to 0; "
+            "H itself uses C_f constant (sec. 2.4.2).",
+            reference=OSCILLATOR.name,
+        ),
+        V14.row(
+            "order of distance / (C_f^(-1/2) sqrt(error of one step)), oscillator, farthest from 0 "
+            "over n",
+            Finding(Order(0.0)),
+            _extreme(root, abs),
+            source="H thm. 2.3.7, thm. 2.3.8",
+            setup=COERCIVE_SETUP,
+            claimed="H prints C_f^-1",
+            reason=f"{proof}: the root of both sides has C_f^(-1/2).",
+            reference=OSCILLATOR.name,
+        ),
     ]
+
+
+def _over_bound(table: pd.DataFrame, n: int, power: float) -> Estimate:
+    """Order in h of the distance over C_f^-power sqrt(error of one step), C_f of order -1; NaN
+    where either has no order."""
+    curve, steps = (estimate(_fit(table, n, quantity, COERCIVE)) for quantity in (CURVE, ENDS))
+    if curve.refuted or steps.refuted:
+        return Estimate(math.nan)
+    scatter = math.hypot(curve.uncertainty or 0.0, 0.5 * (steps.uncertainty or 0.0))
+    return Estimate(curve.value - 0.5 * steps.value - power, scatter)
+
+
+def _extreme(orders: list[Estimate], size: Callable[[float], float]) -> Estimate:
+    """That of the largest size; one that is NaN, if there is one."""
+    lost = (one for one in orders if math.isnan(one.value))
+    return next(lost, max(orders, key=lambda one: size(one.value)))
 
 
 V14 = Claim(
