@@ -65,8 +65,8 @@ def _orders(table: pd.DataFrame, degree: int) -> list[Row]:
             setup=setup,
             claimed=f"the predicted order is 2 N - 1 = {2 * degree - 1}",
             expected=EXCEEDS,
-            reason="M's estimate squares e_max, of order N, where one of order N + 1/2 is measured "
-            "(V22): the order of L_d is one more, as M suspects.",
+            reason="M squares its bound on the best approximation, h^N, where h^(N + 1/2) is the "
+            "rate (V22): L_d is of one order more. M says that its estimate is not optimal.",
         ),
     ]
 

@@ -155,7 +155,7 @@ def judge(found: pd.DataFrame) -> list[Row]:
         ),
         V19.row(
             "pairs accepted with a bent free motion, or refused with a straight one",
-            Exactly(0),
+            Finding(Exactly(0)),
             bent,
             setup=setup,
             claimed="consistent iff alpha = c, beta_p = 1 to 1e-13",
@@ -163,7 +163,7 @@ def judge(found: pd.DataFrame) -> list[Row]:
         ),
         V19.row(
             "pairs of each refused kind, the fewer",
-            AtLeast(5),
+            Finding(AtLeast(5)),
             both,
             setup=setup,
             claimed="neither criterion is empty",
@@ -171,7 +171,7 @@ def judge(found: pd.DataFrame) -> list[Row]:
         ),
         V19.row(
             "largest |alpha - c|, |beta_p - 1| in the tables of accepted pairs",
-            AtMost(STRAIGHT),
+            Finding(AtMost(STRAIGHT)),
             worst,
             setup=setup,
             claimed="straight to 1e-13",
@@ -179,7 +179,7 @@ def judge(found: pd.DataFrame) -> list[Row]:
         ),
         V19.row(
             "pairs that galvi.theory judges otherwise",
-            Exactly(0),
+            Finding(Exactly(0)),
             said,
             source="M lemma 1, ours",
             setup=setup,
@@ -202,7 +202,7 @@ def judge(found: pd.DataFrame) -> list[Row]:
             Above(STRAIGHT),
             "how far a free particle is off a straight line, over h v0",
             "The motion is unique, as lemma 1 says, but bent: Gauss 5 does not integrate "
-            "cos 4 pi t. The error is a part of every step, however short: order 0.",
+            "the cosines exactly. The error is a part of every step, however short: order 0.",
         ),
     ]
 

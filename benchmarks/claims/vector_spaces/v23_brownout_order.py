@@ -303,7 +303,7 @@ def _distance(table: pd.DataFrame, start: str) -> Row:
 def _agreement(table: pd.DataFrame, start: str) -> Row:
     return V23.row(
         f"distance between the oracles [m], {DOP853.name} and {RADAU.name}, {start}",
-        AtMost(AGREED),
+        Finding(AtMost(AGREED)),
         number(table, study=CHECKED, quantity=ERROR, label=start),
         setup=_setup(start),
         claimed="none: the truth is checked",

@@ -202,7 +202,7 @@ def _inf_sup(table: pd.DataFrame) -> list[Row]:
             "reference": _reference(table, end),
         }
         root = "sqrt(h)" if limit == 1.0 else "sqrt(2 h)"
-        function = "constants" if limit == 1.0 else "u = h + t from that end"
+        function = "constants" if limit == 1.0 else "u = h + t, t from the norm's end"
         proof = (
             f"beta = {root}, of {function}: M's test function, a constant, gives b(v, p) / |v|_X = "
             "sqrt(h) |p| and not h |p|. The theorems need only that beta is positive"
@@ -269,7 +269,7 @@ def _nodes(table: pd.DataFrame) -> list[Row]:
         ),
         V27.row(
             f"largest relative distance of {CONDITION} from its rational value",
-            AtMost(1e-3),
+            Finding(AtMost(1e-3)),
             apart,
             setup=f"n = {EXACTLY[0]} to {EXACTLY[-1]}",
             reason="The bound is far below the 0.42 by which the ratio is above 1.",
