@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 
 import galvi
-from benchmarks.checks.bounds import Above, AtMost, FactorPerN, Finding, Near
+from benchmarks.checks.bounds import Above, AtMost, Finding, Geometric, Near
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.curves_and_ends import (
     BOTH,
@@ -41,7 +41,11 @@ from benchmarks.store.frames import frame, number, row
 from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
 
-REACHED, GAIN = 1e-14, 0.15
+REACHED = 1e-14
+# To n = 5 this small swing is nearly a sum of sines, entire functions, for which errors fall faster
+# than geometrically: of one a hundredth as large by 75, 150, 340, 440 and 1300 times from n = 2 on.
+# The rate that is left is slower, and a window from n = 2 would see it as an end of the decay.
+FROM = 4
 WEIGHTS = (WEIGHT, 22.0)  # H gives none; 22 is one for which its figures 3.8 and 3.9 hold
 # (m g, T): the n up to which the curves are as good as the steps
 UP_TO = {(WEIGHT, 50.0): 3, (WEIGHT, 500.0): 4, (22.0, 50.0): 4, (22.0, 500.0): 5}
@@ -65,10 +69,14 @@ def judge(table: pd.DataFrame) -> list[Row]:
     """For each quantity: whether it decays geometrically, and whether it reaches round-off."""
     rows = []
     for quantity in QUANTITIES:
-        decay = readings.decay(table, FLOOR, study="n-refinement", quantity=quantity)
+        decay = readings.decay(table, FLOOR, FROM, study="n-refinement", quantity=quantity)
         rows += [
             L6.row(
-                f"base of the {quantity}", FactorPerN(GAIN), decay, claimed="geometric convergence"
+                f"base of the {quantity}",
+                Geometric(),
+                decay,
+                setup=f"{SETUP}; from n = {FROM} on",
+                claimed="geometric convergence",
             ),
             L6.row(
                 f"smallest {quantity}",
@@ -122,10 +130,10 @@ def _curves_and_ends(table: pd.DataFrame) -> list[Row]:
         *found,
         L6.row(
             ORACLES,
-            AtMost(LEAST),
+            Finding(AtMost(LEAST)),
             number(table, quantity=ORACLES),
             setup=f"{MOTION}; T = {DURATIONS[1]:g}, 100 samples",
-            claimed="the same motion",
+            claimed="none: the truth is checked",
             reason="A tenth of the smallest error on which a row of the scan rests.",
         ),
     ]

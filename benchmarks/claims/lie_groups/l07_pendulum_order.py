@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.checks.bounds import EXCEEDS, Order
+from benchmarks.checks.bounds import EXCEEDS, Finding, Order
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.claims.lie_groups.pendulum_motion import (
     DURATION,
@@ -52,17 +52,17 @@ def _orders(table: pd.DataFrame, n: int) -> list[Row]:
             Order(n),
             ends,
             setup=setup,
-            claimed=f"optimal order, n = {n}",
+            claimed=f"optimal (we read order n = {n})",
             expected=EXCEEDS,
-            reason="Polynomials of degree n - 1 approximate to order n, which H calls optimal; "
-            f"step ends of a variational method converge with 2 (n - 1) = {order}.",
+            reason="Polynomials of degree n - 1 approximate to order n; step ends of a variational "
+            f"method converge with 2 (n - 1) = {order}.",
         ),
         L7.row(
             f"order of the one-step error against 2 (n - 1), n = {n}",
-            Order(order),
+            Finding(Order(order)),
             ends,
             setup=setup,
-            claimed=f"no number in H; superconvergence, order 2 (n - 1) = {order}",
+            claimed=f"no number in H; we say 2 (n - 1) = {order}",
             reason="As on vector spaces (V6), the order of Gauss collocation with n - 1 points.",
         ),
         L7.row(
@@ -70,7 +70,7 @@ def _orders(table: pd.DataFrame, n: int) -> list[Row]:
             Order(n),
             curve,
             setup=setup,
-            claimed=f"optimal order, n = {n}",
+            claimed=f"optimal (we read order n = {n})",
             reason="The error of the best polynomial of degree n - 1.",
         ),
     ]

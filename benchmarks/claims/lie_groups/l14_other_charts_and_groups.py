@@ -193,8 +193,9 @@ def _order(table: pd.DataFrame, name: str, case: Case, n: int) -> Row:
         source="H thm. 3.3.1, 3.6.1",
         setup=f"{case.setup}; Polynomials(n - 1), gauss(n), n = {n}; T = {DURATION:g}, "
         "h = T / round(2^(j/4)), j = 10, 11, ...",
-        claimed=f"other charts and groups are future work, at least n = {n} by theorem 3.3.1; we "
-        f"say {order}, as in Cayley's chart on SO(3)",
+        claimed=f"other charts and groups are future work, at least n - 1 = {n - 1} by theorem "
+        "3.3.1 (curves of degree n - 1 come within h^(n - 1) of the velocity); we say "
+        f"{order}, as in Cayley's chart on SO(3)",
         reason="The order comes from space and rule; any smooth chart and any group keeps it.",
         reference=case.truths,
     )

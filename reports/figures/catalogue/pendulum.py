@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from benchmarks.claims.lie_groups import l06_pendulum_convergence_in_n as l06
 from benchmarks.claims.lie_groups import l07_pendulum_order as l07
 from benchmarks.claims.lie_groups import l08_pendulum_energy as l08
 from benchmarks.claims.lie_groups import l09_pendulum_near_chart_limit as l09
@@ -36,9 +37,9 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
         claims=("L6",),
         draw=convergence_in_n,
         options={
-            "rates": (
-                Rate("n-refinement", "one-step error", "one-step", pendulum_motion.FLOOR),
-                Rate("n-refinement", "curve error", "curve", pendulum_motion.FLOOR),
+            "rates": tuple(
+                Rate("n-refinement", quantity, label, pendulum_motion.FLOOR, start=l06.FROM)
+                for quantity, label in (("one-step error", "one-step"), ("curve error", "curve"))
             ),
             "ylabel": ATTITUDE,
         },

@@ -91,8 +91,8 @@ RIGID_BODIES: tuple[Figure, ...] = (
             ),
             "ylabel": ATTITUDE,
         },
-        caption=f"{POINTS}; dashed, offset upwards: the claimed rate. H reports order n for even "
-        "n and n - 1 for odd.",
+        caption=f"{POINTS}; dashed, offset upwards: the claimed rate. H reports the optimal rate "
+        "for even n, which we read as n, and n - 1 for odd.",
         size=(6.4, 4.4),
     ),
     Figure(
