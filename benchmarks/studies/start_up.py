@@ -136,6 +136,7 @@ STARTS = (  # what compiles longest first: two processes compile at a time
     Start("central force: Kepler, e = 0.6", "galvi.problems.kepler(0.6)", 0.1, cold=NOTHING),
     Start("spring: harmonic oscillator", "galvi.problems.harmonic_oscillator()", 0.1),
     Start("rigid body: free", "galvi.problems.free_rigid_body()", 0.1),
+    Start("law: double pendulum", "galvi.problems.double_pendulum()", 0.05),
     Start("force: damped pendulum", "own.damped()", 0.1, "import own", NOTHING, SLOW),
     Start("user's jitted functions: pendulum", "own.pendulum()", 0.1, "import own", USERS),
 )

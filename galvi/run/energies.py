@@ -12,6 +12,7 @@ from galvi.arrays import Array
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.spaces.legendre import legendre
+from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
@@ -67,9 +68,9 @@ def energies(problem: Problem, states: States, sharp: bool = False) -> tuple[Arr
     system: Any = problem.system
     with np.errstate(all="ignore"):
         if isinstance(system, Lagrangian):
-            rows = zip(states.q, states.p, states.v, states.t, strict=True)
-            pairs = [_of_lagrangian(system, q, p, v, float(t), sharp) for q, p, v, t in rows]
-            return cast(tuple[Array, Array], tuple(np.array(pairs, dtype=np.float64).T))
+            if isinstance(system.function, BuiltinLagrangian) and not sharp:
+                return _of_builtin(system, states)
+            return _one_by_one(system, states, sharp)
         p = states.p.reshape(len(states.t), -1)
         v = system.velocity(states.p).reshape(len(states.t), -1)
         return 0.5 * np.sum(p * v, axis=1), _potential(system, states.q, states.t)
@@ -120,6 +121,24 @@ def _start(problem: Problem, scale: float) -> States:
         np.zeros(1), scale * problem.q0[None], problem.p0[None], np.array([problem.t0]),
         problem.v0.reshape(1, -1),
     )  # fmt: skip
+
+
+def _of_builtin(system: Lagrangian, states: States) -> tuple[Array, Array]:
+    """As ``_one_by_one``, at all states at once where the velocities belong to the momenta."""
+    function = cast(BuiltinLagrangian, system.function)
+    value, momenta = function.at_states(states.q, states.v, states.t)
+    rest = -function.at_states(states.q, np.zeros_like(states.v), states.t)[0]
+    size = np.max(np.abs(states.p), axis=1)
+    near = np.max(np.abs(momenta - states.p), axis=1) <= CLOSE * size
+    if not (np.all(near) and np.all(np.isfinite(rest))):
+        return _one_by_one(system, states, False)
+    return np.sum(states.p * states.v, axis=1) - value - rest, rest
+
+
+def _one_by_one(system: Lagrangian, states: States, sharp: bool) -> tuple[Array, Array]:
+    rows = zip(states.q, states.p, states.v, states.t, strict=True)
+    pairs = [_of_lagrangian(system, q, p, v, float(t), sharp) for q, p, v, t in rows]
+    return cast(tuple[Array, Array], tuple(np.array(pairs, dtype=np.float64).T))
 
 
 def _of_lagrangian(

@@ -18,6 +18,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
 from galvi.run.group_system import group_system
+from galvi.run.law_stepper import has_law, law_stepper
 from galvi.run.nystrom_steppers import aligned, collocation_tables, kernel_tableau
 from galvi.run.run_arrays import RunArrays, run_plan
 from galvi.systems.potentials.uniform_gravity import UniformGravity
@@ -63,16 +64,19 @@ def first_unknowns(method: Galerkin, dimension: int) -> npt.NDArray[np.int64]:
 
 
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
-    """Whether the packed kernel applies, the only one on groups with fixed-point iteration."""
-    system, table = problem.system, method.table
+    """Whether a packed kernel applies; on groups only these have fixed-point iteration."""
+    table = method.table
     square = table.psi.shape[0] == table.psi.shape[1] and float(np.min(table.b)) > 0.0
     one_space = not hasattr(method.space, "degrees")
+    return square and one_space and (has_law(problem) or _is_packed_body(problem))
+
+
+def _is_packed_body(problem: Problem) -> bool:
+    system = problem.system
     return (
         isinstance(system, RigidBody)
         and system.gradient is None
         and system.force is None
-        and square
-        and one_space
         and isinstance(system.potential, UniformGravity | None)
     )
 
@@ -80,21 +84,11 @@ def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
 def compiled_stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
-    """As ``general_stepper``, with the packed kernel where it applies."""
+    """As ``general_stepper``, with a packed kernel where one applies."""
     arguments = (problem, method, step, steps, start, work)
     if not solves_by_iteration(problem, method) or start.solver == "newton":
         return general_stepper(*arguments)
-    system, table = cast(RigidBody, problem.system), method.table
-    weight = cast(UniformGravity | None, system.potential)
-    chart, J = method.chart.number, system.inertia
-    force = np.zeros(6) if weight is None else weight.numbers
-    body = np.concatenate([np.linalg.inv(J).ravel(), J.ravel(), force[3:], np.zeros(12)])
-    kernel = packed_body.compiled_advance_body(chart, int(weight is not None))
-    charts, weights = (0,) * (1 + chart), (0,) * (1 + int(weight is not None))
-    tables = collocation_tables(table, step)
-    width, weights_in_space = tables[0].shape[1], force[:3].copy()
-    scratch, spare = aligned(36, width), aligned(6, width)
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
+    packed = (law_stepper if has_law(problem) else body_stepper)(*arguments, FINEST)
     general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:
@@ -107,15 +101,38 @@ def compiled_stepper(
             code = by_newton(min(todo, int(work.solver_state[STREAK])))
             work.solver_state[STREAK] -= work.done - before
             return code
-        code = int(kernel(
-            charts, weights, tables, body, weights_in_space, plan, todo, work.progress, scratch,
-            spare, work.kept,
-        ))  # fmt: skip
+        code = packed(todo)
         if code and start.solver == "fixed_point":
             return DIVERGED  # its forces are finite
         if code:
             work.solver_state[STREAK] = NEWTON_STREAK - 1
             code = by_newton(1)
         return code
+
+    return call
+
+
+def body_stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
+    finest: float,
+) -> Call:  # fmt: skip
+    """A `Call` of the kernel for rigid bodies: does n more steps and returns its code."""
+    system, table = cast(RigidBody, problem.system), method.table
+    weight = cast(UniformGravity | None, system.potential)
+    chart, J = method.chart.number, system.inertia
+    force = np.zeros(6) if weight is None else weight.numbers
+    body = np.concatenate([np.linalg.inv(J).ravel(), J.ravel(), force[3:], np.zeros(12)])
+    kernel = packed_body.compiled_advance_body(chart, int(weight is not None))
+    charts, weights = (0,) * (1 + chart), (0,) * (1 + int(weight is not None))
+    tables = collocation_tables(table, step)
+    width, weights_in_space = tables[0].shape[1], force[:3].copy()
+    scratch, spare = aligned(36, width), aligned(6, width)
+    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+
+    def call(todo: int) -> int:
+        return int(kernel(
+            charts, weights, tables, body, weights_in_space, plan, todo, work.progress, scratch,
+            spare, work.kept,
+        ))  # fmt: skip
 
     return call

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shutil
 import uuid
 from collections.abc import Callable, Mapping, Sequence
@@ -23,6 +24,7 @@ from galvi.kernels.compile.cache import KernelCache
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.forces import lagrangian_derivatives
 
+POWER = "power"  # of galvi.kernels.lanes.elementary
 KEPT = 200  # most expressions whose code is kept on disk
 FOLDER = "galvi-expressions"
 FROM_MATH = {"erf", "erfc", "gamma", "lgamma"}
@@ -36,12 +38,14 @@ IN_NUMPY = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arct
 
 
 def written(
-    results: Sequence[Any], arguments: Mapping[Any, str], store: Callable[[int, str], str]
-) -> list[str]:
+    results: Sequence[Any], arguments: Mapping[Any, str], store: Callable[[int, str], str],
+    power: str = "",
+) -> list[str]:  # fmt: skip
     """Lines of Python that compute the results, with common subexpressions computed once.
 
     arguments  symbol -> its place in the code, e.g. 'q[0]'
     store      (index of the result, its code) -> the line that stores it
+    power      name of a function for powers; "" for the operator **
 
     Raises ValueError for a function that has no compiled form, naming it.
     """
@@ -52,12 +56,16 @@ def written(
     )
     used = set().union(*(e.free_symbols for e in [*reduced, *(e for _, e in shared)]))
     lines = [f"{s} = {place}" for s, place in arguments.items() if s in used]
-    lines += [f"{name} = {printed(e)}" for name, e in shared]
-    return lines + [store(k, printed(e)) for k, e in enumerate(reduced)]
+    lines += [f"{name} = {printed(e, power)}" for name, e in shared]
+    return lines + [store(k, printed(e, power)) for k, e in enumerate(reduced)]
 
 
-def printed(expression: Any) -> str:
-    """The Python code of an expression, in the functions of FROM_MATH and FROM_NUMPY."""
+def printed(expression: Any, power: str = "") -> str:
+    """The Python code of an expression, in the functions of FROM_MATH and FROM_NUMPY.
+
+    power  name of a function for powers; "" for the operator **
+    """
+    import sympy
     from sympy.printing.codeprinter import PrintMethodNotImplementedError
     from sympy.printing.pycode import PythonCodePrinter
 
@@ -69,6 +77,11 @@ def printed(expression: Any) -> str:
             return repr(float(number))
 
         _print_Half = _print_Rational
+
+        def _print_Pow(self, of: Any, rational: bool = False) -> str:
+            if not power or of.exp == sympy.Rational(1, 2):
+                return str(super()._print_Pow(of, rational))
+            return f"{power}({self._print(of.base)}, {self._print(of.exp)})"
 
         def _print_sign(self, of: Any) -> str:
             return f"sign({self._print(of.args[0])})"
@@ -95,7 +108,7 @@ def printed(expression: Any) -> str:
     except PrintMethodNotImplementedError:
         code = ""
     names = {str(symbol) for symbol in expression.free_symbols}
-    unknown = _names(code) - names - FROM_MATH - FROM_NUMPY - {"abs"}
+    unknown = _names(code) - names - FROM_MATH - FROM_NUMPY - {"abs", power}
     if not code or unknown:
         heads = sorted({type(f).__name__ for f in expression.atoms(_function_class())})
         raise ValueError(
@@ -117,8 +130,17 @@ def source(bodies: Mapping[str, tuple[str, list[str]]]) -> str:
     numpy = [f"{IN_NUMPY[n]} as {n}" if n in IN_NUMPY else n for n in sorted(names & FROM_NUMPY)]
     head = [f"from math import {', '.join(math)}"] * bool(math)
     head += [f"from numpy import {', '.join(numpy)}"] * bool(numpy)
-    whole = "\n".join(head) + text + "\n"
-    return whole.replace("_DIGEST(", f"_{hashlib.sha256(whole.encode()).hexdigest()[:16]}(")
+    return with_digest("\n".join(head) + text + "\n")
+
+
+def with_digest(text: str) -> str:
+    """The source with its own digest in the names that end with _DIGEST."""
+    return text.replace("_DIGEST(", f"_{hashlib.sha256(text.encode()).hexdigest()[:16]}(")
+
+
+def functions_in(code: str) -> set[str]:
+    """The functions of FROM_MATH and FROM_NUMPY that occur in code."""
+    return _names(code) & (FROM_MATH | FROM_NUMPY | {POWER})
 
 
 @lru_cache(maxsize=256)
@@ -128,7 +150,7 @@ def functions(text: str) -> Mapping[str, Any]:
     # Compiled code on disk is tied to a module that can be imported.
     names: dict[str, Any] = {"__name__": __name__, "np": np}
     exec(compile(text, str(path or "<an expression>"), "exec"), names)
-    made = {name: f for name, f in names.items() if getattr(f, "__module__", "") == __name__}
+    made = {name: f for name, f in names.items() if re.search("_[0-9a-f]{16}$", name)}
     return {name.rpartition("_")[0]: jit(function) for name, function in made.items()}
 
 

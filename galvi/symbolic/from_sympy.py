@@ -6,7 +6,7 @@ import warnings
 from typing import Any
 
 from galvi.symbolic import code as symbolic_code
-from galvi.symbolic import kinks
+from galvi.symbolic import kinks, lane_law
 from galvi.symbolic.force import SymbolicForce, symbolic_force
 from galvi.symbolic.parsing import Expressions, expressions
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
@@ -34,6 +34,7 @@ def symbolic(
         given.values,
         len(given.q),
         tuple(map(given.text, surfaces)),
+        "" if surfaces else _law(given),
     )
     for k, words in enumerate(found.switching):
         where = kinks.find_kink(found, k)
@@ -45,6 +46,13 @@ def symbolic(
             )
     external = None if given.forces is None else symbolic_force(given)
     return found, given.t in given.L.free_symbols, external
+
+
+def _law(given: Expressions) -> str:
+    lines = lane_law.printed_law(
+        given.q, given.v, given.t, given.L, given.places, kinks.differentiated
+    )
+    return lane_law.law_source(lines, len(given.q)) if lines else ""
 
 
 def _source(given: Expressions, surfaces: tuple[Any, ...]) -> str:

@@ -21,6 +21,7 @@ class SymbolicLagrangian:
     constants  values of the parameters
     dimension  d, the number of coordinates
     switching  the expressions whose sign changes where L may not be C^2, in the user's notation
+    law        source of the law for lanes, see galvi.symbolic.lane_law; "" for none
     """
 
     text: str
@@ -28,6 +29,7 @@ class SymbolicLagrangian:
     constants: tuple[float, ...]
     dimension: int
     switching: tuple[str, ...] = ()
+    law: str = ""
 
     def __repr__(self) -> str:
         return self.text
@@ -38,6 +40,20 @@ class SymbolicLagrangian:
     def slopes(self, q: Array, v: Array, *t: Any) -> Array:
         """dL/dv and dL/dq, (2 d,)."""
         return self._in_python("law", q, v, *t)
+
+    def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array]:
+        """L (n,) and dL/dv (n, d) at n states; q and v (n, d), t (n,)."""
+        if " if " in self.source or "from math" in self.source:  # code for one state
+            one_by_one = list(zip(q, v, t, strict=True))
+            values = np.array([self(*state) for state in one_by_one])
+            return values, np.stack([self.slopes(*state)[: self.dimension] for state in one_by_one])
+        made = symbolic_code.functions(self.source)
+        numbers = np.array(self.constants)
+        value, slopes = np.empty((1, len(q))), np.empty((2, self.dimension, len(q)))
+        with np.errstate(all="ignore"):
+            made["value"].py_func(q.T, v.T, t, numbers, value)
+            made["law"].py_func(q.T, v.T, t, numbers, slopes)
+        return value[0], slopes[0].T
 
     def switches(self, q: Array, v: Array, *t: Any) -> Array:
         """The values of the expressions of ``switching``."""

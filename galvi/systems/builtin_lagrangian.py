@@ -18,6 +18,13 @@ class BuiltinLagrangian(Protocol):
     def slopes(self, q: Array, v: Array, *t: Any) -> Array:
         """dL/dv and the Euclidean dL/dq in one vector, (d + entries of q,)."""
 
+    def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array]:
+        """L (n,) and dL/dv (n, d) at n states; q and v (n, d), t (n,)."""
+
+    @property
+    def law(self) -> str:
+        """Source of the law for lanes, see galvi.symbolic.lane_law; "" for none."""
+
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """Compiled function (q, v, t, constants, out (2, d)) that fills the rows dL/dv and dL/dq,
         and its constants."""

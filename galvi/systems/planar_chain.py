@@ -12,6 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces.planar_chain import planar_chain
+from galvi.symbolic.lane_law import law_source
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +67,21 @@ class PlanarChain:
         out = np.empty((2, self.masses.size))
         planar_chain(np.ascontiguousarray(q), np.ascontiguousarray(v), 0.0, self.numbers, out)
         return out.ravel()
+
+    def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array]:
+        """L (n,) and dL/dv (n, d) at n states; q and v (n, d), t (n,)."""
+        n = self.masses.size
+        A, B = self.numbers[: n * n].reshape(n, n), self.numbers[n * n :]
+        apart = np.cos(q[:, :, None] - q[:, None, :])
+        momenta = np.einsum("ij,kij,kj->ki", A, apart, v)
+        return 0.5 * np.sum(v * momenta, axis=1) + np.cos(q) @ B, momenta
+
+    @property
+    def law(self) -> str:
+        """Source of the law for lanes, see galvi.symbolic.lane_law."""
+        n = self.masses.size
+        lines = f"from galvi.kernels.lanes.laws import planar_chain\n\nlaw = planar_chain({n})\n"
+        return law_source(lines, n)
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""

@@ -101,7 +101,9 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
             state[1, i] = mu1[i]
         copy_into(stages, velocities)
         state[2, :] = 0.0  # invalidates the quaternion of the packed kernel
-        state[3, :4] = 0.0
+        state[3, :4] = 0.0  # its low part; from there on, that of the spatial momentum
+        if not is_one_rotation(layout):
+            state[3, :] = 0.0
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
         record(plan, kept, step, g, g1, mu1)
         if kept.bases.shape[0] > 0:

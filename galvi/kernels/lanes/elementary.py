@@ -1,0 +1,75 @@
+"""Functions that a law of motion is written in, for lanes, numbers and arrays alike.
+
+A law is a Python function (q, v, t, constants) -> (dL/dq, dL/dv, mass), where q and v are sequences
+of d values, dL/dq and dL/dv too, and mass holds the rows of d2L/dv2 up to its diagonal. Zeros that
+do not depend on the state are the number 0.0, and cost nothing in lanes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from galvi.kernels.lanes import functions
+from galvi.kernels.lanes.values import Lane
+
+MOST_HALVES = 64  # beyond, a power by products is less accurate than the function
+
+
+def sin(x):
+    """The sine."""
+    return sine_cosine(x)[0]
+
+
+def cos(x):
+    """The cosine."""
+    return sine_cosine(x)[1]
+
+
+def sine_cosine(x):
+    """Both, computed once for each lane."""
+    if not isinstance(x, Lane):
+        return np.sin(x), np.cos(x)
+    if x.sine_cosine is None:
+        x.sine_cosine = functions.sine_cosine(x)
+    return x.sine_cosine
+
+
+def tan(x):
+    """The tangent."""
+    sine, cosine = sine_cosine(x)
+    return sine / cosine
+
+
+def exp(x):
+    """The exponential."""
+    return functions.exponential(x) if isinstance(x, Lane) else np.exp(x)
+
+
+def log(x):
+    """The natural logarithm."""
+    return functions.logarithm(x) if isinstance(x, Lane) else np.log(x)
+
+
+def sqrt(x):
+    """The square root."""
+    return functions.square_root(x) if isinstance(x, Lane) else np.sqrt(x)
+
+
+def power(x, y):
+    """x to the power y; by products where y is a small multiple of 1/2."""
+    if not (isinstance(x, Lane) or isinstance(y, Lane)):
+        return x**y
+    if isinstance(x, Lane) and isinstance(y, int | float):
+        twice = 2.0 * y
+        if twice == int(twice) and abs(twice) <= MOST_HALVES:
+            return x.power_by_products(int(twice))
+    lane = x if isinstance(x, Lane) else y
+    return functions.power(lane.same(x), lane.same(y))
+
+
+def atan2(y, x):
+    """The angle of the point (x, y)."""
+    if isinstance(y, Lane) or isinstance(x, Lane):
+        lane = y if isinstance(y, Lane) else x
+        return functions.arctangent(lane.same(y), lane.same(x))
+    return np.arctan2(y, x)

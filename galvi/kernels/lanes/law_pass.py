@@ -1,0 +1,234 @@
+"""One pass of the iteration of galvi.kernels.lanes.law, as vector instructions for one law.
+
+A law is a function as described in galvi.kernels.lanes.elementary. Rows of work, (rows, P):
+
+q, v, f, p      (d, P) each: places, velocities, forces dL/dq and momenta at the stages
+low_q, low_p    (d, P) each: what the low parts of the matrices and of the state add to q and p
+before          (d, P)       not used here
+t               (P,)         times
+found           dL/dv (d, P), then the factors of d2L/dv2 by rows: L D L^T without pivots, with
+                1 / D on the diagonal
+
+tables   (4 s, P)       h A^T, its low part, h B^T and its low part
+numbers  (2 d + 3,)     q and p at the start, 1 over their sizes; the pass adds its largest relative
+                        change
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from galvi.kernels.lanes.values import Lane
+from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
+
+Q, V, F, P, LOW_Q, LOW_P, BEFORE, T = range(8)  # times d, but for T, which has one row
+UNROLLED = 8  # stages for which sums are written out
+
+
+def rows_of_work(d):
+    """Rows of work for d coordinates."""
+    return T * d + 1 + d + d * (d + 1) // 2
+
+
+def is_zero(x):
+    """Whether x is 0 for every state."""
+    return not isinstance(x, Lane) and x == 0.0
+
+
+def product(x, y):
+    """x y, the number 0 where a factor is."""
+    return 0.0 if is_zero(x) or is_zero(y) else x * y
+
+
+def difference(x, y):
+    """x - y, and x itself where y is the number 0."""
+    return x if is_zero(y) else x - y
+
+
+def factored(mass):
+    """The rows of L, with 1 / D on the diagonal, from the rows of a matrix up to its diagonal."""
+    rows: list[list[Any]] = []
+    for i, given in enumerate(mass):
+        scaled: list[Any] = []  # row i of L D
+        for j in range(i):
+            value = given[j]
+            for k in range(j):
+                value = difference(value, product(scaled[k], rows[j][k]))
+            scaled.append(value)
+        row, pivot = [product(scaled[j], rows[j][j]) for j in range(i)], given[i]
+        for j in range(i):
+            pivot = difference(pivot, product(scaled[j], row[j]))
+        rows.append([*row, 1.0 / pivot])
+    return rows
+
+
+def filled(law, d):
+    """The places (i, j), j < i, of L that are not 0 at a state without special properties."""
+    near = np.linspace(0.3, 0.7, 2 * d + 1) ** 0.5
+    with np.errstate(all="ignore"):
+        mass = law(list(near[:d]), list(near[d:-1]), near[-1], Generic())[2]
+        rows = factored([list(map(float, row)) for row in mass])
+    return [(i, j) for i in range(d) for j in range(i) if rows[i][j] != 0.0]
+
+
+class Generic:
+    """Constants without special properties."""
+
+    def __getitem__(self, k):
+        return 1.0 + 0.1 / (k + 1.5)
+
+
+class Constants:
+    """Constants of a law, spread over eight lanes when they are first used."""
+
+    def __init__(self, builder, lanes, data, row):
+        self.builder, self.lanes, self.data, self.row = builder, lanes, data, row
+        self.loaded = {}
+
+    def __getitem__(self, k):
+        if k not in self.loaded:
+            scalar = self.lanes.number(self.data, self.row(k))
+            self.loaded[k] = Lane(self.builder, self.lanes.spread(scalar))
+        return self.loaded[k]
+
+
+class Pass:
+    """The three parts of a pass, each for eight stages."""
+
+    def __init__(self, context, builder, signature, values, law, d):
+        self.context, self.builder, self.law, self.d = context, builder, law, d
+        work, tables, constants, numbers = (
+            context.make_array(signature.args[k])(context, builder, values[k]) for k in range(4)
+        )
+        self.work, self.tables, self.constants, self.numbers = (
+            array.data for array in (work, tables, constants, numbers)
+        )
+        self.padded = builder.extract_value(work.shape, 1)
+        self.row = self.padded.type
+        self.stages = builder.udiv(builder.extract_value(tables.shape, 0), self.row(4))
+        self.largest = cgutils.alloca_once(builder, BITS)
+        builder.store(ir.Constant(BITS, [0] * LANES), self.largest)
+
+    def chunks(self, part):
+        """Do one part for all stages."""
+        chunks = self.builder.udiv(self.padded, self.row(LANES))
+        with cgutils.for_range(self.builder, chunks, intp=self.row) as loop:
+            part(Lanes(self.context, self.builder, self.padded, loop.index))
+
+    def load(self, lanes, block, i=0):
+        return Lane(self.builder, lanes.load(self.work, self.row(block * self.d + i)))
+
+    def store(self, lanes, lane, block, i=0):
+        lanes.store(lane.value, self.work, self.row(block * self.d + i))
+
+    def number(self, lanes, k):
+        return Lane(self.builder, lanes.spread(lanes.number(self.numbers, self.row(k))), ())
+
+    def evaluate(self, lanes):
+        """f, dL/dv and the factors from q and v."""
+        d = self.d
+        q, v = ([self.load(lanes, block, i) for i in range(d)] for block in (Q, V))
+        constants = Constants(self.builder, lanes, self.constants, self.row)
+        forces, momenta, mass = self.law(q, v, self.load(lanes, T), constants)
+        found = [*momenta, *(factor for row in factored(mass) for factor in row)]
+        for i in range(d):
+            self.store(lanes, q[0].same(forces[i]), F, i)
+        for k, value in enumerate(found):
+            self.store(lanes, q[0].same(value), T, 1 + k)
+
+    def sums(self, lanes, low, first_row, block):
+        """The low part plus sum_k (rows of a table) (columns of a block), for each coordinate."""
+        builder, d = self.builder, self.d
+        first = [lanes.load(self.work, self.row(low * d + i)) for i in range(d)]
+        values = self.row(block * d)
+        results = [lanes.variable(NOTHING) for _ in range(d)]
+        known = builder.icmp_unsigned("==", self.stages, self.row(UNROLLED))
+        with builder.if_else(known) as (written_out, in_a_loop):
+            with written_out:
+                totals = [list(first), [NOTHING] * d]
+                for j in range(UNROLLED):
+                    factor = lanes.load(self.tables, builder.add(first_row, self.row(j)))
+                    for i in range(d):
+                        value = lanes.number(self.work, lanes.plus(values, i), self.row(j))
+                        term = lanes.mul(lanes.spread(value), factor)
+                        totals[j % 2][i] = lanes.add(totals[j % 2][i], term)
+                for place, one, other in zip(results, *totals, strict=True):
+                    builder.store(lanes.add(one, other), place)
+            with in_a_loop:
+                found = lanes.sums(first, self.tables, first_row, self.work, values, self.stages)
+                for place, value in zip(results, found, strict=True):
+                    builder.store(value, place)
+        return [Lane(builder, builder.load(place), ()) for place in results]
+
+    def moved(self, lanes, totals, block, origin, scale):
+        """Store origin + total in a block, and note the largest change over its size."""
+        new = []
+        size = self.number(lanes, 2 * self.d + scale)
+        for i, total in enumerate(totals):
+            place = self.number(lanes, origin + i) + total
+            far = ((place - self.load(lanes, block, i)) * size).call("fabs").bits
+            largest = self.builder.load(self.largest)
+            # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
+            more = self.builder.icmp_signed(">", far, largest)
+            self.builder.store(self.builder.select(more, far, largest), self.largest)
+            self.store(lanes, place, block, i)
+            new.append(place.fused)
+        return new
+
+    def kick(self, lanes, below):
+        """p from f, and one Newton step for v with dL/dv = p."""
+        d, start = self.d, self.builder.mul(self.stages, self.row(2))
+        p = self.moved(lanes, self.sums(lanes, LOW_P, start, F), P, d, 1)
+
+        def found(k):
+            return self.load(lanes, T, 1 + k)
+
+        def factor(i, j):
+            return found(d + i * (i + 1) // 2 + j)
+
+        x = [p[i] - found(i) for i in range(d)]
+        L = {(i, j): factor(i, j) for i, j in below}
+        for i, j in below:
+            x[i] = x[i] - L[i, j] * x[j]
+        x = [x[i] * factor(i, i) for i in range(d)]
+        for i, j in reversed(below):
+            x[j] = x[j] - L[i, j] * x[i]
+        for i in range(d):
+            self.store(lanes, self.load(lanes, V, i) + x[i], V, i)
+
+    def drift(self, lanes):
+        """q from v."""
+        self.moved(lanes, self.sums(lanes, LOW_Q, self.row(0), V), Q, 0, 0)
+
+    def change(self):
+        """The largest relative change of q and p."""
+        lanes = Lanes(self.context, self.builder, self.padded, self.row(0))
+        return self.builder.bitcast(lanes.largest(self.builder.load(self.largest)), DOUBLE)
+
+
+def one_pass(law, d):
+    """An intrinsic (work, tables, constants, numbers) for a law on R^d."""
+    below = filled(law, d)
+
+    @intrinsic
+    def whole_pass(typingctx, work, tables, constants, numbers):
+        signature = types.void(work, tables, constants, numbers)
+
+        def generate(context, builder, signature, values):
+            made = Pass(context, builder, signature, values, law, d)
+            made.chunks(made.evaluate)
+            made.chunks(lambda lanes: made.kick(lanes, below))
+            made.chunks(made.drift)
+            place = builder.gep(made.numbers, [made.row(2 * d + 2)])
+            builder.store(made.change(), place)
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    return whole_pass

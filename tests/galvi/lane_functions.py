@@ -1,0 +1,54 @@
+"""Vector functions compiled for whole arrays."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numba
+import numpy as np
+from numba import types
+from numba.extending import intrinsic
+
+from galvi.kernels.lanes.values import Lane
+from galvi.kernels.lanes.vectors import LANES, Lanes
+
+
+@cache
+def compiled(function: Any, given: int, returned: int) -> Any:
+    """(given, P) -> (returned, P): the function of lanes on the columns of an array."""
+
+    @intrinsic
+    def eight(typingctx, arguments, results, padded, chunk):  # type: ignore[no-untyped-def]
+        whole = types.intp
+        signature = types.void(arguments, results, whole, whole)
+
+        def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
+            lanes = Lanes(context, builder, *values[2:])
+            source, target = (lanes.data(signature.args[k], values[k]) for k in (0, 1))
+            row = values[2].type
+            loaded = [Lane(builder, lanes.load(source, row(k))) for k in range(given)]
+            found = function(*loaded)
+            for k, one in enumerate(found if isinstance(found, tuple) else (found,)):
+                lanes.store(one.value, target, row(k))
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    @numba.njit(error_model="numpy")
+    def columns(arguments, results):  # type: ignore[no-untyped-def]
+        padded = arguments.shape[1]
+        for chunk in range(padded // LANES):
+            eight(arguments, results, padded, chunk)
+
+    def apply(*arguments: Any) -> Any:
+        count = len(arguments[0])
+        padded = -(-count // LANES) * LANES
+        source = np.ones((given, padded))
+        for k, one in enumerate(arguments):
+            source[k, :count] = one
+        results = np.empty((returned, padded))
+        columns(source, results)
+        return results[0, :count] if returned == 1 else results[:, :count]
+
+    return apply
