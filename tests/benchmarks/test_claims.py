@@ -7,20 +7,16 @@ from dataclasses import fields
 import pandas as pd
 import pytest
 
-import galvi
 from benchmarks.checks.bounds import HOLDS, NOT_RUN, VERDICTS, AtMost
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.claims import CLAIMS
 from benchmarks.store.frames import COLUMNS
+from tests.benchmarks.quick_studies import quick
 
 NEVER_RUN = {"V25"}
 MADE_UP = Claim("V0", "title", lambda *given: pd.DataFrame(), lambda table: [], ("H fig. 1",),
                 setup="any", claimed="O(h)", reference="closed form")  # fmt: skip
 BY_ID = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
-
-
-def quick(claim: Claim) -> pd.DataFrame:
-    return claim.study(galvi.Galerkin, True, lambda sentence: None)
 
 
 def test_the_claims_are_numbered_without_a_gap() -> None:

@@ -26,6 +26,7 @@ from benchmarks.claims.vector_spaces.v15_noether_quantities import V15
 from benchmarks.statistics.drift import LEAST, drift
 from galvi.arrays import Array
 from references.closed_forms.oscillator_step import oscillator_step
+from tests.benchmarks.quick_studies import quick
 
 PLANTED = 0.05
 Change = Callable[[Array], Array]
@@ -122,10 +123,7 @@ RATIO = "over the largest of single steps from exact states"
 @pytest.fixture(scope="module")
 def measured() -> dict[str, pd.DataFrame]:
     """The frames of the claims' quick studies."""
-    return {
-        claim.id: claim.study(galvi.Galerkin, True, lambda sentence: None)
-        for claim in (V2, V8, V15, L4, L8)
-    }
+    return {claim.id: quick(claim) for claim in (V2, V8, V15, L4, L8)}
 
 
 @pytest.mark.parametrize("change", PLANTS)

@@ -18,6 +18,7 @@ from galvi import Problem
 from galvi.kernels.forces.rotor_wind import rotor_wind
 from galvi.problems import brownout
 from tests.benchmarks.planted_tables import contradicted, faulty
+from tests.benchmarks.quick_studies import quick
 
 INTEGRATE = galvi.integrate
 
@@ -85,7 +86,7 @@ def test_the_starts_are_what_their_words_say() -> None:
 
 
 def test_a_high_order_that_is_dear_is_caught() -> None:
-    table = V24.study(galvi.Galerkin, True, lambda sentence: None)
+    table = quick(V24)
     ours = (table["study"] != EULER) & (table["quantity"] == EVALUATIONS)
     table.loc[ours, "value"] *= 1000.0
     verdicts = {row.quantity: row.verdict for row in V24.judge(table)}
@@ -95,7 +96,7 @@ def test_a_high_order_that_is_dear_is_caught() -> None:
 
 def test_a_cost_that_grows_as_fast_as_eulers_is_caught() -> None:
     """N steps of the same order as Euler's: the ratio of evaluations would not grow."""
-    table = V24.study(galvi.Galerkin, True, lambda sentence: None)
+    table = quick(V24)
     ours = table["study"] != EULER
     errors = table[ours & (table["quantity"] == ERROR)].set_index(["study", "steps"])["value"]
     for index in table[ours & (table["quantity"] == EVALUATIONS)].index:

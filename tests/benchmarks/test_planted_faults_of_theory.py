@@ -11,6 +11,7 @@ import galvi
 from benchmarks.checks.bounds import HOLDS, NOT_RUN
 from benchmarks.claims import CLAIMS
 from tests.benchmarks.planted_tables import contradicted, faulty
+from tests.benchmarks.quick_studies import quick
 
 CLAIM = {claim.id: claim for claim in CLAIMS}
 TABLE_DEFECT = "largest |alpha - c|, |beta_p - 1| in the tables of accepted pairs"
@@ -99,7 +100,7 @@ def test_a_theory_that_takes_every_pair_for_consistent_is_caught(
 def test_steps_that_fail_below_a_bound_are_not_left_out(name: str) -> None:
     """The least of eigenvalues of which one is missing is not known."""
     claim = CLAIM["V13"]
-    frame = claim.study(galvi.Galerkin, True, lambda sentence: None)
+    frame = quick(claim)
     frame.loc[(frame["study"] == name) & (frame["step"] < 1.0), "value"] = float("nan")
     lost = {row.quantity for row in claim.judge(frame) if row.verdict == NOT_RUN}
     for quantity in ("least eigenvalue over all steps below the bound",
@@ -110,7 +111,7 @@ def test_steps_that_fail_below_a_bound_are_not_left_out(name: str) -> None:
 def test_the_printed_constant_would_hold_if_it_were_so() -> None:
     """With M's own N in the place of N - 1 the judge says holds: the verdict is not built in."""
     claim = CLAIM["V21"]
-    frame = claim.study(galvi.Galerkin, True, lambda sentence: None)
+    frame = quick(claim)
     named = (frame["study"] == "Lobatto N nodes") & (frame["quantity"] == "largest |u'|_N / |u'|")
     frame.loc[named, "value"] = (2.0 + 1.0 / (frame.loc[named, "n"] - 1.0)) ** 0.5
     printed = [row for row in claim.judge(frame) if row.quantity.startswith("largest ratio")]

@@ -28,13 +28,14 @@ from benchmarks.test_problems.newton_euler import cross
 from benchmarks.test_problems.nonlinear_oscillators import HARDENING, NONLINEAR
 from galvi import Problem
 from tests.benchmarks.planted_tables import contradicted, faulty
+from tests.benchmarks.quick_studies import quick
 
 HUNG, JOINED = "body hung by a spring on SE(3)", "joined pendulums on SO(3) x SO(3)"
 
 
 @pytest.fixture(scope="module")
 def orders() -> pd.DataFrame:
-    return l03.L3.study(galvi.Galerkin, True, lambda sentence: None)
+    return quick(l03.L3)
 
 
 def verdict(table: pd.DataFrame, quantity: str) -> str:

@@ -34,6 +34,7 @@ from references.closed_forms.kepler_action import kepler_action
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.oscillator_action import oscillator_action
 from tests.benchmarks.planted_tables import contradicted, faulty, rows
+from tests.benchmarks.quick_studies import quick
 
 FLOOR = 1e-12
 
@@ -168,7 +169,7 @@ def test_the_parity_of_the_order_is_seen_at_the_pericentre_only() -> None:
 
 def test_the_law_would_be_contradicted_if_the_orders_were_lower() -> None:
     """Angular momentum of order 1 less: no verdict of V7 is built in."""
-    table = V7.study(galvi.Galerkin, True, lambda sentence: None)
+    table = quick(V7)
     lower = (table["quantity"] == v07.ANGULAR) & table["study"].str.endswith("100 steps")
     table.loc[lower, "value"] /= table.loc[lower, "step"]
     verdicts = {row.quantity: row.verdict for row in V7.judge(table)}
@@ -208,7 +209,7 @@ def test_oracles_that_differ_are_caught(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_every_order_of_a_discrete_lagrangian_has_its_step() -> None:
-    table = V26.study(galvi.Galerkin, True, lambda sentence: None)
+    table = quick(V26)
     for name, ns in v26.NS.items():
         for n in ns:
             for quantity in (v26.ACTION, v26.STEPPED):

@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import galvi
 from benchmarks.checks.bounds import CONTRADICTED, FINDING, HOLDS
 from benchmarks.claims.lie_groups import l01_methods_without_a_group as l01
 from benchmarks.claims.lie_groups import l02_free_body_convergence_in_n as l02
@@ -19,13 +18,14 @@ from benchmarks.claims.lie_groups import steps_near_the_limit as steps
 from benchmarks.claims.lie_groups.cayley_curve import cayley_rate, distance_of_polynomials, turned
 from benchmarks.claims.lie_groups.curves_and_ends import scan_of
 from galvi.arrays import Array
+from tests.benchmarks.quick_studies import quick
 
 HELD = [l09.named(weight, "Cayley") for weight in l09.HELD]
 
 
 @pytest.fixture(scope="module")
 def table() -> pd.DataFrame:
-    return l09.study(galvi.Galerkin, True, lambda sentence: None)
+    return quick(l09.L9)
 
 
 def verdicts(table: pd.DataFrame) -> dict[str, str]:
@@ -121,7 +121,7 @@ def test_polynomials_are_as_far_from_a_steady_turn_as_its_pole_says() -> None:
 
 def test_a_departure_that_no_picture_shows_is_not_a_visible_one() -> None:
     """A thousandth of what RK45 departs is still a departure, but none that can be seen."""
-    found = l01.study(galvi.Galerkin, True, lambda sentence: None)
+    found = quick(l01.L1)
     for label in l01.MOMENTUM:
         for quantity in (l01.SPHERE, l01.ENERGY):
             small = changed(found, lambda x: 1e-3 * x, study=label, quantity=quantity)
@@ -133,7 +133,7 @@ def test_a_departure_that_no_picture_shows_is_not_a_visible_one() -> None:
 @pytest.mark.parametrize("module", [l02, l06], ids=["L2", "L6"])
 def test_curves_that_are_behind_are_not_said_to_be_as_good(module: Any) -> None:
     claim = module.L2 if module is l02 else module.L6
-    sound = claim.study(galvi.Galerkin, True, lambda sentence: None)
+    sound = quick(claim)
     as_good = [row for row in claim.judge(sound) if "largest ratio of curve" in row.quantity]
     assert len(as_good) == len(module.UP_TO)
     assert {row.verdict for row in as_good} == {HOLDS}
@@ -145,7 +145,7 @@ def test_curves_that_are_behind_are_not_said_to_be_as_good(module: Any) -> None:
 
 def test_ends_whose_error_does_not_grow_with_t_are_caught() -> None:
     """Errors of all ends as at T = 5."""
-    sound = l02.study(galvi.Galerkin, True, lambda sentence: None)
+    sound = quick(l02.L2)
     ends = {"quantity": "one-step error"}
     first = sound[(sound["study"] == scan_of(5.0)) & (sound["quantity"] == "one-step error")]
     still = changed(sound, lambda x: first["value"].to_numpy(), study=scan_of(500.0), **ends)

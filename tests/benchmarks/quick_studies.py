@@ -1,0 +1,22 @@
+"""The quick studies of the claims, measured once in a run by the first worker in need of one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+from filelock import FileLock
+
+import galvi
+from benchmarks.checks.claim import Claim
+
+folder = Path()  # of the workers' common temporary files, set by conftest.py
+
+
+def quick(claim: Claim) -> pd.DataFrame:
+    """The frame of a claim's quick study with galvi's own methods; a copy."""
+    path = folder / f"{claim.id}.pickle"
+    with FileLock(path.with_suffix(".lock")):
+        if not path.exists():
+            claim.study(galvi.Galerkin, True, lambda sentence: None).to_pickle(path)
+    return pd.read_pickle(path)
