@@ -40,6 +40,11 @@ def outcome(run: Trajectory) -> dict[str, Any]:
     return {"status": failure(run), "force_evaluations": run.counts["force_evaluations"]}
 
 
+def completed(run: Trajectory) -> bool:
+    """Whether every step was done; errors of runs with a ruined energy count, too."""
+    return bool(np.all(np.isfinite(run.p[-1])))
+
+
 def at_fixed_time(ns: Iterable[int], duration: float, steps: Sequence[int]) -> list[Case]:
     """h-refinement for each n with the final time fixed: steps of duration / k for each k."""
     return [Case(n, duration / k, k) for n in ns for k in steps]
@@ -80,10 +85,10 @@ def refine(
         report(f"n = {case.n}, {case.steps} steps of {case.step:.4g}")
         run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
         span = (case.step * case.steps, case.steps * per_step)
-        if needs_truth and run.success and span not in exact:
+        if needs_truth and completed(run) and span not in exact:
             exact[span] = truth.run(problem, span[0], {"samples": span[1]})
         values = {
-            quantity: QUANTITIES[quantity](run, exact.get(span)) if run.success else float("nan")
+            quantity: QUANTITIES[quantity](run, exact.get(span)) if completed(run) else float("nan")
             for quantity in quantities
         }
         found += rows(values, study=study, **case.columns, **outcome(run))
@@ -105,7 +110,7 @@ def refine_at_end(
     for case in cases:
         report(f"{study}, n = {case.n}, {case.steps} steps")
         run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
-        error = float(np.max(np.abs(run.q[-1] - exact))) if run.success else float("nan")
+        error = float(np.max(np.abs(run.q[-1] - exact))) if completed(run) else float("nan")
         found += rows({quantity: error}, study=study, **case.columns, **outcome(run))
     return found
 

@@ -72,7 +72,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report of a copy to which all three were added."""
     copy = tmp_path_factory.mktemp("copy")
     for package in ("benchmarks", "reports"):
-        ignored = shutil.ignore_patterns("__pycache__", "out")
+        ignored = shutil.ignore_patterns("*.pyc", "out")  # compiled kernels are taken along
         shutil.copytree(ROOT / package, copy / package, ignore=ignored)
     (copy / "reports" / "sections" / "mine.py").write_text(STUDY)
     contents = copy / "reports" / "contents.py"

@@ -211,5 +211,5 @@ L2 = Claim(
     judge,
     ("H fig. 3.1",),
     claimed=CLAIMED,
-    reference=FREE_TOP.name,
+    reference=f"{FREE_TOP.name}; SciPy DOP853 (A9)",
 )

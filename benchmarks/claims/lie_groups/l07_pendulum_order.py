@@ -82,5 +82,5 @@ L7 = Claim(
     study,
     judge,
     ("H fig. 3.6",),
-    reference=TRUTH.name,
+    reference=f"{TRUTH.name}; stored truth in quadruple precision (A9)",
 )

@@ -115,5 +115,5 @@ L15 = Claim(
     study,
     judge,
     ("H thm. 3.3.3", "H thm. 3.3.4"),
-    reference=TRUTH.name,
+    reference=f"{TRUTH.name}; stored truth in quadruple precision (A9)",
 )

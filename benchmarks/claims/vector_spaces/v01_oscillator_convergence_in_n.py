@@ -59,5 +59,5 @@ V1 = Claim(
     "faster than any geometric rate once a step of three periods is resolved. Of the n below 12 "
     "some are unstable at this step (n = 3, 4, 5, 7, 10), the others err by the size of the "
     "motion; so do n = 12 to 14, by their phase (1.17 after 100 steps at n = 14): none is fitted.",
-    reference=OSCILLATOR.name,
+    reference=f"{OSCILLATOR.name}; SciPy DOP853 (A9)",
 )

@@ -94,5 +94,5 @@ V3 = Claim(
     judge,
     ("H fig. 2.6",),
     setup=SETUP,
-    reference=KEPLER.name,
+    reference=f"{KEPLER.name}; REBOUND IAS15 (A9)",
 )

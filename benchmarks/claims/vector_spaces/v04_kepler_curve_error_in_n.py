@@ -86,5 +86,5 @@ V4 = Claim(
     study,
     judge,
     ("H fig. 2.6",),
-    reference=KEPLER.name,
+    reference=f"{KEPLER.name}; REBOUND IAS15 (A9)",
 )

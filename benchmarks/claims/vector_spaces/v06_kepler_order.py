@@ -81,5 +81,5 @@ V6 = Claim(
     judge,
     ("H fig. 2.9",),
     source="H fig. 2.9, thm. 2.3.3",
-    reference=KEPLER.name,
+    reference=f"{KEPLER.name}; REBOUND IAS15 (A9)",
 )

@@ -294,5 +294,5 @@ V14 = Claim(
     study,
     judge,
     ("H thm. 2.3.6", "H thm. 2.3.7"),
-    reference=KEPLER.name,
+    reference=f"{KEPLER.name}; REBOUND IAS15 (A9)",
 )

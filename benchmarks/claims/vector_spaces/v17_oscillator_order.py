@@ -77,5 +77,5 @@ V17 = Claim(
     study,
     judge,
     ("M fig. 1 left",),
-    reference=TRUTH.name,
+    reference=f"{TRUTH.name}; SciPy DOP853 (A9)",
 )

@@ -55,5 +55,5 @@ V18 = Claim(
     claimed="exponential convergence with respect to the polynomial order",
     reason="cos t has no singularity: the factor itself falls with N. M names no h; these are its "
     "largest step and a single one to its T.",
-    reference=TRUTH.name,
+    reference=f"{TRUTH.name}; SciPy DOP853 (A9)",
 )
