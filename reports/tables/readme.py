@@ -59,7 +59,7 @@ def results(claims: pd.DataFrame) -> str:
             raise KeyError(f"claims.csv has no row {name}, {quantity}.")
         row = found.iloc[0]
         measured = plain(row["measured"])
-        slack = f", slack x{plain(row['slack'], 2)}" if row["slack"] > 1.0 else ""
+        slack = f", slack x{float(plain(row['slack'], 2)):g}" if row["slack"] > 1.0 else ""
         lines.append(
             f"| {name}, {row['source']} | {quantity} | {row['claimed']} | {measured} "
             f"| {row['verdict']}{slack} |"
