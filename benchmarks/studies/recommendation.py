@@ -44,11 +44,12 @@ EXPLANATION = (
     "galvi.recommend returns the degree and step of least time for a requested error; its choice "
     "is run and compared with the truth, the closed form or quadruple precision, to which it has "
     "no access: it compares runs with more accurate ones, over the whole duration or, in rows "
-    f"marked so, every second error, over 1/{PART} of it, and extrapolates. A promise is kept when the error at the "
-    f"end is at most {WITHIN:g} times the requested one, {EXTRAPOLATED:g} times if it was "
-    f"extrapolated. An error may be refused when it is below {ROUND_OFF:g} times the effect of "
-    "rounding positions and times; the error proposed instead must then be met within a factor "
-    f"of {EXTRAPOLATED:g}. Predicted is the largest error at any time of the run."
+    f"marked so, every second error, over 1/{PART} of it, and extrapolates. A promise is kept "
+    f"when the error at the end is at most {WITHIN:g} times the requested one, "
+    f"{EXTRAPOLATED:g} times if it was extrapolated. An error may be refused when it is below "
+    f"{ROUND_OFF:g} times the effect of rounding positions and times; the error proposed instead "
+    f"must then be met within a factor of {EXTRAPOLATED:g}. Predicted is the largest error at any "
+    "time of the run."
 )
 
 

@@ -93,9 +93,12 @@ class DeferredInterrupts(event.Listener):
             handler(*self._pressed.pop())
 
     def _note(self, signum: int, frame: Any) -> None:
-        if self._pressed:
-            self._handler(signum, frame)
-        self._pressed.append((signum, frame))
+        if not self._pressed:
+            self._pressed.append((signum, frame))
+            return
+        handler, self._handler, self._pressed, self._depth = self._handler, None, [], 0
+        signal.signal(signal.SIGINT, handler)
+        handler(signum, frame)
 
 
 def file_lock(path: Path) -> Any:

@@ -21,7 +21,9 @@ from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
 
 CLOSE = 0.03  # relative error of a momentum; that of the energy is of the order of its square
-NUDGE = 2.0**-26  # relative change of a position whose effect on the energy is not an error
+# Relative changes of a position whose effect on the energy is not an error: the larger one at rest,
+# where V may be 0 and a motion grows from round-off.
+NUDGE, NUDGE_AT_REST = 2.0**-46, 2.0**-26
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,11 +86,13 @@ def start_energies(problem: Problem) -> tuple[float, float]:
 
 def noise(problem: Problem) -> float:
     """Change of V when the start moves by ``NUDGE`` of itself: the energy's round-off, about."""
+    nudge = NUDGE if np.any(problem.v0) else NUDGE_AT_REST
     here, *moved = (
         float(energies(problem, _start(problem, scale))[1][0])
-        for scale in (1.0, 1.0 - NUDGE, 1.0 + NUDGE)
+        for scale in (1.0, 1.0 - nudge, 1.0 + nudge)
     )
-    return float(np.nanmax([0.0, *(abs(each - here) for each in moved)]))
+    changes = [abs(each - here) for each in moved]
+    return max([0.0, *(change for change in changes if np.isfinite(change))])
 
 
 def kick_energy(problem: Problem, step: float) -> float:

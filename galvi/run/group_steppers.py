@@ -1,4 +1,4 @@
-"""The two kernels for steps on a group: a general one, and one for rigid bodies."""
+"""The kernels for steps on a group: a general one, one for rigid bodies, and one for laws."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def compiled_stepper(
             return code
         code = packed(todo)
         if code and start.solver == "fixed_point":
-            return DIVERGED  # its forces are finite
+            return code if has_law(problem) else DIVERGED  # a body's forces are finite
         if code:
             work.solver_state[STREAK] = NEWTON_STREAK - 1
             code = by_newton(1)

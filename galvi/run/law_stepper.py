@@ -30,7 +30,8 @@ def has_law(problem: Problem) -> bool:
         and isinstance(system.group, Rn)
         and system.slopes is None
         and system.force is None
-        and bool(getattr(system.function, "law", ""))
+        and isinstance(system.function, BuiltinLagrangian)
+        and bool(system.function.law)
     )
 
 

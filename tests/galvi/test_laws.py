@@ -116,3 +116,18 @@ def test_the_factors_of_a_mass_are_l_and_1_over_d() -> None:
     L = np.array([[*row[:-1], 1.0, *[0.0] * (4 - i)] for i, row in enumerate(rows)])
     D = np.diag([1.0 / row[-1] for row in rows])
     np.testing.assert_allclose(L @ D @ L.T, matrix, rtol=1e-12)
+
+
+def test_a_mass_without_a_first_pivot_is_left_to_the_general_kernel() -> None:
+    L = vx * vy - x * y
+    given = galvi.Problem(galvi.Lagrangian.from_sympy(L, PLACE, PACE), [0.4, -0.7], [0.5, 0.2])
+    run = galvi.integrate(given, METHOD, 0.05, 20)
+    assert run.success and run.counts["linear_solves"] > 0
+
+
+def test_constants_of_any_order_have_a_law() -> None:
+    a, b = sp.symbols("a b", real=True)
+    L = (b - a) ** sp.Rational(7, 3) * vx**2 / 2 - x**2 / 2
+    system = galvi.Lagrangian.from_sympy(L, (x,), (vx,), parameters={a: 1.0, b: 3.0})
+    run = galvi.integrate(galvi.Problem(system, [0.4], [0.5]), METHOD, 0.05, 20)
+    assert run.success and run.counts["linear_solves"] == 0

@@ -378,3 +378,13 @@ def test_the_pericentre_is_found_from_any_point_of_the_conic(eccentricity, since
         q, v = run.q[-1], run.p[-1]
     found = passage_error(q @ q, v @ v, q @ v, mu, 0.5 + since / h, h, 8)
     assert found == pytest.approx(passage_error(nearest**2, speed**2, 0.0, mu, 0.5, h, 8), rel=1e-5)
+
+
+def test_a_ruined_energy_is_seen_far_from_the_origin() -> None:
+    far = 1e8
+    system = galvi.Canonical(
+        1.0, lambda q: float((q[0] - far) ** 2 / 2), lambda q: 3.0 * (q - far), check=False
+    )
+    method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    run = galvi.integrate(galvi.Problem(system, [far + 1.0], [0.5]), method, 0.1, 300)
+    assert not run.success and run.status.startswith("Ruined")

@@ -1,1 +1,1 @@
-"""Steps of point masses and rigid bodies in vector instructions, eight stages at a time."""
+"""Steps of point masses, rigid bodies and Lagrangians on R^d, eight stages to an instruction."""

@@ -16,6 +16,7 @@ numbers  (2 d + 3,)     q and p at the start, 1 over their sizes; the pass adds 
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -52,7 +53,10 @@ def difference(x, y):
 
 
 def factored(mass):
-    """The rows of L, with 1 / D on the diagonal, from the rows of a matrix up to its diagonal."""
+    """The rows of L, with 1 / D on the diagonal, from the rows of a matrix up to its diagonal.
+
+    A pivot that is always 0 gives NaN, so that every step is left to the general kernel.
+    """
     rows: list[list[Any]] = []
     for i, given in enumerate(mass):
         scaled: list[Any] = []  # row i of L D
@@ -64,7 +68,7 @@ def factored(mass):
         row, pivot = [product(scaled[j], rows[j][j]) for j in range(i)], given[i]
         for j in range(i):
             pivot = difference(pivot, product(scaled[j], row[j]))
-        rows.append([*row, 1.0 / pivot])
+        rows.append([*row, math.nan if is_zero(pivot) else 1.0 / pivot])
     return rows
 
 
@@ -73,7 +77,7 @@ def filled(law, d):
     near = np.linspace(0.3, 0.7, 2 * d + 1) ** 0.5
     with np.errstate(all="ignore"):
         mass = law(list(near[:d]), list(near[d:-1]), near[-1], Generic())[2]
-        rows = factored([list(map(float, row)) for row in mass])
+        rows = factored([list(map(np.float64, row)) for row in mass])
     return [(i, j) for i in range(d) for j in range(i) if rows[i][j] != 0.0]
 
 
@@ -81,7 +85,7 @@ class Generic:
     """Constants without special properties."""
 
     def __getitem__(self, k):
-        return 1.0 + 0.1 / (k + 1.5)
+        return np.float64(1.0 + 0.1 / (k + 1.5))
 
 
 class Constants:
