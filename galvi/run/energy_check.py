@@ -73,8 +73,8 @@ def judge(
     kinetic, potential = start_energies(problem)
     so_far = start.energies
     if so_far.size == 0:
-        so_far = np.array([potential, potential, kinetic, 0.0])
-    known = (kinetic + potential, kinetic)
+        so_far = np.array([potential, potential, abs(kinetic), 0.0])
+    known = (kinetic + potential, abs(kinetic))
     found = judgement(seen.steps, *energies(problem, seen), *known, so_far)
     if found.error <= SMALL and not found.unknown:
         return found

@@ -51,12 +51,12 @@ def run_steps(
             guess = engine.guess_from_substeps(substeps, problem, method, step, start, work)
         if guess is None:
             return code
-        before = work.stages.copy()
+        before, held = work.stages.copy(), work.solver_state[HOLDS]
         work.solver_state[HOLDS] = engine.guess_kind
         work.stages[:] = guess
         code = engine.stepper_from_guess(*arguments)(1)
         if code:
-            work.stages[:] = before
+            work.stages[:], work.solver_state[HOLDS] = before, held
         return code
 
     call = engine.stepper(*arguments)

@@ -76,7 +76,7 @@ class PlanarChain:
         momenta = np.einsum("ij,kij,kj->ki", A, apart, v)
         return 0.5 * np.sum(v * momenta, axis=1) + np.cos(q) @ B, momenta
 
-    @property
+    @cached_property
     def law(self) -> str:
         """Source of the law for lanes, see galvi.symbolic.lane_law."""
         n = self.masses.size
