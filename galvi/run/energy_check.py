@@ -50,7 +50,8 @@ class Judgement:
     error     largest error of the energy so far, over its measure
     measure   that measure
     ruined    number, since the problem's start, of the first step seen to be ruined; None: none is
-    unknown   whether the energy at the end is not a number
+    unknown   whether the energy is not a number at some step; if it was one at the start, such a
+              step is ruined
     energies  (4,) of the steps so far, for `Checkpoint`: least and greatest potential energy,
               measure, largest error
     """
@@ -105,7 +106,7 @@ def judgement(
     """
     error = np.abs(kinetic + potential - energy)
     limits = np.maximum(floor, ROUND_OFF * (np.abs(kinetic) + np.abs(potential)))
-    unknown = bool(np.isnan(error[-1]))
+    unknown = bool(np.any(np.isnan(error)))
     error = np.where(error <= limits, 0.0, error)
     lowest = np.fmin.accumulate(np.fmin(potential, so_far[LOWEST]))
     highest = np.fmax.accumulate(np.fmax(potential, so_far[HIGHEST]))
@@ -122,7 +123,7 @@ def judgement(
     if measure <= kinetic_at_start <= REST * kick:
         measure = kick
     worst = float(np.fmax(np.fmax.reduce(error), so_far[WORST]))
-    ruined = steps[error > measure]
+    ruined = steps[(error > measure) | (np.isnan(error) & np.isfinite(energy))]
     first = int(ruined[0]) if ruined.size else None
     if so_far[WORST] > measure:
         first = 0

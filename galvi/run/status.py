@@ -67,10 +67,10 @@ def _completed(
     passage = unresolved_passage(problem, step, work.passage)
     reasons = [_off(found)] if found.error > SMALL else []
     if found.unknown:
-        at_end = "no velocity was found for the momentum at the end"
-        if not isinstance(problem.system, Lagrangian):
-            at_end = "the energy at the end is not a number"
-        reasons.append(at_end)
+        undefined = "the energy is not a number"
+        if isinstance(problem.system, Lagrangian):
+            undefined += ": L is undefined there, or no velocity has the momentum"
+        reasons.append(undefined)
     if passage:
         reasons.append(passage)
     if not reasons:

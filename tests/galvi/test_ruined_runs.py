@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
@@ -183,7 +184,7 @@ def test_a_potential_that_raises_where_its_gradient_does_not_ends_no_run():
 
     system = galvi.Canonical(1.0, lambda q: math.sqrt(q[0]), lambda q: np.array([1.0]), check=False)
     run = galvi.integrate(galvi.Problem(system, [1.0], [0.0]), gauss(3), 0.1, 30)
-    assert run.counts["steps"] == 30 and "the energy at the end is not a number" in run.status
+    assert run.counts["steps"] == 30 and "the energy is not a number" in run.status
 
 
 @pytest.mark.parametrize("cut", [1, 3, 40])
@@ -388,3 +389,11 @@ def test_a_ruined_energy_is_seen_far_from_the_origin() -> None:
     method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
     run = galvi.integrate(galvi.Problem(system, [far + 1.0], [0.5]), method, 0.1, 300)
     assert not run.success and run.status.startswith("Ruined")
+
+
+def test_a_run_outside_the_domain_of_its_lagrangian_is_no_success() -> None:
+    x, v = sp.symbols("x v", real=True)
+    system = galvi.Lagrangian.from_sympy(v**2 / 2 + sp.log(x) - 10 * x, (x,), (v,))
+    method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    run = galvi.integrate(galvi.Problem(system, [1.0], [-1.0]), method, 0.05, 200)
+    assert not run.success and "not a number" in run.status
