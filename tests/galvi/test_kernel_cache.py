@@ -100,15 +100,22 @@ def test_folders_of_other_kernels_are_removed_and_nothing_else(tmp_path):
     assert sorted(kept(tmp_path)) == sorted({*found, module})
 
 
-def test_the_stamp_is_of_every_kernel(tmp_path, monkeypatch):
-    for name in ("cache.py", "one.py", "two.py"):
-        (tmp_path / name).write_text(name)
-    monkeypatch.setattr(cache, "__file__", str(tmp_path / "cache.py"))
-    stamp = cache.stamp.__wrapped__
-    before = stamp(tmp_path / "one.py")
-    assert stamp(tmp_path / "one.py") == before != stamp(tmp_path / "two.py")
-    (tmp_path / "two.py").write_text("changed")
-    assert stamp(tmp_path / "one.py") != before
+def test_the_stamp_is_of_every_kernel_that_may_be_called(tmp_path, monkeypatch):
+    for name in ("compile/cache.py", "lie/one.py", "lanes/two.py", "elsewhere.py"):
+        (tmp_path / "kernels" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "kernels" / name).write_text(name)
+    monkeypatch.setattr(cache, "__file__", str(tmp_path / "kernels/compile/cache.py"))
+
+    def stamps():
+        files = ("kernels/lie/one.py", "kernels/lanes/two.py", "user.py")
+        return [cache.stamp.__wrapped__(*cache.sources.__wrapped__(tmp_path / f)) for f in files]
+
+    before = stamps()
+    (tmp_path / "kernels/lanes/two.py").write_text("changed")
+    assert [a == b for a, b in zip(before, stamps(), strict=True)] == [True, False, False]
+    before = stamps()
+    (tmp_path / "kernels/lie/one.py").write_text("changed")
+    assert not {*before} & {*stamps()}
 
 
 DAMAGE = {

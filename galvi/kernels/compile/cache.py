@@ -28,6 +28,7 @@ from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
 
 DIGEST = 32  # bytes of SHA-256
+TOP = "lanes"  # the folder of kernels that imports the others
 VERSIONS = (numba.__version__, llvmlite.__version__)
 
 Locks = Callable[[Path], Any]
@@ -46,11 +47,23 @@ def use_locks(locks: Locks | None) -> None:
 
 @cache
 def stamp(*files):
-    """A digest of the files and of all kernel sources; OSError when one cannot be read."""
+    """A digest of the files; OSError when one cannot be read."""
     digest = hashlib.sha256()
-    for path in [*map(Path, files), *sorted(Path(__file__).parents[1].rglob("*.py"))]:
-        digest.update(path.read_bytes())
+    for path in files:
+        digest.update(Path(path).read_bytes())
     return digest.hexdigest()
+
+
+@cache
+def sources(file):
+    """The kernel sources whose functions those of a file may call.
+
+    Only kernels of the folder TOP, and functions outside the kernels, call those of TOP.
+    """
+    kernels = Path(__file__).parents[1]
+    top, every = kernels / TOP, sorted(kernels.rglob("*.py"))
+    below = kernels in Path(file).parents and top not in Path(file).parents
+    return tuple(path for path in every if not (below and top in path.parents))
 
 
 class KernelFiles:
@@ -58,8 +71,8 @@ class KernelFiles:
 
     folder   parent of the folders, one for each version of the kernel sources
     name     name of the function, with its module and the Python version
-    kernels  the stamp of all kernels
-    source   the stamp of all kernels and of the function's own file
+    kernels  the stamp of the kernels that it may call
+    source   the stamp of these and of the function's own file
     """
 
     def __init__(self, folder, name, kernels, source):
@@ -111,10 +124,13 @@ class KernelCache(FunctionCache):
 
     def __init__(self, function):
         super().__init__(function)
-        source = stamp(function.__code__.co_filename)
+        file = function.__code__.co_filename
+        called = sources(file)
         name = f"{function.__module__}.{function.__qualname__}.{sys.implementation.cache_tag}"
         name = name.replace("<", "").replace(">", "")
-        self._cache_file: Any = KernelFiles(self.cache_path, name, stamp(), source)
+        self._cache_file: Any = KernelFiles(
+            self.cache_path, name, stamp(*called), stamp(file, *called)
+        )
         self._lock: Any = None
 
     def serve(self, dispatcher):
