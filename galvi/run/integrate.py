@@ -54,8 +54,8 @@ def integrate(
     save_every  k keeps steps 0, k, 2 k, ... and the last
     curves      keep every step's Galerkin curve; None: only when save_every is 1
     solver      "auto", "fixed_point" or "newton"; on groups, "fixed_point" only for a RigidBody
-                without a force, free or in UniformGravity, and on Rn for a PlanarChain or a SymPy
-                Lagrangian without a force, with as many points as the degree
+                without a force, free or in UniformGravity, with as many points as the degree, and
+                on Rn for a PlanarChain or a SymPy Lagrangian without a force
     tolerance   change relative to |q| at which a step's iteration stops; None: round-off
     progress    True shows a progress bar
 
@@ -117,10 +117,10 @@ def prepared(
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
             f"with a group, an external force or a degree for each component, the solver "
-            f"fixed_point is for a RigidBody without a force, free or in UniformGravity, and for a "
-            f"PlanarChain or a SymPy Lagrangian without a force, with as many points as the "
-            f"degree; received {problem!r} with {method.name}. Use the "
-            f"solver auto."
+            f"fixed_point is for a RigidBody without a force, free or in UniformGravity, with as "
+            f"many points as the degree, and for a PlanarChain or a SymPy Lagrangian without a "
+            f"force; received {problem!r} with {method.name}. "
+            f"Use the solver auto."
         )
     _check_functions(problem)
     begin = engine.start(problem, method.stages)

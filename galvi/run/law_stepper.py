@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
 
-from galvi.arrays import read_only
+from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.groups.rn import Rn
 from galvi.kernels.compile.function_pointers import addresses
@@ -15,11 +16,12 @@ from galvi.kernels.lanes.law_pass import rows_of_work
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
-from galvi.run.nystrom_steppers import aligned, collocation_tables
+from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
 from galvi.run.run_arrays import RunArrays, run_plan
 from galvi.symbolic.lane_law import compiled_law
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.lagrangian import Lagrangian
+from galvi.tableau import Tableau
 
 
 def has_law(problem: Problem) -> bool:
@@ -44,11 +46,8 @@ def law_stepper(
     law = addresses((compiled_law(function.law), PASS_TYPE))
     constants = np.array(function.compiled()[1])
     d, s = problem.q0.size, method.stages
-    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(method.table, step)
-    width = moves.shape[1]
-    c = read_only(np.append(method.table.c, np.full(width - s, method.table.c[-1])))
-    tables = np.concatenate([moves, turns])
-    given = kicks, ahead, series, tables, growth, fit, c
+    given = law_tables(method.table, step)
+    width = given[3].shape[1]
     scratch, spare = aligned(rows_of_work(d), width), aligned(6, max(width, d, s))
     numbers = np.zeros(2 * d + 3)
     kernel = compiled_advance_law()
@@ -60,3 +59,16 @@ def law_stepper(
         ))  # fmt: skip
 
     return call
+
+
+@lru_cache(maxsize=32)
+def law_tables(table: Tableau, step: float) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.law."""
+    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
+    (s, m), lanes = table.slope.shape, stages_in_lanes(table.c.size)
+    complement = np.zeros((0, lanes.size))
+    if s > m:
+        complement = np.ascontiguousarray((np.eye(s) - table.slope @ table.projection)[lanes].T)
+        ahead = read_only(ahead - ahead[:, :s] @ complement)
+    tables = np.concatenate([moves, turns])
+    return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[lanes])

@@ -15,8 +15,8 @@ PASS = """
 pass_of_law = one_pass(law, {d})
 
 
-def law_pass_DIGEST(work, tables, constants, numbers):
-    pass_of_law(work, tables, constants, numbers)
+def law_pass_DIGEST(work, tables, complement, constants, numbers):
+    pass_of_law(work, tables, complement, constants, numbers)
 """
 
 
