@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -19,22 +19,26 @@ from galvi.run.engine import Call
 from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
 from galvi.run.run_arrays import RunArrays, run_plan
 from galvi.symbolic.lane_law import compiled_law
-from galvi.systems.builtin_lagrangian import BuiltinLagrangian
-from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.canonical import Canonical
+from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.tableau import Tableau
+
+
+@lru_cache(maxsize=32)
+def lane_law(system: Any, d: int) -> tuple[str, Array] | None:
+    """The lines and constants of the law for lanes of a system of d coordinates, or None."""
+    whole = CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system
+    on_space = isinstance(getattr(whole, "group", None), Rn)
+    return cast(tuple[str, Array] | None, getattr(whole, "lane_law", None)) if on_space else None
 
 
 def has_law(problem: Problem) -> bool:
     """Whether the problem's system has a law for lanes."""
-    system = problem.system
-    return (
-        isinstance(system, Lagrangian)
-        and isinstance(system.group, Rn)
-        and system.slopes is None
-        and system.force is None
-        and isinstance(system.function, BuiltinLagrangian)
-        and bool(system.function.law)
-    )
+    return _law_of(problem) is not None
+
+
+def _law_of(problem: Problem) -> tuple[str, Array] | None:
+    return lane_law(cast(Any, problem.system), problem.q0.size)
 
 
 def law_stepper(
@@ -42,10 +46,11 @@ def law_stepper(
     finest: float,
 ) -> Call:  # fmt: skip
     """A `Call` of the kernel for laws: does n more steps and returns its code."""
-    function = cast(BuiltinLagrangian, cast(Lagrangian, problem.system).function)
-    law = addresses((compiled_law(function.law), PASS_TYPE))
-    constants = np.array(function.compiled()[1])
     d, s = problem.q0.size, method.stages
+    found = _law_of(problem)
+    assert found is not None
+    lines, constants = found
+    law = addresses((compiled_law(lines, d), PASS_TYPE))
     given = law_tables(method.table, step)
     width = given[3].shape[1]
     scratch, spare = aligned(rows_of_work(d), width), aligned(6, max(width, d, s))
