@@ -29,7 +29,11 @@ def symbolic(
         given.values,
         len(given.q),
         tuple(map(given.text, surfaces)),
-        "" if surfaces else _law(given),
+        ""
+        if surfaces
+        else lane_law.printed_law(
+            given.q, given.v, given.t, given.L, given.places, kinks.differentiated
+        ),
         sympy.srepr(given.L),
     )
     for k, words in enumerate(found.switching):
@@ -53,13 +57,6 @@ def sympy_module() -> Any:
             f"galvi.Lagrangian.from_sympy needs SymPy: {error}. Install sympy."
         ) from error
     return sympy
-
-
-def _law(given: Expressions) -> str:
-    lines = lane_law.printed_law(
-        given.q, given.v, given.t, given.L, given.places, kinks.differentiated
-    )
-    return lane_law.law_source(lines, len(given.q)) if lines else ""
 
 
 def _source(given: Expressions, surfaces: tuple[Any, ...]) -> str:
