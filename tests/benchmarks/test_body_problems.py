@@ -22,7 +22,6 @@ from benchmarks.work_precision.problems.rigid_bodies import (
     MUJOCO,
     TEXTBOOK_DOP853,
     TEXTBOOK_RK4,
-    largest_entry,
 )
 from galvi import Problem, Trajectory
 from galvi.charts import CHARTS
@@ -78,13 +77,6 @@ def test_mujoco_s_rk4_comes_to_the_truth_with_order_4_and_the_others_with_order_
         errors = [case.distance(run.q[-1], case.truth().end) for run in runs]
         rate = algebraic([run.step for run in runs], errors, floor=1e-12).rate
         assert rate == pytest.approx(engine.order, abs=0.1)  # 4.01; 0.96 to 1.0
-
-
-def test_the_error_is_the_largest_entry_of_the_difference() -> None:
-    turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    assert largest_entry(turned, np.eye(3)) == 1.0
-    assert largest_entry(np.eye(3), np.eye(3)) == 0.0
-    assert np.isnan(largest_entry(np.full((3, 3), np.nan), turned))
 
 
 @dataclass(frozen=True)

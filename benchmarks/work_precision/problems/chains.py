@@ -16,9 +16,9 @@ from benchmarks.work_precision.problem import (
     WorkPrecisionProblem,
     adaptive,
     fixed,
+    largest_difference,
 )
 from galvi import Problem
-from galvi.arrays import Array
 from references.heyoka.chain import HEYOKA_CHAIN
 from references.heyoka.engine import DEFAULT
 from references.mujoco.steps import MUJOCO_EULER, MUJOCO_IMPLICIT, MUJOCO_RK4
@@ -28,11 +28,6 @@ from references.stored.chain import STORED_CHAIN
 DURATION = 5.0  # some ten Lyapunov times of the double pendulum: tests/references
 RK4_STEPS = (500, 2000, 8000, 16_000)
 FIRST_ORDER_STEPS = (2000, 8000)
-
-
-def largest_angle(q: Array, truth: Array) -> float:
-    """The largest difference of angles, in magnitude."""
-    return float(np.max(np.abs(q - truth)))
 
 
 def chain(problem: Problem, quick: bool, ours: Mapping[int, Sequence[int]]) -> WorkPrecisionProblem:
@@ -76,6 +71,6 @@ def chain(problem: Problem, quick: bool, ours: Mapping[int, Sequence[int]]) -> W
         tuple(participants),
         truth,
         quantity=ANGLE,
-        distance=largest_angle,
+        distance=largest_difference,
         repeated_run=True,
     )

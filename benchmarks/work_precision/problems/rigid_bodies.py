@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-import numpy as np
-
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import (
     ATTITUDE,
@@ -15,9 +13,9 @@ from benchmarks.work_precision.problem import (
     WorkPrecisionProblem,
     adaptive,
     fixed,
+    largest_difference,
 )
 from galvi import Problem
-from galvi.arrays import Array
 from galvi.charts import CHARTS
 from references.heyoka.engine import DEFAULT
 from references.heyoka.rigid import HEYOKA_RIGID
@@ -37,11 +35,6 @@ MUJOCO = (MUJOCO_EULER, MUJOCO_RK4, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO
 TEXTBOOK_RK4, TEXTBOOK_DOP853 = QUATERNION_RK4.name, QUATERNION_DOP853.name
 RK4_STEPS = (100, 400, 1600, 6400, 25_600)  # MuJoCo's and the textbook's, to compare their steps
 FIRST_ORDER_STEPS = (1000, 6000, 36_000)
-
-
-def largest_entry(q: Array, truth: Array) -> float:
-    """Of the difference of two rotation matrices, in magnitude."""
-    return float(np.max(np.abs(q - truth)))
 
 
 def rigid_body(
@@ -81,6 +74,6 @@ def rigid_body(
         tuple(participants),
         truth,
         quantity=ATTITUDE,
-        distance=largest_entry,
+        distance=largest_difference,
         repeated_run=True,
     )
