@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import nullcontext
 from typing import Protocol
 
 from tqdm import tqdm
@@ -41,9 +41,9 @@ def step_in_batches(
     such a run would not be marked as interrupted.
     """
     code, chunk = 0, 1
-    with defer_interrupts() as pressed, ExitStack() as stack:
-        # A bar makes a multiprocessing semaphore, which a killed process would leave behind.
-        bar = stack.enter_context(tqdm(total=steps, unit="step")) if progress else None
+    # A bar makes a multiprocessing semaphore, which a killed process would leave behind.
+    bars = tqdm(total=steps, unit="step") if progress else nullcontext()
+    with defer_interrupts() as pressed, bars as bar:
         stopped = interrupted or pressed
         while code == 0 and work.done < steps and not stopped():
             before, clock = work.done, time.perf_counter()

@@ -14,7 +14,7 @@ from galvi.systems.forces.external_force import with_force
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class CanonicalOnRn:
     """L = v.M v / 2 - V(q, t) with an external force, or with degrees for each component.
 
