@@ -34,36 +34,16 @@ def lane_law(system: Any, d: int) -> tuple[str, Array] | None:
 
 def has_law(problem: Problem) -> bool:
     """Whether the problem's system has a law for lanes."""
-    return _law_of(problem) is not None
+    return lane_law(cast(Any, problem.system), problem.q0.size) is not None
 
 
-def _law_of(problem: Problem) -> tuple[str, Array] | None:
-    return lane_law(cast(Any, problem.system), problem.q0.size)
-
-
-def law_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
-    finest: float,
-) -> Call:  # fmt: skip
-    """A `Call` of the kernel for laws: does n more steps and returns its code."""
-    d, s = problem.q0.size, method.stages
-    found = _law_of(problem)
+@lru_cache(maxsize=32)
+def _compiled(system: Any, d: int) -> tuple[Any, Array]:
+    """The address of the system's law, and its constants."""
+    found = lane_law(system, d)
     assert found is not None
     lines, constants = found
-    law = addresses((compiled_law(lines, d), PASS_TYPE))
-    given = law_tables(method.table, step)
-    width = given[3].shape[1]
-    scratch, spare = aligned(rows_of_work(d), width), aligned(6, max(width, d, s))
-    numbers = np.zeros(2 * d + 3)
-    kernel = compiled_advance_law()
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
-
-    def call(todo: int) -> int:
-        return int(kernel(
-            law, constants, given, plan, todo, work.progress, scratch, numbers, spare, work.kept,
-        ))  # fmt: skip
-
-    return call
+    return addresses((compiled_law(lines, d), PASS_TYPE)), constants
 
 
 @lru_cache(maxsize=32)
@@ -77,3 +57,25 @@ def law_tables(table: Tableau, step: float) -> tuple[Array, ...]:
         ahead = read_only(ahead - ahead[:, :s] @ complement)
     tables = np.concatenate([moves, turns])
     return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[lanes])
+
+
+def law_stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
+    finest: float,
+) -> Call:  # fmt: skip
+    """A `Call` of the kernel for laws: does n more steps and returns its code."""
+    d, s = problem.q0.size, method.stages
+    law, constants = _compiled(cast(Any, problem.system), d)
+    given = law_tables(method.table, step)
+    width = given[3].shape[1]
+    scratch, spare = aligned((rows_of_work(d), width), (6, max(width, d, s)))
+    numbers = np.zeros(2 * d + 3)
+    kernel = compiled_advance_law()
+    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+
+    def call(todo: int) -> int:
+        return int(kernel(
+            law, constants, given, plan, todo, work.progress, scratch, numbers, spare, work.kept,
+        ))  # fmt: skip
+
+    return call
