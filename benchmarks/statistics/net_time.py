@@ -8,6 +8,7 @@ subtracted; of the steps, one is missing then, which the ratio n / (n - 1) makes
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +17,7 @@ from benchmarks.statistics.timing import call_of, seconds_of
 from galvi import Problem, Trajectory
 from references import Contender
 
+FEWEST = 5  # repeats
 BRIEF = 1e-6  # of the duration: one step of a contender that chooses its own
 
 
@@ -41,9 +43,12 @@ class NetTime:
         return self.call()
 
     def seconds(self, repeats: int) -> float:
-        """The mean over the repeats, the two calls in turn; NaN where it is not positive."""
-        found = sum(seconds_of(self.call) - seconds_of(self.short) for _ in range(repeats))
-        net = found / repeats * self.steps / (self.steps - 1)
+        """From medians over the repeats, FEWEST or more; NaN where it is not positive."""
+        pairs = [
+            (seconds_of(self.call), seconds_of(self.short)) for _ in range(max(repeats, FEWEST))
+        ]
+        run, step = map(statistics.median, zip(*pairs, strict=True))
+        net = (run - step) * self.steps / (self.steps - 1)
         return net if net > 0.0 else math.nan
 
 

@@ -24,7 +24,9 @@ def test_everyone_takes_part_and_the_truth_is_the_stored_one(make: Any) -> None:
         labels = {one.label for one in case.participants}
         assert {"MuJoCo RK4", "MuJoCo implicit", "SciPy DOP853, chains", "heyoka, chains"} <= labels
         assert {f"galvi degree {s}, Gauss {s}" for s in (4, 8)} <= labels
-        assert case.quantity == ANGLE
+        assert case.quantity == ANGLE and case.net_time
+        (taylor,) = (one.settings for one in case.participants if one.label == "heyoka, chains")
+        assert not any("compact_mode" in setting for setting in taylor)
         assert all(one.contender.supports(case.problem) for one in case.participants)
         assert case.truth().error < 1e-15 * np.abs(case.truth().end).max()
 
@@ -56,7 +58,7 @@ def test_a_wrong_weight_stands_out_though_it_conserves_its_own_energy() -> None:
     (ours,) = (one for one in few if one.label.startswith("galvi"))
     planted = Participant("galvi, wrong weight", WrongWeight(ours.contender), ours.settings)
     rows = work_precision._study(
-        replace(case, participants=(*few, planted), repeated_run=False),
+        replace(case, participants=(*few, planted), net_time=False),
         0.001,
         lambda sentence: None,
     )

@@ -45,7 +45,8 @@ def free_body_se3(quick: bool) -> WorkPrecisionProblem:
     ]
     participants.append(
         Participant(
-            f"{galvi_label(GENERAL)}, general kernel", gauss_collocation(GENERAL),
+            f"{galvi_label(GENERAL)}, general kernel",
+            gauss_collocation(GENERAL),
             [{**one, "solver": "newton"} for one in steps(*STEPS[GENERAL])],
         )
     )

@@ -6,11 +6,14 @@ import galvi
 from benchmarks.work_precision.problem import WorkPrecisionProblem
 from benchmarks.work_precision.problems.rigid_bodies import rigid_body, stored_truth
 from galvi.charts import Cayley
+from references.mujoco.steps import MUJOCO_RK4
 
-STEPS = {4: (100, 150, 250), 6: (60, 80, 120), 8: (60, 80, 100), 12: (60, 80)}
+STEPS = {4: (160, 240), 6: (80, 120, 160), 8: (80, 120, 160), 12: (80, 120)}
 
 
 def heavy_top(quick: bool) -> WorkPrecisionProblem:
     """A fast top on its tip, some twenty-five turns about its axis."""
     problem = galvi.problems.heavy_top()
-    return rigid_body(problem, quick, STEPS, stored_truth(problem), charts=(Cayley(),))
+    return rigid_body(
+        problem, quick, STEPS, stored_truth(problem), charts=(Cayley(),), engines=(MUJOCO_RK4,)
+    )

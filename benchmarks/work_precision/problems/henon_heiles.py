@@ -7,7 +7,7 @@ from benchmarks.work_precision.problem import WorkPrecisionProblem
 from benchmarks.work_precision.problems.coordinates import on_coordinates
 from references.scipy.ivp import DOP853
 
-STEPS = {4: (14, 20, 40), 6: (7, 10, 14, 20), 8: (7, 10, 14, 20), 12: (5, 7, 10), 16: (5, 7)}
+STEPS = {4: (14, 20, 40), 6: (7, 10, 14, 20), 8: (7, 10, 14, 20), 12: (5, 7, 10)}
 
 
 def henon_heiles(quick: bool) -> WorkPrecisionProblem:

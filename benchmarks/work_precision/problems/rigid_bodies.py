@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
-from benchmarks.work_precision.galvi_methods import gauss_collocation
+import galvi
+from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
 from benchmarks.work_precision.problem import (
     ATTITUDE,
+    EPS,
     Participant,
     Setting,
     Truth,
@@ -17,7 +20,7 @@ from benchmarks.work_precision.problem import (
 )
 from galvi import Problem
 from galvi.charts import CHARTS
-from references.heyoka.engine import DEFAULT
+from references import Contender
 from references.heyoka.rigid import HEYOKA_RIGID
 from references.mujoco.steps import (
     MUJOCO_DISCRETE,
@@ -27,6 +30,7 @@ from references.mujoco.steps import (
     MUJOCO_RK4,
 )
 from references.scipy.rigid_ivp import RIGID_DOP853
+from references.stored.attitude import STORED_ATTITUDE
 from references.textbook.quaternion_dop853 import QUATERNION_DOP853
 from references.textbook.quaternion_rk4 import QUATERNION_RK4
 
@@ -37,10 +41,32 @@ RK4_STEPS = (100, 400, 1600, 6400, 25_600)  # MuJoCo's and the textbook's, to co
 FIRST_ORDER_STEPS = (1000, 6000, 36_000)
 
 
+def stored_truth(problem: Problem) -> Callable[[], Truth]:
+    """The stored motion of a body in weight."""
+
+    def truth() -> Truth:
+        kept = STORED_ATTITUDE.run(problem, DURATION, {"samples": 1})
+        return Truth(kept.q[-1], 0.5 * EPS, f"{kept.method}; to the rounding of the entries")
+
+    return truth
+
+
 def rigid_body(
-    problem: Problem, quick: bool, ours: Mapping[int, Sequence[int]], truth: Callable[[], Truth]
+    problem: Problem,
+    quick: bool,
+    ours: Mapping[int, Sequence[int]],
+    truth: Callable[[], Truth],
+    more_points: Mapping[int, Sequence[int]] | None = None,
+    charts: Sequence[Any] = CHARTS,
+    engines: Sequence[Contender] = MUJOCO,
 ) -> WorkPrecisionProblem:
-    """Everyone on one body; a few settings of each when quick."""
+    """Everyone on one body; a few settings of each when quick.
+
+    ours         degree: numbers of galvi's steps, with as many Gauss points as the degree
+    more_points  the same with one point more, H's n points for n functions, in Cayley's chart
+    charts       galvi's
+    engines      of MuJoCo's integrators, those that take part
+    """
 
     def steps(*counts: int) -> list[Setting]:
         return [fixed(DURATION, count) for count in (counts[1:4:2] if quick else counts)]
@@ -55,7 +81,15 @@ def rigid_body(
         for chart in CHARTS
         for degree, counts in ours.items()
     ]  # fmt: skip
-    for engine in MUJOCO:
+    participants += [
+        Participant(
+            f"galvi degree {degree}, Gauss {degree + 1}, Cayley",
+            Variational(galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + 1))),
+            steps(*counts),
+        )
+        for degree, counts in (more_points or {}).items()
+    ]
+    for engine in engines:
         counts = RK4_STEPS if engine is MUJOCO_RK4 else FIRST_ORDER_STEPS
         participants.append(Participant(engine.name, engine, steps(*counts)))
     participants += [
@@ -64,9 +98,7 @@ def rigid_body(
             TEXTBOOK_DOP853, QUATERNION_DOP853, tolerances(1e-5, 1e-8, 1e-11, 1e-13, 1e-15)
         ),
         Participant(RIGID_DOP853.name, RIGID_DOP853, tolerances(1e-6, 1e-9, 1e-12)),
-        Participant(
-            HEYOKA_RIGID.name, HEYOKA_RIGID, tolerances(1e-6, 1e-11, float(DEFAULT["tolerance"]))
-        ),
+        Participant(HEYOKA_RIGID.name, HEYOKA_RIGID, tolerances(1e-5, 1e-7, 1e-9, 1e-11, 1e-13)),
     ]
     return WorkPrecisionProblem(
         problem,
