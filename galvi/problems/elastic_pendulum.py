@@ -26,7 +26,7 @@ def elastic_pendulum(
 
     extended, angle  r and theta at the start, at rest; theta in radians from the downward vertical
 
-    Chaotic for the default start. Raises ImportError without SymPy, ValueError for a mass,
+    Raises ImportError without SymPy, ValueError for a mass,
     stiffness, length or start r that is not positive.
     """
     numbers = [

@@ -17,6 +17,7 @@ from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
 from benchmarks.work_precision.problem import ATTITUDE, Participant, Truth, WorkPrecisionProblem
 from benchmarks.work_precision.problems.free_body import free_body
+from benchmarks.work_precision.problems.heavy_top import heavy_top
 from benchmarks.work_precision.problems.pendulum_3d import pendulum
 from benchmarks.work_precision.problems.rigid_bodies import (
     MUJOCO,
@@ -58,6 +59,20 @@ def test_everyone_takes_part_in_every_chart_and_by_every_integrator(make: Any) -
         label: [one.get("step") for one in settings] for label, _, settings in case.participants
     }
     assert steps[MUJOCO_RK4.name] == steps[TEXTBOOK_RK4]
+
+
+def test_fewer_take_part_on_the_heavy_top() -> None:
+    case = heavy_top(False)
+    labels = [one.label for one in case.participants]
+    assert {MUJOCO_RK4.name, TEXTBOOK_DOP853, "heyoka, rigid bodies"} < set(labels)
+    assert len(labels) == 7 and all(x.endswith("Cayley") for x in labels if x.startswith("galvi"))
+    assert all(one.contender.supports(case.problem) for one in case.participants)
+    ours = next(one for one in case.participants if one.label == OURS)
+    errors = [
+        case.distance(ours.contender.run(case.problem, case.duration, one).q[-1], case.truth().end)
+        for one in ours.settings[1:]
+    ]
+    assert errors[0] < 1e-10 and errors[1] < 1e-12  # 4e-12, 9e-15
 
 
 @pytest.mark.parametrize("make", [free_body, pendulum])

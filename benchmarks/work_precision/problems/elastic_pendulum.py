@@ -13,5 +13,5 @@ STEPS = {4: (35, 50, 100), 6: (25, 35, 50, 70), 8: (20, 25, 35, 50), 12: (20, 25
 def elastic_pendulum(quick: bool) -> WorkPrecisionProblem:
     """A mass on a spring in polar coordinates, some seven oscillations of the spring."""
     return on_coordinates(
-        galvi.problems.elastic_pendulum(), 5.0, quick, STEPS, LAGRANGIAN_DOP853, net_time=True
+        galvi.problems.elastic_pendulum(), 5.0, quick, STEPS, LAGRANGIAN_DOP853, repeated_run=True
     )

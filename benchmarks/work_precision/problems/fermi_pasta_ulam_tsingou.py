@@ -7,7 +7,7 @@ from benchmarks.work_precision.problem import WorkPrecisionProblem
 from benchmarks.work_precision.problems.coordinates import on_coordinates
 from references.scipy.ivp import DOP853
 
-STEPS = {4: (4, 5, 7, 10, 14), 6: (4, 5, 7, 10), 8: (4, 5, 7), 12: (4, 5)}
+STEPS = {4: (7, 10, 14), 6: (5, 7, 10), 8: (5, 7), 12: (4, 5)}
 
 
 def fermi_pasta_ulam_tsingou(quick: bool) -> WorkPrecisionProblem:

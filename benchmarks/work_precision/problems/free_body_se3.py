@@ -23,7 +23,7 @@ from references.heyoka.rigid import HEYOKA_RIGID
 from references.mujoco.steps import MUJOCO_EULER, MUJOCO_RK4
 
 DURATION = 20.0
-STEPS = {4: (60, 120, 240), 5: (60, 120, 200), 6: (40, 60, 100), 8: (30, 40, 60), 12: (30, 40)}
+STEPS = {4: (60, 120), 5: (40, 60, 120), 6: (40, 60), 8: (30, 40, 60), 12: (30, 40)}
 GENERAL = 5  # degree of the row by the general kernel
 
 
