@@ -64,7 +64,8 @@ class WorkPrecisionProblem:
     repeated_run  whether runs are timed by lengthened runs (`benchmarks.statistics.repeated_run`),
                   since they are shorter than the overhead of a call
     net_time      whether what a call costs besides its steps is subtracted instead
-                  (`benchmarks.statistics.net_time`), since the motion is chaotic
+                  (`benchmarks.statistics.net_time`), since a longer run is another:
+                  chaotic, or with coordinates that grow, and with them what a tolerance allows
     """
 
     problem: Problem

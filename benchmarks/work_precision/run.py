@@ -73,7 +73,7 @@ def work_precision(
     seconds       median over interleaved rounds; seconds_low and seconds_high are the fastest and
                   the slowest round. galvi's tableau, compiled kernels and MuJoCo's models are
                   prepared beforehand; building REBOUND's simulation (below a millisecond) is
-                  included. For most short runs from lengthened ones, for chaotic motion less those
+                  included. For most short runs from lengthened ones, for some less those
                   of one step, see `benchmarks.statistics.repeated_run` and `net_time` there
     evaluations   force evaluations; NaN when the engine does not count
     status        empty; 'truth'; a warning about the error; or why the run failed

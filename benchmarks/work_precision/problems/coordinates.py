@@ -35,7 +35,6 @@ def on_coordinates(
     ours: Mapping[int, Sequence[int]],
     peer: Contender,
     truth: Callable[[], Truth] | None = None,
-    tolerances: Sequence[float] = TOLERANCES,
     **timed: Any,
 ) -> WorkPrecisionProblem:
     """galvi, heyoka and a DOP853; two settings of each when quick.
@@ -63,7 +62,7 @@ def on_coordinates(
     ]
     participants += [
         Participant(
-            HEYOKA_LAGRANGIAN.name, HEYOKA_LAGRANGIAN, adaptive("tolerance", chosen(tolerances))
+            HEYOKA_LAGRANGIAN.name, HEYOKA_LAGRANGIAN, adaptive("tolerance", chosen(TOLERANCES))
         ),
         Participant(peer.name, peer, adaptive("tolerance", chosen((1e-6, 1e-9, 1e-12)))),
     ]
