@@ -1,8 +1,9 @@
 """Time a short run without what a call costs besides its steps.
 
 A run of a few hundred microseconds cannot be lengthened where its later parts would take another
-time, as in chaotic motion, or where coordinates grow that a tolerance is relative to. The run of one step at the same setting is timed in turn with it, and
-subtracted; of the steps, one is missing then, which the ratio n / (n - 1) makes up for.
+time, as in chaotic motion, or where coordinates grow that a tolerance is relative to. The run of
+one step at the same setting is timed in turn with it, and subtracted; of the steps, one is missing
+then, which the ratio n / (n - 1) makes up for.
 """
 
 from __future__ import annotations
