@@ -9,7 +9,6 @@ then, which the ratio n / (n - 1) makes up for.
 from __future__ import annotations
 
 import math
-import statistics
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -44,11 +43,13 @@ class NetTime:
         return self.call()
 
     def seconds(self, repeats: int) -> float:
-        """From medians over the repeats, FEWEST or more; NaN where it is not positive."""
+        """From the fastest of the repeats, FEWEST or more, as load only adds to them, and to the
+        longer run more; NaN where it is not positive.
+        """
         pairs = [
             (seconds_of(self.call), seconds_of(self.short)) for _ in range(max(repeats, FEWEST))
         ]
-        run, step = map(statistics.median, zip(*pairs, strict=True))
+        run, step = map(min, zip(*pairs, strict=True))
         net = (run - step) * self.steps / (self.steps - 1)
         return net if net > 0.0 else math.nan
 
