@@ -116,9 +116,11 @@ def judgement(
         lows = np.fmin.accumulate(np.fmin(potential, lowest))
         highs = np.fmax.accumulate(np.fmax(potential, highest))
         measures = np.fmax(highs - lows, kinetic_at_start)
-        for k in np.flatnonzero(error <= SMALL * measures):
-            if error[k] <= measure or measure <= limits[k]:
-                measure = max(measure, float(measures[k]))
+        for off, reached, limit in zip(
+            error.tolist(), measures.tolist(), limits.tolist(), strict=True
+        ):
+            if off <= SMALL * reached and (off <= measure or measure <= limit):
+                measure = max(measure, reached)
         lowest, highest = float(lows[-1]), float(highs[-1])
         largest = float(np.maximum.reduce(error))
     record = measure

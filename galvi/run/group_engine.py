@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -21,7 +22,7 @@ from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.kernels.on_group.advance import LEFT_CHART, RATES
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.engine import Engine, Start, Substeps
+from galvi.run.engine import Engine, Start, Substeps, fixed
 from galvi.run.group_steppers import compiled_stepper, general_stepper, solves_by_iteration
 from galvi.run.group_system import group_system
 from galvi.run.run_arrays import COUNTED, RunArrays
@@ -37,6 +38,7 @@ def _system(problem: Problem, method: Galerkin) -> GroupSystem:
     return cast(GroupSystem, group_system(problem, method))
 
 
+@lru_cache(maxsize=32)
 def _start(problem: Problem, stages: int) -> Start:
     """The state's rows are g, mu and their low parts; stages are velocities.
 
@@ -47,7 +49,7 @@ def _start(problem: Problem, stages: int) -> Start:
     state[0, :entries], state[1, : p0.size] = problem.q0.ravel(), p0
     if isinstance(getattr(problem.system, "group", None), SO3):
         state[1, 6:] = problem.q0 @ p0
-    return state, *_guess(problem.v0, stages)
+    return fixed(state, *_guess(problem.v0, stages))
 
 
 def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:

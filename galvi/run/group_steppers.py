@@ -40,12 +40,12 @@ def general_stepper(
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
     layout, chart = system.group.layout, method.chart
     basis = _basis(method.table, degrees_of(method, system.group.dimension))
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
+    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
 
     def call(todo: int) -> int:
         return int(kernel(
-            law, layout, chart.number, chart.farthest, basis, plan, todo, work.progress,
-            work.step_angle, work.kept,
+            law, layout, chart.number, chart.farthest, basis, plan, todo, progress,
+            work.step_angle, kept,
         ))  # fmt: skip
 
     return call
@@ -82,10 +82,14 @@ def first_unknowns(degrees: tuple[int, ...]) -> npt.NDArray[np.int64]:
 
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     """Whether a packed kernel applies; on groups only these have fixed-point iteration."""
-    table = method.table
-    square = table.psi.shape[0] == table.psi.shape[1] and float(table.b.min()) > 0.0
     one_space = not hasattr(method.space, "degrees")
-    return square and one_space and (has_law(problem) or _is_packed_body(problem))
+    known = has_law(problem) or _is_packed_body(problem)
+    return known and one_space and _is_collocation(method.table)
+
+
+@lru_cache(maxsize=32)
+def _is_collocation(table: Tableau) -> bool:
+    return table.psi.shape[0] == table.psi.shape[1] and float(table.b.min()) > 0.0
 
 
 def _is_packed_body(problem: Problem) -> bool:
@@ -143,12 +147,12 @@ def body_stepper(
     tables = collocation_tables(method.table, step)
     width, weights_in_space = tables[0].shape[1], force.copy()
     scratch, spare = aligned((36, width), (6, width))
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
     def call(todo: int) -> int:
         return int(kernel(
-            charts, weights, tables, body, weights_in_space, plan, todo, work.progress, scratch,
-            spare, work.kept,
+            charts, weights, tables, body, weights_in_space, plan, todo, progress, scratch,
+            spare, kept,
         ))  # fmt: skip
 
     return call

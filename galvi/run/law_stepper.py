@@ -64,11 +64,11 @@ def law_stepper(
     scratch, spare = aligned((rows_of_work(d), width), (6, max(width, d, s)))
     numbers = np.zeros(2 * d + 3)
     kernel = compiled_advance_law()
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
     def call(todo: int) -> int:
         return int(kernel(
-            law, constants, given, plan, todo, work.progress, scratch, numbers, spare, work.kept,
+            law, constants, given, plan, todo, progress, scratch, numbers, spare, kept,
         ))  # fmt: skip
 
     return call

@@ -112,20 +112,6 @@ class RunArrays(NamedTuple):
         )  # fmt: skip
 
     @property
-    def progress(self) -> tuple[Any, ...]:
-        """The current state of the run, as the kernels take it."""
-        return tuple(
-            Progress(self.state, self.stages, self.solver_state, self.counts, self.passage)
-        )
-
-    @property
-    def kept(self) -> tuple[Any, ...]:
-        """The arrays of kept results, as the kernels take them."""
-        return tuple(Kept(
-            self.saved_q, self.saved_v, self.bases, self.coefficients, self.seen,
-        ))  # fmt: skip
-
-    @property
     def done(self) -> int:
         """Steps done so far."""
         return int(self.solver_state[DONE])
@@ -140,11 +126,14 @@ def _unknown(*shape: int) -> Array:
 
 def run_plan(
     problem: Problem, step: float, steps: int, start: Checkpoint, work: RunArrays, tolerance: float
-) -> tuple[Any, ...]:
-    """The steps of a run, as the kernels take them."""
-    return tuple(Plan(
-        float(problem.t0), step, tolerance, start.first, steps, start.save_every, work.watch,
-    ))  # fmt: skip
+) -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
+    """The steps of a run, its current state and its kept results, as the kernels take them."""
+    plan = Plan(
+        float(problem.t0), step, tolerance, start.first, steps, start.save_every, work.watch
+    )
+    progress = Progress(work.state, work.stages, work.solver_state, work.counts, work.passage)
+    kept = Kept(work.saved_q, work.saved_v, work.bases, work.coefficients, work.seen)
+    return tuple(plan), tuple(progress), tuple(kept)
 
 
 def watched_steps(steps: int) -> int:

@@ -12,6 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces import force_kinds
+from galvi.symbolic.lane_force import builtin_slopes
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
@@ -151,8 +152,7 @@ class Canonical:
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V at each of the configurations q (..., d) and times t (...)."""
         if self._builtin is not None:
-            finite = np.isfinite(q).all(axis=-1)
-            return np.where(finite, self._builtin(q), np.nan)
+            return self._builtin(q)
         leading = q.shape[:-1]
         times = np.broadcast_to(t, leading).ravel()
         rows = q.reshape(-1, q.shape[-1])
@@ -200,13 +200,9 @@ class Canonical:
         if self._builtin is not None and self.gradient is None and self.hessian is None:
             law = self._builtin.law()
             return ForceKernel(
-                law.gradient,
-                law.hessian,
-                force_kinds.BUILT_IN,
-                inverse_mass,
-                dimension,
-                law.constants,
-            )
+                law.gradient, law.hessian, force_kinds.BUILT_IN, inverse_mass, dimension,
+                law.constants, slopes=builtin_slopes(law.lanes),
+            )  # fmt: skip
         gradient = self._gradient()
         hessian = self._hessian(differenced=False)
         kind = force_kinds.TIMED_GRADIENT if self.explicit_time else force_kinds.GRADIENT

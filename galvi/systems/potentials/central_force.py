@@ -40,4 +40,6 @@ class CentralForce:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(central_force.gradient, central_force.hessian, np.array([self.mu]))
+        return Law(
+            central_force.gradient, central_force.hessian, np.array([self.mu]), "central_force"
+        )

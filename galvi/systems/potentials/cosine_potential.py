@@ -39,4 +39,4 @@ class CosinePotential:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(pendulum.gradient, pendulum.hessian, np.array([self.weight]))
+        return Law(pendulum.gradient, pendulum.hessian, np.array([self.weight]), "pendulum")

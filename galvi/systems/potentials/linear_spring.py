@@ -38,4 +38,9 @@ class LinearSpring:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(linear_spring.gradient, linear_spring.hessian, np.array([self.stiffness]))
+        return Law(
+            linear_spring.gradient,
+            linear_spring.hessian,
+            np.array([self.stiffness]),
+            "linear_spring",
+        )

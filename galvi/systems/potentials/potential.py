@@ -16,11 +16,13 @@ class Law:
     gradient   (Q (d, s), t (s,), constants, out (d, s)) fills out with dV/dq
     hessian    (Q (d, s), t (s,), constants, out (d, d, s)) fills out with d2V/dq2
     constants  (c,) constants of both functions
+    lanes      name of dV/dq in galvi.kernels.lanes.potentials, of the same constants; "" for none
     """
 
     gradient: Callable[..., Any]
     hessian: Callable[..., Any]
     constants: Array
+    lanes: str = ""
 
 
 @runtime_checkable

@@ -51,4 +51,9 @@ class SpringChain:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(spring_chain.gradient, spring_chain.hessian, np.array([self.alpha, self.beta]))
+        return Law(
+            spring_chain.gradient,
+            spring_chain.hessian,
+            np.array([self.alpha, self.beta]),
+            "spring_chain",
+        )

@@ -42,4 +42,6 @@ class UniformField:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(uniform_field.gradient, uniform_field.hessian, np.array(self.force))
+        return Law(
+            uniform_field.gradient, uniform_field.hessian, np.array(self.force), "uniform_field"
+        )
