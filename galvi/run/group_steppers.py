@@ -82,14 +82,9 @@ def first_unknowns(degrees: tuple[int, ...]) -> npt.NDArray[np.int64]:
 
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     """Whether a packed kernel applies; on groups only these have fixed-point iteration."""
+    square = method.stages == method.space.dimension - 1
     one_space = not hasattr(method.space, "degrees")
-    known = has_law(problem) or _is_packed_body(problem)
-    return known and one_space and _is_collocation(method.table)
-
-
-@lru_cache(maxsize=32)
-def _is_collocation(table: Tableau) -> bool:
-    return table.psi.shape[0] == table.psi.shape[1] and float(table.b.min()) > 0.0
+    return one_space and (has_law(problem) or (square and _is_packed_body(problem)))
 
 
 def _is_packed_body(problem: Problem) -> bool:

@@ -16,40 +16,47 @@ from galvi.kernels.lanes.law_pass import rows_of_work
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
-from galvi.run.nystrom_steppers import aligned, collocation_tables
+from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
 from galvi.run.run_arrays import RunArrays, run_plan
 from galvi.symbolic.lane_law import compiled_law
-from galvi.systems.builtin_lagrangian import BuiltinLagrangian
-from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.canonical import Canonical
+from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.tableau import Tableau
+
+
+@lru_cache(maxsize=32)
+def lane_law(system: Any, d: int) -> tuple[str, Array] | None:
+    """The lines and constants of the law for lanes of a system of d coordinates, or None."""
+    whole = CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system
+    on_space = isinstance(getattr(whole, "group", None), Rn)
+    return cast(tuple[str, Array] | None, getattr(whole, "lane_law", None)) if on_space else None
 
 
 def has_law(problem: Problem) -> bool:
     """Whether the problem's system has a law for lanes."""
-    system = problem.system
-    return (
-        isinstance(system, Lagrangian)
-        and isinstance(system.group, Rn)
-        and system.slopes is None
-        and system.force is None
-        and system.builtin is not None
-        and bool(system.builtin.law)
-    )
+    return lane_law(cast(Any, problem.system), problem.q0.size) is not None
 
 
 @lru_cache(maxsize=32)
-def _law(system: Lagrangian) -> tuple[Any, Array]:
+def _compiled(system: Any, d: int) -> tuple[Any, Array]:
     """The address of the system's law, and its constants."""
-    function = cast(BuiltinLagrangian, system.builtin)
-    return addresses((compiled_law(function.law), PASS_TYPE)), np.array(function.compiled()[1])
+    found = lane_law(system, d)
+    assert found is not None
+    lines, constants = found
+    return addresses((compiled_law(lines, d), PASS_TYPE)), constants
 
 
 @lru_cache(maxsize=32)
-def _tables(table: Tableau, step: float) -> tuple[Array, ...]:
+def law_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.law."""
     moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
-    c = np.append(table.c, np.full(moves.shape[1] - table.c.size, table.c[-1]))
-    return kicks, ahead, series, np.concatenate([moves, turns]), growth, fit, read_only(c)
+    (s, m), lanes = table.slope.shape, stages_in_lanes(table.c.size)
+    complement = np.zeros((0, lanes.size))
+    if s > m:
+        complement = np.ascontiguousarray((np.eye(s) - table.slope @ table.projection)[lanes].T)
+        ahead = read_only(ahead - ahead[:, :s] @ complement)
+    tables = np.concatenate([moves, turns])
+    return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[lanes])
 
 
 def law_stepper(
@@ -57,9 +64,9 @@ def law_stepper(
     finest: float,
 ) -> Call:  # fmt: skip
     """A `Call` of the kernel for laws: does n more steps and returns its code."""
-    law, constants = _law(cast(Lagrangian, problem.system))
     d, s = problem.q0.size, method.stages
-    given = _tables(method.table, step)
+    law, constants = _compiled(cast(Any, problem.system), d)
+    given = law_tables(method.table, step)
     width = given[3].shape[1]
     scratch, spare = aligned((rows_of_work(d), width), (6, max(width, d, s)))
     numbers = np.zeros(2 * d + 3)

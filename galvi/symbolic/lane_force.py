@@ -18,11 +18,6 @@ def force_pass_DIGEST(Q, t, constants, a):
 """
 
 
-def builtin_slopes(name: str) -> str:
-    """The lines that define the slopes of that name in galvi.kernels.lanes.potentials, or ""."""
-    return name and f"from galvi.kernels.lanes.potentials import {name} as slopes"
-
-
 def force_source(slopes: str, d: int, coupled: bool) -> str:
     """The source of the accelerations on R^d from the lines that define ``slopes``.
 

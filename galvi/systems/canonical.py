@@ -12,7 +12,6 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces import force_kinds
-from galvi.symbolic.lane_force import builtin_slopes
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
@@ -201,7 +200,7 @@ class Canonical:
             law = self._builtin.law()
             return ForceKernel(
                 law.gradient, law.hessian, force_kinds.BUILT_IN, inverse_mass, dimension,
-                law.constants, slopes=builtin_slopes(law.lanes),
+                law.constants, slopes=law.slopes,
             )  # fmt: skip
         gradient = self._gradient()
         hessian = self._hessian(differenced=False)

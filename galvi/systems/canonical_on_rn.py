@@ -9,8 +9,9 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.groups.rn import Rn
 from galvi.kernels.forces import force_kinds, lagrangian_derivatives
+from galvi.symbolic.lane_law import canonical_law
 from galvi.systems.canonical import Canonical
-from galvi.systems.forces.external_force import with_force
+from galvi.systems.forces.external_force import lane_law_with_force, with_force
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 
 
@@ -45,6 +46,18 @@ class CanonicalOnRn:
     def potential_calls_per_force(self) -> int:
         """As `Canonical.potential_calls_per_force`."""
         return self.canonical.potential_calls_per_force
+
+    @property
+    def lane_law(self) -> tuple[str, Array] | None:
+        """As `Lagrangian.lane_law`, where the slopes of the potential are known as code."""
+        d, system = self.group.dimension, self.canonical
+        field = system.force_kernel(d)
+        if not field.slopes:
+            return None
+        mass = system.momentum(np.eye(d))
+        lines = canonical_law(field.slopes, d, bool(system.mass.ndim < 2))
+        constants = np.concatenate([mass.ravel(), field.constants])
+        return lane_law_with_force((lines, constants), system)
 
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels; constants: M by rows, then those of the potential."""

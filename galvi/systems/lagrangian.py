@@ -29,7 +29,12 @@ from galvi.systems.derivative_check import (
 )
 from galvi.systems.difference_scales import difference_scales
 from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, differences
-from galvi.systems.forces.external_force import check_force, check_force_at, with_force
+from galvi.systems.forces.external_force import (
+    check_force,
+    check_force_at,
+    lane_law_with_force,
+    with_force,
+)
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.legendre_transform import check_regular, velocity_with_momentum
 from galvi.systems.returned import returned_array
@@ -256,6 +261,14 @@ class Lagrangian:
         return with_force(
             LagrangianKernel(kind, function, timed, side, compiled=compiled), self, side
         )
+
+    @property
+    def lane_law(self) -> tuple[str, Array] | None:
+        """The lines and constants of its law for lanes, see galvi.symbolic.lane_law, or None."""
+        L = self.function
+        if self.slopes is not None or not isinstance(L, BuiltinLagrangian) or not L.law:
+            return None
+        return lane_law_with_force((L.law, L.compiled()[1]), self)
 
     @property
     def potential_calls_per_force(self) -> int:

@@ -14,23 +14,14 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from galvi.kernels.lanes.law_pass import Constants
+from galvi.kernels.lanes.laws import From
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, Lanes
 
 
-class After:
-    """The constants from ``start`` on."""
-
-    def __init__(self, constants, start):
-        self.constants, self.start = constants, start
-
-    def __getitem__(self, k):
-        return self.constants[self.start + k]
-
-
 def accelerations(slopes, d, coupled, q, t, c):
     """-M^-1 dV/dq, d values; M^-1 is diagonal unless ``coupled``."""
-    found = slopes(q, t, After(c, d * d if coupled else d))
+    found = slopes(q, t, From(c, d * d if coupled else d))
     if not coupled:
         return [-(c[i] * found[i]) for i in range(d)]
     results = []

@@ -9,7 +9,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import spring_chain
-from galvi.systems.potentials.potential import Law
+from galvi.systems.potentials.potential import Law, lane_slopes
 
 
 @dataclass(frozen=True)
@@ -55,5 +55,5 @@ class SpringChain:
             spring_chain.gradient,
             spring_chain.hessian,
             np.array([self.alpha, self.beta]),
-            "spring_chain",
+            lane_slopes("spring_chain"),
         )
