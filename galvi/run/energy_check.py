@@ -88,17 +88,17 @@ def judge(
 
     def judged(sharp: bool, *limits: float) -> Judgement:
         raised: Raised = {}
-        both = energies(problem, seen, sharp, raised)
+        states = (seen.steps, *energies(problem, seen, sharp, raised))
+        if not raised:
+            return judgement(*states, *known, so_far, *limits)
         told = np.array([k for k in range(len(seen.steps)) if k not in raised], dtype=np.int64)
         found = Judgement(energies=start.energies)
         if told.size:
-            steps, kinetic, potential = (each[told] for each in (seen.steps, *both))
+            steps, kinetic, potential = (each[told] for each in states)
             found = judgement(steps, kinetic, potential, *known, so_far, *limits)
-        if raised:
-            first = min(raised)
-            step = int(seen.steps[first]) - start.first
-            found = found._replace(unjudged=_raised(raised[first], step))
-        return found
+        first = min(raised)
+        step = int(seen.steps[first]) - start.first
+        return found._replace(unjudged=_raised(raised[first], step))
 
     found = judged(False)
     if found.error <= SMALL and not found.unknown:
