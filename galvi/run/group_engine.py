@@ -22,7 +22,7 @@ from galvi.kernels.on_group.advance import LEFT_CHART, RATES
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Engine, Start, Substeps
-from galvi.run.group_steppers import compiled_stepper, general_stepper, solves_by_iteration
+from galvi.run.group_steppers import compiled_stepper, solves_by_iteration, stepper_after_failure
 from galvi.run.group_system import group_system
 from galvi.run.run_arrays import COUNTED, RunArrays
 from galvi.systems.system import GroupSystem
@@ -143,7 +143,7 @@ ON_GROUP = Engine(
     solves_by_iteration=solves_by_iteration,
     is_compiled=_is_compiled,
     stepper=compiled_stepper,
-    stepper_from_guess=general_stepper,
+    stepper_from_guess=stepper_after_failure,
     guess_from_substeps=rates_from_substeps,
     guess_kind=RATES,
     momenta=lambda problem, momenta: momenta,

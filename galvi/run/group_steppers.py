@@ -20,7 +20,7 @@ from galvi.run.engine import Call
 from galvi.run.group_system import group_system
 from galvi.run.law_stepper import has_law, law_stepper
 from galvi.run.nystrom_steppers import aligned, collocation_tables, kernel_tableau
-from galvi.run.run_arrays import RunArrays, run_plan
+from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays, run_plan
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import GroupSystem
@@ -81,6 +81,23 @@ def _is_packed_body(problem: Problem) -> bool:
     )
 
 
+def stepper_after_failure(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
+) -> Call:
+    """As ``general_stepper``, counting its steps where fixed-point iteration would do them."""
+    call = general_stepper(problem, method, step, steps, start, work)
+    if start.solver == "newton" or not solves_by_iteration(problem, method):
+        return call
+
+    def counted(todo: int) -> int:
+        before = work.done
+        code = call(todo)
+        work.counts[LEFT_TO_NEWTON] += work.done - before
+        return code
+
+    return counted
+
+
 def compiled_stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
@@ -92,7 +109,7 @@ def compiled_stepper(
     general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:
-        general[:] = general or [general_stepper(*arguments)]
+        general[:] = general or [stepper_after_failure(*arguments)]
         return general[0](todo)
 
     def call(todo: int) -> int:

@@ -14,7 +14,7 @@ from galvi.problem import Problem
 from galvi.run.encounters import unresolved_passage
 from galvi.run.energy_check import SMALL, WORST, Judgement, judge
 from galvi.run.engine import Engine
-from galvi.run.run_arrays import RunArrays
+from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED
 
@@ -74,7 +74,13 @@ def _completed(
     if passage:
         reasons.append(passage)
     if not reasons:
-        return COMPLETED
+        left = int(work.counts[LEFT_TO_NEWTON])
+        return COMPLETED + (
+            f" Newton's method did {left} of {steps} steps, as accurately but more slowly, since "
+            f"fixed-point iteration did not converge there. A smaller step may take less time."
+            if left
+            else ""
+        )
     remedy = "Use a smaller step or a higher degree"
     if _given(problem):
         remedy += ", and check that the derivatives are those of the energy"
