@@ -65,10 +65,9 @@ def first_unknowns(method: Galerkin, dimension: int) -> npt.NDArray[np.int64]:
 
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     """Whether a packed kernel applies; on groups only these have fixed-point iteration."""
-    table = method.table
-    square = table.psi.shape[0] == table.psi.shape[1]
-    one_space = not hasattr(method.space, "degrees")
-    return one_space and (has_law(problem) or (square and _is_packed_body(problem)))
+    s, m = method.table.psi.shape
+    square = s == m and not hasattr(method.space, "degrees")
+    return has_law(problem, method) or (square and _is_packed_body(problem))
 
 
 def _is_packed_body(problem: Problem) -> bool:
@@ -105,7 +104,7 @@ def compiled_stepper(
     arguments = (problem, method, step, steps, start, work)
     if not solves_by_iteration(problem, method) or start.solver == "newton":
         return general_stepper(*arguments)
-    packed = (law_stepper if has_law(problem) else body_stepper)(*arguments, FINEST)
+    packed = (law_stepper if has_law(problem, method) else body_stepper)(*arguments, FINEST)
     general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:
@@ -120,7 +119,7 @@ def compiled_stepper(
             return code
         code = packed(todo)
         if code and start.solver == "fixed_point":
-            return code if has_law(problem) else DIVERGED  # a body's forces are finite
+            return code if has_law(problem, method) else DIVERGED  # a body's forces are finite
         if code:
             work.solver_state[STREAK] = NEWTON_STREAK - 1
             code = by_newton(1)

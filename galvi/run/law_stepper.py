@@ -18,7 +18,7 @@ from galvi.problem import Problem
 from galvi.run.engine import Call
 from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
 from galvi.run.run_arrays import RunArrays, run_plan
-from galvi.symbolic.lane_law import compiled_law
+from galvi.symbolic.lane_law import compiled_law, coupled
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.tableau import Tableau
@@ -32,9 +32,21 @@ def lane_law(system: Any, d: int) -> tuple[str, Array] | None:
     return cast(tuple[str, Array] | None, getattr(whole, "lane_law", None)) if on_space else None
 
 
-def has_law(problem: Problem) -> bool:
-    """Whether the problem's system has a law for lanes."""
-    return _law_of(problem) is not None
+def has_law(problem: Problem, method: Galerkin) -> bool:
+    """Whether the problem's system has a law for lanes that can be iterated with the method.
+
+    Components that its mass couples must have the same degree: a chain of rods with other degrees
+    does not contract at any step.
+    """
+    found, degrees = _law_of(problem), degrees_of(method)
+    if found is None or degrees is None:
+        return found is not None
+    return all(degrees[i] == degrees[j] for i, j in coupled(found[0], len(degrees)))
+
+
+def degrees_of(method: Galerkin) -> tuple[int, ...] | None:
+    """The degree of each component, where they differ by the space; else None."""
+    return getattr(method.space, "degrees", None)
 
 
 def _law_of(problem: Problem) -> tuple[str, Array] | None:
@@ -51,7 +63,7 @@ def law_stepper(
     assert found is not None
     lines, constants = found
     law = addresses((compiled_law(lines, d), PASS_TYPE))
-    given = law_tables(method.table, step)
+    given = law_tables(method.table, step, degrees_of(method))
     width = given[3].shape[1]
     scratch, spare = aligned(rows_of_work(d), width), aligned(6, max(width, d, s))
     numbers = np.zeros(2 * d + 3)
@@ -67,13 +79,27 @@ def law_stepper(
 
 
 @lru_cache(maxsize=32)
-def law_tables(table: Tableau, step: float) -> tuple[Array, ...]:
-    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.law."""
+def law_tables(
+    table: Tableau, step: float, degrees: tuple[int, ...] | None = None
+) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.law.
+
+    degrees  (d,) number of coefficients of each component; None where all have the table's
+    """
     moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
     (s, m), lanes = table.slope.shape, stages_in_lanes(table.c.size)
+    coefficients = degrees or (m,)
     complement = np.zeros((0, lanes.size))
-    if s > m:
-        complement = np.ascontiguousarray((np.eye(s) - table.slope @ table.projection)[lanes].T)
-        ahead = read_only(ahead - ahead[:, :s] @ complement)
+    if s > min(coefficients):
+        complement = np.vstack([np.ascontiguousarray(outside(table, k)[lanes].T)
+                                for k in coefficients])  # fmt: skip
     tables = np.concatenate([moves, turns])
     return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[lanes])
+
+
+def outside(table: Tableau, coefficients: int) -> Array:
+    """C (s, s) of galvi.kernels.lanes.law for the space's first functions."""
+    root = np.sqrt(table.b)
+    slopes = np.linalg.qr(root[:, None] * table.slope[:, :coefficients])[0]
+    result: Array = np.eye(root.size) - slopes @ slopes.T * root / root[:, None]
+    return result

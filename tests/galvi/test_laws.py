@@ -60,7 +60,7 @@ def problem(name: str) -> galvi.Problem:
 @BY_NAME
 def test_a_run_in_lanes_is_that_of_the_general_kernel(name: str) -> None:
     given = problem(name)
-    assert has_law(given)
+    assert has_law(given, METHOD)
     fast = galvi.integrate(given, METHOD, 0.05, 40)
     general = galvi.integrate(given, METHOD, 0.05, 40, solver="newton")
     assert fast.success and general.success, (fast.status, general.status)
