@@ -38,44 +38,27 @@ def has_law(problem: Problem, method: Galerkin) -> bool:
     Components that its mass couples must have the same degree: a chain of rods with other degrees
     does not contract at any step.
     """
-    found, degrees = _law_of(problem), degrees_of(method)
+    degrees = component_degrees(method)
+    found = lane_law(cast(Any, problem.system), problem.q0.size)
     if found is None or degrees is None:
         return found is not None
     return all(degrees[i] == degrees[j] for i, j in coupled(found[0], len(degrees)))
 
 
-def degrees_of(method: Galerkin) -> tuple[int, ...] | None:
-    """The degree of each component, where they differ by the space; else None."""
-    return getattr(method.space, "degrees", None)
+def component_degrees(method: Galerkin) -> tuple[int, ...] | None:
+    """The degree of each component, where the space has several; else None."""
+    degrees: tuple[int, ...] | None = getattr(method.space, "degrees", None)
+    return degrees
 
 
-def _law_of(problem: Problem) -> tuple[str, Array] | None:
-    return lane_law(cast(Any, problem.system), problem.q0.size)
-
-
-def law_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
-    finest: float,
-) -> Call:  # fmt: skip
-    """A `Call` of the kernel for laws: does n more steps and returns its code."""
-    d, s = problem.q0.size, method.stages
-    found = _law_of(problem)
+@lru_cache(maxsize=32)
+def _compiled(system: Any, d: int) -> tuple[Any, Array, Any]:
+    """The address of the system's law, its constants, and the function, which must be kept."""
+    found = lane_law(system, d)
     assert found is not None
     lines, constants = found
-    law = addresses((compiled_law(lines, d), PASS_TYPE))
-    given = law_tables(method.table, step, degrees_of(method))
-    width = given[3].shape[1]
-    scratch, spare = aligned(rows_of_work(d), width), aligned(6, max(width, d, s))
-    numbers = np.zeros(2 * d + 3)
-    kernel = compiled_advance_law()
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
-
-    def call(todo: int) -> int:
-        return int(kernel(
-            law, constants, given, plan, todo, work.progress, scratch, numbers, spare, work.kept,
-        ))  # fmt: skip
-
-    return call
+    function = compiled_law(lines, d)
+    return addresses((function, PASS_TYPE)), constants, function
 
 
 @lru_cache(maxsize=32)
@@ -103,3 +86,25 @@ def outside(table: Tableau, coefficients: int) -> Array:
     slopes = np.linalg.qr(root[:, None] * table.slope[:, :coefficients])[0]
     result: Array = np.eye(root.size) - slopes @ slopes.T * root / root[:, None]
     return result
+
+
+def law_stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
+    finest: float,
+) -> Call:  # fmt: skip
+    """A `Call` of the kernel for laws: does n more steps and returns its code."""
+    d, s = problem.q0.size, method.stages
+    law, constants, _ = _compiled(cast(Any, problem.system), d)
+    given = law_tables(method.table, step, component_degrees(method))
+    width = given[3].shape[1]
+    scratch, spare = aligned((rows_of_work(d), width), (6, max(width, d, s)))
+    numbers = np.zeros(2 * d + 3)
+    kernel = compiled_advance_law()
+    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+
+    def call(todo: int) -> int:
+        return int(kernel(
+            law, constants, given, plan, todo, work.progress, scratch, numbers, spare, work.kept,
+        ))  # fmt: skip
+
+    return call

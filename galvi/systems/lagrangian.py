@@ -276,9 +276,14 @@ class Lagrangian:
         return 0 if self._slopes is not None else 2 * CALLS
 
     @cached_property  # inspecting a value takes ten microseconds
+    def builtin(self) -> BuiltinLagrangian | None:
+        """The function, if it comes with its derivatives."""
+        return self.function if isinstance(self.function, BuiltinLagrangian) else None
+
+    @cached_property
     def _slopes(self) -> Function | None:
-        known = self.slopes is None and isinstance(self.function, BuiltinLagrangian)
-        return cast(BuiltinLagrangian, self.function).slopes if known else self.slopes
+        known = self.slopes is None and self.builtin is not None
+        return cast(BuiltinLagrangian, self.builtin).slopes if known else self.slopes
 
     def _arguments(self, q: Array, v: Array, t: float) -> tuple[Any, ...]:
         q, v = np.array(q, dtype=np.float64), np.array(v, dtype=np.float64)
