@@ -107,6 +107,7 @@ def _failure(
     turn, limit = float(work.step_angle[0]), method.chart.limit
     if not turn < FAR:
         return "velocities above 1e100 overflow. Use other units, or a smaller step."
+    tried = "fixed-point iteration" if solver == "fixed_point" else "Newton's method"
     if turn >= NEAR_LIMIT * limit or code == LEFT_CHART:
         farther = max(CHARTS, key=lambda chart: chart.limit)
         other = "" if farther.limit <= limit else (
@@ -115,7 +116,7 @@ def _failure(
         )  # fmt: skip
         what = f"the step turns by {turn:.4g} radians, and "
         if code != LEFT_CHART and turn < limit:
-            what = f"Newton's method did not solve a step that turns by {turn:.4g} radians, where "
+            what = f"{tried} did not solve a step that turns by {turn:.4g} radians, where "
         return (
             f"{what}the chart {type(method.chart).__name__} ends at {limit:.4g}. Use a step of at "
             f"most {0.5 * abs(step) * limit / turn:.2g}{other}."
@@ -125,13 +126,13 @@ def _failure(
             "the force or the state became infinite or NaN, or the equations singular. Use a "
             "smaller step, or keep away from the force's singularity."
         )
-    tried, other = "Newton's method did not solve", ""
+    other = ""
     if solver == "fixed_point":
-        tried, other = "fixed-point iteration did not solve", ", or the solver auto"
+        other = ", or the solver auto"
     elif getattr(problem.system, "potential_calls_per_force", 0):
         other = ", or give the Lagrangian its slopes"
     return (
-        f"{tried} the stage equations"
+        f"{tried} did not solve the stage equations"
         f"{f' of a step that turns by {turn:.3g} radians' if turn else ''}. "
         f"Use a smaller step or a higher degree{other}."
     )

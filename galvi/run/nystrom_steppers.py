@@ -96,9 +96,9 @@ def kernel_tableau(table: Tableau) -> NystromTableau:
         return read_only(matrix.T)
 
     return NystromTableau(
-        table.c, table.b, table.beta, transposed(table.A), transposed(table.psi),
-        table.velocity_coefficients, table.C, transposed(table.C), transposed(table.analysis),
-        transposed(table.extrapolation), table.growth,
+        table.c, table.b, table.beta, *table.low_parts[:3], transposed(table.A),
+        transposed(table.psi), table.velocity_coefficients, table.C, transposed(table.C),
+        transposed(table.analysis), transposed(table.extrapolation), table.growth,
     )  # fmt: skip
 
 
