@@ -32,13 +32,13 @@ SETUP = (
     "clenshaw_curtis(6), the largest, relative to |DF|^2; derivative by central differences of "
     "order eight"
 )
-PROBLEMS: Mapping[str, Problem] = {
-    "free rigid body on SO(3)": galvi.problems.free_rigid_body(),
-    "3D pendulum on SO(3)": galvi.problems.pendulum_3d(),
-    "body hung by a spring on SE(3)": HUNG_BODY.problem(),
-    "thrown plate on SE(2)": thrown_plate.problem(),
-    "body on a cart on SO(3) x R": body_on_cart(),
-    "joined pendulums on SO(3) x SO(3)": JOINED_PENDULUMS.problem(),
+PROBLEMS: Mapping[str, Callable[[], Problem]] = {
+    "free rigid body on SO(3)": galvi.problems.free_rigid_body,
+    "3D pendulum on SO(3)": galvi.problems.pendulum_3d,
+    "body hung by a spring on SE(3)": HUNG_BODY.problem,
+    "thrown plate on SE(2)": thrown_plate.problem,
+    "body on a cart on SO(3) x R": body_on_cart,
+    "joined pendulums on SO(3) x SO(3)": JOINED_PENDULUMS.problem,
 }
 FLOWS: Mapping[str, Coupled] = {
     "body hung by a spring on SE(3)": HUNG_BODY,
@@ -74,8 +74,9 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """'defect' of each problem, in `label`, and chart and rule, in `quantity`; and of the exact
     flow where that is known."""
     found = []
-    for label, problem in PROBLEMS.items():
+    for label, make_problem in PROBLEMS.items():
         report(label)
+        problem = make_problem()
         group: Any = problem.system.group  # type: ignore[attr-defined]
         at = starts_of(problem.system)
         for chart in CHARTS:
