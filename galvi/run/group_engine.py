@@ -85,7 +85,7 @@ def rates_from_substeps(
             places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
             path, turning = run(t + step * places), Exponential()
             turns = unwrapped(turning, group, coordinates(turning, group, q, path))
-            work.step_angle[0] = max(farthest_turn(group, xi) for xi in turns)
+            work.step_angle[0] = _farthest_of(group, turns)
             if work.step_angle[0] > chart.limit:
                 return None
             xi = unwrapped(chart, group, coordinates(chart, group, q, path))
@@ -99,6 +99,16 @@ def rates_from_substeps(
 def farthest_turn(group: Group, xi: Array) -> float:
     """The largest rotation angle |xi| in exponential coordinates, or angular speed, (d,)."""
     return float(product.largest_rotation(group.layout, np.ascontiguousarray(xi)))
+
+
+def _farthest_of(group: Group, path: Array) -> float:
+    """The largest rotation angle on a path (k, d)."""
+    start, farthest = 0, 0.0
+    for _, d, _, rotations in group.layout:
+        sizes = np.sum(path[:, start : start + rotations] ** 2, axis=1)
+        farthest = max(farthest, farthest_turn(group, path[int(np.argmax(sizes))]))
+        start += d
+    return farthest
 
 
 def _failure(
