@@ -9,8 +9,9 @@ galvi.kernels.on_group.stages are
 
 with p = dL/dv and f = dL/dq at the stages, an external force added to f. 1 - C projects onto the
 slopes of the space's functions at the points, orthogonally in the rule's inner product
-sum_j b_j x_j y_j; b_j B_jk + b_k A_kj = b_j b_k. If s = m, C = 0 and lambda = 0: collocation. Else lambda has s - m free numbers. m is the
-largest number of coefficients of a component; one with fewer has its own C, and the same A and B.
+sum_j b_j x_j y_j; b_j B_jk + b_k A_kj = b_j b_k. If s = m, C = 0 and lambda = 0: collocation. Else
+lambda has s - m free numbers. m is the largest number of coefficients of a component; one with
+fewer has its own C, and the same A and B.
 
 A pass of the iteration takes the forces from the last places and velocities, p - lambda from the
 forces, velocities from one step for (1 - C) dL/dv = p - lambda with the last mass M = d2L/dv2, and
