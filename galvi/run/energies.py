@@ -70,8 +70,8 @@ def energies(problem: Problem, states: States, sharp: bool = False) -> tuple[Arr
     system: Any = problem.system
     with np.errstate(all="ignore"):
         if isinstance(system, Lagrangian):
-            if isinstance(system.function, BuiltinLagrangian) and not sharp:
-                return _of_builtin(system, states)
+            if system.builtin is not None and not sharp:
+                return _of_builtin(system, system.builtin, states)
             return _one_by_one(system, states, sharp)
         p = states.p.reshape(len(states.t), -1)
         v = system.velocity(states.p).reshape(len(states.t), -1)
@@ -127,9 +127,10 @@ def _start(problem: Problem, scale: float) -> States:
     )  # fmt: skip
 
 
-def _of_builtin(system: Lagrangian, states: States) -> tuple[Array, Array]:
+def _of_builtin(
+    system: Lagrangian, function: BuiltinLagrangian, states: States
+) -> tuple[Array, Array]:
     """As ``_one_by_one``, at all states at once where the velocities belong to the momenta."""
-    function = cast(BuiltinLagrangian, system.function)
     value, momenta = function.at_states(states.q, states.v, states.t)
     rest = -function.at_states(states.q, np.zeros_like(states.v), states.t)[0]
     size = np.max(np.abs(states.p), axis=1)

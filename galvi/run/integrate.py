@@ -113,6 +113,8 @@ def prepared(
         raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {solver!r}.")
     save_every = input_checks.whole("save_every", save_every)
     tol = ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance)
+    if isinstance(problem.system, Lagrangian):
+        problem.system.trace(problem.q0, problem.v0, problem.t0, anew=True)
     engine = engine_for(problem, method)
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(

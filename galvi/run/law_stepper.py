@@ -18,7 +18,6 @@ from galvi.run.engine import Call
 from galvi.run.nystrom_steppers import aligned, collocation_tables
 from galvi.run.run_arrays import RunArrays, run_plan
 from galvi.symbolic.lane_law import compiled_law
-from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.lagrangian import Lagrangian
 
 
@@ -28,10 +27,8 @@ def has_law(problem: Problem) -> bool:
     return (
         isinstance(system, Lagrangian)
         and isinstance(system.group, Rn)
-        and system.slopes is None
         and system.force is None
-        and isinstance(system.function, BuiltinLagrangian)
-        and bool(system.function.law)
+        and system.lane_law is not None
     )
 
 
@@ -40,9 +37,9 @@ def law_stepper(
     finest: float,
 ) -> Call:  # fmt: skip
     """A `Call` of the kernel for laws: does n more steps and returns its code."""
-    function = cast(BuiltinLagrangian, cast(Lagrangian, problem.system).function)
-    law = addresses((compiled_law(function.law), PASS_TYPE))
-    constants = np.array(function.compiled()[1])
+    found = cast(Lagrangian, problem.system).lane_law
+    assert found is not None
+    law, constants = addresses((compiled_law(found[0]), PASS_TYPE)), np.array(found[1])
     d, s = problem.q0.size, method.stages
     moves, turns, kicks, ahead, series, growth, fit = collocation_tables(method.table, step)
     width = moves.shape[1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 from galvi.symbolic import code as symbolic_code
@@ -41,13 +41,25 @@ def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any
     text = "\n".join(lines)
     if symbolic_code.functions_in(text) - FUNCTIONS or " if " in text or "abs(" in text:
         return ""
-    used = sorted(symbolic_code.functions_in(text))
-    names = [f"r{k}" for k in range(len(results))]
-    rows, rest = [], names[2 * d :]
+    return law_lines(lines, [f"r{k}" for k in range(len(results))], d)
+
+
+def law_lines(lines: Sequence[str], results: Sequence[str], d: int) -> str:
+    """The lines that define a law, from those that compute its results and the code of each.
+
+    results  of dL/dq and dL/dv, (d,) each, and the rows of d2L/dv2 up to its diagonal
+    """
+    rows, rest = [], results[2 * d :]
     for i in range(d):
         rows.append(f"[{', '.join(rest[: i + 1])}]")
         rest = rest[i + 1 :]
-    head = [f"from galvi.kernels.lanes.elementary import {', '.join(used)}"] * bool(used)
-    body = [*lines, f"return [{', '.join(names[:d])}], [{', '.join(names[d : 2 * d])}], ["
-            f"{', '.join(rows)}]"]  # fmt: skip
-    return "\n".join([*head, "", "", "def law(q, v, t, c):", *(f"    {line}" for line in body)])
+    listed = [f"[{', '.join(x)}]" for x in (results[:d], results[d : 2 * d], rows)]
+    return function_lines("law(q, v, t, c)", lines, ", ".join(listed))
+
+
+def function_lines(head: str, lines: Sequence[str], returned: str) -> str:
+    """The lines that define a function of galvi.kernels.lanes.elementary."""
+    used = sorted(symbolic_code.functions_in("\n".join([*lines, returned])))
+    imports = [f"from galvi.kernels.lanes.elementary import {', '.join(used)}"] * bool(used)
+    body = (f"    {line}" for line in (*lines, f"return {returned}"))
+    return "\n".join([*imports, "", "", f"def {head}:", *body])

@@ -16,7 +16,7 @@ from galvi.charts.maps import place
 from galvi.groups.group import Group, is_group
 from galvi.groups.rn import Rn
 from galvi.kernels.forces import lagrangian_derivatives
-from galvi.symbolic import kinks
+from galvi.symbolic import kinks, traced_lagrangian
 from galvi.symbolic.from_sympy import symbolic
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
@@ -189,6 +189,39 @@ class Lagrangian:
         powers = np.arange(TERMS)
         return lambda s: (s**powers @ terms_by_power).reshape(self.group.shape)
 
+    def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
+        """Look for expressions of L or its slopes, for vector instructions, near a state.
+
+        anew  look again if the functions changed since then
+        """
+        given = self.slopes is not None or not self._brings_slopes
+        if not (given and isinstance(self.group, Rn)):
+            return
+        found = traced_lagrangian.found(self)
+        if found is None or anew:
+            scales = difference_scales(self.group, q, v)
+            traced_lagrangian.renew(self, lambda: traced_lagrangian.traced_lagrangian(
+                self.function, self.slopes, q, v, t, self.explicit_time, scales
+            ))  # fmt: skip
+        elif self.slopes is None and not found.defined(q, v, t):
+            traced_lagrangian.refuse(self, "its derivatives are not finite at a start")
+
+    @property
+    def builtin(self) -> BuiltinLagrangian | None:
+        """L with derivatives, if it brings them or they were traced."""
+        if self._brings_slopes:
+            return cast(BuiltinLagrangian, self.function)
+        found = traced_lagrangian.found(self)
+        return None if found is None else found.lagrangian
+
+    @property
+    def lane_law(self) -> tuple[str, Array] | None:
+        """Source and constants of the law for lanes, see galvi.symbolic.lane_law."""
+        if self.slopes is None and self.builtin is not None:
+            return (self.builtin.law, self.builtin.compiled()[1]) if self.builtin.law else None
+        found = traced_lagrangian.found(self)
+        return None if found is None else (found.law, np.array(found.constants))
+
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
         """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""
         return self._each(self._momentum, q, v, t)
@@ -238,8 +271,8 @@ class Lagrangian:
 
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels, compiled or differenced."""
-        if self.slopes is None and self._slopes is not None:
-            law, constants = cast(BuiltinLagrangian, self.function).compiled()
+        if self.slopes is None and self.builtin is not None:
+            law, constants = self.builtin.compiled()
             kernel = LagrangianKernel(lagrangian_derivatives.LAW, law, constants=constants)
             return with_force(kernel, self, 0)
         side = self.group.shape[0] if len(self.group.shape) == 2 else 0
@@ -263,9 +296,14 @@ class Lagrangian:
         return 0 if self._slopes is not None else 2 * CALLS
 
     @cached_property  # inspecting a value takes ten microseconds
+    def _brings_slopes(self) -> bool:
+        return isinstance(self.function, BuiltinLagrangian)
+
+    @property
     def _slopes(self) -> Function | None:
-        known = self.slopes is None and isinstance(self.function, BuiltinLagrangian)
-        return cast(BuiltinLagrangian, self.function).slopes if known else self.slopes
+        if self.slopes is not None or self.builtin is None:
+            return self.slopes
+        return self.builtin.slopes
 
     def _arguments(self, q: Array, v: Array, t: float) -> tuple[Any, ...]:
         q, v = np.array(q, dtype=np.float64), np.array(v, dtype=np.float64)
