@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from galvi.symbolic.graph import Node
 
@@ -60,13 +60,14 @@ def partials(node: Node) -> list[tuple[Node, Node]]:
 
 def _derivative(node: Node, x: Node) -> Node:
     """The derivative of a function of one argument."""
-    found: dict[str, Node] = {
+    one = node.graph.number(1.0)
+    found: dict[str, Callable[[], Node]] = {
         "inverse": lambda: -(node * node),
         "sin": x.cos,
         "cos": lambda: -x.sin(),
-        "tan": lambda: 1.0 + node * node,
+        "tan": lambda: one + node * node,
         "exp": lambda: node,
-        "log": lambda: 1.0 / x,
-        "sqrt": lambda: 0.5 / node,
-    }[node.kind]()  # type: ignore[operator]
-    return found
+        "log": lambda: one / x,
+        "sqrt": lambda: one / (node + node),
+    }
+    return found[node.kind]()

@@ -14,9 +14,11 @@ class GraphCode:
     """Prints nodes; numbers other than 0, 1 and -1 become entries of the array ``c``.
 
     constants  these numbers, in the order in which they were first printed
+    first      place of the first of them in c
     """
 
-    def __init__(self) -> None:
+    def __init__(self, first: int = 0) -> None:
+        self.first = first
         self.places: dict[float, int] = {}
 
     @property
@@ -46,7 +48,7 @@ class GraphCode:
     def _number(self, value: float) -> str:
         if value in LITERAL:
             return repr(value)
-        return f"c[{self.places.setdefault(value, len(self.places))}]"
+        return f"c[{self.first + self.places.setdefault(value, len(self.places))}]"
 
 
 def _divisors(nodes: Sequence[Node], results: Sequence[Node]) -> set[int]:
@@ -56,7 +58,7 @@ def _divisors(nodes: Sequence[Node], results: Sequence[Node]) -> set[int]:
         for x in node.arguments:
             if isinstance(x, Node):
                 uses[x.index] = uses.get(x.index, 0) + 1
-    found = set()
+    found: set[int] = set()
     for node in nodes:
         once = [x for x in node.arguments if node.kind == "*" and x.kind == "inverse"]
         found.update(x.index for x in once[:1] if uses[x.index] == 1)

@@ -28,6 +28,8 @@ def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, 
     error: dict[int, Any] = {}
     with np.errstate(all="ignore"):
         for node in reachable(nodes):
+            found: Any
+            bound: Any
             if node.kind == "variable":
                 found, bound = np.asarray(values[node.arguments[0]], dtype=np.float64), 0.0
             elif node.kind == "number":

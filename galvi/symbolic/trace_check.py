@@ -47,31 +47,29 @@ class States:
         columns = {f"{name}[{i}]": x for name in "qv" for i, x in enumerate(getattr(self, name).T)}
         return {**columns, "t": self.t}
 
-    def arguments(self, k: int, timed: bool) -> tuple[Any, ...]:
+    def arguments(self, k: int, takes: str) -> tuple[Any, ...]:
         """Those of a function at state k."""
-        pair = self.q[k].copy(), self.v[k].copy()
-        return (*pair, float(self.t[k])) if timed else pair
+        every = {"q": self.q[k].copy(), "v": self.v[k].copy(), "t": float(self.t[k])}
+        return tuple(every[name] for name in takes)
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """What a function of (q, v), or (q, v, t) if ``timed``, returned at n states, (n, k).
+    """What a function returned at n states, (n, k); NaN stands for an exception.
 
-    NaN stands for an exception.
+    takes  the arguments of the function, e.g. "qv" or "qvt"
     """
 
     function: Callable[..., Any]
     states: States
-    timed: bool
+    takes: str
     returned: Array
 
     @classmethod
-    def of(cls, function: Callable[..., Any], states: States, timed: bool, size: int) -> Sample:
+    def of(cls, function: Callable[..., Any], states: States, takes: str, size: int) -> Sample:
         """The function called at these states."""
-        rows = [
-            _called(function, states.arguments(k, timed), size) for k in range(len(states.t))
-        ]
-        return cls(function, states, timed, np.array(rows))
+        rows = [_called(function, states.arguments(k, takes), size) for k in range(len(states.t))]
+        return cls(function, states, takes, np.array(rows))
 
     @property
     def holds(self) -> bool:
@@ -79,7 +77,7 @@ class Sample:
         n, size = self.returned.shape
         return all(
             np.array_equal(
-                _called(self.function, self.states.arguments(k, self.timed), size),
+                _called(self.function, self.states.arguments(k, self.takes), size),
                 self.returned[k],
                 equal_nan=True,
             )
@@ -98,11 +96,11 @@ def _called(function: Callable[..., Any], arguments: tuple[Any, ...], size: int)
 
 
 def check_values(
-    function: Callable[..., Any], nodes: Sequence[Node], states: States, timed: bool
+    function: Callable[..., Any], nodes: Sequence[Node], states: States, takes: str
 ) -> Sample:
     """`Untraceable` unless the nodes are what the function returns, up to their rounding errors."""
     found, error = (x.T for x in evaluated(nodes, states.values))
-    sample = Sample.of(function, states, timed, len(nodes))
+    sample = Sample.of(function, states, takes, len(nodes))
     with np.errstate(invalid="ignore"):
         off = np.abs(found - sample.returned) > ROUNDINGS * error
     known = np.all(np.isfinite(sample.returned), axis=1)
@@ -114,16 +112,20 @@ def check_values(
 
 
 def check_slopes(
-    L: Node, by: Sequence[Node], states: States, scales: Sequence[Array]
-) -> None:
-    """`Untraceable` unless dL/dv and dL/dq, (2 d,), are derivatives of L, and finite at the start."""
-    slopes = evaluated(by, states.values)[0].T
+    value: Node, by_q: Sequence[Node], by_v: Sequence[Node], states: States,
+    scales: Sequence[Array],
+) -> None:  # fmt: skip
+    """`Untraceable` unless these are the derivatives of a value, and finite at the start.
+
+    by_v  (d,), or () for a value that does not depend on v
+    """
+    slopes = evaluated([*by_q, *by_v], states.values)[0].T
     _refuse_undefined(slopes)
-    by_q, by_v = _directions(states, scales)
-    terms = slopes * np.concatenate([by_v, by_q], axis=1)
+    along_q, along_v = _directions(states, scales)
+    terms = slopes * np.concatenate([along_q, along_v], axis=1)[:, : slopes.shape[1]]
     _compare(
-        lambda far: evaluated([L], states.moved(far, by_q, by_v).values), np.sum(terms, axis=1)[None],
-        np.sum(np.abs(terms), axis=1)[None],
+        lambda far: evaluated([value], states.moved(far, along_q, along_v).values),
+        np.sum(terms, axis=1)[None], np.sum(np.abs(terms), axis=1)[None],
     )  # fmt: skip
 
 

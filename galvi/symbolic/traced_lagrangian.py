@@ -94,21 +94,24 @@ def traced_lagrangian(
     """
     d, graph = q.size, Graph()
     x, w, time = graph.variables("q", d), graph.variables("v", d), graph.variables("t")
-    given = (x, w, time) if timed else (x, w)
+    given, takes = ((x, w, time), "qvt") if timed else ((x, w), "qv")
     states = States.near(q, v, t, scales)
+    L: Node | None = None
+    samples: list[Sample] = []
     try:
         (L,) = traced(function, given, ())
-        samples = [check_values(function, [L], states, timed)]
+        samples = [check_values(function, [L], states, takes)]
     except Untraceable:
         if slopes is None:
             raise
-        L, samples = None, []
-    if slopes is None:
-        by = gradient(L, [*w, *x])
-        check_slopes(L, by, states, scales)
-    else:
+        L = None
+    if slopes is not None:
         by = traced(slopes, given, (2 * d,))
-        samples.append(check_values(slopes, by, states, timed))
+        samples.append(check_values(slopes, by, states, takes))
+    else:
+        assert L is not None
+        by = gradient(L, [*w, *x])
+        check_slopes(L, by[d:], by[:d], states, scales)
     printed = GraphCode()
     lines, results = printed.written([*by[d:], *by[:d], *mass(by[:d], w)], POWER)
     law = law_lines(lines, results, d)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from inspect import getattr_static
 from types import FunctionType, MethodType
 from typing import Any
 
@@ -13,7 +14,9 @@ from galvi.symbolic.graph import Graph, Node, Untraceable
 from galvi.symbolic.stand_ins import StandIns
 
 
-def traced(function: Callable[..., Any], arguments: Sequence[Any], shape: tuple[int, ...]) -> list[Node]:
+def traced(
+    function: Callable[..., Any], arguments: Sequence[Any], shape: tuple[int, ...]
+) -> list[Node]:
     """The numbers that a function returns, as nodes: an array of this shape, () or (n,).
 
     arguments  nodes and arrays of nodes of one graph, which are not changed
@@ -42,7 +45,7 @@ def traced(function: Callable[..., Any], arguments: Sequence[Any], shape: tuple[
 
 
 def _callable(function: Any, stand_ins: StandIns) -> Callable[..., Any]:
-    call = getattr(type(function), "__call__", None)
+    call = getattr_static(function, "__call__", None)
     if not isinstance(function, CPUDispatcher) and isinstance(call, FunctionType):
         function = MethodType(call, function)
     found: Callable[..., Any] = stand_ins.replaced(function)
