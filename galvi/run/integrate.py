@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -30,6 +31,8 @@ from galvi.trajectory import Trajectory
 # degree 8): 23 standard errors of drift with 2^-60, 1.6 with 2^-64, for 3 % more time.
 ROUND_OFF = 2.0**-64
 
+LOG = logging.getLogger("galvi")
+_ANNOUNCED: WeakSet[Lagrangian] = WeakSet()
 _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 
 
@@ -115,6 +118,8 @@ def prepared(
     tol = ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance)
     if isinstance(problem.system, Lagrangian):
         problem.system.trace(problem.q0, problem.v0, problem.t0, anew=True)
+        if solver != "newton":
+            _announce(problem.system)
     engine = engine_for(problem, method)
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
@@ -186,6 +191,17 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
             f"{length / abs(step):.6g} steps. Choose step = duration / n."
         )
     return whole
+
+
+def _announce(system: Lagrangian) -> None:
+    """Log once, as a warning of logger ``galvi``, that a Lagrangian runs without a law."""
+    if system.untraced and system not in _ANNOUNCED:
+        _ANNOUNCED.add(system)
+        LOG.warning(
+            "galvi calls the functions of this Lagrangian one state at a time, which is slower: "
+            "they could not be traced, since %s.",
+            system.untraced,
+        )
 
 
 def _check_functions(problem: Problem) -> None:

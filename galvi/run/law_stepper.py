@@ -27,7 +27,6 @@ def has_law(problem: Problem) -> bool:
     return (
         isinstance(system, Lagrangian)
         and isinstance(system.group, Rn)
-        and system.force is None
         and system.lane_law is not None
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,7 +21,6 @@ from galvi.symbolic.trace_check import Sample, States, check_mass, check_slopes,
 from galvi.symbolic.tracing import traced
 
 Function = Callable[..., Any]
-LOG = logging.getLogger("galvi")
 _FOUND: WeakKeyDictionary[Any, TracedLagrangian | str] = WeakKeyDictionary()  # or why there is none
 
 
@@ -30,16 +28,19 @@ _FOUND: WeakKeyDictionary[Any, TracedLagrangian | str] = WeakKeyDictionary()  # 
 class TracedLagrangian:
     """What was found by tracing a Lagrangian L(q, v) or L(q, v, t) on R^d, or its slopes.
 
-    law         source of the law for lanes, see galvi.symbolic.lane_law
+    law         source of the law for lanes, see galvi.symbolic.lane_law, external force included;
+                "" where that cannot be traced
     constants   its constants
     lagrangian  L with these derivatives; None where only the slopes can be traced
     samples     what the traced functions returned at some states
+    refusal     why there is no law; "" where there is one
     """
 
     law: str
     constants: tuple[float, ...]
     lagrangian: SymbolicLagrangian | None
     samples: tuple[Sample, ...]
+    refusal: str = ""
 
     def defined(self, q: Array, v: Array, t: float) -> bool:
         """Whether the derivatives of the Lagrangian are finite at a state."""
@@ -60,13 +61,12 @@ def renew(system: Any, trace: Callable[[], TracedLagrangian]) -> None:
     try:
         _FOUND[system] = trace()
     except Untraceable as reason:
-        refuse(system, str(reason))
+        _FOUND[system] = str(reason)
 
 
 def refuse(system: Any, reason: str) -> None:
-    """Forget what was traced of a system, and say why."""
+    """Forget what was traced of a system."""
     _FOUND[system] = reason
-    LOG.info("The functions of %r are called one state at a time: %s.", system, reason)
 
 
 def found(system: Any) -> TracedLagrangian | None:
@@ -75,52 +75,63 @@ def found(system: Any) -> TracedLagrangian | None:
     return None if isinstance(known, str) else known
 
 
-def untraced(system: Any) -> str:
-    """Why a system could not be traced; "" where it was, or was not tried."""
-    known = _FOUND.get(system)
-    return known if isinstance(known, str) else ""
+def refusal(system: Any) -> str:
+    """Why a system has no traced law; "" where it has one, or none was sought."""
+    known = _FOUND.get(system, "")
+    return known if isinstance(known, str) else known.refusal
 
 
 def traced_lagrangian(
     function: Function, slopes: Function | None, q: Array, v: Array, t: float, timed: bool,
-    scales: Sequence[Array],
+    scales: Sequence[Array], force: Function | None = None, timed_force: bool = False,
 ) -> TracedLagrangian:  # fmt: skip
     """Traces slopes, if given, else the Lagrangian, and checks what it finds near a state.
 
     timed   whether the functions take (q, v, t) instead of (q, v)
     scales  (d,), (d,) lengths over which L changes with q and v
+    force   external force; timed_force: whether it takes (q, v, t)
 
     Raises `Untraceable`.
     """
     d, graph = q.size, Graph()
-    x, w, time = graph.variables("q", d), graph.variables("v", d), graph.variables("t")
-    given, takes = ((x, w, time), "qvt") if timed else ((x, w), "qv")
-    states = States.near(q, v, t, scales)
+    symbols = graph.variables("q", d), graph.variables("v", d), graph.variables("t")
+    states, samples = States.near(q, v, t, scales), []
+
+    def find(function: Function, timed: bool, shape: tuple[int, ...]) -> list[Node]:
+        takes = "qvt" if timed else "qv"
+        nodes = traced(function, symbols[: len(takes)], shape)
+        samples.append(check_values(function, nodes, states, takes))
+        return nodes
+
     L: Node | None = None
-    samples: list[Sample] = []
     try:
-        (L,) = traced(function, given, ())
-        samples = [check_values(function, [L], states, takes)]
+        (L,) = find(function, timed, ())
     except Untraceable:
         if slopes is None:
             raise
-        L = None
     if slopes is not None:
-        by = traced(slopes, given, (2 * d,))
-        samples.append(check_values(slopes, by, states, takes))
+        by = find(slopes, timed, (2 * d,))
     else:
         assert L is not None
-        by = gradient(L, [*w, *x])
+        by = gradient(L, [*symbols[1], *symbols[0]])
         check_slopes(L, by[d:], by[:d], states, scales)
-    printed = GraphCode()
-    lines, results = printed.written([*by[d:], *by[:d], *mass(by[:d], w)], POWER)
-    law = law_lines(lines, results, d)
-    check_mass(law, printed.constants, by, states, scales)
-    law, source = law_source(law, d), _source(printed, by, L)
+    pushed, refusal = by[d:], ""
+    if force is not None:
+        try:
+            own = find(force, timed_force, (d,))
+            pushed = [x + y for x, y in zip(pushed, own, strict=True)]
+        except Untraceable as reason:
+            refusal = f"the force: {reason}"
+    printed, momenta = GraphCode(), by[:d]
+    lines, results = printed.written([*pushed, *momenta, *mass(momenta, symbols[1])], POWER)
+    lines_of_law = law_lines(lines, results, d)
+    check_mass(lines_of_law, printed.constants, [*momenta, *pushed], states, scales)
+    law = "" if refusal else law_source(lines_of_law, d)
+    source = _source(printed, by, L)
     found = None if L is None else SymbolicLagrangian(
-        repr(function), source, printed.constants, d, law=law
+        repr(function), source, printed.constants, d, law="" if force is not None else law
     )  # fmt: skip
-    return TracedLagrangian(law, printed.constants, found, tuple(samples))
+    return TracedLagrangian(law, printed.constants, found, tuple(samples), refusal)
 
 
 def mass(momenta: Sequence[Node], v: Sequence[Node]) -> list[Node]:

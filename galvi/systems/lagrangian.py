@@ -201,7 +201,8 @@ class Lagrangian:
         if found is None or anew:
             scales = difference_scales(self.group, q, v)
             traced_lagrangian.renew(self, lambda: traced_lagrangian.traced_lagrangian(
-                self.function, self.slopes, q, v, t, self.explicit_time, scales
+                self.function, self.slopes, q, v, t, self.explicit_time, scales, self.force,
+                self.timed_force,
             ))  # fmt: skip
         elif self.slopes is None and not found.defined(q, v, t):
             traced_lagrangian.refuse(self, "its derivatives are not finite at a start")
@@ -216,11 +217,19 @@ class Lagrangian:
 
     @property
     def lane_law(self) -> tuple[str, Array] | None:
-        """Source and constants of the law for lanes, see galvi.symbolic.lane_law."""
-        if self.slopes is None and self.builtin is not None:
-            return (self.builtin.law, self.builtin.compiled()[1]) if self.builtin.law else None
+        """Source and constants of the law for lanes, see galvi.symbolic.lane_law; or None."""
         found = traced_lagrangian.found(self)
-        return None if found is None else (found.law, np.array(found.constants))
+        if found is not None:
+            return (found.law, np.array(found.constants)) if found.law else None
+        if self.slopes is not None or self.builtin is None or self.force is not None:
+            return None
+        return (self.builtin.law, self.builtin.compiled()[1]) if self.builtin.law else None
+
+    @property
+    def untraced(self) -> str:
+        """Why the functions are called one state at a time; "" where they are traced, built in, or
+        not yet part of a `Problem`."""
+        return traced_lagrangian.refusal(self)
 
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
         """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""
