@@ -67,6 +67,9 @@ def _derivative(node: Node, x: Node) -> Node:
         "cos": lambda: -x.sin(),
         "tan": lambda: one + node * node,
         "exp": lambda: node,
+        "sinh": x.cosh,
+        "cosh": x.sinh,
+        "tanh": lambda: one - node * node,
         "log": lambda: one / x,
         "sqrt": lambda: one / (node + node),
     }

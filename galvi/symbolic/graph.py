@@ -25,9 +25,10 @@ from typing import Any, NoReturn
 import numpy as np
 
 UNARY: dict[str, Callable[[float], float]] = {
-    name: getattr(math, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt")
+    name: getattr(math, name)
+    for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh")
 }
-ODD, EVEN = ("sin", "tan"), ("cos",)
+ODD, EVEN = ("sin", "tan", "sinh", "tanh"), ("cos", "cosh")
 MOST = 20_000  # nodes: longer code takes too long to compile
 MOST_FACTORS = 64  # a power up to which an integer one is made of products
 
@@ -138,7 +139,7 @@ class Graph:
         )
 
     def unary(self, name: str, x: Node) -> Node:
-        """A function of `UNARY`; sine, cosine and tangent of x and -x share one node."""
+        """A function of `UNARY`; those of x and -x share one node if odd or even."""
         a, u = x.split
         if u is None:
             try:
@@ -291,6 +292,18 @@ class Node:
     def sqrt(self) -> Node:
         """The square root."""
         return self.graph.unary("sqrt", self)
+
+    def sinh(self) -> Node:
+        """The hyperbolic sine."""
+        return self.graph.unary("sinh", self)
+
+    def cosh(self) -> Node:
+        """The hyperbolic cosine."""
+        return self.graph.unary("cosh", self)
+
+    def tanh(self) -> Node:
+        """The hyperbolic tangent."""
+        return self.graph.unary("tanh", self)
 
     def arctan2(self, other: Any) -> Node:
         """The angle of the point (other, self)."""

@@ -9,7 +9,9 @@ from galvi.symbolic import code as symbolic_code
 from galvi.symbolic.code import POWER
 
 # of galvi.kernels.lanes.elementary
-FUNCTIONS = {"sin", "cos", "tan", "exp", "log", "sqrt", "atan2", POWER}
+FUNCTIONS = {
+    "sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER
+}  # fmt: skip
 PASS = """
 
 pass_of_law = one_pass(law, {d})

@@ -68,6 +68,6 @@ def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]
     found = getattr(np, kind)(x[0])
     slope = {
         "sin": 1.0, "cos": 1.0, "tan": 1.0 + found * found, "exp": found, "log": 1.0 / x[0],
-        "sqrt": 0.5 / found,
+        "sqrt": 0.5 / found, "sinh": np.cosh(x[0]), "cosh": np.sinh(x[0]), "tanh": 1.0,
     }[kind]  # fmt: skip
     return found, np.abs(slope) * e[0]

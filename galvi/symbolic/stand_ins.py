@@ -14,8 +14,9 @@ from numba.core.registry import CPUDispatcher
 from galvi.symbolic.graph import Graph, Node
 
 FUNCTIONS = (
-    "sin", "cos", "tan", "exp", "log", "sqrt", "arctan", "arcsin", "arccos", "log2", "log10",
-    "radians", "degrees", "fabs", "deg2rad", "rad2deg", "arctan2", "hypot",
+    "sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "arctan", "arcsin",
+    "arccos", "log2", "log10", "radians", "degrees", "fabs", "deg2rad", "rad2deg", "arctan2",
+    "hypot",
 )  # fmt: skip
 IN_MATH = {"arctan": "atan", "arcsin": "asin", "arccos": "acos", "arctan2": "atan2"}
 # functions that make an array, and the position of the argument dtype

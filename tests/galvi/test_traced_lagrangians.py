@@ -171,9 +171,9 @@ def test_what_a_function_raises_during_a_run_reaches_the_caller() -> None:
 def test_a_number_that_changes_between_two_runs_is_used() -> None:
     numbers = {"k": 1.0}
     system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v - 0.5 * numbers["k"] * q @ q, galvi.Rn(1))
+    problem = galvi.Problem(system, [1.0], [0.0])
     for k in (1.0, 4.0):
         numbers["k"] = k
-        problem = galvi.Problem(system, [1.0], [0.0]) if k == 1.0 else problem
         run = galvi.integrate(problem, METHOD, 0.1, 10)
         assert abs(run.q[-1, 0] - math.cos(math.sqrt(k))) < 1e-9
         assert run.counts["linear_solves"] == 0

@@ -55,6 +55,7 @@ LEAVES = st.sampled_from(["q[0]", "q[1]", "v[0]", "v[1]", "1.3", "-0.4", "2", "k
 UNARY = st.sampled_from([
     "-{}", "np.sin({})", "np.cos({})", "np.exp(0.3 * {})", "np.sqrt(2.0 + ({}) ** 2)", "({}) ** 2",
     "({}) ** 3", "1.0 / (3.0 + np.sin({}))", "(2.1 + np.cos({})) ** 1.5", "np.arctan({})",
+    "np.sinh(0.2 * {})", "np.cosh(0.2 * {})", "np.tanh({})",
     "np.log(1.5 + ({}) ** 2)", "(1.2 + ({}) ** 2) ** -0.7", "np.tan(0.2 * np.cos({}))",
     "np.sqrt(({}) ** 2 + 0.3) ** 2", "np.arcsin(0.6 * np.sin({}))",
 ])  # fmt: skip
