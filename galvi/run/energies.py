@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -24,6 +25,7 @@ CLOSE = 0.03  # relative error of a momentum; that of the energy is of the order
 # Relative changes of a position whose effect on the energy is not an error: the larger one at rest,
 # where V may be 0 and a motion grows from round-off.
 NUDGE, NUDGE_AT_REST = 2.0**-46, 2.0**-26
+Raised = dict[int, Exception]  # by row of the states
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +61,15 @@ def velocities_at_the_end(method: Galerkin, stages: Array) -> Array:
     return result
 
 
-def energies(problem: Problem, states: States, sharp: bool = False) -> tuple[Array, Array]:
+def energies(
+    problem: Problem, states: States, sharp: bool = False, raised: Raised | None = None
+) -> tuple[Array, Array]:
     """T and V, (n,) each; NaN where they are not defined.
 
-    sharp  solves for a Lagrangian's velocities, instead of taking those given where they nearly
-           have the momentum: the energy p . v - L(q, v) is stationary in v where dL/dv = p
+    sharp   solves for a Lagrangian's velocities, instead of taking those given where they nearly
+            have the momentum: the energy p . v - L(q, v) is stationary in v where dL/dv = p
+    raised  receives what the user's functions raised, NaN there; None: it passes through. An
+            arithmetic or a value error means that the energy is not defined
 
     A Lagrangian's V is -L(q, 0), its energy at rest; where that is not finite, T is p . v.
     """
@@ -71,11 +77,11 @@ def energies(problem: Problem, states: States, sharp: bool = False) -> tuple[Arr
     with np.errstate(all="ignore"):
         if isinstance(system, Lagrangian):
             if system.builtin is not None and not sharp:
-                return _of_builtin(system, system.builtin, states)
-            return _one_by_one(system, states, sharp)
+                return _of_builtin(system, system.builtin, states, raised)
+            return _one_by_one(system, states, sharp, raised)
         p = states.p.reshape(len(states.t), -1)
         v = system.velocity(states.p).reshape(len(states.t), -1)
-        return 0.5 * np.sum(p * v, axis=1), _potential(system, states.q, states.t)
+        return 0.5 * np.sum(p * v, axis=1), _potential(system, states, raised)
 
 
 def start_energies(problem: Problem) -> tuple[float, float]:
@@ -128,7 +134,7 @@ def _start(problem: Problem, scale: float) -> States:
 
 
 def _of_builtin(
-    system: Lagrangian, function: BuiltinLagrangian, states: States
+    system: Lagrangian, function: BuiltinLagrangian, states: States, raised: Raised | None
 ) -> tuple[Array, Array]:
     """As ``_one_by_one``, at all states at once where the velocities belong to the momenta."""
     value, momenta = function.at_states(states.q, states.v, states.t)
@@ -136,14 +142,19 @@ def _of_builtin(
     size = np.max(np.abs(states.p), axis=1)
     near = np.max(np.abs(momenta - states.p), axis=1) <= CLOSE * size
     if not (np.all(near) and np.all(np.isfinite(rest))):
-        return _one_by_one(system, states, False)
+        return _one_by_one(system, states, False, raised)
     return np.sum(states.p * states.v, axis=1) - value - rest, rest
 
 
-def _one_by_one(system: Lagrangian, states: States, sharp: bool) -> tuple[Array, Array]:
+def _one_by_one(
+    system: Lagrangian, states: States, sharp: bool, raised: Raised | None
+) -> tuple[Array, Array]:
+    result = np.full((2, len(states.t)), np.nan)
     rows = zip(states.q, states.p, states.v, states.t, strict=True)
-    pairs = [_of_lagrangian(system, q, p, v, float(t), sharp) for q, p, v, t in rows]
-    return cast(tuple[Array, Array], tuple(np.array(pairs, dtype=np.float64).T))
+    for k, (q, p, v, t) in enumerate(rows):
+        with _noting(raised, k):
+            result[:, k] = _of_lagrangian(system, q, p, v, float(t), sharp)
+    return result[0], result[1]
 
 
 def _of_lagrangian(
@@ -168,13 +179,23 @@ def _belong(system: Lagrangian, q: Array, p: Array, v: Array, t: float) -> bool:
     return False
 
 
-def _potential(system: Any, q: Array, t: Array) -> Array:
-    """V of each state; NaN where a user's function raises an arithmetic or a value error."""
+def _potential(system: Any, states: States, raised: Raised | None) -> Array:
     system = cast(VectorSystem, system)
-    with suppress(ArithmeticError, ValueError):
-        return np.asarray(system.potential_energy(q, t), dtype=np.float64)
-    result = np.full(len(q), np.nan)
-    for k in range(len(q)):
-        with suppress(ArithmeticError, ValueError):
-            result[k] = system.potential_energy(q[k], t[k])
+    with suppress(Exception):  # what is raised here is raised again below, state by state
+        return np.asarray(system.potential_energy(states.q, states.t), dtype=np.float64)
+    result = np.full(len(states.t), np.nan)
+    for k, (q, t) in enumerate(zip(states.q, states.t, strict=True)):
+        with _noting(raised, k), suppress(ArithmeticError, ValueError):
+            result[k] = system.potential_energy(q, t)
     return result
+
+
+@contextmanager
+def _noting(raised: Raised | None, row: int) -> Iterator[None]:
+    """Keeps an exception within as ``raised[row]``; None lets it pass."""
+    try:
+        yield
+    except Exception as error:
+        if raised is None:
+            raise
+        raised[row] = error

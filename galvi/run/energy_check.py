@@ -25,6 +25,7 @@ from galvi.checkpoint import Checkpoint, nothing
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.energies import (
+    Raised,
     States,
     conserves_energy,
     energies,
@@ -54,6 +55,7 @@ class Judgement:
               step is ruined
     energies  (4,) of the steps so far, for `Checkpoint`: least and greatest potential energy,
               measure, largest error
+    unjudged  why the energy of some steps is not known, as a clause; "" where that of all is
     """
 
     error: float = 0.0
@@ -61,36 +63,67 @@ class Judgement:
     ruined: int | None = None
     unknown: bool = False
     energies: Array = field(default_factory=nothing)
+    unjudged: str = ""
 
 
 def judge(
     engine: Engine, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
     work: RunArrays,
 ) -> Judgement:  # fmt: skip
-    """The judgement of a run so far; nothing of a system that does not conserve its energy."""
+    """The judgement of a run so far; nothing of a system that does not conserve its energy.
+
+    Steps at which the user's functions raise are left out, and ``unjudged`` names the first one.
+    """
     if work.done == 0 or work.watch == NEVER or not conserves_energy(problem.system):
         return Judgement(energies=start.energies)
     seen = _seen(engine, problem, method, step, start, work)
-    kinetic, potential = start_energies(problem)
+    try:
+        kinetic, potential = start_energies(problem)
+    except Exception as error:
+        return Judgement(energies=start.energies, unjudged=_raised(error, 0))
     so_far = start.energies
     if so_far.size == 0:
         so_far = np.array([potential, potential, abs(kinetic), 0.0])
     known = (kinetic + potential, abs(kinetic))
-    found = judgement(seen.steps, *energies(problem, seen), *known, so_far)
+
+    def judged(sharp: bool, *limits: float) -> Judgement:
+        raised: Raised = {}
+        both = energies(problem, seen, sharp, raised)
+        told = np.array([k for k in range(len(seen.steps)) if k not in raised], dtype=np.int64)
+        found = Judgement(energies=start.energies)
+        if told.size:
+            steps, kinetic, potential = (each[told] for each in (seen.steps, *both))
+            found = judgement(steps, kinetic, potential, *known, so_far, *limits)
+        if raised:
+            first = min(raised)
+            step = int(seen.steps[first]) - start.first
+            found = replace(found, unjudged=_raised(raised[first], step))
+        return found
+
+    found = judged(False)
     if found.error <= SMALL and not found.unknown:
         return found
-    floor, kick = noise(problem), kick_energy(problem, step)
-    found = judgement(seen.steps, *energies(problem, seen, sharp=True), *known, so_far, floor, kick)
+    try:
+        floor, kick = noise(problem), kick_energy(problem, step)
+    except Exception as error:
+        return Judgement(energies=start.energies, unjudged=_raised(error, 0))
+    found = judged(True, floor, kick)
     if found.ruined is None or found.ruined <= start.first:
         return found
     kept = _kept_before(engine, problem, method, step, start, work, found.ruined, seen)
     if len(kept.steps) == 0:
         return found
     limit = max(found.measure, floor)
-    off = np.abs(np.sum(energies(problem, kept, sharp=True), axis=0) - known[0])
+    off = np.abs(np.sum(energies(problem, kept, sharp=True, raised={}), axis=0) - known[0])
     first = kept.steps[off > limit]
     earliest = int(first[0]) if first.size else found.ruined
     return replace(found, ruined=earliest)
+
+
+def _raised(error: Exception, step: int) -> str:
+    reason = " ".join(str(error).split())
+    kind = type(error).__name__
+    return f"at step {step}, where it raised {kind}{': ' if reason else ''}{reason}"
 
 
 @np.errstate(all="ignore")

@@ -29,7 +29,7 @@ from galvi.systems.system import GroupSystem
 
 SUBSTEPS = (4, 16, 64)
 PATH = 33  # times per step at which its rotation is tracked
-NEAR_LIMIT = 0.8  # share of a chart's limit beyond which a failed step is reported as leaving it
+NEAR_LIMIT = 0.8  # share of a chart's limit beyond which it is named beside a failed step
 FAR = 1e100  # largest velocity times step whose square is safe from overflow
 
 
@@ -111,10 +111,12 @@ def _failure(
             f", or chart=galvi.{type(farther).__name__}(), which ends at {farther.limit / np.pi:g} "
             f"pi"
         )  # fmt: skip
+        what = f"the step turns by {turn:.4g} radians, and "
+        if code != LEFT_CHART and turn < limit:
+            what = f"Newton's method did not solve a step that turns by {turn:.4g} radians, where "
         return (
-            f"the step turns by {turn:.4g} radians, and the chart {type(method.chart).__name__} "
-            f"ends at {limit:.4g}. Use a step of at most "
-            f"{0.5 * abs(step) * limit / turn:.2g}{other}."
+            f"{what}the chart {type(method.chart).__name__} ends at {limit:.4g}. Use a step of at "
+            f"most {0.5 * abs(step) * limit / turn:.2g}{other}."
         )
     if code == NOT_FINITE:
         return (

@@ -66,9 +66,9 @@ def first_unknowns(method: Galerkin, dimension: int) -> npt.NDArray[np.int64]:
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     """Whether a packed kernel applies; on groups only these have fixed-point iteration."""
     table = method.table
-    square = table.psi.shape[0] == table.psi.shape[1] and float(np.min(table.b)) > 0.0
+    square = table.psi.shape[0] == table.psi.shape[1]
     one_space = not hasattr(method.space, "degrees")
-    return square and one_space and (has_law(problem) or _is_packed_body(problem))
+    return one_space and (has_law(problem) or (square and _is_packed_body(problem)))
 
 
 def _is_packed_body(problem: Problem) -> bool:

@@ -32,7 +32,7 @@ from galvi.trajectory import Trajectory
 ROUND_OFF = 2.0**-64
 
 LOG = logging.getLogger("galvi")
-_ANNOUNCED: WeakSet[Lagrangian] = WeakSet()
+_ANNOUNCED: WeakSet[Canonical | Lagrangian] = WeakSet()
 _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 
 
@@ -57,16 +57,19 @@ def integrate(
     save_every  k keeps steps 0, k, 2 k, ... and the last
     curves      keep every step's Galerkin curve; None: only when save_every is 1
     solver      "auto", "fixed_point" or "newton"; on groups, "fixed_point" only for a RigidBody
-                without a force, free or in UniformGravity, and on Rn for a PlanarChain or a SymPy
-                Lagrangian without a force, with as many points as the degree
+                without a force, free or in UniformGravity, with as many points as the degree, and
+                on Rn for a Lagrangian, or a Canonical system with a force, whose functions are
+                built in, from SymPy, or could be traced
     tolerance   change relative to |q| at which a step's iteration stops; None: round-off
     progress    True shows a progress bar
 
     Returns a Trajectory, also when a step fails (see ``success`` and ``status``) or Ctrl-C stops
     the run. A run whose conserved energy is ruined goes on to its end and keeps its states, but is
     no success; one whose energy, or some passage of two point masses, is doubtful is a success
-    whose status says so. Raises ValueError or TypeError for bad input before the first step;
-    exceptions of user functions pass through.
+    whose status says so; so does that of one whose energy a user's function cannot tell, as it
+    raises. Raises ValueError or TypeError for bad input before the first step; exceptions of user
+    functions in a step pass through. Ctrl-C after the last step, or one that failed, raises
+    KeyboardInterrupt, whose attribute ``run`` is the trajectory.
     """
     run = prepared(
         problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
@@ -116,7 +119,7 @@ def prepared(
         raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {solver!r}.")
     save_every = input_checks.whole("save_every", save_every)
     tol = ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance)
-    if isinstance(problem.system, Lagrangian):
+    if isinstance(problem.system, Canonical | Lagrangian):
         problem.system.trace(problem.q0, problem.v0, problem.t0, anew=True)
         if solver != "newton":
             _announce(problem.system)
@@ -124,10 +127,10 @@ def prepared(
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
             f"with a group, an external force or a degree for each component, the solver "
-            f"fixed_point is for a RigidBody without a force, free or in UniformGravity, and for a "
-            f"PlanarChain or a SymPy Lagrangian without a force, with as many points as the "
-            f"degree; received {problem!r} with {method.name}. Use the "
-            f"solver auto."
+            f"fixed_point is for a RigidBody without a force, free or in UniformGravity, with as "
+            f"many points as the degree, and on Rn for functions that are built in, from SymPy, or "
+            f"could be traced; received {problem!r} with {method.name}"
+            f"{_because(problem)}. Use the solver auto."
         )
     _check_functions(problem)
     begin = engine.start(problem, method.stages)
@@ -193,15 +196,21 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
     return whole
 
 
-def _announce(system: Lagrangian) -> None:
-    """Log once, as a warning of logger ``galvi``, that a Lagrangian runs without a law."""
+def _announce(system: Canonical | Lagrangian) -> None:
+    """Log once, as a warning of logger ``galvi``, that a system runs without a law."""
     if system.untraced and system not in _ANNOUNCED:
         _ANNOUNCED.add(system)
         LOG.warning(
-            "galvi calls the functions of this Lagrangian one state at a time, which is slower: "
-            "they could not be traced, since %s.",
+            "galvi calls the functions of this system one state at a time, which is slower: not "
+            "all could be traced; %s.",
             system.untraced,
         )
+
+
+def _because(problem: Problem) -> str:
+    """Why its functions could not be traced, as a part of a sentence; "" where they could."""
+    reason = getattr(problem.system, "untraced", "")
+    return f" ({reason})" if reason else ""
 
 
 def _check_functions(problem: Problem) -> None:

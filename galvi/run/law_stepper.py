@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import cast
+from functools import lru_cache
+from typing import Any, cast
 
 import numpy as np
 
-from galvi.arrays import read_only
+from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.groups.rn import Rn
 from galvi.kernels.compile.function_pointers import addresses
@@ -15,20 +16,31 @@ from galvi.kernels.lanes.law_pass import rows_of_work
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
-from galvi.run.nystrom_steppers import aligned, collocation_tables
+from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
 from galvi.run.run_arrays import RunArrays, run_plan
 from galvi.symbolic.lane_law import compiled_law
-from galvi.systems.lagrangian import Lagrangian
+from galvi.symbolic.traces import Traces, traces
+from galvi.systems.canonical import Canonical
+from galvi.systems.canonical_on_rn import CanonicalOnRn
+from galvi.tableau import Tableau
+
+
+def lane_law(system: Any, d: int) -> tuple[str, Array] | None:
+    """The lines and constants of the law for lanes of a system of d coordinates, or None."""
+    return _lane_law(system, d, traces(system))
+
+
+@lru_cache(maxsize=32)
+def _lane_law(system: Any, d: int, found: Traces) -> tuple[str, Array] | None:
+    """As ``lane_law``, which depends on the traces that were found."""
+    whole = CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system
+    on_space = isinstance(getattr(whole, "group", None), Rn)
+    return cast(tuple[str, Array] | None, getattr(whole, "lane_law", None)) if on_space else None
 
 
 def has_law(problem: Problem) -> bool:
     """Whether the problem's system has a law for lanes."""
-    system = problem.system
-    return (
-        isinstance(system, Lagrangian)
-        and isinstance(system.group, Rn)
-        and system.lane_law is not None
-    )
+    return lane_law(problem.system, problem.q0.size) is not None
 
 
 def law_stepper(
@@ -36,15 +48,13 @@ def law_stepper(
     finest: float,
 ) -> Call:  # fmt: skip
     """A `Call` of the kernel for laws: does n more steps and returns its code."""
-    found = cast(Lagrangian, problem.system).lane_law
-    assert found is not None
-    law, constants = addresses((compiled_law(found[0]), PASS_TYPE)), np.array(found[1])
     d, s = problem.q0.size, method.stages
-    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(method.table, step)
-    width = moves.shape[1]
-    c = read_only(np.append(method.table.c, np.full(width - s, method.table.c[-1])))
-    tables = np.concatenate([moves, turns])
-    given = kicks, ahead, series, tables, growth, fit, c
+    found = lane_law(problem.system, d)
+    assert found is not None
+    lines, constants = found
+    law = addresses((compiled_law(lines, d), PASS_TYPE))
+    given = law_tables(method.table, step)
+    width = given[3].shape[1]
     scratch, spare = aligned(rows_of_work(d), width), aligned(6, max(width, d, s))
     numbers = np.zeros(2 * d + 3)
     kernel = compiled_advance_law()
@@ -56,3 +66,16 @@ def law_stepper(
         ))  # fmt: skip
 
     return call
+
+
+@lru_cache(maxsize=32)
+def law_tables(table: Tableau, step: float) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.law."""
+    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
+    (s, m), lanes = table.slope.shape, stages_in_lanes(table.c.size)
+    complement = np.zeros((0, lanes.size))
+    if s > m:
+        complement = np.ascontiguousarray((np.eye(s) - table.slope @ table.projection)[lanes].T)
+        ahead = read_only(ahead - ahead[:, :s] @ complement)
+    tables = np.concatenate([moves, turns])
+    return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[lanes])

@@ -93,7 +93,7 @@ def kernel_tableau(table: Tableau) -> NystromTableau:
 def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.nbody."""
     s = table.c.size
-    lanes = np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)  # the last stage is repeated
+    lanes = stages_in_lanes(s)
     with extended_precision():
         h = decimals(step)
         c, b, beta, A = (
@@ -126,7 +126,7 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
 def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.body."""
     s = table.c.size
-    lanes = np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)
+    lanes = stages_in_lanes(s)
     with extended_precision():
         h, b = decimals(step), decimals(table.b) + decimals(table.low_parts[1])
         A = decimals(table.integral) + decimals(table.low_parts[4])
@@ -142,6 +142,11 @@ def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
         step * table.projection,
     )  # fmt: skip
     return tuple(read_only(np.array(number)) for number in numbers)
+
+
+def stages_in_lanes(s: int) -> Any:
+    """The stage in each lane, (P,), P a multiple of LANES; the last stage is repeated."""
+    return np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)
 
 
 def _with_low_part(exact: Any) -> Array:

@@ -14,11 +14,9 @@ class GraphCode:
     """Prints nodes; numbers other than 0, 1 and -1 become entries of the array ``c``.
 
     constants  these numbers, in the order in which they were first printed
-    first      place of the first of them in c
     """
 
-    def __init__(self, first: int = 0) -> None:
-        self.first = first
+    def __init__(self) -> None:
         self.places: dict[float, int] = {}
 
     @property
@@ -48,7 +46,7 @@ class GraphCode:
     def _number(self, value: float) -> str:
         if value in LITERAL:
             return repr(value)
-        return f"c[{self.first + self.places.setdefault(value, len(self.places))}]"
+        return f"c[{self.places.setdefault(value, len(self.places))}]"
 
 
 def _divisors(nodes: Sequence[Node], results: Sequence[Node]) -> set[int]:

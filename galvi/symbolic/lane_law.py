@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import Any, cast
 
+import numpy as np
+
+from galvi.arrays import Array
 from galvi.symbolic import code as symbolic_code
 from galvi.symbolic.code import POWER
 
@@ -17,20 +21,38 @@ PASS = """
 pass_of_law = one_pass(law, {d})
 
 
-def law_pass_DIGEST(work, tables, constants, numbers):
-    pass_of_law(work, tables, constants, numbers)
+def law_pass_DIGEST(work, tables, complement, constants, numbers):
+    pass_of_law(work, tables, complement, constants, numbers)
 """
 
 
-def law_source(law: str, d: int) -> str:
-    """The source of the pass of a law on R^d from the lines that define ``law``."""
+@lru_cache(maxsize=256)
+def compiled_law(law: str, d: int) -> Callable[..., Any]:
+    """The galvi.kernels.lanes.law_pass on R^d of the lines that define ``law``, compiled at the
+    first call."""
     head = "from galvi.kernels.lanes.law_pass import one_pass\n"
-    return symbolic_code.with_digest(head + law + PASS.format(d=d))
-
-
-def compiled_law(source: str) -> Callable[..., Any]:
-    """The law's galvi.kernels.lanes.law_pass, compiled at the first call."""
+    source = symbolic_code.with_digest(head + law + PASS.format(d=d))
     return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
+
+
+def with_force(law: tuple[str, Array], force: tuple[str, Array]) -> tuple[str, Array]:
+    """The lines and constants of a law with a force, from those of both."""
+    forced = f"law = forced(law, force, {law[1].size})\n"
+    head = "from galvi.kernels.lanes.laws import forced\n"
+    lines = f"{law[0]}\n\n\n{force[0]}\n\n\n{head}\n{forced}"
+    return lines, np.concatenate([law[1], force[1]])
+
+
+def canonical_law(slopes: str, d: int, diagonal: bool) -> str:
+    """The lines that define galvi.kernels.lanes.laws.canonical from those of dV/dq."""
+    head = "from galvi.kernels.lanes.laws import canonical\n"
+    return f"{head}{slopes}\n\nlaw = canonical(slopes, {d}, {diagonal})\n"
+
+
+def printed_force(forces: Sequence[Any], places: Any) -> str:
+    """The lines that define SymPy forces; "" where lanes lack a function of them."""
+    lines = symbolic_code.written(forces, places, lambda k, code: f"r{k} = {code}", POWER)
+    return function_lines("force(q, v, t, c)", lines, [f"r{k}" for k in range(len(forces))])
 
 
 def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any) -> str:
@@ -40,28 +62,31 @@ def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any
     results = [differentiated(L, x) for x in q] + momenta
     results += [differentiated(momenta[i], v[j]) for i in range(d) for j in range(i + 1)]
     lines = symbolic_code.written(results, places, lambda k, code: f"r{k} = {code}", POWER)
-    text = "\n".join(lines)
-    if symbolic_code.functions_in(text) - FUNCTIONS or " if " in text or "abs(" in text:
-        return ""
     return law_lines(lines, [f"r{k}" for k in range(len(results))], d)
 
 
 def law_lines(lines: Sequence[str], results: Sequence[str], d: int) -> str:
-    """The lines that define a law, from those that compute its results and the code of each.
+    """The lines that define a law, as `function_lines`.
 
-    results  of dL/dq and dL/dv, (d,) each, and the rows of d2L/dv2 up to its diagonal
+    results  the code of dL/dq and dL/dv, (d,) each, and of the rows of d2L/dv2 up to its diagonal
     """
     rows, rest = [], results[2 * d :]
     for i in range(d):
         rows.append(f"[{', '.join(rest[: i + 1])}]")
         rest = rest[i + 1 :]
-    listed = [f"[{', '.join(x)}]" for x in (results[:d], results[d : 2 * d], rows)]
-    return function_lines("law(q, v, t, c)", lines, ", ".join(listed))
+    listed = [f"[{', '.join(part)}]" for part in (results[:d], results[d : 2 * d], rows)]
+    return function_lines("law(q, v, t, c)", lines, listed)
 
 
-def function_lines(head: str, lines: Sequence[str], returned: str) -> str:
-    """The lines that define a function of galvi.kernels.lanes.elementary."""
-    used = sorted(symbolic_code.functions_in("\n".join([*lines, returned])))
+def function_lines(head: str, lines: Sequence[str], results: Sequence[str]) -> str:
+    """The lines that define a function which returns a list; "" where lanes lack a function of it.
+
+    lines    that compute what the code of the results refers to
+    """
+    text = "\n".join([*lines, *results])
+    used = sorted(symbolic_code.functions_in(text))
+    if set(used) - FUNCTIONS or " if " in text:
+        return ""
     imports = [f"from galvi.kernels.lanes.elementary import {', '.join(used)}"] * bool(used)
-    body = (f"    {line}" for line in (*lines, f"return {returned}"))
+    body = (f"    {line}" for line in [*lines, f"return [{', '.join(results)}]"])
     return "\n".join([*imports, "", "", f"def {head}:", *body])

@@ -25,7 +25,7 @@ class TracedTerm:
     """A function of galvi.kernels.lanes.elementary that returns a list of d values.
 
     lines      that define it
-    constants  its own, as far as it is not stated otherwise c[0], c[1], ...
+    constants  its own, c[0], c[1], ...
     sample     what the traced function returned at some states
     """
 
@@ -35,33 +35,30 @@ class TracedTerm:
 
     @property
     def holds(self) -> bool:
-        """Whether the function returns at the last states what it did when it was traced."""
+        """As of galvi.symbolic.traces."""
         return self.sample.holds
 
 
 def traced_force(
-    force: Function, q: Array, v: Array, t: float, timed: bool, scales: Sequence[Array],
-    first: int = 0,
-) -> TracedTerm:  # fmt: skip
+    force: Function, q: Array, v: Array, t: float, timed: bool, scales: Sequence[Array]
+) -> TracedTerm:
     """``force(q, v, t, c)`` from a user's force of (q, v), or of (q, v, t) if ``timed``.
 
     q, v, t  state near which it is checked
     scales   (d,), (d,) lengths over which it changes with q and v
-    first    place of its first constant in c
 
     Raises `Untraceable`.
     """
     takes = "qvt" if timed else "qv"
     states = States.near(q, v, t, scales)
     nodes = traced(force, _symbols(q.size, takes), (q.size,))
-    return _term("force(q, v, t, c)", nodes, check_values(force, nodes, states, takes), first)
+    return _term("force(q, v, t, c)", nodes, check_values(force, nodes, states, takes))
 
 
 def traced_gradient(
-    potential: Function, gradient: Function | None, q: Array, t: float, timed: bool, scale: Array,
-    first: int = 0,
-) -> TracedTerm:  # fmt: skip
-    """``gradient(q, t, c)``, dV/dq, from a user's gradient, if given, else from the potential.
+    potential: Function, gradient: Function | None, q: Array, t: float, timed: bool, scale: Array
+) -> TracedTerm:
+    """``slopes(q, t, c)``, dV/dq, from a user's gradient, if given, else from the potential.
 
     The user's functions take (q), or (q, t) if ``timed``; scale (d,) and others as for
     `traced_force`. Raises `Untraceable`.
@@ -76,7 +73,7 @@ def traced_gradient(
     else:
         nodes = traced(gradient, symbols, (q.size,))
         sample = check_values(gradient, nodes, states, takes)
-    return _term("gradient(q, t, c)", nodes, sample, first)
+    return _term("slopes(q, t, c)", nodes, sample)
 
 
 def _symbols(d: int, takes: str) -> list[Any]:
@@ -84,9 +81,8 @@ def _symbols(d: int, takes: str) -> list[Any]:
     return [graph.variables(name, *(() if name == "t" else (d,))) for name in takes]
 
 
-def _term(head: str, nodes: Sequence[Node], sample: Sample, first: int) -> TracedTerm:
-    printed = GraphCode(first)
-    lines, results = printed.written(nodes, POWER)
+def _term(head: str, nodes: Sequence[Node], sample: Sample) -> TracedTerm:
+    printed = GraphCode()
     return TracedTerm(
-        function_lines(head, lines, f"[{', '.join(results)}]"), printed.constants, sample
+        function_lines(head, *printed.written(nodes, POWER)), printed.constants, sample
     )

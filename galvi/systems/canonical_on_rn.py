@@ -9,9 +9,12 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.groups.rn import Rn
 from galvi.kernels.forces import force_kinds, lagrangian_derivatives
+from galvi.symbolic.lane_law import canonical_law
+from galvi.symbolic.traces import traces
 from galvi.systems.canonical import Canonical
-from galvi.systems.forces.external_force import with_force
+from galvi.systems.forces.external_force import lane_law_with_force, with_force
 from galvi.systems.lagrangian_kernel import LagrangianKernel
+from galvi.systems.potentials.potential import Potential
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +48,24 @@ class CanonicalOnRn:
     def potential_calls_per_force(self) -> int:
         """As `Canonical.potential_calls_per_force`."""
         return self.canonical.potential_calls_per_force
+
+    @property
+    def lane_law(self) -> tuple[str, Array] | None:
+        """As `Lagrangian.lane_law`, where the potential has one or was traced."""
+        d, system = self.group.dimension, self.canonical
+        found = traces(system).found.get("gradient")
+        if found is not None:
+            slopes, constants = found.lines, np.array(found.constants)
+        else:
+            field = system.force_kernel(d)
+            if field.kind != force_kinds.BUILT_IN or not isinstance(system.potential, Potential):
+                return None
+            slopes, constants = system.potential.law().slopes, field.constants
+        if not slopes:
+            return None
+        lines = canonical_law(slopes, d, bool(system.mass.ndim < 2))
+        mass = system.momentum(np.eye(d))
+        return lane_law_with_force((lines, np.concatenate([mass.ravel(), constants])), system)
 
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels; constants: M by rows, then those of the potential."""

@@ -16,9 +16,11 @@ from galvi.charts.maps import place
 from galvi.groups.group import Group, is_group
 from galvi.groups.rn import Rn
 from galvi.kernels.forces import lagrangian_derivatives
-from galvi.symbolic import kinks, traced_lagrangian
+from galvi.symbolic import kinks
 from galvi.symbolic.from_sympy import symbolic
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
+from galvi.symbolic.traced_lagrangian import TracedLagrangian, traced_lagrangian
+from galvi.symbolic.traces import reasons, refuse, trace, traces
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
@@ -29,7 +31,13 @@ from galvi.systems.derivative_check import (
 )
 from galvi.systems.difference_scales import difference_scales
 from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, differences
-from galvi.systems.forces.external_force import check_force, check_force_at, with_force
+from galvi.systems.forces.external_force import (
+    check_force,
+    check_force_at,
+    force_finder,
+    lane_law_with_force,
+    with_force,
+)
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.legendre_transform import check_regular, velocity_with_momentum
 from galvi.systems.returned import returned_array
@@ -190,46 +198,37 @@ class Lagrangian:
         return lambda s: (s**powers @ terms_by_power).reshape(self.group.shape)
 
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
-        """Look for expressions of L or its slopes, for vector instructions, near a state.
+        """Look for expressions of L or its slopes, and of the force, near a state.
 
         anew  look again if the functions changed since then
         """
-        given = self.slopes is not None or not self._brings_slopes
-        if not (given and isinstance(self.group, Rn)):
+        if not isinstance(self.group, Rn):
             return
-        found = traced_lagrangian.found(self)
-        if found is None or anew:
-            scales = difference_scales(self.group, q, v)
-            traced_lagrangian.renew(self, lambda: traced_lagrangian.traced_lagrangian(
-                self.function, self.slopes, q, v, t, self.explicit_time, scales, self.force,
-                self.timed_force,
-            ))  # fmt: skip
-        elif self.slopes is None and not found.defined(q, v, t):
-            traced_lagrangian.refuse(self, "its derivatives are not finite at a start")
+        scales = difference_scales(self.group, q, v)
+        finders: dict[str, Function] = {**force_finder(self, q, v, t, scales)}
+        if self.slopes is not None or not self._brings_slopes:
+            finders["L"] = lambda: traced_lagrangian(
+                self.function, self.slopes, q, v, t, self.explicit_time, scales
+            )
+        if finders:
+            trace(self, finders, anew)
+        found = None if anew else traces(self).found.get("L")
+        if found is not None and self.slopes is None and not found.defined(q, v, t):
+            refuse(self, "L", "its derivatives are not finite at a start")
+
+    @property
+    def untraced(self) -> str:
+        """Why functions are called one state at a time; "" where they are traced or built in, and
+        before the first `Problem`."""
+        return reasons(self)
 
     @property
     def builtin(self) -> BuiltinLagrangian | None:
         """L with derivatives, if it brings them or they were traced."""
         if self._brings_slopes:
             return cast(BuiltinLagrangian, self.function)
-        found = traced_lagrangian.found(self)
-        return None if found is None else found.lagrangian
-
-    @property
-    def lane_law(self) -> tuple[str, Array] | None:
-        """Source and constants of the law for lanes, see galvi.symbolic.lane_law; or None."""
-        found = traced_lagrangian.found(self)
-        if found is not None:
-            return (found.law, np.array(found.constants)) if found.law else None
-        if self.slopes is not None or self.builtin is None or self.force is not None:
-            return None
-        return (self.builtin.law, self.builtin.compiled()[1]) if self.builtin.law else None
-
-    @property
-    def untraced(self) -> str:
-        """Why the functions are called one state at a time; "" where they are traced, built in, or
-        not yet part of a `Problem`."""
-        return traced_lagrangian.refusal(self)
+        found = traces(self).found.get("L")
+        return None if found is None else cast(TracedLagrangian, found).lagrangian
 
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
         """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""
@@ -298,6 +297,17 @@ class Lagrangian:
         return with_force(
             LagrangianKernel(kind, function, timed, side, compiled=compiled), self, side
         )
+
+    @property
+    def lane_law(self) -> tuple[str, Array] | None:
+        """The lines and constants of its law for lanes, see galvi.symbolic.lane_law, or None."""
+        found, L = traces(self).found.get("L"), self.builtin
+        law: tuple[str, Array] | None = None
+        if found is not None:
+            law = found.law, np.array(found.constants)
+        elif self.slopes is None and L is not None and L.law:
+            law = L.law, L.compiled()[1]
+        return lane_law_with_force(law, self)
 
     @property
     def potential_calls_per_force(self) -> int:

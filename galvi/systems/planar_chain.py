@@ -12,7 +12,6 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces.planar_chain import planar_chain
-from galvi.symbolic.lane_law import law_source
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +77,9 @@ class PlanarChain:
 
     @cached_property
     def law(self) -> str:
-        """Source of the law for lanes, see galvi.symbolic.lane_law."""
+        """As `BuiltinLagrangian.law`."""
         n = self.masses.size
-        lines = f"from galvi.kernels.lanes.laws import planar_chain\n\nlaw = planar_chain({n})\n"
-        return law_source(lines, n)
+        return f"from galvi.kernels.lanes.laws import planar_chain\n\nlaw = planar_chain({n})\n"
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""

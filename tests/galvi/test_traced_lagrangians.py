@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import logging
 import math
 import pickle
@@ -9,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy as sp
 from numba import njit
 
 import galvi
@@ -127,6 +129,51 @@ def test_momenta_and_energies_are_those_of_the_functions(name: str) -> None:
     np.testing.assert_allclose(system.energy(*args), called.system.energy(*args), atol=1e-10)
 
 
+x, y, vx, vy = sp.symbols("x y v_x v_y", real=True)
+FORCED = {
+    "a canonical system": galvi.Canonical(
+        0.145, lambda q: 0.145 * G * q[1], force=lambda q, v: -9e-4 * np.linalg.norm(v) * v
+    ),
+    "a gradient of the time": galvi.Canonical(
+        M, lambda q, t: 0.5 * q @ q + t * q[0], lambda q, t: q + t * np.array([1.0, 0.0]),
+        force=njit(lambda q, v: -0.3 * v), explicit_time=True,
+    ),
+    "a chain": galvi.Lagrangian(
+        galvi.PlanarChain([1.0, 0.5], [1.0, 0.8]), galvi.Rn(2), force=lambda q, v: -0.1 * v
+    ),
+    "a SymPy Lagrangian": dataclasses.replace(
+        galvi.Lagrangian.from_sympy((vx**2 + vy**2 - x**2 * y**2) / 2, (x, y), (vx, vy)),
+        force=lambda q, v, t: np.array([math.sin(3.0 * t), -0.2 * v[1]]), timed_force=True,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FORCED)
+def test_a_users_force_is_traced_beside_every_kind_of_system(name: str) -> None:
+    system = FORCED[name]
+    problem = galvi.Problem(system, [0.4, 0.7], [0.5, -0.3])
+    assert has_law(problem) and not system.untraced
+    run = galvi.integrate(problem, METHOD, 0.05, 6)
+    assert run.counts["linear_solves"] == 0
+    called = dataclasses.replace(system, force=opaque(system.force))
+    assert "branches on, or converts" in untraced(called)
+    general = galvi.integrate(galvi.Problem(called, problem.q0, problem.v0), METHOD, 0.05, 6)
+    assert general.counts["linear_solves"] > 0
+    np.testing.assert_allclose(run.q, general.q, rtol=0.0, atol=2e-12)  # a potential is differenced
+
+
+def untraced(system: Any) -> str:
+    """Why functions of the system could not be traced."""
+    galvi.Problem(system, [0.4, 0.7], [0.5, -0.3])
+    return str(system.untraced)
+
+
+def test_the_solver_fixed_point_is_refused_with_the_reason() -> None:
+    problem = galvi.Problem(galvi.Lagrangian(branching, galvi.Rn(2)), [0.4, 0.7], [0.5, -0.3])
+    with pytest.raises(ValueError, match=r"could be traced; .* branches on"):
+        galvi.integrate(problem, METHOD, 0.05, 6, solver="fixed_point")
+
+
 def branching(q: Any, v: Any) -> Any:
     return 0.5 * v @ v - (q @ q if q[0] > 0.0 else 2.0 * q @ q)
 
@@ -154,7 +201,7 @@ def test_a_function_that_cannot_be_traced_is_called_and_this_is_said_once(
             run = galvi.integrate(problem, COARSE, 0.05, 1)
     assert run.status == "Completed." and run.counts["linear_solves"] > 0
     said = [record.getMessage() for record in caplog.records]
-    assert sum("could not be traced" in message for message in said) == 1
+    assert sum("could be traced" in message for message in said) == 1
 
 
 def test_what_a_function_raises_during_a_run_reaches_the_caller() -> None:

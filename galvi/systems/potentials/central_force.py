@@ -9,7 +9,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import central_force
-from galvi.systems.potentials.potential import Law
+from galvi.systems.potentials.potential import Law, lane_slopes
 
 
 @dataclass(frozen=True)
@@ -39,4 +39,9 @@ class CentralForce:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(central_force.gradient, central_force.hessian, np.array([self.mu]))
+        return Law(
+            central_force.gradient,
+            central_force.hessian,
+            np.array([self.mu]),
+            lane_slopes("central_force"),
+        )

@@ -9,7 +9,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import pendulum
-from galvi.systems.potentials.potential import Law
+from galvi.systems.potentials.potential import Law, lane_slopes
 
 
 @dataclass(frozen=True)
@@ -38,4 +38,6 @@ class CosinePotential:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(pendulum.gradient, pendulum.hessian, np.array([self.weight]))
+        return Law(
+            pendulum.gradient, pendulum.hessian, np.array([self.weight]), lane_slopes("pendulum")
+        )

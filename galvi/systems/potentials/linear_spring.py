@@ -9,7 +9,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import linear_spring
-from galvi.systems.potentials.potential import Law
+from galvi.systems.potentials.potential import Law, lane_slopes
 
 
 @dataclass(frozen=True)
@@ -37,4 +37,9 @@ class LinearSpring:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(linear_spring.gradient, linear_spring.hessian, np.array([self.stiffness]))
+        return Law(
+            linear_spring.gradient,
+            linear_spring.hessian,
+            np.array([self.stiffness]),
+            lane_slopes("linear_spring"),
+        )

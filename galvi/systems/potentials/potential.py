@@ -16,11 +16,18 @@ class Law:
     gradient   (Q (d, s), t (s,), constants, out (d, s)) fills out with dV/dq
     hessian    (Q (d, s), t (s,), constants, out (d, d, s)) fills out with d2V/dq2
     constants  (c,) constants of both functions
+    slopes     the lines that define dV/dq for lanes, see galvi.symbolic.lane_force; "" for none
     """
 
     gradient: Callable[..., Any]
     hessian: Callable[..., Any]
     constants: Array
+    slopes: str = ""
+
+
+def lane_slopes(name: str) -> str:
+    """The lines that import the slopes of a built-in potential."""
+    return f"from galvi.kernels.lanes.potentials import {name} as slopes"
 
 
 @runtime_checkable

@@ -9,7 +9,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import spring_chain
-from galvi.systems.potentials.potential import Law
+from galvi.systems.potentials.potential import Law, lane_slopes
 
 
 @dataclass(frozen=True)
@@ -48,4 +48,9 @@ class SpringChain:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(spring_chain.gradient, spring_chain.hessian, np.array([self.alpha, self.beta]))
+        return Law(
+            spring_chain.gradient,
+            spring_chain.hessian,
+            np.array([self.alpha, self.beta]),
+            lane_slopes("spring_chain"),
+        )

@@ -10,7 +10,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import uniform_field
-from galvi.systems.potentials.potential import Law
+from galvi.systems.potentials.potential import Law, lane_slopes
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,4 +41,9 @@ class UniformField:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(uniform_field.gradient, uniform_field.hessian, np.array(self.force))
+        return Law(
+            uniform_field.gradient,
+            uniform_field.hessian,
+            np.array(self.force),
+            lane_slopes("uniform_field"),
+        )
