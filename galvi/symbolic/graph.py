@@ -29,7 +29,7 @@ UNARY: dict[str, Callable[[float], float]] = {
     for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh")
 }
 ODD, EVEN = ("sin", "tan", "sinh", "tanh"), ("cos", "cosh")
-MOST = 20_000  # nodes: longer code takes too long to compile
+MOST = 20_000  # nodes, beyond which tracing is given up
 MOST_FACTORS = 64  # a power up to which an integer one is made of products
 
 

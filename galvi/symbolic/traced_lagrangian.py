@@ -20,6 +20,7 @@ from galvi.symbolic.trace_check import Sample, States, check_mass, check_slopes,
 from galvi.symbolic.tracing import traced
 
 Function = Callable[..., Any]
+LONGEST = 4_000  # operations: two milliseconds of compilation each
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +83,8 @@ def traced_lagrangian(
         check_slopes(L, by[d:], by[:d], states, scales)
     printed, momenta = GraphCode(), by[:d]
     lines, results = printed.written([*by[d:], *momenta, *mass(momenta, symbols[1])], POWER)
+    if len(lines) > LONGEST:
+        raise Untraceable(f"its derivatives take more than {LONGEST} operations")
     law = law_lines(lines, results, d)
     check_mass(law, printed.constants, by, states, scales)
     source = _source(printed, by, L)
