@@ -13,7 +13,6 @@ from galvi.symbolic.graph import Node, Untraceable
 from galvi.symbolic.round_off import evaluated
 
 STATES, LEAST = 8, 3  # states at which a function is compared, and how many must be finite
-AGAIN = 2  # of them, at which it is called again before each run
 FARTHEST = 0.4  # distance of these states from the start, over the scales of a function
 ROUNDINGS = 64.0  # bounds on the rounding error that a difference from the function may have
 STEPS = 2.0**-17, 2.0**-25  # of differences, over the scales of the function
@@ -73,16 +72,10 @@ class Sample:
 
     @property
     def holds(self) -> bool:
-        """Whether the function returns the same at the last states."""
-        n, size = self.returned.shape
-        return all(
-            np.array_equal(
-                _called(self.function, self.states.arguments(k, self.takes), size),
-                self.returned[k],
-                equal_nan=True,
-            )
-            for k in range(n - AGAIN, n)
-        )
+        """Whether the function returns the same as before at the last state where it was finite."""
+        k = int(np.flatnonzero(np.isfinite(self.returned).all(axis=1))[-1])
+        again = _called(self.function, self.states.arguments(k, self.takes), len(self.returned[k]))
+        return bool((again == self.returned[k]).all())
 
 
 def _called(function: Callable[..., Any], arguments: tuple[Any, ...], size: int) -> Array:

@@ -49,17 +49,20 @@ def reasons(system: Any) -> str:
     return "; ".join(f"{name}: {reason}" for name, reason in traces(system).refused.items())
 
 
-def trace(system: Any, finders: Mapping[str, Callable[[], Trace]], anew: bool = False) -> None:
-    """Trace the functions of a system by these finders, which may raise `Untraceable`.
+def trace(
+    system: Any, finders: Callable[[], Mapping[str, Callable[[], Trace]]], anew: bool = False
+) -> None:
+    """Trace the functions of a system.
 
-    anew  do it again if what was found does not hold any more
+    finders  returns what finds each trace, and may raise `Untraceable`
+    anew     do it again if what was found does not hold any more
     """
     known = _FOUND.get(system)
     if known is not None and not (anew and not known.hold):
         return
     found: dict[str, Trace] = {}
     refused: dict[str, str] = {}
-    for name, find in finders.items():
+    for name, find in finders().items():
         try:
             found[name] = find()
         except Untraceable as reason:

@@ -143,15 +143,17 @@ class Canonical:
 
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
         """As `Lagrangian.trace`: of a force and, beside one, of the potential or its gradient."""
-        if self.force is None:
-            return
+        if self.force is not None:
+            trace(self, lambda: self._finders(q, v, t), anew)
+
+    def _finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
         scales = difference_scales(Rn(q.size), q, v)
         finders: dict[str, Function] = {**force_finder(self, q, v, t, scales)}
         if self.gradient is not None or not isinstance(self.potential, Potential):
             finders["gradient"] = lambda: traced_gradient(
                 self.potential, self.gradient, q, t, self.explicit_time, scales[0]
             )
-        trace(self, finders, anew)
+        return finders
 
     @property
     def untraced(self) -> str:

@@ -204,17 +204,19 @@ class Lagrangian:
         """
         if not isinstance(self.group, Rn):
             return
+        trace(self, lambda: self._finders(q, v, t), anew)
+        found = None if anew else traces(self).found.get("L")
+        if found is not None and self.slopes is None and not found.defined(q, v, t):
+            refuse(self, "L", "its derivatives are not finite at a start")
+
+    def _finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
         scales = difference_scales(self.group, q, v)
         finders: dict[str, Function] = {**force_finder(self, q, v, t, scales)}
         if self.slopes is not None or not self._brings_slopes:
             finders["L"] = lambda: traced_lagrangian(
                 self.function, self.slopes, q, v, t, self.explicit_time, scales
             )
-        if finders:
-            trace(self, finders, anew)
-        found = None if anew else traces(self).found.get("L")
-        if found is not None and self.slopes is None and not found.defined(q, v, t):
-            refuse(self, "L", "its derivatives are not finite at a start")
+        return finders
 
     @property
     def untraced(self) -> str:
