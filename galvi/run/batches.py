@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import nullcontext
 from typing import Protocol
 
 from tqdm import tqdm
@@ -36,9 +36,8 @@ def step_in_batches(
     stopped  returns whether to stop
     """
     code, chunk = 0, 1
-    with ExitStack() as stack:
-        # A bar makes a multiprocessing semaphore, which a killed process would leave behind.
-        bar = stack.enter_context(tqdm(total=steps, unit="step")) if progress else None
+    # A bar makes a multiprocessing semaphore, which a killed process would leave behind.
+    with tqdm(total=steps, unit="step") if progress else nullcontext() as bar:
         while code == 0 and work.done < steps and not stopped():
             before, clock = work.done, time.perf_counter()
             code = call(min(chunk, steps - before))

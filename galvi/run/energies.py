@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from typing import Any, cast
+from functools import lru_cache
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from galvi.arrays import Array
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.spaces.legendre import legendre
+from galvi.symbolic.traces import Traces, traces
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
@@ -28,8 +28,7 @@ NUDGE, NUDGE_AT_REST = 2.0**-46, 2.0**-26
 Raised = dict[int, Exception]  # by row of the states
 
 
-@dataclass(frozen=True, eq=False)
-class States:
+class States(NamedTuple):
     """n states of one run.
 
     steps  (n,) whole numbers of the steps since the problem's start, increasing
@@ -56,8 +55,7 @@ def conserves_energy(system: Any) -> bool:
 
 def velocities_at_the_end(method: Galerkin, stages: Array) -> Array:
     """Velocities (..., d) at the end of steps from those at their stages (..., d, s)."""
-    table = method.table
-    result: Array = stages @ (legendre(np.ones(1), table.c.size - 1)[0] @ table.analysis)
+    result: Array = stages @ method.table.analysis.sum(axis=0)  # Legendre polynomials are 1 at 1
     return result
 
 
@@ -74,18 +72,22 @@ def energies(
     A Lagrangian's V is -L(q, 0), its energy at rest; where that is not finite, T is p . v.
     """
     system: Any = problem.system
-    with np.errstate(all="ignore"):
-        if isinstance(system, Lagrangian):
-            if system.builtin is not None and not sharp:
-                return _of_builtin(system, system.builtin, states, raised)
-            return _one_by_one(system, states, sharp, raised)
-        p = states.p.reshape(len(states.t), -1)
-        v = system.velocity(states.p).reshape(len(states.t), -1)
-        return 0.5 * np.sum(p * v, axis=1), _potential(system, states, raised)
+    if isinstance(system, Lagrangian):
+        if system.builtin is not None and not sharp:
+            return _of_builtin(system, system.builtin, states, raised)
+        return _one_by_one(system, states, sharp, raised)
+    twice = (states.p * system.velocity(states.p)).reshape(len(states.t), -1).sum(axis=1)
+    return 0.5 * twice, _potential(system, states, raised)
 
 
 def start_energies(problem: Problem) -> tuple[float, float]:
     """T and V at the start."""
+    return _start_energies(problem, traces(problem.system))
+
+
+@lru_cache(maxsize=32)
+def _start_energies(problem: Problem, found: Traces) -> tuple[float, float]:
+    """As ``start_energies``; another trace of the system is one of other functions."""
     (kinetic,), (potential,) = energies(problem, _start(problem, 1.0))
     return float(kinetic), float(potential)
 
@@ -109,7 +111,7 @@ def kick_energy(problem: Problem, step: float) -> float:
     system: Any = problem.system
     q, v, t = problem.q0, problem.v0, problem.t0
     energy = np.nan
-    with np.errstate(all="ignore"), suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
+    with suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
         if isinstance(system, Lagrangian):
             force = system.force_at_rest(q, t)
             rate = np.linalg.solve(system.mass(q, v, t), force)
@@ -137,13 +139,15 @@ def _of_builtin(
     system: Lagrangian, function: BuiltinLagrangian, states: States, raised: Raised | None
 ) -> tuple[Array, Array]:
     """As ``_one_by_one``, at all states at once where the velocities belong to the momenta."""
-    value, momenta = function.at_states(states.q, states.v, states.t)
-    rest = -function.at_states(states.q, np.zeros_like(states.v), states.t)[0]
-    size = np.max(np.abs(states.p), axis=1)
-    near = np.max(np.abs(momenta - states.p), axis=1) <= CLOSE * size
-    if not (np.all(near) and np.all(np.isfinite(rest))):
+    n, v = len(states.t), np.concatenate([states.v, np.zeros_like(states.v)])
+    values, momenta = function.at_states(
+        np.concatenate([states.q] * 2), v, np.concatenate([states.t] * 2)
+    )
+    value, momenta, rest = values[:n], momenta[:n], -values[n:]
+    near = np.abs(momenta - states.p).max(axis=1) <= CLOSE * np.abs(states.p).max(axis=1)
+    if not (near.all() and np.isfinite(rest).all()):
         return _one_by_one(system, states, False, raised)
-    return np.sum(states.p * states.v, axis=1) - value - rest, rest
+    return (states.p * states.v).sum(axis=1) - value - rest, rest
 
 
 def _one_by_one(

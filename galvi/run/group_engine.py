@@ -52,7 +52,9 @@ def _start(problem: Problem, stages: int) -> Start:
 
 def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:
     """The same velocity at all stages, and the solver_state that marks it as a guess."""
-    return np.repeat(v[:, None], stages, axis=1), np.array([GUESS, 0, 0, 0], dtype=np.int64)
+    same = np.empty((v.size, stages))
+    same[:] = v[:, None]
+    return same, np.array([GUESS, 0, 0, 0], dtype=np.int64)
 
 
 def rates_from_substeps(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import cast
+from functools import lru_cache
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
+from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.forces.lagrangian_derivatives import Law
@@ -21,9 +23,11 @@ from galvi.run.group_system import group_system
 from galvi.run.law_stepper import has_law, law_stepper
 from galvi.run.nystrom_steppers import aligned, collocation_tables, kernel_tableau
 from galvi.run.run_arrays import RunArrays, run_plan
+from galvi.symbolic.traces import Traces, traces
+from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
-from galvi.systems.system import GroupSystem
+from galvi.tableau import Tableau
 
 FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
 
@@ -32,20 +36,11 @@ def general_stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
     """A `Call` of the general kernel: does n more steps and returns its code."""
-    system = cast(GroupSystem, group_system(problem, method))
-    field = system.lagrangian_kernel()
-    unknowns = first_unknowns(method, system.group.dimension)
+    system: Any = group_system(problem, method)
+    field, law = _law(system, traces(system))
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
     layout, chart = system.group.layout, method.chart
-    law = tuple(Law(
-        field.functions, field.kind, field.time_dependent, field.matrix_rows, field.constants,
-        field.force_kind, field.force_constants,
-    ))  # fmt: skip
-    table, tableau = method.table, kernel_tableau(method.table)
-    basis = tuple(Basis(
-        table.psi, table.slope, table.end, table.b, table.c, unknowns, table.projection,
-        tableau.analysis, tableau.extrapolation, tableau.growth,
-    ))  # fmt: skip
+    basis = _basis(method.table, degrees_of(method, system.group.dimension))
     plan = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
 
     def call(todo: int) -> int:
@@ -57,9 +52,35 @@ def general_stepper(
     return call
 
 
-def first_unknowns(method: Galerkin, dimension: int) -> npt.NDArray[np.int64]:
-    """(d + 1,) index of the first unknown of each component, which has its degree of unknowns."""
-    degrees = getattr(method.space, "degrees", (method.space.dimension - 1,) * dimension)
+@lru_cache(maxsize=32)
+def _law(system: Any, found: Traces) -> tuple[LagrangianKernel, tuple[Any, ...]]:
+    """The Lagrangian of a system, which owns the functions, and as the kernel takes it.
+
+    found  the system's traces, on which it depends
+    """
+    field = system.lagrangian_kernel()
+    return field, tuple(Law(
+        field.functions, field.kind, field.time_dependent, field.matrix_rows, field.constants,
+        field.force_kind, field.force_constants,
+    ))  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def _basis(table: Tableau, degrees: tuple[int, ...]) -> tuple[Any, ...]:
+    tableau = kernel_tableau(table)
+    return tuple(Basis(
+        table.psi, table.slope, table.end, table.b, table.c, first_unknowns(degrees),
+        table.projection, tableau.analysis, tableau.extrapolation, tableau.growth,
+    ))  # fmt: skip
+
+
+def degrees_of(method: Galerkin, dimension: int) -> tuple[int, ...]:
+    """(d,) number of unknowns of each component."""
+    return tuple(getattr(method.space, "degrees", (method.space.dimension - 1,) * dimension))
+
+
+def first_unknowns(degrees: tuple[int, ...]) -> npt.NDArray[np.int64]:
+    """(d + 1,) index of the first unknown of each component."""
     return np.concatenate([[0], np.cumsum(degrees)]).astype(np.int64)
 
 
@@ -117,16 +138,15 @@ def body_stepper(
     finest: float,
 ) -> Call:  # fmt: skip
     """A `Call` of the kernel for rigid bodies: does n more steps and returns its code."""
-    system, table = cast(RigidBody, problem.system), method.table
-    weight = cast(UniformGravity | None, system.potential)
-    chart, J = method.chart.number, system.inertia
-    force = np.zeros(6) if weight is None else weight.numbers
-    body = np.concatenate([np.linalg.inv(J).ravel(), J.ravel(), force[3:], np.zeros(12)])
-    kernel = packed_body.compiled_advance_body(chart, int(weight is not None))
-    charts, weights = (0,) * (1 + chart), (0,) * (1 + int(weight is not None))
-    tables = collocation_tables(table, step)
-    width, weights_in_space = tables[0].shape[1], force[:3].copy()
-    scratch, spare = aligned(36, width), aligned(6, width)
+    system, chart = cast(RigidBody, problem.system), method.chart.number
+    with_weight = int(system.potential is not None)
+    numbers, force = _body(system)
+    body = numbers.copy()
+    kernel = packed_body.compiled_advance_body(chart, with_weight)
+    charts, weights = (0,) * (1 + chart), (0,) * (1 + with_weight)
+    tables = collocation_tables(method.table, step)
+    width, weights_in_space = tables[0].shape[1], force.copy()
+    scratch, spare = aligned((36, width), (6, width))
     plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
     def call(todo: int) -> int:
@@ -136,3 +156,12 @@ def body_stepper(
         ))  # fmt: skip
 
     return call
+
+
+@lru_cache(maxsize=32)
+def _body(system: RigidBody) -> tuple[Array, Array]:
+    """J^-1, J, the centre of mass and room for 12 numbers, and the weight in space (3,)."""
+    weight, J = cast(UniformGravity | None, system.potential), system.inertia
+    force = np.zeros(6) if weight is None else weight.numbers
+    body = np.concatenate([system.inverse_inertia.ravel(), J.ravel(), force[3:], np.zeros(12)])
+    return read_only(body), read_only(force[:3].copy())

@@ -20,6 +20,7 @@ from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_steppers import SOLVERS
 from galvi.run.run_arrays import check_memory
+from galvi.symbolic.traces import traces
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.rigid_body import RigidBody
@@ -120,7 +121,7 @@ def prepared(
     save_every = input_checks.whole("save_every", save_every)
     tol = ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance)
     if isinstance(problem.system, Canonical | Lagrangian):
-        problem.system.trace(problem.q0, problem.v0, problem.t0, anew=True)
+        _trace_anew(problem, problem.system)
         if solver != "newton":
             _announce(problem.system)
     engine = engine_for(problem, method)
@@ -194,6 +195,14 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
             f"{length / abs(step):.6g} steps. Choose step = duration / n."
         )
     return whole
+
+
+def _trace_anew(problem: Problem, system: Canonical | Lagrangian) -> None:
+    """Trace functions that refer to numbers which changed since the last time."""
+    before = traces(system)
+    system.trace(problem.q0, problem.v0, problem.t0, anew=True)
+    if traces(system) is not before:
+        vars(problem).pop("p0", None)
 
 
 def _announce(system: Canonical | Lagrangian) -> None:

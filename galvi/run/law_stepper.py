@@ -43,29 +43,11 @@ def has_law(problem: Problem) -> bool:
     return lane_law(problem.system, problem.q0.size) is not None
 
 
-def law_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
-    finest: float,
-) -> Call:  # fmt: skip
-    """A `Call` of the kernel for laws: does n more steps and returns its code."""
-    d, s = problem.q0.size, method.stages
-    found = lane_law(problem.system, d)
-    assert found is not None
-    lines, constants = found
-    law = addresses((compiled_law(lines, d), PASS_TYPE))
-    given = law_tables(method.table, step)
-    width = given[3].shape[1]
-    scratch, spare = aligned(rows_of_work(d), width), aligned(6, max(width, d, s))
-    numbers = np.zeros(2 * d + 3)
-    kernel = compiled_advance_law()
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
-
-    def call(todo: int) -> int:
-        return int(kernel(
-            law, constants, given, plan, todo, work.progress, scratch, numbers, spare, work.kept,
-        ))  # fmt: skip
-
-    return call
+@lru_cache(maxsize=32)
+def _compiled(lines: str, d: int) -> tuple[Any, Any]:
+    """The address of a law, and the function, which must exist as long."""
+    function = compiled_law(lines, d)
+    return addresses((function, PASS_TYPE)), function
 
 
 @lru_cache(maxsize=32)
@@ -79,3 +61,28 @@ def law_tables(table: Tableau, step: float) -> tuple[Array, ...]:
         ahead = read_only(ahead - ahead[:, :s] @ complement)
     tables = np.concatenate([moves, turns])
     return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[lanes])
+
+
+def law_stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
+    finest: float,
+) -> Call:  # fmt: skip
+    """A `Call` of the kernel for laws: does n more steps and returns its code."""
+    d, s = problem.q0.size, method.stages
+    found = lane_law(problem.system, d)
+    assert found is not None
+    lines, constants = found
+    law, _ = _compiled(lines, d)
+    given = law_tables(method.table, step)
+    width = given[3].shape[1]
+    scratch, spare = aligned((rows_of_work(d), width), (6, max(width, d, s)))
+    numbers = np.zeros(2 * d + 3)
+    kernel = compiled_advance_law()
+    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+
+    def call(todo: int) -> int:
+        return int(kernel(
+            law, constants, given, plan, todo, work.progress, scratch, numbers, spare, work.kept,
+        ))  # fmt: skip
+
+    return call

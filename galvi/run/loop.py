@@ -112,7 +112,7 @@ def _trajectory(
 
 
 def _counts(problem: Problem, work: RunArrays) -> dict[str, int]:
-    *counted, pairs = (int(count) for count in work.counts)
+    *counted, pairs = work.counts.tolist()
     result = {"steps": work.done, **dict(zip(COUNTED, counted, strict=True))}
     forces = result["force_evaluations"]
     if isinstance(problem.system, NBody):

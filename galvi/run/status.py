@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,7 @@ from galvi.trajectory import COMPLETED
 MEASURE = "the larger of the kinetic energy at the start and the range of the potential energy"
 
 
-@dataclass(frozen=True, eq=False)
-class Ending:
+class Ending(NamedTuple):
     """The end of a run.
 
     success, status, failed_step  see `galvi.Trajectory`

@@ -17,7 +17,7 @@ from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.potentials.potential import Potential
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class CanonicalOnRn:
     """L = v.M v / 2 - V(q, t) with an external force, or with degrees for each component.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from galvi.arrays import Array
 from galvi.groups.se3 import SE3
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems.lagrangian_kernel import LagrangianKernel
-from galvi.systems.rigid_body import possible_inertia
+from galvi.systems.rigid_body import inverse, possible_inertia
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +59,11 @@ class FreeBody:
 
     def velocity(self, p: Array) -> Array:
         """v = (J^-1 p_w, p_v / mass), p of shape (..., 6)."""
-        turning = np.linalg.solve(self.inertia, p[..., :3, None])[..., 0]
-        return np.concatenate([turning, p[..., 3:] / self.mass], axis=-1)
+        return np.concatenate([p[..., :3] @ self._inverse, p[..., 3:] / self.mass], axis=-1)
+
+    @cached_property
+    def _inverse(self) -> Array:
+        return inverse(self.inertia)
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V = -mass g . x, (...), for q of shape (..., 4, 4)."""

@@ -72,8 +72,8 @@ class PlanarChain:
         n = self.masses.size
         A, B = self.numbers[: n * n].reshape(n, n), self.numbers[n * n :]
         apart = np.cos(q[:, :, None] - q[:, None, :])
-        momenta = np.einsum("ij,kij,kj->ki", A, apart, v)
-        return 0.5 * np.sum(v * momenta, axis=1) + np.cos(q) @ B, momenta
+        momenta = ((A * apart) @ v[:, :, None])[:, :, 0]
+        return 0.5 * (v * momenta).sum(axis=1) + np.cos(q) @ B, momenta
 
     @cached_property
     def law(self) -> str:

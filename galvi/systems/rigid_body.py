@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from types import NoneType
 from typing import Any
 
@@ -142,7 +142,12 @@ class RigidBody:
 
     def velocity(self, p: Array) -> Array:
         """v = J^-1 p, p of shape (..., 3)."""
-        return np.linalg.solve(self.inertia, p[..., None])[..., 0]
+        return p @ self.inverse_inertia
+
+    @cached_property
+    def inverse_inertia(self) -> Array:
+        """J^-1, (3, 3)."""
+        return inverse(self.inertia)
 
     def kinetic_energy(self, v: Array) -> Array:
         """v . J v / 2, (...)."""
@@ -221,6 +226,12 @@ class RigidBody:
     def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
         q = np.array(q, dtype=np.float64)
         return (q, float(t)) if self.explicit_time else (q,)
+
+
+def inverse(inertia: Array) -> Array:
+    """The inverse of an inertia, symmetric."""
+    found = np.linalg.inv(inertia)
+    return read_only(0.5 * (found + found.T))
 
 
 def possible_inertia(inertia: Any) -> Array:

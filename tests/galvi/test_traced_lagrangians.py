@@ -223,7 +223,9 @@ def test_a_number_that_changes_between_two_runs_is_used() -> None:
         numbers["k"] = k
         run = galvi.integrate(problem, METHOD, 0.1, 10)
         assert abs(run.q[-1, 0] - math.cos(math.sqrt(k))) < 1e-9
-        assert run.counts["linear_solves"] == 0
+        assert run.counts["linear_solves"] == 0 and run.status == "Completed."
+        general = galvi.integrate(problem, METHOD, 0.1, 10, solver="newton")
+        np.testing.assert_allclose(general.q, run.q, rtol=0.0, atol=1e-13)
 
 
 def test_a_start_where_only_the_trace_has_no_derivatives_is_run_as_before() -> None:

@@ -24,8 +24,9 @@ class CentralForce:
     def __post_init__(self) -> None:
         object.__setattr__(self, "mu", input_checks.positive("mu", self.mu))
 
-    def __call__(self, q: Array) -> float:
-        return float(-self.mu / np.linalg.norm(q))
+    def __call__(self, q: Array) -> Array:
+        result: Array = -self.mu / np.sqrt(np.sum(q * q, axis=-1))
+        return result
 
     def gradient(self, q: Array) -> Array:
         """mu q / |q|^3."""

@@ -24,8 +24,9 @@ class CosinePotential:
     def __post_init__(self) -> None:
         object.__setattr__(self, "weight", input_checks.positive("weight", self.weight))
 
-    def __call__(self, q: Array) -> float:
-        return float(-self.weight * np.sum(np.cos(q)))
+    def __call__(self, q: Array) -> Array:
+        result: Array = -self.weight * np.sum(np.cos(q), axis=-1)
+        return result
 
     def gradient(self, q: Array) -> Array:
         """weight sin(q_i)."""

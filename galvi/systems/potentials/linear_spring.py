@@ -24,8 +24,9 @@ class LinearSpring:
     def __post_init__(self) -> None:
         object.__setattr__(self, "stiffness", input_checks.positive("stiffness", self.stiffness))
 
-    def __call__(self, q: Array) -> float:
-        return float(0.5 * self.stiffness * (q @ q))
+    def __call__(self, q: Array) -> Array:
+        result: Array = 0.5 * self.stiffness * np.sum(q * q, axis=-1)
+        return result
 
     def gradient(self, q: Array) -> Array:
         """stiffness q."""

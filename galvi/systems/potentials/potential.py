@@ -32,10 +32,10 @@ def lane_slopes(name: str) -> str:
 
 @runtime_checkable
 class Potential(Protocol):
-    """V(q) of one configuration of shape (d,), with its derivatives."""
+    """V(q) of configurations of shape (..., d), with its derivatives at one of them."""
 
-    def __call__(self, q: Array) -> float:
-        """V(q)."""
+    def __call__(self, q: Array) -> Array:
+        """V(q), (...)."""
 
     def gradient(self, q: Array) -> Array:
         """dV/dq, shape (d,)."""

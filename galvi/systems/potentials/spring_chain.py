@@ -28,9 +28,12 @@ class SpringChain:
         object.__setattr__(self, "alpha", input_checks.real("alpha", self.alpha))
         object.__setattr__(self, "beta", input_checks.real("beta", self.beta))
 
-    def __call__(self, q: Array) -> float:
+    def __call__(self, q: Array) -> Array:
         r = np.diff(q, prepend=0.0, append=0.0)
-        return float(np.sum(r**2 / 2.0 + self.alpha * r**3 / 3.0 + self.beta * r**4 / 4.0))
+        result: Array = np.sum(
+            r * r * (0.5 + r * (self.alpha / 3.0 + r * (self.beta / 4.0))), axis=-1
+        )
+        return result
 
     def gradient(self, q: Array) -> Array:
         """dV/dq, (d,)."""

@@ -28,8 +28,9 @@ class UniformField:
             raise ValueError(f"force must have shape (d,); received shape {force.shape}.")
         object.__setattr__(self, "force", force)
 
-    def __call__(self, q: Array) -> float:
-        return float(-(self.force @ q))
+    def __call__(self, q: Array) -> Array:
+        result: Array = -(q @ self.force)
+        return result
 
     def gradient(self, q: Array) -> Array:
         """-force."""
