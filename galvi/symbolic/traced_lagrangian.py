@@ -29,7 +29,7 @@ class TracedLagrangian:
 
     law         the lines that define its law for lanes, see galvi.symbolic.lane_law
     constants   of the law
-    lagrangian  L with these derivatives; None where only the slopes can be traced
+    lagrangian  L with these derivatives; None where slopes are given, which were traced instead
     samples     what the traced functions returned at some states
     """
 
@@ -55,6 +55,8 @@ def traced_lagrangian(
 ) -> TracedLagrangian:  # fmt: skip
     """Traces slopes, if given, else the Lagrangian, and checks what it finds near a state.
 
+    With slopes the Lagrangian itself is not called: it serves for energies only.
+
     timed   whether the functions take (q, v, t) instead of (q, v)
     scales  (d,), (d,) lengths over which L changes with q and v
 
@@ -70,15 +72,10 @@ def traced_lagrangian(
         return nodes
 
     L: Node | None = None
-    try:
-        (L,) = find(function, ())
-    except Untraceable:
-        if slopes is None:
-            raise
     if slopes is not None:
         by = find(slopes, (2 * d,))
     else:
-        assert L is not None
+        (L,) = find(function, ())
         by = gradient(L, [*symbols[1], *symbols[0]])
         check_slopes(L, by[d:], by[:d], states, scales)
     printed, momenta = GraphCode(), by[:d]
@@ -87,10 +84,7 @@ def traced_lagrangian(
         raise Untraceable(f"its derivatives take more than {LONGEST} operations")
     law = law_lines(lines, results, d)
     check_mass(law, printed.constants, by, states, scales)
-    source = _source(printed, by, L)
-    found = None if L is None else SymbolicLagrangian(
-        repr(function), source, printed.constants, d, law=law
-    )  # fmt: skip
+    found = None if L is None else _lagrangian(repr(function), printed, by, L, law)
     return TracedLagrangian(law, printed.constants, found, tuple(samples))
 
 
@@ -100,15 +94,14 @@ def mass(momenta: Sequence[Node], v: Sequence[Node]) -> list[Node]:
     return [entry for row in rows for entry in row]
 
 
-def _source(printed: GraphCode, by: Sequence[Node], L: Node | None) -> str:
-    """As of galvi.symbolic.from_sympy: the functions law and value."""
-    d = len(by) // 2
-    results = {"law": (by, [f"out[{k // d}, {k % d}]" for k in range(2 * d)])}
-    if L is not None:
-        results["value"] = ([L], ["out[0]"])
-    bodies = {}
-    for name, (nodes, places) in results.items():
+def _lagrangian(
+    text: str, printed: GraphCode, by: Sequence[Node], L: Node, law: str
+) -> SymbolicLagrangian:
+    """L and its derivatives as compiled functions, as of galvi.symbolic.from_sympy."""
+    d, bodies = len(by) // 2, {}
+    places = [f"out[{k // d}, {k % d}]" for k in range(2 * d)]
+    for name, nodes, stored in (("law", by, places), ("value", [L], ["out[0]"])):
         lines, found = printed.written(nodes)
-        stored = [f"{place} = {code}" for place, code in zip(places, found, strict=True)]
-        bodies[name] = ("q, v, t, c, out", [*lines, *stored])
-    return symbolic_code.source(bodies)
+        stores = [f"{place} = {code}" for place, code in zip(stored, found, strict=True)]
+        bodies[name] = ("q, v, t, c, out", [*lines, *stores])
+    return SymbolicLagrangian(text, symbolic_code.source(bodies), printed.constants, d, law=law)
