@@ -22,7 +22,7 @@ from galvi.run.engine import Call
 from galvi.run.group_system import group_system
 from galvi.run.law_stepper import has_law, law_stepper
 from galvi.run.nystrom_steppers import aligned, collocation_tables, kernel_tableau
-from galvi.run.run_arrays import RunArrays, run_plan
+from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays, run_plan
 from galvi.symbolic.traces import Traces, traces
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.potentials.uniform_gravity import UniformGravity
@@ -86,10 +86,9 @@ def first_unknowns(degrees: tuple[int, ...]) -> npt.NDArray[np.int64]:
 
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     """Whether a packed kernel applies; on groups only these have fixed-point iteration."""
-    table = method.table
-    square = table.psi.shape[0] == table.psi.shape[1]
-    one_space = not hasattr(method.space, "degrees")
-    return one_space and (has_law(problem) or (square and _is_packed_body(problem)))
+    s, m = method.table.psi.shape
+    square = s == m and not hasattr(method.space, "degrees")
+    return has_law(problem, method) or (square and _is_packed_body(problem))
 
 
 def _is_packed_body(problem: Problem) -> bool:
@@ -102,6 +101,23 @@ def _is_packed_body(problem: Problem) -> bool:
     )
 
 
+def stepper_after_failure(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
+) -> Call:
+    """As ``general_stepper``, counting its steps where fixed-point iteration would do them."""
+    call = general_stepper(problem, method, step, steps, start, work)
+    if start.solver == "newton" or not solves_by_iteration(problem, method):
+        return call
+
+    def counted(todo: int) -> int:
+        before = work.done
+        code = call(todo)
+        work.counts[LEFT_TO_NEWTON] += work.done - before
+        return code
+
+    return counted
+
+
 def compiled_stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
@@ -109,11 +125,11 @@ def compiled_stepper(
     arguments = (problem, method, step, steps, start, work)
     if not solves_by_iteration(problem, method) or start.solver == "newton":
         return general_stepper(*arguments)
-    packed = (law_stepper if has_law(problem) else body_stepper)(*arguments, FINEST)
+    packed = (law_stepper if has_law(problem, method) else body_stepper)(*arguments, FINEST)
     general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:
-        general[:] = general or [general_stepper(*arguments)]
+        general[:] = general or [stepper_after_failure(*arguments)]
         return general[0](todo)
 
     def call(todo: int) -> int:
@@ -124,7 +140,7 @@ def compiled_stepper(
             return code
         code = packed(todo)
         if code and start.solver == "fixed_point":
-            return code if has_law(problem) else DIVERGED  # a body's forces are finite
+            return code if has_law(problem, method) else DIVERGED  # a body's forces are finite
         if code:
             work.solver_state[STREAK] = NEWTON_STREAK - 1
             code = by_newton(1)

@@ -95,10 +95,11 @@ def kernel_tableau(table: Tableau) -> NystromTableau:
     def transposed(matrix: Array) -> Array:
         return read_only(matrix.T)
 
+    c_low, b_low, beta_low, *_ = table.low_parts
     return NystromTableau(
-        table.c, table.b, table.beta, transposed(table.A), transposed(table.psi),
-        table.velocity_coefficients, table.C, transposed(table.C), transposed(table.analysis),
-        transposed(table.extrapolation), table.growth,
+        table.c, table.b, table.beta, c_low, b_low, beta_low, transposed(table.A),
+        transposed(table.psi), table.velocity_coefficients, table.C, transposed(table.C),
+        transposed(table.analysis), transposed(table.extrapolation), table.growth,
     )  # fmt: skip
 
 

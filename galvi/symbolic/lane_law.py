@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.kernels.lanes.law_pass import filled
 from galvi.symbolic import code as symbolic_code
 from galvi.symbolic.code import POWER
 
@@ -33,6 +34,14 @@ def compiled_law(law: str, d: int) -> Callable[..., Any]:
     head = "from galvi.kernels.lanes.law_pass import one_pass\n"
     source = symbolic_code.with_digest(head + law + PASS.format(d=d))
     return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
+
+
+@lru_cache(maxsize=256)
+def coupled(law: str, d: int) -> list[tuple[int, int]]:
+    """The pairs of components (i, j), j < i, that the mass of the law couples."""
+    names: dict[str, Any] = {}
+    exec(compile(law, "<a law>", "exec"), names)
+    return filled(names["law"], d)
 
 
 def with_force(law: tuple[str, Array], force: tuple[str, Array]) -> tuple[str, Array]:

@@ -28,6 +28,7 @@ from galvi.systems.finite_differences import CALLS, differenced_gradient, differ
 from galvi.systems.force_kernel import ForceKernel
 from galvi.systems.forces.external_force import check_force, check_force_at, force_finder
 from galvi.systems.potentials.potential import Potential
+from galvi.systems.returned import returned_array
 
 Function = Callable[..., Any]
 
@@ -93,7 +94,12 @@ class Canonical:
     def check_functions(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless the given functions return what they should there, finite."""
         check_force_at(self, q, v, t)
-        input_checks.returned("potential", self.potential(*self._arguments(q, t)))
+        value = input_checks.returned("potential", self.potential(*self._arguments(q, t)))
+        if not np.isfinite(value):
+            raise ValueError(
+                f"the potential must be finite at the start; received {value} at q0. Check it, or "
+                f"start elsewhere."
+            )
         found = [("gradient", self.potential_gradient(q, t))]
         if self.hessian is not None:
             found.append(("hessian", self.potential_hessian(q, t)))
@@ -268,12 +274,7 @@ class Canonical:
         """The same function, its result checked for shape and made a float64 array."""
 
         def checked(*arguments: Any) -> Array:
-            result = np.asarray(function(*arguments), dtype=np.float64)
-            if result.shape != shape:
-                raise ValueError(
-                    f"{name} must return an array of shape {shape}; received shape {result.shape}."
-                )
-            return np.ascontiguousarray(result)
+            return returned_array(name, function(*arguments), shape, f"an array of shape {shape}")
 
         return checked
 

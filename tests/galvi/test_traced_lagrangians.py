@@ -107,7 +107,7 @@ def twin(system: Any) -> Any:
 def test_a_run_in_lanes_is_that_of_the_general_kernel_and_of_the_functions(name: str) -> None:
     system, q0, v0 = SYSTEMS[name]
     problem = galvi.Problem(system, q0, v0)
-    assert has_law(problem) and not system.untraced
+    assert has_law(problem, METHOD) and not system.untraced
     run = galvi.integrate(problem, METHOD, 0.05, 20)
     general = galvi.integrate(problem, METHOD, 0.05, 20, solver="newton")
     assert run.success and general.success, (run.status, general.status)
@@ -152,7 +152,7 @@ FORCED = {
 def test_a_users_force_is_traced_beside_every_kind_of_system(name: str) -> None:
     system = FORCED[name]
     problem = galvi.Problem(system, [0.4, 0.7], [0.5, -0.3])
-    assert has_law(problem) and not system.untraced
+    assert has_law(problem, METHOD) and not system.untraced
     run = galvi.integrate(problem, METHOD, 0.05, 6)
     assert run.counts["linear_solves"] == 0
     called = dataclasses.replace(system, force=opaque(system.force))
@@ -195,7 +195,7 @@ def test_a_function_that_cannot_be_traced_is_called_and_this_is_said_once(
 ) -> None:
     system = galvi.Lagrangian(function, galvi.Rn(2))
     problem = galvi.Problem(system, [0.4, 0.7], [0.5, -0.3])
-    assert not has_law(problem) and system.untraced
+    assert not has_law(problem, METHOD) and system.untraced
     with caplog.at_level(logging.WARNING, logger="galvi"):
         for _ in range(2):
             run = galvi.integrate(problem, COARSE, 0.05, 1)
@@ -231,7 +231,7 @@ def test_a_number_that_changes_between_two_runs_is_used() -> None:
 def test_a_start_where_only_the_trace_has_no_derivatives_is_run_as_before() -> None:
     system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v - (q @ q) ** 0.75 * q[0] ** 2, galvi.Rn(1))
     away = galvi.Problem(system, [0.5], [0.0])
-    assert has_law(away)
+    assert has_law(away, METHOD)
     at_rest = galvi.Problem(system, [0.0], [0.0])
     run = galvi.integrate(at_rest, COARSE, 0.1, 2)
     assert run.success and not np.any(run.q)
@@ -246,6 +246,6 @@ def test_a_step_too_long_for_the_iteration_is_left_to_newtons_method() -> None:
 def test_a_traced_problem_can_be_pickled() -> None:
     problem = galvi.Problem(galvi.Lagrangian(with_mass_matrix, galvi.Rn(2)), [0.4, 0.7], [0.5, 0.1])
     again = pickle.loads(pickle.dumps(problem))
-    assert has_law(again)
+    assert has_law(again, METHOD)
     one, other = (galvi.integrate(each, METHOD, 0.05, 3) for each in (problem, again))
     assert np.array_equal(one.q, other.q)
