@@ -23,6 +23,7 @@ from galvi.run.group_system import group_system
 from galvi.run.law_stepper import has_law, law_stepper
 from galvi.run.nystrom_steppers import aligned, collocation_tables, kernel_tableau
 from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays, run_plan
+from galvi.symbolic.traces import Traces, traces
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
@@ -36,7 +37,7 @@ def general_stepper(
 ) -> Call:
     """A `Call` of the general kernel: does n more steps and returns its code."""
     system: Any = group_system(problem, method)
-    field, law = _law(system)
+    field, law = _law(system, traces(system))
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
     layout, chart = system.group.layout, method.chart
     basis = _basis(method.table, degrees_of(method, system.group.dimension))
@@ -52,8 +53,11 @@ def general_stepper(
 
 
 @lru_cache(maxsize=32)
-def _law(system: Any) -> tuple[LagrangianKernel, tuple[Any, ...]]:
-    """The Lagrangian of a system, which owns the functions, and as the kernel takes it."""
+def _law(system: Any, found: Traces) -> tuple[LagrangianKernel, tuple[Any, ...]]:
+    """The Lagrangian of a system, which owns the functions, and as the kernel takes it.
+
+    found  the system's traces, on which it depends
+    """
     field = system.lagrangian_kernel()
     return field, tuple(Law(
         field.functions, field.kind, field.time_dependent, field.matrix_rows, field.constants,

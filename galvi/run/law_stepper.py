@@ -19,14 +19,20 @@ from galvi.run.engine import Call
 from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
 from galvi.run.run_arrays import RunArrays, run_plan
 from galvi.symbolic.lane_law import compiled_law, coupled
+from galvi.symbolic.traces import Traces, traces
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.tableau import Tableau
 
 
-@lru_cache(maxsize=32)
 def lane_law(system: Any, d: int) -> tuple[str, Array] | None:
     """The lines and constants of the law for lanes of a system of d coordinates, or None."""
+    return _lane_law(system, d, traces(system))
+
+
+@lru_cache(maxsize=32)
+def _lane_law(system: Any, d: int, found: Traces) -> tuple[str, Array] | None:
+    """As ``lane_law``, which depends on the traces that were found."""
     whole = CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system
     on_space = isinstance(getattr(whole, "group", None), Rn)
     return cast(tuple[str, Array] | None, getattr(whole, "lane_law", None)) if on_space else None
@@ -39,7 +45,7 @@ def has_law(problem: Problem, method: Galerkin) -> bool:
     does not contract at any step.
     """
     degrees = component_degrees(method)
-    found = lane_law(cast(Any, problem.system), problem.q0.size)
+    found = lane_law(problem.system, problem.q0.size)
     if found is None or degrees is None:
         return found is not None
     return all(degrees[i] == degrees[j] for i, j in coupled(found[0], len(degrees)))
@@ -52,13 +58,10 @@ def component_degrees(method: Galerkin) -> tuple[int, ...] | None:
 
 
 @lru_cache(maxsize=32)
-def _compiled(system: Any, d: int) -> tuple[Any, Array, Any]:
-    """The address of the system's law, its constants, and the function, which must be kept."""
-    found = lane_law(system, d)
-    assert found is not None
-    lines, constants = found
+def _compiled(lines: str, d: int) -> tuple[Any, Any]:
+    """The address of a law, and the function, which must exist as long."""
     function = compiled_law(lines, d)
-    return addresses((function, PASS_TYPE)), constants, function
+    return addresses((function, PASS_TYPE)), function
 
 
 @lru_cache(maxsize=32)
@@ -94,7 +97,10 @@ def law_stepper(
 ) -> Call:  # fmt: skip
     """A `Call` of the kernel for laws: does n more steps and returns its code."""
     d, s = problem.q0.size, method.stages
-    law, constants, _ = _compiled(cast(Any, problem.system), d)
+    found = lane_law(problem.system, d)
+    assert found is not None
+    lines, constants = found
+    law, _ = _compiled(lines, d)
     given = law_tables(method.table, step, component_degrees(method))
     width = given[3].shape[1]
     scratch, spare = aligned((rows_of_work(d), width), (6, max(width, d, s)))

@@ -11,7 +11,10 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
+from galvi.groups.rn import Rn
 from galvi.kernels.forces import force_kinds
+from galvi.symbolic.traced_terms import traced_gradient
+from galvi.symbolic.traces import reasons, trace
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
@@ -20,9 +23,10 @@ from galvi.systems.derivative_check import (
     direction,
     lengths,
 )
+from galvi.systems.difference_scales import difference_scales
 from galvi.systems.finite_differences import CALLS, differenced_gradient, differenced_hessian
 from galvi.systems.force_kernel import ForceKernel
-from galvi.systems.forces.external_force import check_force, check_force_at
+from galvi.systems.forces.external_force import check_force, check_force_at, force_finder
 from galvi.systems.potentials.potential import Potential
 from galvi.systems.returned import returned_array
 
@@ -143,6 +147,25 @@ class Canonical:
                 far, force, lambda x, s: other @ self.potential_hessian(x, s)
             )
         check_derivatives(self, curves)
+
+    def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
+        """As `Lagrangian.trace`: of a force and, beside one, of the potential or its gradient."""
+        if self.force is not None:
+            trace(self, lambda: self._finders(q, v, t), anew)
+
+    def _finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
+        scales = difference_scales(Rn(q.size), q, v)
+        finders: dict[str, Function] = {**force_finder(self, q, v, t, scales)}
+        if self.gradient is not None or not isinstance(self.potential, Potential):
+            finders["gradient"] = lambda: traced_gradient(
+                self.potential, self.gradient, q, t, self.explicit_time, scales[0]
+            )
+        return finders
+
+    @property
+    def untraced(self) -> str:
+        """As `Lagrangian.untraced`."""
+        return reasons(self)
 
     def momentum(self, v: Array) -> Array:
         """p = M v, v of shape (..., d)."""
