@@ -74,6 +74,8 @@ class Problem:
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
         if isinstance(self.system, Canonical | Lagrangian | RigidBody):
             self.system.check_derivatives(self.q0, self.v0, self.t0)
+        if isinstance(self.system, Canonical | Lagrangian):
+            self.system.trace(self.q0, self.v0, self.t0)
 
     def __reduce__(self) -> tuple[Any, ...]:
         content = (self.system, self.q0, self.v0, self.t0, self.name, dict(self.parameters))

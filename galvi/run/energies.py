@@ -12,6 +12,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.symbolic.traces import Traces, traces
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
@@ -73,15 +74,20 @@ def energies(
     system: Any = problem.system
     if isinstance(system, Lagrangian):
         if system.builtin is not None and not sharp:
-            return _of_builtin(system, states)
+            return _of_builtin(system, system.builtin, states, raised)
         return _one_by_one(system, states, sharp, raised)
     twice = (states.p * system.velocity(states.p)).reshape(len(states.t), -1).sum(axis=1)
     return 0.5 * twice, _potential(system, states, raised)
 
 
-@lru_cache(maxsize=32)
 def start_energies(problem: Problem) -> tuple[float, float]:
     """T and V at the start."""
+    return _start_energies(problem, traces(problem.system))
+
+
+@lru_cache(maxsize=32)
+def _start_energies(problem: Problem, found: Traces) -> tuple[float, float]:
+    """As ``start_energies``; another trace of the system is one of other functions."""
     (kinetic,), (potential,) = energies(problem, _start(problem, 1.0))
     return float(kinetic), float(potential)
 
@@ -129,9 +135,10 @@ def _start(problem: Problem, scale: float) -> States:
     )  # fmt: skip
 
 
-def _of_builtin(system: Lagrangian, states: States) -> tuple[Array, Array]:
+def _of_builtin(
+    system: Lagrangian, function: BuiltinLagrangian, states: States, raised: Raised | None
+) -> tuple[Array, Array]:
     """As ``_one_by_one``, at all states at once where the velocities belong to the momenta."""
-    function = cast(BuiltinLagrangian, system.builtin)
     n, v = len(states.t), np.concatenate([states.v, np.zeros_like(states.v)])
     values, momenta = function.at_states(
         np.concatenate([states.q] * 2), v, np.concatenate([states.t] * 2)
@@ -139,7 +146,7 @@ def _of_builtin(system: Lagrangian, states: States) -> tuple[Array, Array]:
     value, momenta, rest = values[:n], momenta[:n], -values[n:]
     near = np.abs(momenta - states.p).max(axis=1) <= CLOSE * np.abs(states.p).max(axis=1)
     if not (near.all() and np.isfinite(rest).all()):
-        return _one_by_one(system, states, False, None)
+        return _one_by_one(system, states, False, raised)
     return (states.p * states.v).sum(axis=1) - value - rest, rest
 
 

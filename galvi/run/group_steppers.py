@@ -22,7 +22,8 @@ from galvi.run.engine import Call
 from galvi.run.group_system import group_system
 from galvi.run.law_stepper import has_law, law_stepper
 from galvi.run.nystrom_steppers import aligned, collocation_tables, kernel_tableau
-from galvi.run.run_arrays import RunArrays, run_plan
+from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays, run_plan
+from galvi.symbolic.traces import Traces, traces
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
@@ -36,24 +37,27 @@ def general_stepper(
 ) -> Call:
     """A `Call` of the general kernel: does n more steps and returns its code."""
     system: Any = group_system(problem, method)
-    field, law = _law(system)
+    field, law = _law(system, traces(system))
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
     layout, chart = system.group.layout, method.chart
     basis = _basis(method.table, degrees_of(method, system.group.dimension))
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
+    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
 
     def call(todo: int) -> int:
         return int(kernel(
-            law, layout, chart.number, chart.farthest, basis, plan, todo, work.progress,
-            work.step_angle, work.kept,
+            law, layout, chart.number, chart.farthest, basis, plan, todo, progress,
+            work.step_angle, kept,
         ))  # fmt: skip
 
     return call
 
 
 @lru_cache(maxsize=32)
-def _law(system: Any) -> tuple[LagrangianKernel, tuple[Any, ...]]:
-    """The Lagrangian of a system, which owns the functions, and as the kernel takes it."""
+def _law(system: Any, found: Traces) -> tuple[LagrangianKernel, tuple[Any, ...]]:
+    """The Lagrangian of a system, which owns the functions, and as the kernel takes it.
+
+    found  the system's traces, on which it depends
+    """
     field = system.lagrangian_kernel()
     return field, tuple(Law(
         field.functions, field.kind, field.time_dependent, field.matrix_rows, field.constants,
@@ -82,10 +86,9 @@ def first_unknowns(degrees: tuple[int, ...]) -> npt.NDArray[np.int64]:
 
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     """Whether a packed kernel applies; on groups only these have fixed-point iteration."""
-    table = method.table
-    square = table.psi.shape[0] == table.psi.shape[1]
-    one_space = not hasattr(method.space, "degrees")
-    return one_space and (has_law(problem) or (square and _is_packed_body(problem)))
+    s, m = method.table.psi.shape
+    square = s == m and not hasattr(method.space, "degrees")
+    return has_law(problem, method) or (square and _is_packed_body(problem))
 
 
 def _is_packed_body(problem: Problem) -> bool:
@@ -98,6 +101,23 @@ def _is_packed_body(problem: Problem) -> bool:
     )
 
 
+def stepper_after_failure(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
+) -> Call:
+    """As ``general_stepper``, counting its steps where fixed-point iteration would do them."""
+    call = general_stepper(problem, method, step, steps, start, work)
+    if start.solver == "newton" or not solves_by_iteration(problem, method):
+        return call
+
+    def counted(todo: int) -> int:
+        before = work.done
+        code = call(todo)
+        work.counts[LEFT_TO_NEWTON] += work.done - before
+        return code
+
+    return counted
+
+
 def compiled_stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
@@ -105,11 +125,11 @@ def compiled_stepper(
     arguments = (problem, method, step, steps, start, work)
     if not solves_by_iteration(problem, method) or start.solver == "newton":
         return general_stepper(*arguments)
-    packed = (law_stepper if has_law(problem) else body_stepper)(*arguments, FINEST)
+    packed = (law_stepper if has_law(problem, method) else body_stepper)(*arguments, FINEST)
     general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:
-        general[:] = general or [general_stepper(*arguments)]
+        general[:] = general or [stepper_after_failure(*arguments)]
         return general[0](todo)
 
     def call(todo: int) -> int:
@@ -120,7 +140,7 @@ def compiled_stepper(
             return code
         code = packed(todo)
         if code and start.solver == "fixed_point":
-            return code if has_law(problem) else DIVERGED  # a body's forces are finite
+            return code if has_law(problem, method) else DIVERGED  # a body's forces are finite
         if code:
             work.solver_state[STREAK] = NEWTON_STREAK - 1
             code = by_newton(1)
@@ -143,12 +163,12 @@ def body_stepper(
     tables = collocation_tables(method.table, step)
     width, weights_in_space = tables[0].shape[1], force.copy()
     scratch, spare = aligned((36, width), (6, width))
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
     def call(todo: int) -> int:
         return int(kernel(
-            charts, weights, tables, body, weights_in_space, plan, todo, work.progress, scratch,
-            spare, work.kept,
+            charts, weights, tables, body, weights_in_space, plan, todo, progress, scratch,
+            spare, kept,
         ))  # fmt: skip
 
     return call

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -17,8 +18,9 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
-from galvi.run.nystrom_steppers import SOLVERS
+from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
 from galvi.run.run_arrays import check_memory
+from galvi.symbolic.traces import traces
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.rigid_body import RigidBody
@@ -28,8 +30,9 @@ from galvi.trajectory import Trajectory
 # Far below the rounding unit 2^-53: the error left by an iteration is not random and makes the
 # energy drift. 32 runs of the outer solar system over 1e6 years (benchmarks/studies/round_off.py,
 # degree 8): 23 standard errors of drift with 2^-60, 1.6 with 2^-64, for 3 % more time.
-ROUND_OFF = 2.0**-64
 
+LOG = logging.getLogger("galvi")
+_ANNOUNCED: WeakSet[Canonical | Lagrangian] = WeakSet()
 _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 
 
@@ -55,8 +58,8 @@ def integrate(
     curves      keep every step's Galerkin curve; None: only when save_every is 1
     solver      "auto", "fixed_point" or "newton"; on groups, "fixed_point" only for a RigidBody
                 without a force, free or in UniformGravity, with as many points as the degree, and
-                on Rn for a PlanarChain or a SymPy Lagrangian, and for a Canonical system with a
-                built-in potential, where forces come from SymPy or are a RotorDrag
+                on Rn for a Lagrangian, or a Canonical system with a force, whose functions are
+                built in, from SymPy, or could be traced
     tolerance   change relative to |q| at which a step's iteration stops; None: round-off
     progress    True shows a progress bar
 
@@ -116,14 +119,18 @@ def prepared(
         raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {solver!r}.")
     save_every = input_checks.whole("save_every", save_every)
     tol = ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance)
+    if isinstance(problem.system, Canonical | Lagrangian):
+        _trace_anew(problem, problem.system)
+        if solver != "newton":
+            _announce(problem.system)
     engine = engine_for(problem, method)
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
             f"with a group, an external force or a degree for each component, the solver "
             f"fixed_point is for a RigidBody without a force, free or in UniformGravity, with as "
-            f"many points as the degree, and for a PlanarChain, a SymPy Lagrangian or a built-in "
-            f"potential with forces from SymPy or a RotorDrag; received {problem!r} with "
-            f"{method.name}. Use the solver auto."
+            f"many points as the degree, and on Rn for functions that are built in, from SymPy, or "
+            f"could be traced; received {problem!r} with {method.name}"
+            f"{_because(problem)}. Use the solver auto."
         )
     _check_functions(problem)
     begin = engine.start(problem, method.stages)
@@ -187,6 +194,31 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
             f"{length / abs(step):.6g} steps. Choose step = duration / n."
         )
     return whole
+
+
+def _trace_anew(problem: Problem, system: Canonical | Lagrangian) -> None:
+    """Trace functions that refer to numbers which changed since the last time."""
+    before = traces(system)
+    system.trace(problem.q0, problem.v0, problem.t0, anew=True)
+    if traces(system) is not before:
+        vars(problem).pop("p0", None)
+
+
+def _announce(system: Canonical | Lagrangian) -> None:
+    """Log once, as a warning of logger ``galvi``, that a system runs without a law."""
+    if system.untraced and system not in _ANNOUNCED:
+        _ANNOUNCED.add(system)
+        LOG.warning(
+            "galvi calls the functions of this system one state at a time, which is slower: not "
+            "all could be traced; %s.",
+            system.untraced,
+        )
+
+
+def _because(problem: Problem) -> str:
+    """Why its functions could not be traced, as a part of a sentence; "" where they could."""
+    reason = getattr(problem.system, "untraced", "")
+    return f" ({reason})" if reason else ""
 
 
 def _check_functions(problem: Problem) -> None:

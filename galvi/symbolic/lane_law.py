@@ -9,11 +9,14 @@ from typing import Any, cast
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.kernels.lanes.law_pass import filled
 from galvi.symbolic import code as symbolic_code
 from galvi.symbolic.code import POWER
 
 # of galvi.kernels.lanes.elementary
-FUNCTIONS = {"sin", "cos", "tan", "exp", "log", "sqrt", "atan2", POWER}
+FUNCTIONS = {
+    "sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER
+}  # fmt: skip
 PASS = """
 
 pass_of_law = one_pass(law, {d})
@@ -33,6 +36,14 @@ def compiled_law(law: str, d: int) -> Callable[..., Any]:
     return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
 
 
+@lru_cache(maxsize=256)
+def coupled(law: str, d: int) -> list[tuple[int, int]]:
+    """The pairs of components (i, j), j < i, that the mass of the law couples."""
+    names: dict[str, Any] = {}
+    exec(compile(law, "<a law>", "exec"), names)
+    return filled(names["law"], d)
+
+
 def with_force(law: tuple[str, Array], force: tuple[str, Array]) -> tuple[str, Array]:
     """The lines and constants of a law with a force, from those of both."""
     forced = f"law = forced(law, force, {law[1].size})\n"
@@ -50,19 +61,7 @@ def canonical_law(slopes: str, d: int, diagonal: bool) -> str:
 def printed_force(forces: Sequence[Any], places: Any) -> str:
     """The lines that define SymPy forces; "" where lanes lack a function of them."""
     lines = symbolic_code.written(forces, places, lambda k, code: f"r{k} = {code}", POWER)
-    names = ", ".join(f"r{k}" for k in range(len(forces)))
-    return _function("force", lines, f"[{names}]")
-
-
-def _function(name: str, lines: list[str], returned: str) -> str:
-    """The lines of a function (q, v, t, c); "" where lanes lack a function in it."""
-    text = "\n".join(lines)
-    used = sorted(symbolic_code.functions_in(text))
-    if set(used) - FUNCTIONS or " if " in text:
-        return ""
-    head = [f"from galvi.kernels.lanes.elementary import {', '.join(used)}"] * bool(used)
-    body = (f"    {line}" for line in [*lines, f"return {returned}"])
-    return "\n".join([*head, "", "", f"def {name}(q, v, t, c):", *body])
+    return function_lines("force(q, v, t, c)", lines, [f"r{k}" for k in range(len(forces))])
 
 
 def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any) -> str:
@@ -72,10 +71,31 @@ def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any
     results = [differentiated(L, x) for x in q] + momenta
     results += [differentiated(momenta[i], v[j]) for i in range(d) for j in range(i + 1)]
     lines = symbolic_code.written(results, places, lambda k, code: f"r{k} = {code}", POWER)
-    names = [f"r{k}" for k in range(len(results))]
-    rows, rest = [], names[2 * d :]
+    return law_lines(lines, [f"r{k}" for k in range(len(results))], d)
+
+
+def law_lines(lines: Sequence[str], results: Sequence[str], d: int) -> str:
+    """The lines that define a law, as `function_lines`.
+
+    results  the code of dL/dq and dL/dv, (d,) each, and of the rows of d2L/dv2 up to its diagonal
+    """
+    rows, rest = [], results[2 * d :]
     for i in range(d):
         rows.append(f"[{', '.join(rest[: i + 1])}]")
         rest = rest[i + 1 :]
-    listed = (f"[{', '.join(part)}]" for part in (names[:d], names[d : 2 * d], rows))
-    return _function("law", lines, ", ".join(listed))
+    listed = [f"[{', '.join(part)}]" for part in (results[:d], results[d : 2 * d], rows)]
+    return function_lines("law(q, v, t, c)", lines, listed)
+
+
+def function_lines(head: str, lines: Sequence[str], results: Sequence[str]) -> str:
+    """The lines that define a function which returns a list; "" where lanes lack a function of it.
+
+    lines    that compute what the code of the results refers to
+    """
+    text = "\n".join([*lines, *results])
+    used = sorted(symbolic_code.functions_in(text))
+    if set(used) - FUNCTIONS or " if " in text:
+        return ""
+    imports = [f"from galvi.kernels.lanes.elementary import {', '.join(used)}"] * bool(used)
+    body = (f"    {line}" for line in [*lines, f"return [{', '.join(results)}]"])
+    return "\n".join([*imports, "", "", f"def {head}:", *body])

@@ -11,7 +11,10 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
+from galvi.groups.rn import Rn
 from galvi.kernels.forces import force_kinds
+from galvi.symbolic.traced_terms import traced_gradient
+from galvi.symbolic.traces import reasons, trace
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
@@ -20,10 +23,12 @@ from galvi.systems.derivative_check import (
     direction,
     lengths,
 )
+from galvi.systems.difference_scales import difference_scales
 from galvi.systems.finite_differences import CALLS, differenced_gradient, differenced_hessian
 from galvi.systems.force_kernel import ForceKernel
-from galvi.systems.forces.external_force import check_force, check_force_at
+from galvi.systems.forces.external_force import check_force, check_force_at, force_finder
 from galvi.systems.potentials.potential import Potential
+from galvi.systems.returned import returned_array
 
 Function = Callable[..., Any]
 
@@ -89,7 +94,12 @@ class Canonical:
     def check_functions(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless the given functions return what they should there, finite."""
         check_force_at(self, q, v, t)
-        input_checks.returned("potential", self.potential(*self._arguments(q, t)))
+        value = input_checks.returned("potential", self.potential(*self._arguments(q, t)))
+        if not np.isfinite(value):
+            raise ValueError(
+                f"the potential must be finite at the start; received {value} at q0. Check it, or "
+                f"start elsewhere."
+            )
         found = [("gradient", self.potential_gradient(q, t))]
         if self.hessian is not None:
             found.append(("hessian", self.potential_hessian(q, t)))
@@ -138,6 +148,25 @@ class Canonical:
             )
         check_derivatives(self, curves)
 
+    def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
+        """As `Lagrangian.trace`: of a force and, beside one, of the potential or its gradient."""
+        if self.force is not None:
+            trace(self, lambda: self._finders(q, v, t), anew)
+
+    def _finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
+        scales = difference_scales(Rn(q.size), q, v)
+        finders: dict[str, Function] = {**force_finder(self, q, v, t, scales)}
+        if self.gradient is not None or not isinstance(self.potential, Potential):
+            finders["gradient"] = lambda: traced_gradient(
+                self.potential, self.gradient, q, t, self.explicit_time, scales[0]
+            )
+        return finders
+
+    @property
+    def untraced(self) -> str:
+        """As `Lagrangian.untraced`."""
+        return reasons(self)
+
     def momentum(self, v: Array) -> Array:
         """p = M v, v of shape (..., d)."""
         return v @ self.mass if self.mass.ndim == 2 else v * self.mass
@@ -151,8 +180,7 @@ class Canonical:
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V at each of the configurations q (..., d) and times t (...)."""
         if self._builtin is not None:
-            finite = np.isfinite(q).all(axis=-1)
-            return np.where(finite, self._builtin(q), np.nan)
+            return self._builtin(q)
         leading = q.shape[:-1]
         times = np.broadcast_to(t, leading).ravel()
         rows = q.reshape(-1, q.shape[-1])
@@ -200,13 +228,9 @@ class Canonical:
         if self._builtin is not None and self.gradient is None and self.hessian is None:
             law = self._builtin.law()
             return ForceKernel(
-                law.gradient,
-                law.hessian,
-                force_kinds.BUILT_IN,
-                inverse_mass,
-                dimension,
-                law.constants,
-            )
+                law.gradient, law.hessian, force_kinds.BUILT_IN, inverse_mass, dimension,
+                law.constants, slopes=law.slopes,
+            )  # fmt: skip
         gradient = self._gradient()
         hessian = self._hessian(differenced=False)
         kind = force_kinds.TIMED_GRADIENT if self.explicit_time else force_kinds.GRADIENT
@@ -245,12 +269,7 @@ class Canonical:
         """The same function, its result checked for shape and made a float64 array."""
 
         def checked(*arguments: Any) -> Array:
-            result = np.asarray(function(*arguments), dtype=np.float64)
-            if result.shape != shape:
-                raise ValueError(
-                    f"{name} must return an array of shape {shape}; received shape {result.shape}."
-                )
-            return np.ascontiguousarray(result)
+            return returned_array(name, function(*arguments), shape, f"an array of shape {shape}")
 
         return checked
 

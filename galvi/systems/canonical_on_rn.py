@@ -10,10 +10,10 @@ from galvi.arrays import Array
 from galvi.groups.rn import Rn
 from galvi.kernels.forces import force_kinds, lagrangian_derivatives
 from galvi.symbolic.lane_law import canonical_law
+from galvi.symbolic.traces import traces
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import lane_law_with_force, with_force
 from galvi.systems.lagrangian_kernel import LagrangianKernel
-from galvi.systems.potentials.potential import Potential
 
 
 @dataclass(frozen=True)
@@ -50,18 +50,19 @@ class CanonicalOnRn:
 
     @property
     def lane_law(self) -> tuple[str, Array] | None:
-        """As `Lagrangian.lane_law`, for a potential that brings its derivatives."""
+        """As `Lagrangian.lane_law`, where the slopes of the potential are known as code."""
         d, system = self.group.dimension, self.canonical
-        field = system.force_kernel(d)
-        if field.kind != force_kinds.BUILT_IN or not isinstance(system.potential, Potential):
-            return None
-        slopes = system.potential.law().slopes
+        found = traces(system).found.get("gradient")
+        if found is not None:
+            slopes, constants = found.lines, np.array(found.constants)
+        else:
+            field = system.force_kernel(d)
+            slopes, constants = field.slopes, field.constants
         if not slopes:
             return None
-        mass = system.momentum(np.eye(d))
         lines = canonical_law(slopes, d, bool(system.mass.ndim < 2))
-        constants = np.concatenate([mass.ravel(), field.constants])
-        return lane_law_with_force((lines, constants), system)
+        mass = system.momentum(np.eye(d))
+        return lane_law_with_force((lines, np.concatenate([mass.ravel(), constants])), system)
 
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels; constants: M by rows, then those of the potential."""

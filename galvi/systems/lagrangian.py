@@ -19,6 +19,8 @@ from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import kinks
 from galvi.symbolic.from_sympy import symbolic
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
+from galvi.symbolic.traced_lagrangian import TracedLagrangian, traced_lagrangian
+from galvi.symbolic.traces import reasons, refuse, trace, traces
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
@@ -32,6 +34,7 @@ from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, differences
 from galvi.systems.forces.external_force import (
     check_force,
     check_force_at,
+    force_finder,
     lane_law_with_force,
     with_force,
 )
@@ -194,6 +197,41 @@ class Lagrangian:
         powers = np.arange(TERMS)
         return lambda s: (s**powers @ terms_by_power).reshape(self.group.shape)
 
+    def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
+        """Look for expressions of L or its slopes, and of the force, near a state.
+
+        anew  look again if the functions changed since then
+        """
+        if not isinstance(self.group, Rn):
+            return
+        trace(self, lambda: self._finders(q, v, t), anew)
+        found = None if anew else traces(self).found.get("L")
+        if found is not None and self.slopes is None and not found.defined(q, v, t):
+            refuse(self, "L", "its derivatives are not finite at a start")
+
+    def _finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
+        scales = difference_scales(self.group, q, v)
+        finders: dict[str, Function] = {**force_finder(self, q, v, t, scales)}
+        if self.slopes is not None or not self._brings_slopes:
+            finders["L"] = lambda: traced_lagrangian(
+                self.function, self.slopes, q, v, t, self.explicit_time, scales
+            )
+        return finders
+
+    @property
+    def untraced(self) -> str:
+        """Why functions are called one state at a time; "" where they are traced or built in, and
+        before the first `Problem`."""
+        return reasons(self)
+
+    @property
+    def builtin(self) -> BuiltinLagrangian | None:
+        """L with derivatives, if it brings them or they were traced."""
+        if self._brings_slopes:
+            return cast(BuiltinLagrangian, self.function)
+        found = traces(self).found.get("L")
+        return None if found is None else cast(TracedLagrangian, found).lagrangian
+
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
         """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""
         return self._each(self._momentum, q, v, t)
@@ -243,8 +281,8 @@ class Lagrangian:
 
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels, compiled or differenced."""
-        if self.slopes is None and self._slopes is not None:
-            law, constants = cast(BuiltinLagrangian, self.function).compiled()
+        if self.slopes is None and self.builtin is not None:
+            law, constants = self.builtin.compiled()
             kernel = LagrangianKernel(lagrangian_derivatives.LAW, law, constants=constants)
             return with_force(kernel, self, 0)
         side = self.group.shape[0] if len(self.group.shape) == 2 else 0
@@ -265,10 +303,13 @@ class Lagrangian:
     @property
     def lane_law(self) -> tuple[str, Array] | None:
         """The lines and constants of its law for lanes, see galvi.symbolic.lane_law, or None."""
-        L = self.function
-        if self.slopes is not None or not isinstance(L, BuiltinLagrangian) or not L.law:
-            return None
-        return lane_law_with_force((L.law, L.compiled()[1]), self)
+        found, L = traces(self).found.get("L"), self.builtin
+        law: tuple[str, Array] | None = None
+        if found is not None:
+            law = found.law, np.array(found.constants)
+        elif self.slopes is None and L is not None and L.law:
+            law = L.law, L.compiled()[1]
+        return lane_law_with_force(law, self)
 
     @property
     def potential_calls_per_force(self) -> int:
@@ -276,14 +317,14 @@ class Lagrangian:
         return 0 if self._slopes is not None else 2 * CALLS
 
     @cached_property  # inspecting a value takes ten microseconds
-    def builtin(self) -> BuiltinLagrangian | None:
-        """The function, if it comes with its derivatives."""
-        return self.function if isinstance(self.function, BuiltinLagrangian) else None
+    def _brings_slopes(self) -> bool:
+        return isinstance(self.function, BuiltinLagrangian)
 
-    @cached_property
+    @property
     def _slopes(self) -> Function | None:
-        known = self.slopes is None and self.builtin is not None
-        return cast(BuiltinLagrangian, self.builtin).slopes if known else self.slopes
+        if self.slopes is not None or self.builtin is None:
+            return self.slopes
+        return self.builtin.slopes
 
     def _arguments(self, q: Array, v: Array, t: float) -> tuple[Any, ...]:
         q, v = np.array(q, dtype=np.float64), np.array(v, dtype=np.float64)

@@ -126,8 +126,6 @@ def test_the_law_of_a_canonical_system_has_its_derivatives(potential: Any) -> No
 def test_forces_without_a_form_in_lanes_are_left_to_the_general_kernel() -> None:
     L, q, v, q0, v0 = LAGRANGIANS["elastic pendulum"]
     steps = galvi.Lagrangian.from_sympy(L, q, v, force=[sp.Max(v[0], 0), 0])
-    python = galvi.Lagrangian(
-        steps.function, steps.group, force=lambda q, v: np.zeros(2), explicit_time=False
-    )
+    python = galvi.Lagrangian(steps.function, steps.group, force=lambda q, v: np.maximum(v, 0.0))
     for system in (steps, python):
-        assert not has_law(galvi.Problem(system, q0, v0))
+        assert not has_law(galvi.Problem(system, q0, v0), METHODS[0])

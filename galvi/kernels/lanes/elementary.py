@@ -55,6 +55,21 @@ def sqrt(x):
     return functions.square_root(x) if isinstance(x, Lane) else np.sqrt(x)
 
 
+def sinh(x):
+    """The hyperbolic sine."""
+    return functions.hyperbolic_sine(x) if isinstance(x, Lane) else np.sinh(x)
+
+
+def cosh(x):
+    """The hyperbolic cosine."""
+    return functions.hyperbolic_cosine(x) if isinstance(x, Lane) else np.cosh(x)
+
+
+def tanh(x):
+    """The hyperbolic tangent."""
+    return functions.hyperbolic_tangent(x) if isinstance(x, Lane) else np.tanh(x)
+
+
 def power(x, y):
     """x to the power y; by products where y is a small multiple of 1/2."""
     if not (isinstance(x, Lane) or isinstance(y, Lane)):

@@ -1,10 +1,12 @@
 """Elementary functions of eight numbers at once.
 
-Each errs by less than 1 ulp. Where an argument is outside the domain, or too large to be reduced
-exactly, the result is NaN.
+Each errs by less than 1 ulp, a hyperbolic one by less than 3. Where an argument is outside the
+domain, or too large to be reduced exactly, the result is NaN.
 """
 
 from __future__ import annotations
+
+import math
 
 from galvi.kernels.lanes.function_tables import (
     ARCTANGENT,
@@ -29,6 +31,8 @@ SIGN = -(2**63)
 BIAS, MANTISSA = 1023, 52
 HUGE = 2.0**1000  # above it, sums of two numbers may overflow
 OVERFLOW, UNDERFLOW = 710.0, -746.0  # exp is infinite above, 0 below
+SINH = tuple(1.0 / math.factorial(2 * k + 3) for k in range(9))  # Taylor; the next is 2e-20
+ONE = 20.0  # tanh is 1 above
 EIGHTH = 0.41421356237309503  # tan(pi / 8)
 
 
@@ -208,3 +212,22 @@ def arctangent(y, x):
     value, rest = two_sum(turn, ratio)
     value = value.fused + (rest.fused + turn_low.fused + eighths * (0.5 * HALF_PI[1]) + low)
     return with_sign(value, builder.and_(y.bits, integers(SIGN)))
+
+
+def hyperbolic_sine(x):
+    """sinh x; infinite above 709.78."""
+    square, growing = x * x, exponential(x)
+    near = x + x * square * polynomial(SINH, square)
+    return near.where(x.call("fabs") < 1.0, 0.5 * growing - 0.5 / growing)
+
+
+def hyperbolic_cosine(x):
+    """cosh x; infinite above 709.78."""
+    growing = exponential(x)
+    return 0.5 * growing + 0.5 / growing
+
+
+def hyperbolic_tangent(x):
+    """tanh x."""
+    x = x.clipped(-ONE, ONE)
+    return hyperbolic_sine(x) / hyperbolic_cosine(x)

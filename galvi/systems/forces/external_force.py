@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -11,6 +11,8 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
+from galvi.symbolic.traced_terms import TracedTerm, traced_force
+from galvi.symbolic.traces import traces
 from galvi.systems.compiles import compiles
 from galvi.systems.forces.builtin_force import BuiltinForce
 from galvi.systems.lagrangian_kernel import LagrangianKernel
@@ -76,9 +78,25 @@ def lane_law_with_force(law: tuple[str, Array] | None, system: Forced) -> tuple[
     one of them has none."""
     if system.force is None or law is None:
         return law
-    if not (isinstance(system.force, BuiltinForce) and system.force.law):
-        return None
-    return lane_law.with_force(law, (system.force.law, system.force.compiled()[1]))
+    if isinstance(system.force, BuiltinForce):
+        force = system.force.law, system.force.compiled()[1]
+    else:
+        found = traces(system).found.get("force")
+        force = ("", np.zeros(0)) if found is None else (found.lines, np.array(found.constants))
+    return lane_law.with_force(law, force) if force[0] else None
+
+
+def force_finder(
+    system: Forced, q: Array, v: Array, t: float, scales: Sequence[Array]
+) -> dict[str, Callable[[], TracedTerm]]:
+    """How to trace a user's force near a state, for galvi.symbolic.traces; empty without one.
+
+    scales  as for `galvi.symbolic.traced_terms.traced_force`
+    """
+    force = system.force
+    if force is None or isinstance(force, BuiltinForce):
+        return {}
+    return {"force": lambda: traced_force(force, q, v, t, system.timed_force, scales)}
 
 
 def with_force(field: LagrangianKernel, system: Forced, matrix_rows: int) -> LagrangianKernel:

@@ -1,0 +1,180 @@
+"""Checks expressions found by tracing against the function itself, and their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.symbolic.graph import Node, Untraceable
+from galvi.symbolic.round_off import evaluated
+
+STATES, LEAST = 8, 3  # states at which a function is compared, and how many must be finite
+FARTHEST = 0.4  # distance of these states from the start, over the scales of a function
+ROUNDINGS = 64.0  # bounds on the rounding error that a difference from the function may have
+STEPS = 2.0**-17, 2.0**-25  # of differences, over the scales of the function
+ACCURACY = 1e-3  # of a difference, relative to its terms; that of a slope left out is about 1
+
+
+@dataclass(frozen=True)
+class States:
+    """q (n, d), v (n, d) and t (n,) of n states."""
+
+    q: Array
+    v: Array
+    t: Array
+
+    @classmethod
+    def near(cls, q: Array, v: Array, t: float, scales: Sequence[Array]) -> States:
+        """The start, then random states ever nearer to it."""
+        random = np.random.default_rng(20)
+        far = np.append(0.0, FARTHEST * 0.7 ** np.arange(STATES - 1.0))[:, None]
+        by_q, by_v, by_t = (random.uniform(-1.0, 1.0, (STATES, k)) for k in (q.size, q.size, 1))
+        time = t + (abs(t) or 1.0) * (far * by_t)[:, 0]
+        return cls(q + far * by_q * scales[0], v + far * by_v * scales[1], time)
+
+    def moved(self, far: float, by_q: Array, by_v: Array) -> States:
+        """The states with ``far`` times (n, d) added to q and to v."""
+        return States(self.q + far * by_q, self.v + far * by_v, self.t)
+
+    @property
+    def values(self) -> dict[str, Array]:
+        """Name of a variable of the expressions -> its values (n,)."""
+        columns = {f"{name}[{i}]": x for name in "qv" for i, x in enumerate(getattr(self, name).T)}
+        return {**columns, "t": self.t}
+
+    def arguments(self, k: int, takes: str) -> tuple[Any, ...]:
+        """Those of a function at state k."""
+        every = {"q": self.q[k].copy(), "v": self.v[k].copy(), "t": float(self.t[k])}
+        return tuple(every[name] for name in takes)
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """What a function returned at n states, (n, k); NaN stands for an exception.
+
+    takes  the arguments of the function, e.g. "qv" or "qvt"
+    """
+
+    function: Callable[..., Any]
+    states: States
+    takes: str
+    returned: Array
+
+    @classmethod
+    def of(cls, function: Callable[..., Any], states: States, takes: str, size: int) -> Sample:
+        """The function called at these states."""
+        rows = [_called(function, states.arguments(k, takes), size) for k in range(len(states.t))]
+        return cls(function, states, takes, np.array(rows))
+
+    @property
+    def holds(self) -> bool:
+        """Whether the function returns the same as before at the last state where it was finite."""
+        k = int(np.flatnonzero(np.isfinite(self.returned).all(axis=1))[-1])
+        again = _called(self.function, self.states.arguments(k, self.takes), len(self.returned[k]))
+        return bool((again == self.returned[k]).all())
+
+
+def _called(function: Callable[..., Any], arguments: tuple[Any, ...], size: int) -> Array:
+    """The function's numbers, (size,); NaN where it raises, which a run would let through."""
+    try:
+        with np.errstate(all="ignore"):
+            found = np.asarray(function(*arguments), dtype=np.float64).ravel()
+    except Exception:  # a user's own
+        return np.full(size, np.nan)
+    return found if found.size == size else np.full(size, np.nan)
+
+
+def check_values(
+    function: Callable[..., Any], nodes: Sequence[Node], states: States, takes: str
+) -> Sample:
+    """`Untraceable` unless the nodes are what the function returns, up to their rounding errors."""
+    found, error = (x.T for x in evaluated(nodes, states.values))
+    sample = Sample.of(function, states, takes, len(nodes))
+    with np.errstate(invalid="ignore"):
+        off = np.abs(found - sample.returned) > ROUNDINGS * error
+    known = np.all(np.isfinite(sample.returned), axis=1)
+    if not known[0] or np.sum(known) < LEAST:
+        raise Untraceable("it is not finite at the start, or near it")
+    if np.any(off[known]) or not np.all(np.isfinite(found[known])):
+        raise Untraceable("called with numbers it returns something else than with symbols")
+    return sample
+
+
+def check_slopes(
+    value: Node, by_q: Sequence[Node], by_v: Sequence[Node], states: States,
+    scales: Sequence[Array],
+) -> None:  # fmt: skip
+    """`Untraceable` unless these are the derivatives of a value, and finite at the start.
+
+    by_v  (d,), or () for a value that does not depend on v
+    """
+    slopes = evaluated([*by_q, *by_v], states.values)[0].T
+    _refuse_undefined(slopes)
+    along_q, along_v = _directions(states, scales)
+    terms = slopes * np.concatenate([along_q, along_v], axis=1)[:, : slopes.shape[1]]
+    _compare(
+        lambda far: evaluated([value], states.moved(far, along_q, along_v).values),
+        np.sum(terms, axis=1)[None], np.sum(np.abs(terms), axis=1)[None],
+    )  # fmt: skip
+
+
+def check_mass(
+    law: str, constants: Sequence[float], by: Sequence[Node], states: States,
+    scales: Sequence[Array],
+) -> None:  # fmt: skip
+    """`Untraceable` unless the lines of a law give these slopes, and the derivatives of dL/dv."""
+    d, made = len(by) // 2, dict[str, Any]()
+    exec(compile(law, "<a law>", "exec"), made)
+    with np.errstate(all="ignore"):
+        q, v = states.q.T, states.v.T
+        forces, momenta, rows = made["law"](list(q), list(v), states.t, constants)
+    slopes = np.array([np.broadcast_to(x, states.t.shape) for x in (*momenta, *forces)])
+    found, error = evaluated(by, states.values)
+    with np.errstate(invalid="ignore"):
+        if np.any(np.abs(slopes - found) > ROUNDINGS * error):
+            raise Untraceable("its generated code is wrong")
+    mass = np.empty((d, d, states.t.size))
+    for i in range(d):
+        for j in range(i + 1):
+            mass[i, j] = mass[j, i] = rows[i][j]
+    _refuse_undefined(np.moveaxis(mass, 2, 0))
+    _, by_v = _directions(states, scales)
+    terms = mass * by_v.T
+    _compare(
+        lambda far: evaluated(by[:d], states.moved(far, 0.0 * by_v, by_v).values),
+        np.sum(terms, axis=1), np.sum(np.abs(terms), axis=1),
+    )  # fmt: skip
+
+
+def _refuse_undefined(derivatives: Array) -> None:
+    if not np.all(np.isfinite(derivatives[0])):
+        raise Untraceable("its derivatives are not finite at the start")
+
+
+def _directions(states: States, scales: Sequence[Array]) -> tuple[Array, Array]:
+    random = np.random.default_rng(21)
+    by_q, by_v = (random.uniform(0.5, 1.0, states.q.shape) * scale for scale in scales)
+    return by_q, by_v
+
+
+def _compare(
+    moved: Callable[[float], tuple[Array, Array]], derivative: Array, terms: Array
+) -> None:
+    """`Untraceable` unless a derivative (k, n) is that of what is known on both sides.
+
+    moved  distance -> values and rounding errors (k, n)
+    terms  sizes (k, n) of the derivative's terms
+    """
+    near = np.zeros(derivative.shape, dtype=bool)
+    for step in STEPS:
+        (ahead, first), (behind, second) = moved(step), moved(-step)
+        with np.errstate(all="ignore"):
+            off = np.abs((ahead - behind) / (2.0 * step) - derivative)
+            limit = ACCURACY * (terms + 1e-3 * np.max(terms, axis=0)) + (first + second) / step
+            near |= ~(off > limit)
+    if not np.all(near):
+        raise Untraceable("its derivatives are not those of the function")

@@ -1,0 +1,107 @@
+"""Derivatives of a user's Lagrangian, from expressions found by tracing its functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.symbolic import code as symbolic_code
+from galvi.symbolic.code import POWER
+from galvi.symbolic.derivatives import gradient
+from galvi.symbolic.graph import Graph, Node, Untraceable
+from galvi.symbolic.graph_code import GraphCode
+from galvi.symbolic.lane_law import law_lines
+from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
+from galvi.symbolic.trace_check import Sample, States, check_mass, check_slopes, check_values
+from galvi.symbolic.tracing import traced
+
+Function = Callable[..., Any]
+LONGEST = 4_000  # operations: two milliseconds of compilation each
+
+
+@dataclass(frozen=True, eq=False)
+class TracedLagrangian:
+    """What was found by tracing a Lagrangian L(q, v) or L(q, v, t) on R^d, or its slopes.
+
+    law         the lines that define its law for lanes, see galvi.symbolic.lane_law
+    constants   of the law
+    lagrangian  L with these derivatives; None where slopes are given, which were traced instead
+    samples     what the traced functions returned at some states
+    """
+
+    law: str
+    constants: tuple[float, ...]
+    lagrangian: SymbolicLagrangian | None
+    samples: tuple[Sample, ...]
+
+    @property
+    def holds(self) -> bool:
+        """As of galvi.symbolic.traces."""
+        return all(sample.holds for sample in self.samples)
+
+    def defined(self, q: Array, v: Array, t: float) -> bool:
+        """Whether the derivatives of the Lagrangian are finite at a state."""
+        L = self.lagrangian
+        return L is None or bool(np.all(np.isfinite(L.slopes(q, v, t))))
+
+
+def traced_lagrangian(
+    function: Function, slopes: Function | None, q: Array, v: Array, t: float, timed: bool,
+    scales: Sequence[Array],
+) -> TracedLagrangian:  # fmt: skip
+    """Traces slopes, if given, else the Lagrangian, and checks what it finds near a state.
+
+    With slopes the Lagrangian itself is not called: it serves for energies only.
+
+    timed   whether the functions take (q, v, t) instead of (q, v)
+    scales  (d,), (d,) lengths over which L changes with q and v
+
+    Raises `Untraceable`.
+    """
+    d, graph, takes = q.size, Graph(), "qvt" if timed else "qv"
+    symbols = graph.variables("q", d), graph.variables("v", d), graph.variables("t")
+    states, samples = States.near(q, v, t, scales), []
+
+    def find(function: Function, shape: tuple[int, ...]) -> list[Node]:
+        nodes = traced(function, symbols[: len(takes)], shape)
+        samples.append(check_values(function, nodes, states, takes))
+        return nodes
+
+    L: Node | None = None
+    if slopes is not None:
+        by = find(slopes, (2 * d,))
+    else:
+        (L,) = find(function, ())
+        by = gradient(L, [*symbols[1], *symbols[0]])
+        check_slopes(L, by[d:], by[:d], states, scales)
+    printed, momenta = GraphCode(), by[:d]
+    lines, results = printed.written([*by[d:], *momenta, *mass(momenta, symbols[1])], POWER)
+    if len(lines) > LONGEST:
+        raise Untraceable(f"its derivatives take more than {LONGEST} operations")
+    law = law_lines(lines, results, d)
+    check_mass(law, printed.constants, by, states, scales)
+    found = None if L is None else _lagrangian(repr(function), printed, by, L, law)
+    return TracedLagrangian(law, printed.constants, found, tuple(samples))
+
+
+def mass(momenta: Sequence[Node], v: Sequence[Node]) -> list[Node]:
+    """The rows of d2L/dv2 up to the diagonal, one after the other."""
+    rows = [gradient(p, v[: i + 1]) for i, p in enumerate(momenta)]
+    return [entry for row in rows for entry in row]
+
+
+def _lagrangian(
+    text: str, printed: GraphCode, by: Sequence[Node], L: Node, law: str
+) -> SymbolicLagrangian:
+    """L and its derivatives as compiled functions, as of galvi.symbolic.from_sympy."""
+    d, bodies = len(by) // 2, {}
+    places = [f"out[{k // d}, {k % d}]" for k in range(2 * d)]
+    for name, nodes, stored in (("law", by, places), ("value", [L], ["out[0]"])):
+        lines, found = printed.written(nodes)
+        stores = [f"{place} = {code}" for place, code in zip(stored, found, strict=True)]
+        bodies[name] = ("q, v, t, c, out", [*lines, *stores])
+    return SymbolicLagrangian(text, symbolic_code.source(bodies), printed.constants, d, law=law)

@@ -1,0 +1,88 @@
+"""Terms of a law for lanes from a user's functions, by tracing: a force, and dV/dq."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.symbolic.code import POWER
+from galvi.symbolic.derivatives import gradient as derivatives
+from galvi.symbolic.graph import Graph, Node
+from galvi.symbolic.graph_code import GraphCode
+from galvi.symbolic.lane_law import function_lines
+from galvi.symbolic.trace_check import Sample, States, check_slopes, check_values
+from galvi.symbolic.tracing import traced
+
+Function = Callable[..., Any]
+
+
+@dataclass(frozen=True, eq=False)
+class TracedTerm:
+    """A function of galvi.kernels.lanes.elementary that returns a list of d values.
+
+    lines      that define it
+    constants  its own, c[0], c[1], ...
+    sample     what the traced function returned at some states
+    """
+
+    lines: str
+    constants: tuple[float, ...]
+    sample: Sample
+
+    @property
+    def holds(self) -> bool:
+        """As of galvi.symbolic.traces."""
+        return self.sample.holds
+
+
+def traced_force(
+    force: Function, q: Array, v: Array, t: float, timed: bool, scales: Sequence[Array]
+) -> TracedTerm:
+    """``force(q, v, t, c)`` from a user's force of (q, v), or of (q, v, t) if ``timed``.
+
+    q, v, t  state near which it is checked
+    scales   (d,), (d,) lengths over which it changes with q and v
+
+    Raises `Untraceable`.
+    """
+    takes = "qvt" if timed else "qv"
+    states = States.near(q, v, t, scales)
+    nodes = traced(force, _symbols(q.size, takes), (q.size,))
+    return _term("force(q, v, t, c)", nodes, check_values(force, nodes, states, takes))
+
+
+def traced_gradient(
+    potential: Function, gradient: Function | None, q: Array, t: float, timed: bool, scale: Array
+) -> TracedTerm:
+    """``slopes(q, t, c)``, dV/dq, from a user's gradient, if given, else from the potential.
+
+    The user's functions take (q), or (q, t) if ``timed``; scale (d,) and others as for
+    `traced_force`. Raises `Untraceable`.
+    """
+    takes, scales = "qt" if timed else "q", (scale, np.zeros(q.size))
+    states = States.near(q, np.zeros(q.size), t, scales)
+    symbols = _symbols(q.size, takes)
+    if gradient is None:
+        (V,) = traced(potential, symbols, ())
+        sample, nodes = check_values(potential, [V], states, takes), derivatives(V, symbols[0])
+        check_slopes(V, nodes, (), states, scales)
+    else:
+        nodes = traced(gradient, symbols, (q.size,))
+        sample = check_values(gradient, nodes, states, takes)
+    return _term("slopes(q, t, c)", nodes, sample)
+
+
+def _symbols(d: int, takes: str) -> list[Any]:
+    graph = Graph()
+    return [graph.variables(name, *(() if name == "t" else (d,))) for name in takes]
+
+
+def _term(head: str, nodes: Sequence[Node], sample: Sample) -> TracedTerm:
+    printed = GraphCode()
+    return TracedTerm(
+        function_lines(head, *printed.written(nodes, POWER)), printed.constants, sample
+    )

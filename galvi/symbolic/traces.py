@@ -1,0 +1,77 @@
+"""What was found by tracing the functions of a system, kept as long as the system exists."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+from weakref import WeakKeyDictionary
+
+from galvi.symbolic.graph import Untraceable
+
+
+class Trace(Protocol):
+    """What was found by tracing one function or a few that belong together."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether the functions return at some states what they did when they were traced."""
+
+
+@dataclass(frozen=True, eq=False)
+class Traces:
+    """The traces of a system by what they are of: "L", "force" or "gradient".
+
+    found    name -> what was found
+    refused  name -> why nothing was
+    """
+
+    found: Mapping[str, Any]
+    refused: Mapping[str, str]
+
+    @property
+    def hold(self) -> bool:
+        """Whether each trace still is that of its functions."""
+        return all(trace.holds for trace in self.found.values())
+
+
+NONE = Traces({}, {})
+_FOUND: WeakKeyDictionary[Any, Traces] = WeakKeyDictionary()
+
+
+def traces(system: Any) -> Traces:
+    """The traces of a system; none where they were not sought."""
+    return _FOUND.get(system, NONE)
+
+
+def reasons(system: Any) -> str:
+    """Why functions of a system could not be traced; "" for none."""
+    return "; ".join(f"{name}: {reason}" for name, reason in traces(system).refused.items())
+
+
+def trace(
+    system: Any, finders: Callable[[], Mapping[str, Callable[[], Trace]]], anew: bool = False
+) -> None:
+    """Trace the functions of a system.
+
+    finders  returns what finds each trace, and may raise `Untraceable`
+    anew     do it again if what was found does not hold any more
+    """
+    known = _FOUND.get(system)
+    if known is not None and not (anew and not known.hold):
+        return
+    found: dict[str, Trace] = {}
+    refused: dict[str, str] = {}
+    for name, find in finders().items():
+        try:
+            found[name] = find()
+        except Untraceable as reason:
+            refused[name] = str(reason)
+    _FOUND[system] = Traces(found, refused)
+
+
+def refuse(system: Any, name: str, reason: str) -> None:
+    """Forget one of the traces of a system."""
+    known = traces(system)
+    found = {key: value for key, value in known.found.items() if key != name}
+    _FOUND[system] = Traces(found, {**known.refused, name: reason})
