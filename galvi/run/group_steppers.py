@@ -1,4 +1,4 @@
-"""The kernels for steps on a group: a general one, one for rigid bodies, and one for laws."""
+"""The kernels for steps on a group: a general one, and those for laws in lanes."""
 
 from __future__ import annotations
 
@@ -10,19 +10,16 @@ import numpy.typing as npt
 from galvi.checkpoint import Checkpoint
 from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.forces.lagrangian_derivatives import Law
-from galvi.kernels.lanes import body as packed_body
-from galvi.kernels.nystrom.solve import DIVERGED, NEWTON_STREAK
+from galvi.kernels.nystrom.solve import NEWTON_STREAK
 from galvi.kernels.on_group.advance import STREAK, advance_group, compiled_advance_group
 from galvi.kernels.on_group.stages import Basis
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
 from galvi.run.group_system import group_system
-from galvi.run.law_stepper import has_law, law_stepper
-from galvi.run.nystrom_steppers import aligned, collocation_tables, kernel_tableau
+from galvi.run.law_stepper import group_law_stepper, has_group_law, has_law, law_stepper
+from galvi.run.nystrom_steppers import kernel_tableau
 from galvi.run.run_arrays import RunArrays, run_plan
-from galvi.systems.potentials.uniform_gravity import UniformGravity
-from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import GroupSystem
 
 FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
@@ -64,21 +61,12 @@ def first_unknowns(method: Galerkin, dimension: int) -> npt.NDArray[np.int64]:
 
 
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
-    """Whether a packed kernel applies; on groups only these have fixed-point iteration."""
+    """Whether a kernel in lanes applies; on groups only these have fixed-point iteration."""
     table = method.table
-    square = table.psi.shape[0] == table.psi.shape[1] and float(np.min(table.b)) > 0.0
-    one_space = not hasattr(method.space, "degrees")
-    return square and one_space and (has_law(problem) or _is_packed_body(problem))
-
-
-def _is_packed_body(problem: Problem) -> bool:
-    system = problem.system
-    return (
-        isinstance(system, RigidBody)
-        and system.gradient is None
-        and system.force is None
-        and isinstance(system.potential, UniformGravity | None)
-    )
+    if hasattr(method.space, "degrees") or float(np.min(table.b)) <= 0.0:
+        return False
+    square = table.psi.shape[0] == table.psi.shape[1]
+    return has_group_law(problem) or (square and has_law(problem))
 
 
 def compiled_stepper(
@@ -88,7 +76,7 @@ def compiled_stepper(
     arguments = (problem, method, step, steps, start, work)
     if not solves_by_iteration(problem, method) or start.solver == "newton":
         return general_stepper(*arguments)
-    packed = (law_stepper if has_law(problem) else body_stepper)(*arguments, FINEST)
+    packed = (group_law_stepper if has_group_law(problem) else law_stepper)(*arguments, FINEST)
     general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:
@@ -103,36 +91,10 @@ def compiled_stepper(
             return code
         code = packed(todo)
         if code and start.solver == "fixed_point":
-            return code if has_law(problem) else DIVERGED  # a body's forces are finite
+            return code
         if code:
             work.solver_state[STREAK] = NEWTON_STREAK - 1
             code = by_newton(1)
         return code
-
-    return call
-
-
-def body_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
-    finest: float,
-) -> Call:  # fmt: skip
-    """A `Call` of the kernel for rigid bodies: does n more steps and returns its code."""
-    system, table = cast(RigidBody, problem.system), method.table
-    weight = cast(UniformGravity | None, system.potential)
-    chart, J = method.chart.number, system.inertia
-    force = np.zeros(6) if weight is None else weight.numbers
-    body = np.concatenate([np.linalg.inv(J).ravel(), J.ravel(), force[3:], np.zeros(12)])
-    kernel = packed_body.compiled_advance_body(chart, int(weight is not None))
-    charts, weights = (0,) * (1 + chart), (0,) * (1 + int(weight is not None))
-    tables = collocation_tables(table, step)
-    width, weights_in_space = tables[0].shape[1], force[:3].copy()
-    scratch, spare = aligned(36, width), aligned(6, width)
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
-
-    def call(todo: int) -> int:
-        return int(kernel(
-            charts, weights, tables, body, weights_in_space, plan, todo, work.progress, scratch,
-            spare, work.kept,
-        ))  # fmt: skip
 
     return call

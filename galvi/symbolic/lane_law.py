@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, cast
 
+import numpy as np
+
 from galvi.symbolic import code as symbolic_code
 from galvi.symbolic.code import POWER
 
@@ -18,12 +20,35 @@ pass_of_law = one_pass(law, {d})
 def law_pass_DIGEST(work, tables, constants, numbers):
     pass_of_law(work, tables, constants, numbers)
 """
+GROUP_PASS = """
+
+pass_of_law = group_pass(law, {layout}, {chart})
+
+
+def law_pass_DIGEST(work, tables, constants, numbers):
+    pass_of_law(work, tables, constants, numbers)
+"""
 
 
 def law_source(law: str, d: int) -> str:
     """The source of the pass of a law on R^d from the lines that define ``law``."""
     head = "from galvi.kernels.lanes.law_pass import one_pass\n"
     return symbolic_code.with_digest(head + law + PASS.format(d=d))
+
+
+def group_law_source(law: str, layout: Any, chart: int) -> str:
+    """The source of the pass of a law on a group from the lines that define ``law``.
+
+    layout, chart  of galvi.kernels.lie.product
+    """
+    head = "from galvi.kernels.lanes.group_pass import group_pass\n"
+    tail = GROUP_PASS.format(layout=np.asarray(layout).tolist(), chart=chart)
+    return symbolic_code.with_digest(head + law + tail)
+
+
+def built_in_law(name: str, *arguments: Any) -> str:
+    """The lines that define a law of galvi.kernels.lanes.laws, made with these arguments."""
+    return f"from galvi.kernels.lanes.laws import {name}\n\nlaw = {name}{arguments!r}\n"
 
 
 def compiled_law(source: str) -> Callable[..., Any]:

@@ -11,6 +11,7 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.groups.se3 import SE3
 from galvi.kernels.forces import lagrangian_derivatives
+from galvi.symbolic.lane_law import built_in_law
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.rigid_body import possible_inertia
 
@@ -72,3 +73,9 @@ class FreeBody:
         return LagrangianKernel(
             lagrangian_derivatives.LAW, lagrangian_derivatives.free_body, constants=constants
         )
+
+    @property
+    def group_law(self) -> tuple[str, Array] | None:
+        """The lines that define the law for lanes, see galvi.symbolic.lane_law; its constants."""
+        law = built_in_law("free_body", bool(np.any(self.g)))
+        return law, self.lagrangian_kernel().constants

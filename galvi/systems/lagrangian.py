@@ -189,6 +189,11 @@ class Lagrangian:
         powers = np.arange(TERMS)
         return lambda s: (s**powers @ terms_by_power).reshape(self.group.shape)
 
+    @property
+    def group_law(self) -> tuple[str, Array] | None:
+        """As `FreeBody.group_law`, of a function that brings one; None with a force."""
+        return getattr(self.function, "group_law", None) if self.force is None else None
+
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
         """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""
         return self._each(self._momentum, q, v, t)

@@ -12,7 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces.planar_chain import planar_chain
-from galvi.symbolic.lane_law import law_source
+from galvi.symbolic.lane_law import built_in_law, law_source
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +80,7 @@ class PlanarChain:
     def law(self) -> str:
         """Source of the law for lanes, see galvi.symbolic.lane_law."""
         n = self.masses.size
-        lines = f"from galvi.kernels.lanes.laws import planar_chain\n\nlaw = planar_chain({n})\n"
-        return law_source(lines, n)
+        return law_source(built_in_law("planar_chain", n), n)
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""

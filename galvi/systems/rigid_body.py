@@ -14,6 +14,7 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.groups.so3 import SO3
 from galvi.kernels.forces import lagrangian_derivatives
+from galvi.symbolic.lane_law import built_in_law
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
@@ -211,6 +212,14 @@ class RigidBody:
             compiled=compiled,
         )
         return with_force(field, self, 3)
+
+    @property
+    def group_law(self) -> tuple[str, Array] | None:
+        """As `FreeBody.group_law`; None with a force, or a potential other than UniformGravity."""
+        field = self.lagrangian_kernel() if self.force is None else None
+        if field is None or field.kind != lagrangian_derivatives.LAW:
+            return None
+        return built_in_law("rigid_body", self.potential is not None), field.constants
 
     @property
     def potential_calls_per_force(self) -> int:

@@ -8,9 +8,20 @@ from __future__ import annotations
 
 from itertools import zip_longest
 
-from numba.extending import register_jitable
+from numba.extending import overload, register_jitable
 
-generic = register_jitable(error_model="numpy", _nrt=False, forceinline=True)
+OPTIONS = {"error_model": "numpy", "_nrt": False, "forceinline": True}
+generic = register_jitable(**OPTIONS)
+
+
+def in_kernels(compiled):
+    """A decorator: kernels compile the Python function ``compiled`` for calls of the decorated."""
+
+    def mark(function):
+        overload(function, jit_options=OPTIONS, strict=False)(lambda *arguments: compiled)
+        return function
+
+    return mark
 
 
 @generic

@@ -4,7 +4,7 @@ With u = |xi|^2 and angles in radians, the rotation is about the axis xi / |xi|:
 
 LIMIT            angle at which the chart or its tangent map becomes singular
 FARTHEST         largest |xi| of a rotation within a step
-REACH_IN_LANES   largest |xi| for which the functions for lanes are accurate and lanes are used
+REACH_IN_LANES   largest |xi| for which functions of u are accurate in lanes, and lanes are used
 rotation(u)      (sine, cosine):  R = I + sine hat(xi) + cosine hat(xi)^2
 tangent(u)       ((a, b, c), (a1, b1, c1), (a2, b2, c2)):  R^T R' = hat(T xi'),
                  T = a I - b hat(xi) + c xi xi^T, with a1 = da/du, a2 = d^2a/du^2, and so on
@@ -16,7 +16,6 @@ from_quaternion(w, sine)   factor: xi = factor (x, y, z) for the unit quaternion
                  w >= 0 and sine = |(x, y, z)|
 angle(x)         the signed angle of a rotation of the plane with coordinate x
 coordinate(angle)          x, its inverse
-angle_slopes(x)  d angle/dx and d^2 angle/dx^2
-lane_tangent(u)  (a, b, c), and lane_inverse(u)  (k, d, dk/du, dd/du), for lanes and numbers;
-                 constants are numbers
+
+Those of u are for lanes, too; for these, constants are numbers.
 """
