@@ -89,7 +89,9 @@ def group_law_stepper(
     tables = np.concatenate(
         [moves, turns, Y[:, lanes], np.concatenate([Y * method.table.b, low], axis=1)]
     )
-    given = kicks, ahead, series, tables, growth, fit, read_only(method.table.c[lanes])
+    sums = np.zeros((s, width))
+    sums[:, :2] = kicks.T
+    given = read_only(sums), ahead, series, tables, growth, fit, read_only(method.table.c[lanes])
     scratch = aligned(rows_of_group_work(d), width)
     spare = aligned(14, max(width, s, *work.state.shape))
     numbers = np.zeros(3 * d + 4 + entries)

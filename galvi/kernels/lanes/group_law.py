@@ -20,7 +20,7 @@ constants     (c,)      constants of the law
 state, solver_state     as in galvi.kernels.on_group.advance; solver_state[3] is the number of
                         Legendre terms extrapolated
 tables, numbers, work   as in galvi.kernels.lanes.group_pass
-kicks         (2, s)    h b and its low part
+kicks         (s, P)    columns h b and its low part, then zeros
 ahead         (l s, P)  for r = 1 .. l: extrapolation of velocities that keeps r Legendre terms
 series        (s, P)    Legendre coefficients from stages, transposed
 growth        (l,)      Legendre polynomials at the next step's end
@@ -54,7 +54,8 @@ from galvi.kernels.lanes.group_pass import (
     XI,
     F,
 )
-from galvi.kernels.lanes.law import TABLES, TERMS, gather, terms_of
+from galvi.kernels.lanes.gravity import combine
+from galvi.kernels.lanes.law import AXES, TABLES, TERMS, gather, terms_of
 from galvi.kernels.lanes.nbody import RECONSIDER, copy_rows
 from galvi.kernels.lie import product
 from galvi.kernels.lie.chart_functions import REACHES
@@ -75,6 +76,7 @@ from galvi.kernels.nystrom.step import copy_into
 from galvi.kernels.on_group.scale import grow_scale
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
 
+SAMPLE = 3  # one in so many stages is looked at for the sizes
 PULLS = 2  # corrections of an initial guess by the chart's tangent map
 NEAR = 1e-4  # relative change of the stages below which the error of p0 is evaluated
 SURE = 3.0  # least ratio of the error of p0 to the last change for p0 to be corrected
@@ -107,7 +109,7 @@ def measure(layout, g, h, p0, work, numbers):
         moving, moment, way = 0.0, 0.0, 0.0
         for i in range(start, end):
             size = abs(p0[i])
-            for k in range(forces.shape[1]):
+            for k in range(0, forces.shape[1], SAMPLE):
                 size = max(size, abs(h * forces[i, k]))
                 if i >= turns:
                     way = max(way, abs(h * eta[i, k]))
@@ -123,24 +125,26 @@ def measure(layout, g, h, p0, work, numbers):
         start = end
 
 
-@jit_noalloc
-def end_defect(layout, chart, kicks, work, mu0, numbers, xi, kick, missing, room):
+@jit_inline
+def end_defect(layout, chart, kicks, stages, work, mu0, numbers, xi, kick, missing, room):
     """xi(1), the impulse h sum_k b_k n_k, and the error ``missing`` of p0; returns its size.
 
     In the frame of the step's start, p0 gives the final momentum Ad*^-1 T^-T (p0 + h sum_k b_k
-    f_k), which should be mu0 + h sum_k b_k n_k. All vectors are (d,), room is (3, d).
+    f_k), which should be mu0 + h sum_k b_k n_k. All vectors are (d,), room is (3, at least d).
     """
     d = mu0.size
-    eta, forces, impulses = work[rows(ETA, d)], work[rows(F, d)], work[rows(N, d)]
-    momentum, body, change = room[0], room[1], room[2]
-    for i in range(d):
-        place, force, push = 0.0, 0.0, 0.0
-        for part in (1, 0):
-            for j in range(kicks.shape[1]):
-                place += kicks[part, j] * eta[i, j]
-                force += kicks[part, j] * forces[i, j]
-                push += kicks[part, j] * impulses[i, j]
-        xi[i], kick[i], momentum[i] = place, push, numbers[i] + force
+    momentum, body, change, sums = room[0, :d], room[1, :d], room[2, :d], work[rows(REST, d)]
+    for block in (ETA, F, N):
+        values = work[rows(block, d)]
+        for i in range(d):
+            combine(AXES, kicks, 0, values, sums, i, stages, work.shape[1], 0)
+            total = sums[i, 1] + sums[i, 0]
+            if block == ETA:
+                xi[i] = total
+            elif block == F:
+                momentum[i] = numbers[i] + total
+            else:
+                kick[i] = total
     product.covector(layout, chart, xi, momentum, body)
     product.coadjoint_change(layout, chart, xi, body, change)
     size = 0.0
@@ -158,7 +162,7 @@ def relax(law, layout, chart, constants, tables, kicks, h, g, mu0, work, numbers
     The error of p0, in numbers, is known to about the last change of the stages, and each
     correction costs some passes: it is made when it exceeds SURE times that change, and at the end.
     """
-    d, stages = mu0.size, kicks.shape[1]
+    d, stages = mu0.size, kicks.shape[0]
     p0, V, forces = numbers[:d], work[rows(ETA, d)], work[rows(F, d)]
     near, least, size = NEAR, LEAST, 0.0
     reset_history(history)
@@ -176,7 +180,9 @@ def relax(law, layout, chart, constants, tables, kicks, h, g, mu0, work, numbers
         last, known = numbers[3 * d], False
         code = verdict(last, tolerance, history)
         if last <= near or code == SOLVED:
-            size = end_defect(layout, chart, kicks, work, mu0, numbers, xi, kick, missing, room)
+            size = end_defect(
+                layout, chart, kicks, stages, work, mu0, numbers, xi, kick, missing, room
+            )
             near, known = size / SURE, True
         if known and size > least and (code == SOLVED or near > last):
             for i in range(d):
@@ -263,7 +269,7 @@ def advance_group_law(law, layout, chart, constants, given, plan, todo, progress
     plan, kept = Plan(*plan), Kept(*kept)
     kicks, ahead, series, tables, growth, fit, c = given
     state, stages, solver_state, counts, _passage = progress
-    d, r, s, h = stages.shape[0], kept.q.shape[1], kicks.shape[1], plan.step
+    d, r, s, h = stages.shape[0], kept.q.shape[1], kicks.shape[0], plan.step
     velocity, before, eta = work[rows(VELOCITY, d)], work[rows(BEFORE, d)], work[rows(ETA, d)]
     times, factors = work[TIMES * d], work[TIMES * d + 1 :]
     history, sizes, room = spare[0], spare[1], spare[2:5, :d]

@@ -7,7 +7,7 @@ to its diagonal; zeros that do not depend on the state are the number 0.0. Rows 
 xi, eta, f, pi      (d, P) each: coordinates, rates, forces and momenta in the chart
 low_xi, low_pi      (d, P) each: what the low parts of the tables add to xi and pi
 before              (d, P)       not used here
-n, v, own, rest     (d, P) each: impulses, velocities T eta, momenta T^T mu, scratch
+n, v, mu, rest      (d, P) each: impulses, velocities T eta, dL/dv, scratch
 t                   (P,)         times
 factors             of the mass, as in galvi.kernels.lanes.law_pass
 
@@ -31,7 +31,7 @@ from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import DOUBLE, NOTHING, VECTOR, Lanes
 from galvi.kernels.lie.product import DIMENSION, ENTRIES, GROUPS, NUMBER
 
-XI, ETA, F, PI, LOW_XI, LOW_PI, BEFORE, N, VELOCITY, OWN, REST, TIMES = range(12)  # times d
+XI, ETA, F, PI, LOW_XI, LOW_PI, BEFORE, N, VELOCITY, MU, REST, TIMES = range(12)  # times d
 PASS, GUESS, PREPARE = 0, 1, 2  # parts: a pass; eta from velocities, and xi; a constant mass
 
 
@@ -147,7 +147,7 @@ class GroupPass(Pass):
         self.stored(lanes, f, F)
         self.stored(lanes, n, N)
         self.stored(lanes, velocity, VELOCITY)
-        self.stored(lanes, self.chart.apply("momentum", xi, mu), OWN)
+        self.stored(lanes, mu, MU)
         if not self.constant_mass:
             self.keep_factors(lanes, mass)
 
@@ -167,28 +167,43 @@ class GroupPass(Pass):
         return new
 
     def kick(self, lanes):
-        """pi from f, and what the momenta lack."""
+        """pi from f."""
         start = self.builder.mul(self.stages, self.row(2))
-        pi = self.moved_to(lanes, self.sums(lanes, LOW_PI, start, F), PI, 0, 2 * self.d)
-        own = self.loaded(lanes, OWN)
+        return self.moved_to(lanes, self.sums(lanes, LOW_PI, start, F), PI, 0, 2 * self.d)
+
+    def lack(self, lanes):
+        """What the momenta T^T mu lack."""
+        pi = self.kick(lanes)
+        own = self.chart.apply("momentum", self.loaded(lanes, XI), self.loaded(lanes, MU))
         self.stored(lanes, [pi[i] - own[i] for i in range(self.d)], REST)
 
-    def solve(self, lanes):
-        """The change of eta that the momenta ask for: T^-1 M^-1 T^-T rest."""
-        xi = self.loaded(lanes, XI)
-        x = self.chart.apply("covector", xi, self.loaded(lanes, REST))
+    def solved(self, lanes, xi, x):
+        """T^-1 M^-1 x."""
         L = {(i, j): self.factor(lanes, i, j) for i, j in self.below}
         for i, j in self.below:
             x[i] = x[i] - L[i, j] * x[j]
         x = [x[i] * self.factor(lanes, i, i) for i in range(self.d)]
         for i, j in reversed(self.below):
             x[j] = x[j] - L[i, j] * x[i]
-        self.stored(lanes, self.chart.apply("rate", xi, x), REST)
+        return self.chart.apply("rate", xi, x)
+
+    def turn(self, lanes):
+        """pi from f and eta by one Newton step, with as many points as coefficients."""
+        xi, mu, eta = (self.loaded(lanes, block) for block in (XI, MU, ETA))
+        asked = self.chart.apply("covector", xi, self.kick(lanes))
+        more = self.solved(lanes, xi, [asked[i] - mu[i] for i in range(self.d)])
+        self.stored(lanes, [eta[i] + more[i] for i in range(self.d)], ETA)
+
+    def solve(self, lanes):
+        """The change of eta that the momenta ask for."""
+        xi = self.loaded(lanes, XI)
+        asked = self.chart.apply("covector", xi, self.loaded(lanes, REST))
+        self.stored(lanes, self.solved(lanes, xi, asked), REST)
 
     def factor(self, lanes, i, j):
         return self.load(lanes, TIMES, 1 + i * (i + 1) // 2 + j)
 
-    def turn(self, lanes):
+    def add_rest(self, lanes):
         """eta by its change."""
         eta, more = self.loaded(lanes, ETA), self.loaded(lanes, REST)
         self.stored(lanes, [eta[i] + more[i] for i in range(self.d)], ETA)
@@ -241,11 +256,16 @@ class GroupPass(Pass):
 
     def one_pass(self):
         self.chunks(self.evaluate)
-        self.chunks(self.kick)
-        self.project(REST)
-        self.chunks(self.solve)
-        self.project(REST)
-        self.chunks(self.turn)
+        square = self.builder.icmp_unsigned("==", self.extra, self.row(0))
+        with self.builder.if_else(square) as (as_many, more):
+            with as_many:
+                self.chunks(self.turn)
+            with more:
+                self.chunks(self.lack)
+                self.project(REST)
+                self.chunks(self.solve)
+                self.project(REST)
+                self.chunks(self.add_rest)
         self.chunks(self.drift)
         self.builder.store(self.change(), self.place_of(0))
 
