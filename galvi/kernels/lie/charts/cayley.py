@@ -39,6 +39,12 @@ def inverse(u):
 
 
 @generic
+def inverse_slopes(u):
+    """dk/du and dd/du of T^-1."""
+    return 0.25, 0.0
+
+
+@generic
 def translation(u):
     """((e, f), (e1, f1), (e2, f2)) of V."""
     a = 1.0 / (1.0 + 0.25 * u)

@@ -89,6 +89,14 @@ def inverse(u):
 
 
 @generic
+def inverse_slopes(u):
+    """dk/du and dd/du of T^-1."""
+    _, c2, c3, c4, c5, c6, _ = stumpff(u)
+    d = 0.5 * (c3 - 2.0 * c4) / c2
+    return 0.0, (0.25 * (5.0 * c5 - c4 - 8.0 * c6) - 0.5 * d * (2.0 * c4 - c3)) / c2
+
+
+@generic
 def translation(u):
     """((e, f), (e1, f1), (e2, f2)) of V."""
     (_, b, c), (_, b1, c1), (_, b2, c2) = tangent(u)
