@@ -10,6 +10,7 @@ Array = npt.NDArray[np.float64]
 
 def read_only(array: Array) -> Array:
     """The same array, C-contiguous and not writeable."""
-    array = np.ascontiguousarray(array) if array.ndim else array
+    if array.ndim and not array.flags.c_contiguous:
+        array = np.ascontiguousarray(array)
     array.setflags(write=False)
     return array

@@ -9,10 +9,7 @@ import numpy.typing as npt
 
 from galvi.arrays import Array, read_only
 
-
-def nothing() -> Array:
-    """The empty array (0,)."""
-    return read_only(np.zeros(0))
+NOTHING = read_only(np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +38,8 @@ class Checkpoint:
     tolerance: float
     save_every: int = 1
     curves: bool | None = None
-    energies: Array = field(default_factory=nothing)
-    passage: Array = field(default_factory=nothing)
+    energies: Array = field(default_factory=lambda: NOTHING)
+    passage: Array = field(default_factory=lambda: NOTHING)
 
     @property
     def keeps_curves(self) -> bool:

@@ -20,6 +20,8 @@ def whole(name: str, value: Any, at_least: int = 1, at_most: int | None = None) 
     at_most  None: LARGEST, which the message states only when it is exceeded
     """
     most = LARGEST if at_most is None else at_most
+    if type(value) is int and at_least <= value <= most:
+        return value
     numbers = (int, float, np.integer, np.floating)
     is_number = isinstance(value, numbers) and not isinstance(value, bool)
     number = int(value) if is_number and (isinstance(value, int) or math.isfinite(value)) else None
@@ -36,6 +38,8 @@ def whole(name: str, value: Any, at_least: int = 1, at_most: int | None = None) 
 
 def real(name: str, value: Any, remedy: str = "") -> float:
     """``value`` as a finite float, or ValueError."""
+    if type(value) is float and math.isfinite(value):
+        return value
     number = float("nan")
     if np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf":
         number = float(value)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
 from galvi import input_checks
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
@@ -84,12 +85,12 @@ class Problem:
 
     starting_at = with_initial_state  # the old name, kept for one version
 
-    @property
+    @cached_property
     def p0(self) -> Array:
         """Conjugate momentum at t0, dL/dv(q0, v0), shape of v0."""
         if isinstance(self.system, Lagrangian):
-            return self.system.momentum(self.v0, self.q0, self.t0)
-        return self.system.momentum(self.v0)
+            return read_only(self.system.momentum(self.v0, self.q0, self.t0))
+        return read_only(self.system.momentum(self.v0))
 
     def __repr__(self) -> str:
         return f"Problem({self.name or type(self.system).__name__!r}, q0 of shape {self.q0.shape})"

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import eigh
 
 from galvi.analysis.friedrichs import Z0
 from galvi.arrays import Array
@@ -65,6 +64,8 @@ def norms(space: Space, rule: Rule) -> Norms | None:
 
 def _norms(space: Space, rule: Rule, functions: int) -> Norms | None:
     """The constants for the span of the first ``functions`` basis functions."""
+    from scipy.linalg import eigh  # with SciPy's other parts, a quarter of galvi's import
+
     fine = _fine(getattr(space, "pieces", 1))
     phi, end = (space.basis(t)[:, :functions] for t in (rule.nodes, np.ones(1)))
     slope, true = (space.derivative(t)[:, :functions] for t in (rule.nodes, fine[0]))

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from galvi.arrays import Array
 from galvi.groups.se3 import SE3
 from galvi.groups.so3 import SO3
 from galvi.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 
 def rotations(run: Trajectory, t: Any = None) -> Rotation:
@@ -26,6 +28,8 @@ def rotations(run: Trajectory, t: Any = None) -> Rotation:
             "the run failed, and its states past the failure are NaN; take them out first, e.g. "
             "with t up to the failed step."
         )
+    from scipy.spatial.transform import Rotation  # a fifth of galvi's import
+
     return Rotation.from_matrix(R)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from galvi import input_checks
 from galvi.problem import Problem
@@ -22,6 +21,8 @@ def heavy_top(spin: float = 8.0, tilt: float = 0.5) -> Problem:
     rate, angle = input_checks.real("spin", spin), input_checks.real("tilt", tilt)
     if not 0.0 < angle < np.pi:
         raise ValueError(f"tilt must be between 0 and pi radians; received {tilt!r}.")
+    from scipy.spatial.transform import Rotation  # a fifth of galvi's import
+
     return Problem(
         system=RigidBody((1.5, 1.5, 0.5), UniformGravity(1.0, (0.0, 0.0, 1.0), 2.0)),
         q0=Rotation.from_euler("x", angle).as_matrix(),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from galvi import input_checks
 from galvi.problem import Problem
@@ -22,6 +21,8 @@ def spherical_pendulum(angle: float = 1.0, rate: float = 0.5) -> Problem:
     theta, turning = input_checks.real("angle", angle), input_checks.real("rate", rate)
     if not 0.0 < theta < np.pi:
         raise ValueError(f"angle must be between 0 and pi radians; received {angle!r}.")
+    from scipy.spatial.transform import Rotation  # a fifth of galvi's import
+
     R = Rotation.from_euler("y", theta).as_matrix() @ np.diag([1.0, -1.0, -1.0])
     rod = R[:, 2]
     sideways = np.cross(rod, np.cross([0.0, 0.0, turning], rod))

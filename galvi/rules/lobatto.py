@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import roots_jacobi
 
 from galvi.extended_precision import decimals, extended_precision
 from galvi.rules.rule import Rule, from_interval, number_of_points
@@ -23,6 +22,8 @@ def lobatto(points: int) -> Rule:
 
 @lru_cache(maxsize=256)
 def _lobatto(points: int) -> Rule:
+    from scipy.special import roots_jacobi
+
     n = points - 1
     with extended_precision():
         x = decimals(roots_jacobi(n - 1, 1.0, 1.0)[0] if n > 1 else [])

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import roots_jacobi
 
 from galvi.extended_precision import decimals, extended_precision
 from galvi.rules.rule import Rule, from_interval, number_of_points
@@ -27,6 +26,8 @@ def radau(points: int, left: bool = False) -> Rule:
 
 @lru_cache(maxsize=256)
 def _radau(n: int, left: bool) -> Rule:
+    from scipy.special import roots_jacobi
+
     with extended_precision():
         x = decimals(roots_jacobi(n - 1, 0.0, 1.0)[0] if n > 1 else [])
         for _ in range(3):  # Newton on (P_{n-1} + P_n) / (1 + x): 16, 32, 64 digits

@@ -1,15 +1,13 @@
-"""The loop around a compiled kernel: about 0.1 s of steps per call, with progress and Ctrl-C."""
+"""The loop around a compiled kernel: about 0.1 s of steps per call, so that it can be stopped."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import nullcontext
 from typing import Protocol
 
 from tqdm import tqdm
-
-from galvi.run.interruption import defer_interrupts
 
 CALL_SECONDS = 0.1
 GROWTH = 64.0  # largest ratio of the number of steps in a call to that in the call before
@@ -29,22 +27,17 @@ def step_in_batches(
     work: Progress,
     steps: int,
     progress: bool | None,
-    interrupted: Callable[[], bool] | None = None,
+    stopped: Callable[[], bool] = lambda: False,
 ) -> int:
-    """Do ``steps`` steps; returns the code of the last call, 0 if all are done or on interruption.
+    """Do ``steps`` steps; returns the code of the last call, 0 if all are done or it was stopped.
 
-    call         (n) does n steps and returns 0, or the code of the step that failed
-    recover      (code) retries that step in another way and returns its code
-    interrupted  returns whether to stop; None: Ctrl-C stops the run
-
-    Raises KeyboardInterrupt if Ctrl-C was pressed but by then all steps were done or one failed:
-    such a run would not be marked as interrupted.
+    call     (n) does n steps and returns 0, or the code of the step that failed
+    recover  (code) retries that step in another way and returns its code
+    stopped  returns whether to stop
     """
     code, chunk = 0, 1
-    with defer_interrupts() as pressed, ExitStack() as stack:
-        # A bar makes a multiprocessing semaphore, which a killed process would leave behind.
-        bar = stack.enter_context(tqdm(total=steps, unit="step")) if progress else None
-        stopped = interrupted or pressed
+    # A bar makes a multiprocessing semaphore, which a killed process would leave behind.
+    with tqdm(total=steps, unit="step") if progress else nullcontext() as bar:
         while code == 0 and work.done < steps and not stopped():
             before, clock = work.done, time.perf_counter()
             code = call(min(chunk, steps - before))
@@ -54,6 +47,4 @@ def step_in_batches(
                 bar.update(work.done - before)
             more = 0.5 * CALL_SECONDS / max(time.perf_counter() - clock, 1e-9)
             chunk = max(1, int((work.done - before) * min(max(more, 0.5), GROWTH)))
-        if pressed() and (code or work.done == steps):
-            raise KeyboardInterrupt
     return code

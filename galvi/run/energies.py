@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-from dataclasses import dataclass
-from typing import Any, cast
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import lru_cache
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from galvi.arrays import Array
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.spaces.legendre import legendre
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
@@ -24,10 +24,10 @@ CLOSE = 0.03  # relative error of a momentum; that of the energy is of the order
 # Relative changes of a position whose effect on the energy is not an error: the larger one at rest,
 # where V may be 0 and a motion grows from round-off.
 NUDGE, NUDGE_AT_REST = 2.0**-46, 2.0**-26
+Raised = dict[int, Exception]  # by row of the states
 
 
-@dataclass(frozen=True, eq=False)
-class States:
+class States(NamedTuple):
     """n states of one run.
 
     steps  (n,) whole numbers of the steps since the problem's start, increasing
@@ -54,30 +54,32 @@ def conserves_energy(system: Any) -> bool:
 
 def velocities_at_the_end(method: Galerkin, stages: Array) -> Array:
     """Velocities (..., d) at the end of steps from those at their stages (..., d, s)."""
-    table = method.table
-    result: Array = stages @ (legendre(np.ones(1), table.c.size - 1)[0] @ table.analysis)
+    result: Array = stages @ method.table.analysis.sum(axis=0)  # Legendre polynomials are 1 at 1
     return result
 
 
-def energies(problem: Problem, states: States, sharp: bool = False) -> tuple[Array, Array]:
+def energies(
+    problem: Problem, states: States, sharp: bool = False, raised: Raised | None = None
+) -> tuple[Array, Array]:
     """T and V, (n,) each; NaN where they are not defined.
 
-    sharp  solves for a Lagrangian's velocities, instead of taking those given where they nearly
-           have the momentum: the energy p . v - L(q, v) is stationary in v where dL/dv = p
+    sharp   solves for a Lagrangian's velocities, instead of taking those given where they nearly
+            have the momentum: the energy p . v - L(q, v) is stationary in v where dL/dv = p
+    raised  receives what the user's functions raised, NaN there; None: it passes through. An
+            arithmetic or a value error means that the energy is not defined
 
     A Lagrangian's V is -L(q, 0), its energy at rest; where that is not finite, T is p . v.
     """
     system: Any = problem.system
-    with np.errstate(all="ignore"):
-        if isinstance(system, Lagrangian):
-            if isinstance(system.function, BuiltinLagrangian) and not sharp:
-                return _of_builtin(system, states)
-            return _one_by_one(system, states, sharp)
-        p = states.p.reshape(len(states.t), -1)
-        v = system.velocity(states.p).reshape(len(states.t), -1)
-        return 0.5 * np.sum(p * v, axis=1), _potential(system, states.q, states.t)
+    if isinstance(system, Lagrangian):
+        if system.builtin is not None and not sharp:
+            return _of_builtin(system, states)
+        return _one_by_one(system, states, sharp, raised)
+    twice = (states.p * system.velocity(states.p)).reshape(len(states.t), -1).sum(axis=1)
+    return 0.5 * twice, _potential(system, states, raised)
 
 
+@lru_cache(maxsize=32)
 def start_energies(problem: Problem) -> tuple[float, float]:
     """T and V at the start."""
     (kinetic,), (potential,) = energies(problem, _start(problem, 1.0))
@@ -103,7 +105,7 @@ def kick_energy(problem: Problem, step: float) -> float:
     system: Any = problem.system
     q, v, t = problem.q0, problem.v0, problem.t0
     energy = np.nan
-    with np.errstate(all="ignore"), suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
+    with suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
         if isinstance(system, Lagrangian):
             force = system.force_at_rest(q, t)
             rate = np.linalg.solve(system.mass(q, v, t), force)
@@ -129,20 +131,27 @@ def _start(problem: Problem, scale: float) -> States:
 
 def _of_builtin(system: Lagrangian, states: States) -> tuple[Array, Array]:
     """As ``_one_by_one``, at all states at once where the velocities belong to the momenta."""
-    function = cast(BuiltinLagrangian, system.function)
-    value, momenta = function.at_states(states.q, states.v, states.t)
-    rest = -function.at_states(states.q, np.zeros_like(states.v), states.t)[0]
-    size = np.max(np.abs(states.p), axis=1)
-    near = np.max(np.abs(momenta - states.p), axis=1) <= CLOSE * size
-    if not (np.all(near) and np.all(np.isfinite(rest))):
-        return _one_by_one(system, states, False)
-    return np.sum(states.p * states.v, axis=1) - value - rest, rest
+    function = cast(BuiltinLagrangian, system.builtin)
+    n, v = len(states.t), np.concatenate([states.v, np.zeros_like(states.v)])
+    values, momenta = function.at_states(
+        np.concatenate([states.q] * 2), v, np.concatenate([states.t] * 2)
+    )
+    value, momenta, rest = values[:n], momenta[:n], -values[n:]
+    near = np.abs(momenta - states.p).max(axis=1) <= CLOSE * np.abs(states.p).max(axis=1)
+    if not (near.all() and np.isfinite(rest).all()):
+        return _one_by_one(system, states, False, None)
+    return (states.p * states.v).sum(axis=1) - value - rest, rest
 
 
-def _one_by_one(system: Lagrangian, states: States, sharp: bool) -> tuple[Array, Array]:
+def _one_by_one(
+    system: Lagrangian, states: States, sharp: bool, raised: Raised | None
+) -> tuple[Array, Array]:
+    result = np.full((2, len(states.t)), np.nan)
     rows = zip(states.q, states.p, states.v, states.t, strict=True)
-    pairs = [_of_lagrangian(system, q, p, v, float(t), sharp) for q, p, v, t in rows]
-    return cast(tuple[Array, Array], tuple(np.array(pairs, dtype=np.float64).T))
+    for k, (q, p, v, t) in enumerate(rows):
+        with _noting(raised, k):
+            result[:, k] = _of_lagrangian(system, q, p, v, float(t), sharp)
+    return result[0], result[1]
 
 
 def _of_lagrangian(
@@ -167,13 +176,23 @@ def _belong(system: Lagrangian, q: Array, p: Array, v: Array, t: float) -> bool:
     return False
 
 
-def _potential(system: Any, q: Array, t: Array) -> Array:
-    """V of each state; NaN where a user's function raises an arithmetic or a value error."""
+def _potential(system: Any, states: States, raised: Raised | None) -> Array:
     system = cast(VectorSystem, system)
-    with suppress(ArithmeticError, ValueError):
-        return np.asarray(system.potential_energy(q, t), dtype=np.float64)
-    result = np.full(len(q), np.nan)
-    for k in range(len(q)):
-        with suppress(ArithmeticError, ValueError):
-            result[k] = system.potential_energy(q[k], t[k])
+    with suppress(Exception):  # what is raised here is raised again below, state by state
+        return np.asarray(system.potential_energy(states.q, states.t), dtype=np.float64)
+    result = np.full(len(states.t), np.nan)
+    for k, (q, t) in enumerate(zip(states.q, states.t, strict=True)):
+        with _noting(raised, k), suppress(ArithmeticError, ValueError):
+            result[k] = system.potential_energy(q, t)
     return result
+
+
+@contextmanager
+def _noting(raised: Raised | None, row: int) -> Iterator[None]:
+    """Keeps an exception within as ``raised[row]``; None lets it pass."""
+    try:
+        yield
+    except Exception as error:
+        if raised is None:
+            raise
+        raised[row] = error

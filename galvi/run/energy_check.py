@@ -15,16 +15,17 @@ before that. An error that comes and goes between two of these steps is not seen
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Any
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.checkpoint import Checkpoint, nothing
+from galvi.checkpoint import NOTHING, Checkpoint
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.energies import (
+    Raised,
     States,
     conserves_energy,
     energies,
@@ -43,8 +44,7 @@ ROUND_OFF = 2.0**-40  # share of |T| + |V| that is not an error
 LOWEST, HIGHEST, MEASURE, WORST = range(4)
 
 
-@dataclass(frozen=True, eq=False)
-class Judgement:
+class Judgement(NamedTuple):
     """What the energies say of a run.
 
     error     largest error of the energy so far, over its measure
@@ -54,46 +54,78 @@ class Judgement:
               step is ruined
     energies  (4,) of the steps so far, for `Checkpoint`: least and greatest potential energy,
               measure, largest error
+    unjudged  why the energy of some steps is not known, as a clause; "" where that of all is
     """
 
     error: float = 0.0
     measure: float = 0.0
     ruined: int | None = None
     unknown: bool = False
-    energies: Array = field(default_factory=nothing)
+    energies: Array = NOTHING
+    unjudged: str = ""
 
 
+@np.errstate(all="ignore")
 def judge(
     engine: Engine, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
     work: RunArrays,
 ) -> Judgement:  # fmt: skip
-    """The judgement of a run so far; nothing of a system that does not conserve its energy."""
+    """The judgement of a run so far; nothing of a system that does not conserve its energy.
+
+    Steps at which the user's functions raise are left out, and ``unjudged`` names the first one.
+    """
     if work.done == 0 or work.watch == NEVER or not conserves_energy(problem.system):
         return Judgement(energies=start.energies)
     seen = _seen(engine, problem, method, step, start, work)
-    kinetic, potential = start_energies(problem)
+    try:
+        kinetic, potential = start_energies(problem)
+    except Exception as error:
+        return Judgement(energies=start.energies, unjudged=_raised(error, 0))
     so_far = start.energies
     if so_far.size == 0:
         so_far = np.array([potential, potential, abs(kinetic), 0.0])
     known = (kinetic + potential, abs(kinetic))
-    found = judgement(seen.steps, *energies(problem, seen), *known, so_far)
+
+    def judged(sharp: bool, *limits: float) -> Judgement:
+        raised: Raised = {}
+        both = energies(problem, seen, sharp, raised)
+        told = np.array([k for k in range(len(seen.steps)) if k not in raised], dtype=np.int64)
+        found = Judgement(energies=start.energies)
+        if told.size:
+            steps, kinetic, potential = (each[told] for each in (seen.steps, *both))
+            found = judgement(steps, kinetic, potential, *known, so_far, *limits)
+        if raised:
+            first = min(raised)
+            step = int(seen.steps[first]) - start.first
+            found = found._replace(unjudged=_raised(raised[first], step))
+        return found
+
+    found = judged(False)
     if found.error <= SMALL and not found.unknown:
         return found
-    floor, kick = noise(problem), kick_energy(problem, step)
-    found = judgement(seen.steps, *energies(problem, seen, sharp=True), *known, so_far, floor, kick)
+    try:
+        floor, kick = noise(problem), kick_energy(problem, step)
+    except Exception as error:
+        return Judgement(energies=start.energies, unjudged=_raised(error, 0))
+    found = judged(True, floor, kick)
     if found.ruined is None or found.ruined <= start.first:
         return found
     kept = _kept_before(engine, problem, method, step, start, work, found.ruined, seen)
     if len(kept.steps) == 0:
         return found
     limit = max(found.measure, floor)
-    off = np.abs(np.sum(energies(problem, kept, sharp=True), axis=0) - known[0])
+    off = np.abs(np.sum(energies(problem, kept, sharp=True, raised={}), axis=0) - known[0])
     first = kept.steps[off > limit]
     earliest = int(first[0]) if first.size else found.ruined
-    return replace(found, ruined=earliest)
+    return found._replace(ruined=earliest)
 
 
-@np.errstate(all="ignore")
+def _raised(error: Exception, step: int) -> str:
+    reason = " ".join(str(error).split())
+    kind = type(error).__name__
+    return f"at step {step}, where it raised {kind}{': ' if reason else ''}{reason}"
+
+
 def judgement(
     steps: Array, kinetic: Array, potential: Array, energy: float, kinetic_at_start: float,
     so_far: Array, floor: float = 0.0, kick: float = 0.0,
@@ -104,32 +136,37 @@ def judgement(
     floor   errors up to which are round-off
     kick    kinetic energy that the force at the start gives in a step
     """
+    lowest, highest, measure, worst = so_far.tolist()
     error = np.abs(kinetic + potential - energy)
-    limits = np.maximum(floor, ROUND_OFF * (np.abs(kinetic) + np.abs(potential)))
-    unknown = bool(np.any(np.isnan(error)))
-    error = np.where(error <= limits, 0.0, error)
-    lowest = np.fmin.accumulate(np.fmin(potential, so_far[LOWEST]))
-    highest = np.fmax.accumulate(np.fmax(potential, so_far[HIGHEST]))
-    measures = np.fmax(highest - lowest, kinetic_at_start)
-    good = error <= SMALL * measures
-    measure = float(so_far[MEASURE])
-    if np.all(good & (error <= np.concatenate([[measure], measures[:-1]]))):
-        measure = max(measure, float(measures[-1]))
+    largest = float(np.maximum.reduce(error))  # NaN where an energy is unknown
+    if largest <= min(measure, SMALL * max(highest - lowest, kinetic_at_start)):
+        lowest = min(lowest, float(np.minimum.reduce(potential)))
+        highest = max(highest, float(np.maximum.reduce(potential)))
+        measure = max(measure, highest - lowest, kinetic_at_start)
     else:
-        for k in np.flatnonzero(good):
+        limits = np.maximum(floor, ROUND_OFF * (np.abs(kinetic) + np.abs(potential)))
+        error = np.where(error <= limits, 0.0, error)
+        lows = np.fmin.accumulate(np.fmin(potential, lowest))
+        highs = np.fmax.accumulate(np.fmax(potential, highest))
+        measures = np.fmax(highs - lows, kinetic_at_start)
+        for k in np.flatnonzero(error <= SMALL * measures):
             if error[k] <= measure or measure <= limits[k]:
                 measure = max(measure, float(measures[k]))
+        lowest, highest = float(lows[-1]), float(highs[-1])
+        largest = float(np.maximum.reduce(error))
     record = measure
     if measure <= kinetic_at_start <= REST * kick:
         measure = kick
-    worst = float(np.fmax(np.fmax.reduce(error), so_far[WORST]))
-    ruined = steps[(error > measure) | (np.isnan(error) & np.isfinite(energy))]
-    first = int(ruined[0]) if ruined.size else None
-    if so_far[WORST] > measure:
+    first = None
+    if not largest <= measure:
+        ruined = steps[(error > measure) | (np.isnan(error) & np.isfinite(energy))]
+        first = int(ruined[0]) if ruined.size else None
+    if worst > measure:
         first = 0
+    worst = largest if largest > worst else float(np.fmax(np.fmax.reduce(error), worst))
     share = 0.0 if worst == 0.0 else worst / measure if measure > 0.0 else np.inf
-    kept = read_only(np.array([lowest[-1], highest[-1], record, worst]))
-    return Judgement(share, measure, first, unknown, kept)
+    kept = read_only(np.array([lowest, highest, record, worst]))
+    return Judgement(share, measure, first, math.isnan(largest), kept)
 
 
 def _seen(
@@ -138,18 +175,17 @@ def _seen(
 ) -> States:  # fmt: skip
     """The watched states and the last one."""
     last = start.first + work.done
-    rows = (last >> work.watch) - (start.first >> work.watch)
-    steps = ((start.first >> work.watch) + 1 + np.arange(rows)) << work.watch
-    r, d, s = problem.q0.size, problem.v0.size, method.stages
-    seen = work.seen[:rows]
-    if rows == 0 or steps[-1] != last:
+    first, end = (start.first >> work.watch) + 1, (last >> work.watch) + 1
+    steps, r, d = np.arange(first, end) << work.watch, problem.q0.size, problem.v0.size
+    seen = work.seen[: end - first]
+    if end == first or (end - 1) << work.watch != last:
         steps = np.append(steps, last)
         state = [work.state[0, :r], work.state[engine.velocity_row, :d], work.stages.ravel()]
         seen = np.vstack([seen, np.concatenate(state)[: seen.shape[1]]])
-    q, v, stages = np.split(seen, (r, r + d), axis=1)
-    stages = stages.reshape(len(steps), d, s) if _has_stages(problem) else stages
-    near = velocities_at_the_end(method, stages) if _has_stages(problem) else np.zeros((0, 0))
-    return _states(engine, problem, step, steps, q, v, near)
+    near = seen[:, r + d :]
+    if _has_stages(problem):
+        near = velocities_at_the_end(method, near.reshape(len(steps), d, method.stages))
+    return _states(engine, problem, step, steps, seen[:, :r], seen[:, r : r + d], near)
 
 
 def _kept_before(

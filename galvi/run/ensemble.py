@@ -21,7 +21,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
 from galvi.run.integrate import number_of_steps, prepared
-from galvi.run.interruption import defer_interrupts
+from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.run_arrays import check_memory
 from galvi.trajectory import Trajectory
 
@@ -49,7 +49,8 @@ def integrate_many(
 
     Returns the runs in the order of the problems, bit-identical to single runs for any number of
     threads. A failed run is returned like any other and does not stop the rest; Ctrl-C stops all of
-    them, and each can be resumed. If any problem has plain Python functions, the runs are done one
+    them, and each can be resumed, or raises KeyboardInterrupt, whose attribute ``run`` is the tuple
+    of runs, when all were done. If any problem has plain Python functions, the runs are done one
     after another: compile such functions with ``numba.njit``.
 
     Raises ValueError or TypeError for bad input before any run starts; exceptions of user functions
@@ -120,7 +121,7 @@ def _all_of(
                     stopped = True
                     raise
         if pressed() and not any(run.interrupted for run in results):
-            raise KeyboardInterrupt
+            raise Interrupted(results)
     return results
 
 

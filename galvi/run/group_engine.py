@@ -29,7 +29,7 @@ from galvi.systems.system import GroupSystem
 
 SUBSTEPS = (4, 16, 64)
 PATH = 33  # times per step at which its rotation is tracked
-NEAR_LIMIT = 0.8  # share of a chart's limit beyond which a failed step is reported as leaving it
+NEAR_LIMIT = 0.8  # share of a chart's limit beyond which it is named beside a failed step
 FAR = 1e100  # largest velocity times step whose square is safe from overflow
 
 
@@ -53,7 +53,9 @@ def _start(problem: Problem, stages: int) -> Start:
 
 def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:
     """The same velocity at all stages, and the solver_state that marks it as a guess."""
-    return np.repeat(v[:, None], stages, axis=1), np.array([GUESS, 0, 0, 0], dtype=np.int64)
+    same = np.empty((v.size, stages))
+    same[:] = v[:, None]
+    return same, np.array([GUESS, 0, 0, 0], dtype=np.int64)
 
 
 def rates_from_substeps(
@@ -112,10 +114,12 @@ def _failure(
             f", or chart=galvi.{type(farther).__name__}(), which ends at {farther.limit / np.pi:g} "
             f"pi"
         )  # fmt: skip
+        what = f"the step turns by {turn:.4g} radians, and "
+        if code != LEFT_CHART and turn < limit:
+            what = f"Newton's method did not solve a step that turns by {turn:.4g} radians, where "
         return (
-            f"the step turns by {turn:.4g} radians, and the chart {type(method.chart).__name__} "
-            f"ends at {limit:.4g}. Use a step of at most "
-            f"{0.5 * abs(step) * limit / turn:.2g}{other}."
+            f"{what}the chart {type(method.chart).__name__} ends at {limit:.4g}. Use a step of at "
+            f"most {0.5 * abs(step) * limit / turn:.2g}{other}."
         )
     if code == NOT_FINITE:
         return (

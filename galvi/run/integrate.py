@@ -54,16 +54,19 @@ def integrate(
     save_every  k keeps steps 0, k, 2 k, ... and the last
     curves      keep every step's Galerkin curve; None: only when save_every is 1
     solver      "auto", "fixed_point" or "newton"; on groups, "fixed_point" only for a RigidBody
-                without a force, free or in UniformGravity, and on Rn for a PlanarChain or a SymPy
-                Lagrangian without a force, with as many points as the degree
+                without a force, free or in UniformGravity, with as many points as the degree, and
+                on Rn for a PlanarChain or a SymPy Lagrangian, and for a Canonical system with a
+                built-in potential, where forces come from SymPy or are a RotorDrag
     tolerance   change relative to |q| at which a step's iteration stops; None: round-off
     progress    True shows a progress bar
 
     Returns a Trajectory, also when a step fails (see ``success`` and ``status``) or Ctrl-C stops
     the run. A run whose conserved energy is ruined goes on to its end and keeps its states, but is
     no success; one whose energy, or some passage of two point masses, is doubtful is a success
-    whose status says so. Raises ValueError or TypeError for bad input before the first step;
-    exceptions of user functions pass through.
+    whose status says so; so does that of one whose energy a user's function cannot tell, as it
+    raises. Raises ValueError or TypeError for bad input before the first step; exceptions of user
+    functions in a step pass through. Ctrl-C after the last step, or one that failed, raises
+    KeyboardInterrupt, whose attribute ``run`` is the trajectory.
     """
     run = prepared(
         problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
@@ -117,10 +120,10 @@ def prepared(
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
             f"with a group, an external force or a degree for each component, the solver "
-            f"fixed_point is for a RigidBody without a force, free or in UniformGravity, and for a "
-            f"PlanarChain or a SymPy Lagrangian without a force, with as many points as the "
-            f"degree; received {problem!r} with {method.name}. Use the "
-            f"solver auto."
+            f"fixed_point is for a RigidBody without a force, free or in UniformGravity, with as "
+            f"many points as the degree, and for a PlanarChain, a SymPy Lagrangian or a built-in "
+            f"potential with forces from SymPy or a RotorDrag; received {problem!r} with "
+            f"{method.name}. Use the solver auto."
         )
     _check_functions(problem)
     begin = engine.start(problem, method.stages)

@@ -18,26 +18,47 @@ from galvi.kernels.lanes.law_pass import rows_of_work
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
-from galvi.run.nystrom_steppers import aligned, collocation_tables
+from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
 from galvi.run.run_arrays import RunArrays, run_plan
-from galvi.symbolic.lane_law import compiled_law, group_law_source
-from galvi.systems.builtin_lagrangian import BuiltinLagrangian
-from galvi.systems.lagrangian import Lagrangian
-from galvi.systems.system import GroupSystem
+from galvi.symbolic.lane_law import compiled_group_law, compiled_law
+from galvi.systems.canonical import Canonical
+from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.tableau import Tableau
+
+
+@lru_cache(maxsize=32)
+def lane_law(system: Any, d: int) -> tuple[str, Array] | None:
+    """The lines and constants of the law for lanes of a system of d coordinates, or None."""
+    whole = CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system
+    on_space = isinstance(getattr(whole, "group", None), Rn)
+    return cast(tuple[str, Array] | None, getattr(whole, "lane_law", None)) if on_space else None
 
 
 def has_law(problem: Problem) -> bool:
     """Whether the problem's system has a law for lanes."""
-    system = problem.system
-    return (
-        isinstance(system, Lagrangian)
-        and isinstance(system.group, Rn)
-        and system.slopes is None
-        and system.force is None
-        and isinstance(system.function, BuiltinLagrangian)
-        and bool(system.function.law)
-    )
+    return lane_law(cast(Any, problem.system), problem.q0.size) is not None
+
+
+@lru_cache(maxsize=32)
+def _compiled(system: Any, d: int) -> tuple[Any, Array]:
+    """The address of the system's law, and its constants."""
+    found = lane_law(system, d)
+    assert found is not None
+    lines, constants = found
+    return addresses((compiled_law(lines, d), PASS_TYPE)), constants
+
+
+@lru_cache(maxsize=32)
+def law_tables(table: Tableau, step: float) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.law."""
+    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
+    (s, m), lanes = table.slope.shape, stages_in_lanes(table.c.size)
+    complement = np.zeros((0, lanes.size))
+    if s > m:
+        complement = np.ascontiguousarray((np.eye(s) - table.slope @ table.projection)[lanes].T)
+        ahead = read_only(ahead - ahead[:, :s] @ complement)
+    tables = np.concatenate([moves, turns])
+    return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[lanes])
 
 
 def law_stepper(
@@ -45,16 +66,11 @@ def law_stepper(
     finest: float,
 ) -> Call:  # fmt: skip
     """A `Call` of the kernel for laws: does n more steps and returns its code."""
-    function = cast(BuiltinLagrangian, cast(Lagrangian, problem.system).function)
-    law = addresses((compiled_law(function.law), PASS_TYPE))
-    constants = np.array(function.compiled()[1])
     d, s = problem.q0.size, method.stages
-    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(method.table, step)
-    width = moves.shape[1]
-    c = read_only(np.append(method.table.c, np.full(width - s, method.table.c[-1])))
-    tables = np.concatenate([moves, turns])
-    given = kicks, ahead, series, tables, growth, fit, c
-    scratch, spare = aligned(rows_of_work(d), width), aligned(6, max(width, d, s))
+    law, constants = _compiled(cast(Any, problem.system), d)
+    given = law_tables(method.table, step)
+    width = given[3].shape[1]
+    scratch, spare = aligned((rows_of_work(d), width), (6, max(width, d, s)))
     numbers = np.zeros(2 * d + 3)
     kernel = compiled_advance_law()
     plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
@@ -67,9 +83,40 @@ def law_stepper(
     return call
 
 
+@lru_cache(maxsize=32)
+def _group_law(system: Any) -> tuple[str, Array] | None:
+    """The lines and constants of the law for lanes of a system on a group with rotations."""
+    group = getattr(system, "group", None)
+    on_group = group is not None and not isinstance(group, Rn)
+    return cast(tuple[str, Array] | None, getattr(system, "lane_law", None)) if on_group else None
+
+
 def has_group_law(problem: Problem) -> bool:
     """Whether the problem's system has a law for lanes on its group, which has rotations."""
-    return getattr(problem.system, "group_law", None) is not None
+    return _group_law(cast(Any, problem.system)) is not None
+
+
+@lru_cache(maxsize=32)
+def _compiled_on_group(system: Any, chart: int) -> tuple[Any, Array]:
+    """The address of the system's law in a chart, and its constants."""
+    found = _group_law(system)
+    assert found is not None
+    layout = tuple(tuple(map(int, row)) for row in system.group.layout)
+    return addresses((compiled_group_law(found[0], layout, chart), PASS_TYPE)), np.array(found[1])
+
+
+@lru_cache(maxsize=32)
+def group_law_tables(table: Tableau, step: float) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.group_law."""
+    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
+    (s, m), lanes, root = table.slope.shape, stages_in_lanes(table.c.size), np.sqrt(table.b)
+    Y = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0][:, m:].T / root
+    complement = np.zeros((2 * (s - m), lanes.size))
+    complement[: s - m], complement[s - m :, :s] = Y[:, lanes], Y * table.b
+    sums = np.zeros((s, lanes.size))
+    sums[:, :2] = kicks.T
+    tables, c = np.concatenate([moves, turns]), read_only(table.c[lanes])
+    return read_only(sums), ahead, series, tables, complement, growth, fit, c
 
 
 def group_law_stepper(
@@ -78,24 +125,12 @@ def group_law_stepper(
 ) -> Call:  # fmt: skip
     """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
     system: Any = problem.system
-    lines, constants = system.group_law
-    layout, chart = cast(GroupSystem, system).group.layout, method.chart.number
-    law = addresses((compiled_law(group_law_source(lines, layout, chart)), PASS_TYPE))
-    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(method.table, step)
-    Y = complement(method.table)
-    d, s, width, entries = problem.v0.size, method.stages, moves.shape[1], problem.q0.size
-    lanes = np.minimum(np.arange(width), s - 1)
-    low = np.zeros((Y.shape[0], width - s))
-    tables = np.concatenate(
-        [moves, turns, Y[:, lanes], np.concatenate([Y * method.table.b, low], axis=1)]
-    )
-    sums = np.zeros((s, width))
-    sums[:, :2] = kicks.T
-    given = read_only(sums), ahead, series, tables, growth, fit, read_only(method.table.c[lanes])
-    scratch = aligned(rows_of_group_work(d), width)
-    spare = aligned(14, max(width, s, *work.state.shape))
-    numbers = np.zeros(3 * d + 4 + entries)
-    numbers[3 * d + 2 : 3 * d + 4] = s, Y.shape[0]
+    layout, chart = system.group.layout, method.chart.number
+    law, constants = _compiled_on_group(system, chart)
+    given, d = group_law_tables(method.table, step), problem.v0.size
+    width = given[3].shape[1]
+    scratch, spare = aligned((rows_of_group_work(d), width), (13, max(width, *work.state.shape)))
+    numbers = np.zeros(3 * d + 2 + problem.q0.size)
     kernel = compiled_advance_group_law()
     plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
@@ -106,12 +141,3 @@ def group_law_stepper(
         ))  # fmt: skip
 
     return call
-
-
-@lru_cache(maxsize=32)
-def complement(table: Tableau) -> Array:
-    """(s - m, s) functions at the stages, orthonormal in the rule's inner product, and orthogonal
-    there to the slopes of all curves."""
-    root = np.sqrt(table.b)
-    whole = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0]
-    return read_only(whole[:, table.slope.shape[1] :].T / root)

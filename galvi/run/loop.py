@@ -15,9 +15,11 @@ from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.batches import step_in_batches
+from galvi.run.energy_check import Judgement
 from galvi.run.engine import Engine
+from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.run_arrays import COUNTED, RunArrays
-from galvi.run.status import ending
+from galvi.run.status import ending, judged
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
@@ -37,6 +39,8 @@ def run_steps(
     """Do ``steps`` steps from ``start``; arguments as for `galvi.integrate`, already checked.
 
     interrupted  returns whether to stop; None: Ctrl-C stops the run
+
+    Raises `Interrupted` for Ctrl-C after the last step or one that failed.
 
     With ``rescue``, a step that cannot be solved is retried once with a guess from smaller steps;
     if that fails too, the run ends. The energy of those smaller steps is not judged.
@@ -60,17 +64,22 @@ def run_steps(
         return code
 
     call = engine.stepper(*arguments)
-    code = step_in_batches(call, recover, work, steps, progress, interrupted)
-    return _trajectory(engine, *arguments, code)
+    with defer_interrupts() as pressed:
+        code = step_in_batches(call, recover, work, steps, progress, interrupted or pressed)
+        found, unheard = judged(engine, *arguments, pressed)
+        run = _trajectory(engine, *arguments, code, found)
+        if (pressed() or unheard) and not run.interrupted:
+            raise Interrupted(run)
+    return run
 
 
 def _trajectory(
     engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
-    start: Checkpoint, work: RunArrays, code: int,
+    start: Checkpoint, work: RunArrays, code: int, found: Judgement,
 ) -> Trajectory:  # fmt: skip
     """The trajectory of a run whose last kernel call returned ``code``."""
     done, shape = work.done, problem.q0.shape
-    end = ending(engine, problem, method, step, steps, start, work, code)
+    end = ending(engine, problem, method, step, steps, start, work, code, found)
     curves = None
     if start.keeps_curves:
         curves = Curves(
@@ -103,7 +112,7 @@ def _trajectory(
 
 
 def _counts(problem: Problem, work: RunArrays) -> dict[str, int]:
-    *counted, pairs = (int(count) for count in work.counts)
+    *counted, pairs = work.counts.tolist()
     result = {"steps": work.done, **dict(zip(COUNTED, counted, strict=True))}
     forces = result["force_evaluations"]
     if isinstance(problem.system, NBody):

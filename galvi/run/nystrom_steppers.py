@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -20,8 +21,8 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
 from galvi.run.run_arrays import RunArrays, run_plan
+from galvi.systems.force_kernel import ForceKernel
 from galvi.systems.nbody import NBody
-from galvi.systems.system import VectorSystem
 from galvi.tableau import Tableau
 
 SOLVERS = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
@@ -31,12 +32,9 @@ def general_stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
     """A `Call` of the general kernel: does n more steps and returns its code."""
-    field = cast(VectorSystem, problem.system).force_kernel(problem.q0.shape[-1])
+    system: Any = problem.system
+    field, force = _force(system, problem.q0.shape[-1])
     kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
-    force = tuple(Force(
-        field.kind, field.functions, field.slope is not None, field.constants, field.inverse_mass,
-        field.width,
-    ))  # fmt: skip
     tableau, solver = tuple(kernel_tableau(method.table)), SOLVERS[start.solver]
     plan = run_plan(problem, step, steps, start, work, start.tolerance)
 
@@ -55,12 +53,12 @@ def compiled_stepper(
     if not isinstance(system, NBody) or start.solver == "newton" or system.masses.size < 2:
         return general_stepper(*arguments)
     axes = (0,) * problem.q0.shape[1]
-    masses = read_only(system.G * system.masses)
+    masses = _masses(system)
     kernel = packed.compiled_advance(len(axes))
     tables, tableau = packed_tables(method.table, step), tuple(kernel_tableau(method.table))
     plan = run_plan(problem, step, steps, start, work, start.tolerance)
-    scratch = aligned(6, problem.q0.size, tables[1].shape[1])
-    spare = aligned(8, max(problem.q0.size, tables[1].shape[1]))
+    d, width = problem.q0.size, tables[1].shape[1]
+    scratch, spare = aligned((6, d, width), (8, max(d, width)))
     slow: list[Call] = []
 
     def call(todo: int) -> int:
@@ -73,6 +71,21 @@ def compiled_stepper(
         return code
 
     return call
+
+
+@lru_cache(maxsize=32)
+def _force(system: Any, dimension: int) -> tuple[ForceKernel, tuple[Any, ...]]:
+    """The force of a system, which owns the functions, and as the kernel takes it."""
+    field = system.force_kernel(dimension)
+    return field, tuple(Force(
+        field.kind, field.functions, field.slope is not None, field.constants, field.inverse_mass,
+        field.width,
+    ))  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def _masses(system: NBody) -> Array:
+    return read_only(system.G * system.masses)
 
 
 @lru_cache(maxsize=32)
@@ -93,7 +106,7 @@ def kernel_tableau(table: Tableau) -> NystromTableau:
 def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.nbody."""
     s = table.c.size
-    lanes = np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)  # the last stage is repeated
+    lanes = stages_in_lanes(s)
     with extended_precision():
         h = decimals(step)
         c, b, beta, A = (
@@ -126,7 +139,7 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
 def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.body."""
     s = table.c.size
-    lanes = np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)
+    lanes = stages_in_lanes(s)
     with extended_precision():
         h, b = decimals(step), decimals(table.b) + decimals(table.low_parts[1])
         A = decimals(table.integral) + decimals(table.low_parts[4])
@@ -144,15 +157,23 @@ def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     return tuple(read_only(np.array(number)) for number in numbers)
 
 
+def stages_in_lanes(s: int) -> Any:
+    """The stage in each lane, (P,), P a multiple of LANES; the last stage is repeated."""
+    return np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)
+
+
 def _with_low_part(exact: Any) -> Array:
     """The nearest float64 numbers and their rounding errors."""
     kept = rounded(exact)
     return np.stack([kept, rounded(exact - decimals(kept))])
 
 
-def aligned(*shape: int) -> Array:
-    """Zeros whose first entry is at the start of a cache line."""
-    size = int(np.prod(shape))
-    room = np.zeros(size + LANES)
-    skipped = (-room.ctypes.data // 8) % LANES
-    return room[skipped : skipped + size].reshape(shape)
+def aligned(*shapes: tuple[int, ...]) -> list[Array]:
+    """Zeros, the first entry at the start of a cache line, and so for whole lines after it."""
+    sizes = [math.prod(shape) for shape in shapes]
+    room = np.zeros(sum(sizes) + LANES)
+    place, found = (-room.ctypes.data // 8) % LANES, []
+    for shape, size in zip(shapes, sizes, strict=True):
+        found.append(room[place : place + size].reshape(shape))
+        place += size
+    return found

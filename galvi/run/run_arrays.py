@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -32,9 +32,7 @@ def check_memory(
     with_curves = save_every == 1 if curves is None else curves
     rows = 2 * (steps / save_every + 2) + (steps * (1 + m) if with_curves else 0)
     needed = 8.0 * d * rows
-    if not hasattr(os, "sysconf"):
-        return
-    memory = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    memory = _memory()
     if needed > memory:
         runs = f"{len(problems)} runs of " if len(problems) > 1 else ""
         raise ValueError(
@@ -44,8 +42,15 @@ def check_memory(
         )
 
 
-@dataclass(frozen=True, eq=False)
-class RunArrays:
+@cache
+def _memory() -> float:
+    """Bytes of memory of this machine; infinite where it does not say."""
+    if not hasattr(os, "sysconf"):
+        return float("inf")
+    return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+
+
+class RunArrays(NamedTuple):
     """The current state of a run and the results it keeps.
 
     A configuration has r entries and a velocity d, which differ only on groups; there are s stages
@@ -89,7 +94,7 @@ class RunArrays:
         """
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
         saved_steps = [*range(0, steps, start.save_every), steps]
-        saved_q, saved_v = (np.full((len(saved_steps), size), np.nan) for size in (r, d))
+        saved_q, saved_v = _unknown(len(saved_steps), r), _unknown(len(saved_steps), d)
         saved_q[0], saved_v[0] = start.state[0, :r], start.state[row, :d]
         solver_state = start.solver_state.copy()
         solver_state[DONE] = 0
@@ -102,8 +107,8 @@ class RunArrays:
             passage = start.passage.copy() if start.passage.size else np.zeros(5)
         return cls(
             start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
-            np.zeros(5, dtype=np.int64), saved_steps, saved_q, saved_v, np.full((rows, r), np.nan),
-            np.full((rows, d, m), np.nan), watch, np.full((seen, r + d + stages), np.nan), passage,
+            np.zeros(5, dtype=np.int64), saved_steps, saved_q, saved_v, _unknown(rows, r),
+            _unknown(rows, d, m), watch, _unknown(seen, r + d + stages), passage,
         )  # fmt: skip
 
     @property
@@ -124,6 +129,13 @@ class RunArrays:
     def done(self) -> int:
         """Steps done so far."""
         return int(self.solver_state[DONE])
+
+
+def _unknown(*shape: int) -> Array:
+    """An array of NaN."""
+    array = np.empty(shape)
+    array.fill(np.nan)
+    return array
 
 
 def run_plan(

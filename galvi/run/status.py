@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from galvi.problem import Problem
 from galvi.run.encounters import unresolved_passage
 from galvi.run.energy_check import SMALL, WORST, Judgement, judge
 from galvi.run.engine import Engine
+from galvi.run.interruption import Interrupts
 from galvi.run.run_arrays import RunArrays
 from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED
@@ -21,8 +22,7 @@ from galvi.trajectory import COMPLETED
 MEASURE = "the larger of the kinetic energy at the start and the range of the potential energy"
 
 
-@dataclass(frozen=True, eq=False)
-class Ending:
+class Ending(NamedTuple):
     """The end of a run.
 
     success, status, failed_step  see `galvi.Trajectory`
@@ -35,13 +35,27 @@ class Ending:
     energies: Array
 
 
+def judged(
+    engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
+    start: Checkpoint, work: RunArrays, pressed: Interrupts,
+) -> tuple[Judgement, bool]:  # fmt: skip
+    """What the energies of a run say, and whether Ctrl-C ended this judgement."""
+    try:
+        with pressed.at_once():
+            return judge(engine, problem, method, step, start, work), False
+    except KeyboardInterrupt:
+        return Judgement(energies=start.energies, unjudged="because of Ctrl-C"), True
+
+
 def ending(
     engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
-    start: Checkpoint, work: RunArrays, code: int,
+    start: Checkpoint, work: RunArrays, code: int, found: Judgement,
 ) -> Ending:  # fmt: skip
-    """The end of a run of ``steps`` steps whose last kernel call returned ``code``."""
+    """The end of a run of ``steps`` steps whose last kernel call returned ``code``.
+
+    found  what its energies say
+    """
     done = work.done
-    found = judge(engine, problem, method, step, start, work)
     ruined = None if found.ruined is None else max(found.ruined - start.first, 1)
     failed = ruined if done == steps else done + 1
     if done == steps:
@@ -57,6 +71,8 @@ def ending(
             status = f"Stopped {where}: {reason}"
         if ruined is not None:
             status += f" It was ruined from step {ruined} on: {_off(found)}."
+        if found.unjudged:
+            status += f" Its energy {_unjudged(found)}."
     return Ending(failed is None, status, failed, found.energies)
 
 
@@ -74,13 +90,21 @@ def _completed(
     if passage:
         reasons.append(passage)
     if not reasons:
-        return COMPLETED
+        if not found.unjudged:
+            return COMPLETED
+        return f"Completed, but the energy {_unjudged(found)}."
     remedy = "Use a smaller step or a higher degree"
     if _given(problem):
         remedy += ", and check that the derivatives are those of the energy"
+    if found.unjudged:
+        remedy += f". The energy {_unjudged(found)}"
     if ruined is not None:
         return f"Ruined from step {ruined} of {steps} on: {'; '.join(reasons)}. {remedy}."
     return f"Completed, but {'; '.join(reasons)}: the step is too large for this motion. {remedy}."
+
+
+def _unjudged(found: Judgement) -> str:
+    return f"could not be judged {found.unjudged}"
 
 
 def _off(found: Judgement) -> str:

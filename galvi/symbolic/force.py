@@ -10,6 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.symbolic import code as symbolic_code
+from galvi.symbolic.lane_law import printed_force
 from galvi.symbolic.parsing import Expressions
 
 
@@ -20,11 +21,13 @@ class SymbolicForce:
     text       the expressions in the user's notation
     source     generated code with a function force
     constants  values of the parameters
+    law        the lines that define it for lanes, see `BuiltinForce`; "" for none
     """
 
     text: str
     source: str
     constants: tuple[float, ...]
+    law: str = ""
 
     def __repr__(self) -> str:
         return self.text
@@ -55,4 +58,5 @@ def symbolic_force(given: Expressions) -> SymbolicForce:
         given.forces, given.places, lambda k, code: f"out[1, {k}] += {code}"
     )
     text = symbolic_code.source({"force": ("q, v, t, c, out", lines)})
-    return SymbolicForce(f"[{', '.join(map(given.text, given.forces))}]", text, given.values)
+    words = f"[{', '.join(map(given.text, given.forces))}]"
+    return SymbolicForce(words, text, given.values, printed_force(given.forces, given.places))

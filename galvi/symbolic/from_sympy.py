@@ -34,7 +34,11 @@ def symbolic(
         given.values,
         len(given.q),
         tuple(map(given.text, surfaces)),
-        "" if surfaces else _law(given),
+        ""
+        if surfaces
+        else lane_law.printed_law(
+            given.q, given.v, given.t, given.L, given.places, kinks.differentiated
+        ),
     )
     for k, words in enumerate(found.switching):
         where = kinks.find_kink(found, k)
@@ -46,13 +50,6 @@ def symbolic(
             )
     external = None if given.forces is None else symbolic_force(given)
     return found, given.t in given.L.free_symbols, external
-
-
-def _law(given: Expressions) -> str:
-    lines = lane_law.printed_law(
-        given.q, given.v, given.t, given.L, given.places, kinks.differentiated
-    )
-    return lane_law.law_source(lines, len(given.q)) if lines else ""
 
 
 def _source(given: Expressions, surfaces: tuple[Any, ...]) -> str:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
 
+from galvi.arrays import Array
 from galvi.symbolic import code as symbolic_code
 from galvi.symbolic.code import POWER
 
@@ -17,43 +19,70 @@ PASS = """
 pass_of_law = one_pass(law, {d})
 
 
-def law_pass_DIGEST(work, tables, constants, numbers):
-    pass_of_law(work, tables, constants, numbers)
+def law_pass_DIGEST(work, tables, complement, constants, numbers):
+    pass_of_law(work, tables, complement, constants, numbers)
 """
-GROUP_PASS = """
-
-pass_of_law = group_pass(law, {layout}, {chart})
+GROUP_PASS = PASS.replace("one_pass(law, {d})", "group_pass(law, {layout}, {chart})")
 
 
-def law_pass_DIGEST(work, tables, constants, numbers):
-    pass_of_law(work, tables, constants, numbers)
-"""
-
-
-def law_source(law: str, d: int) -> str:
-    """The source of the pass of a law on R^d from the lines that define ``law``."""
+@lru_cache(maxsize=256)
+def compiled_law(law: str, d: int) -> Callable[..., Any]:
+    """The galvi.kernels.lanes.law_pass on R^d of the lines that define ``law``, compiled at the
+    first call."""
     head = "from galvi.kernels.lanes.law_pass import one_pass\n"
-    return symbolic_code.with_digest(head + law + PASS.format(d=d))
+    source = symbolic_code.with_digest(head + law + PASS.format(d=d))
+    return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
 
 
-def group_law_source(law: str, layout: Any, chart: int) -> str:
-    """The source of the pass of a law on a group from the lines that define ``law``.
+@lru_cache(maxsize=256)
+def compiled_group_law(law: str, layout: tuple[tuple[int, ...], ...], chart: int) -> Any:
+    """The galvi.kernels.lanes.group_pass of the lines that define ``law``, compiled at the first
+    call.
 
     layout, chart  of galvi.kernels.lie.product
     """
     head = "from galvi.kernels.lanes.group_pass import group_pass\n"
-    tail = GROUP_PASS.format(layout=np.asarray(layout).tolist(), chart=chart)
-    return symbolic_code.with_digest(head + law + tail)
+    tail = GROUP_PASS.format(layout=layout, chart=chart)
+    source = symbolic_code.with_digest(head + law + tail)
+    return symbolic_code.functions(source)["law_pass"]
 
 
-def built_in_law(name: str, *arguments: Any) -> str:
+def built_in(name: str, *arguments: Any) -> str:
     """The lines that define a law of galvi.kernels.lanes.laws, made with these arguments."""
-    return f"from galvi.kernels.lanes.laws import {name}\n\nlaw = {name}{arguments!r}\n"
+    given = ", ".join(map(repr, arguments))
+    return f"from galvi.kernels.lanes.laws import {name}\n\nlaw = {name}({given})\n"
 
 
-def compiled_law(source: str) -> Callable[..., Any]:
-    """The law's galvi.kernels.lanes.law_pass, compiled at the first call."""
-    return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
+def with_force(law: tuple[str, Array], force: tuple[str, Array]) -> tuple[str, Array]:
+    """The lines and constants of a law with a force, from those of both."""
+    forced = f"law = forced(law, force, {law[1].size})\n"
+    head = "from galvi.kernels.lanes.laws import forced\n"
+    lines = f"{law[0]}\n\n\n{force[0]}\n\n\n{head}\n{forced}"
+    return lines, np.concatenate([law[1], force[1]])
+
+
+def canonical_law(slopes: str, d: int, diagonal: bool) -> str:
+    """The lines that define galvi.kernels.lanes.laws.canonical from those of dV/dq."""
+    head = "from galvi.kernels.lanes.laws import canonical\n"
+    return f"{head}{slopes}\n\nlaw = canonical(slopes, {d}, {diagonal})\n"
+
+
+def printed_force(forces: Sequence[Any], places: Any) -> str:
+    """The lines that define SymPy forces; "" where lanes lack a function of them."""
+    lines = symbolic_code.written(forces, places, lambda k, code: f"r{k} = {code}", POWER)
+    names = ", ".join(f"r{k}" for k in range(len(forces)))
+    return _function("force", lines, f"[{names}]")
+
+
+def _function(name: str, lines: list[str], returned: str) -> str:
+    """The lines of a function (q, v, t, c); "" where lanes lack a function in it."""
+    text = "\n".join(lines)
+    used = sorted(symbolic_code.functions_in(text))
+    if set(used) - FUNCTIONS or " if " in text:
+        return ""
+    head = [f"from galvi.kernels.lanes.elementary import {', '.join(used)}"] * bool(used)
+    body = (f"    {line}" for line in [*lines, f"return {returned}"])
+    return "\n".join([*head, "", "", f"def {name}(q, v, t, c):", *body])
 
 
 def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any) -> str:
@@ -63,16 +92,10 @@ def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any
     results = [differentiated(L, x) for x in q] + momenta
     results += [differentiated(momenta[i], v[j]) for i in range(d) for j in range(i + 1)]
     lines = symbolic_code.written(results, places, lambda k, code: f"r{k} = {code}", POWER)
-    text = "\n".join(lines)
-    if symbolic_code.functions_in(text) - FUNCTIONS or " if " in text or "abs(" in text:
-        return ""
-    used = sorted(symbolic_code.functions_in(text))
     names = [f"r{k}" for k in range(len(results))]
     rows, rest = [], names[2 * d :]
     for i in range(d):
         rows.append(f"[{', '.join(rest[: i + 1])}]")
         rest = rest[i + 1 :]
-    head = [f"from galvi.kernels.lanes.elementary import {', '.join(used)}"] * bool(used)
-    body = [*lines, f"return [{', '.join(names[:d])}], [{', '.join(names[d : 2 * d])}], ["
-            f"{', '.join(rows)}]"]  # fmt: skip
-    return "\n".join([*head, "", "", "def law(q, v, t, c):", *(f"    {line}" for line in body)])
+    listed = (f"[{', '.join(part)}]" for part in (names[:d], names[d : 2 * d], rows))
+    return _function("law", lines, ", ".join(listed))

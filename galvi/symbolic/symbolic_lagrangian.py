@@ -21,7 +21,7 @@ class SymbolicLagrangian:
     constants  values of the parameters
     dimension  d, the number of coordinates
     switching  the expressions whose sign changes where L may not be C^2, in the user's notation
-    law        source of the law for lanes, see galvi.symbolic.lane_law; "" for none
+    law        the lines that define its law for lanes; "" for none
     """
 
     text: str

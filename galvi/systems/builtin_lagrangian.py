@@ -23,7 +23,8 @@ class BuiltinLagrangian(Protocol):
 
     @property
     def law(self) -> str:
-        """Source of the law for lanes, see galvi.symbolic.lane_law; "" for none."""
+        """The lines that define ``law``, a law of galvi.kernels.lanes.elementary with the constants
+        of ``compiled``; "" for none."""
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """Compiled function (q, v, t, constants, out (2, d)) that fills the rows dL/dv and dL/dq,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -63,7 +64,7 @@ class Canonical:
             function = getattr(self, name)
             if not callable(function) and (name == "potential" or function is not None):
                 raise TypeError(f"{name} must be a function of q; received {function!r}.")
-        if self.explicit_time and isinstance(self.potential, Potential):
+        if self.explicit_time and self._builtin:
             raise ValueError(
                 f"explicit_time means functions of (q, t); {self.potential!r} takes q alone. "
                 f"Leave explicit_time out, or give a potential(q, t)."
@@ -149,6 +150,9 @@ class Canonical:
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V at each of the configurations q (..., d) and times t (...)."""
+        if self._builtin is not None:
+            finite = np.isfinite(q).all(axis=-1)
+            return np.where(finite, self._builtin(q), np.nan)
         leading = q.shape[:-1]
         times = np.broadcast_to(t, leading).ravel()
         rows = q.reshape(-1, q.shape[-1])
@@ -174,6 +178,10 @@ class Canonical:
         """-M^-1 d2V/dq2 at one configuration, (d, d)."""
         return -self.velocity(self.potential_hessian(q, t).T).T
 
+    @cached_property  # inspecting a value takes ten microseconds
+    def _builtin(self) -> Potential | None:
+        return self.potential if isinstance(self.potential, Potential) else None
+
     @property
     def potential_calls_per_force(self) -> int:
         """Potentials evaluated, for each component, to difference one gradient; else 0."""
@@ -181,7 +189,7 @@ class Canonical:
 
     @property
     def _known_gradient(self) -> bool:
-        return self.gradient is not None or isinstance(self.potential, Potential)
+        return self.gradient is not None or self._builtin is not None
 
     def force_kernel(self, dimension: int) -> ForceKernel:
         """Force and derivative for the kernels, compiled in when the potential is built in.
@@ -189,8 +197,8 @@ class Canonical:
         All d components share one block of Newton's matrix.
         """
         inverse_mass = self._inverse_mass(dimension)
-        if isinstance(self.potential, Potential) and self.gradient is None and self.hessian is None:
-            law = self.potential.law()
+        if self._builtin is not None and self.gradient is None and self.hessian is None:
+            law = self._builtin.law()
             return ForceKernel(
                 law.gradient,
                 law.hessian,
@@ -216,15 +224,15 @@ class Canonical:
     def _gradient(self) -> Function:
         if self.gradient is not None:
             return self.gradient
-        if isinstance(self.potential, Potential):
-            return self.potential.gradient
+        if self._builtin is not None:
+            return self._builtin.gradient
         return differenced_gradient(self.potential, self.explicit_time)
 
     def _hessian(self, differenced: bool = True) -> Any:
         if self.hessian is not None:
             return self.hessian
-        if isinstance(self.potential, Potential) and self.gradient is None:
-            return self.potential.hessian
+        if self._builtin is not None and self.gradient is None:
+            return self._builtin.hessian
         return differenced_hessian(self._gradient()) if differenced else None
 
     def _inverse_mass(self, dimension: int) -> Array:

@@ -9,12 +9,14 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.groups.rn import Rn
 from galvi.kernels.forces import force_kinds, lagrangian_derivatives
+from galvi.symbolic.lane_law import canonical_law
 from galvi.systems.canonical import Canonical
-from galvi.systems.forces.external_force import with_force
+from galvi.systems.forces.external_force import lane_law_with_force, with_force
 from galvi.systems.lagrangian_kernel import LagrangianKernel
+from galvi.systems.potentials.potential import Potential
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class CanonicalOnRn:
     """L = v.M v / 2 - V(q, t) with an external force, or with degrees for each component.
 
@@ -45,6 +47,21 @@ class CanonicalOnRn:
     def potential_calls_per_force(self) -> int:
         """As `Canonical.potential_calls_per_force`."""
         return self.canonical.potential_calls_per_force
+
+    @property
+    def lane_law(self) -> tuple[str, Array] | None:
+        """As `Lagrangian.lane_law`, for a potential that brings its derivatives."""
+        d, system = self.group.dimension, self.canonical
+        field = system.force_kernel(d)
+        if field.kind != force_kinds.BUILT_IN or not isinstance(system.potential, Potential):
+            return None
+        slopes = system.potential.law().slopes
+        if not slopes:
+            return None
+        mass = system.momentum(np.eye(d))
+        lines = canonical_law(slopes, d, bool(system.mass.ndim < 2))
+        constants = np.concatenate([mass.ravel(), field.constants])
+        return lane_law_with_force((lines, constants), system)
 
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels; constants: M by rows, then those of the potential."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,9 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.groups.se3 import SE3
 from galvi.kernels.forces import lagrangian_derivatives
-from galvi.symbolic.lane_law import built_in_law
+from galvi.symbolic import lane_law
 from galvi.systems.lagrangian_kernel import LagrangianKernel
-from galvi.systems.rigid_body import possible_inertia
+from galvi.systems.rigid_body import inverse, possible_inertia
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +60,11 @@ class FreeBody:
 
     def velocity(self, p: Array) -> Array:
         """v = (J^-1 p_w, p_v / mass), p of shape (..., 6)."""
-        turning = np.linalg.solve(self.inertia, p[..., :3, None])[..., 0]
-        return np.concatenate([turning, p[..., 3:] / self.mass], axis=-1)
+        return np.concatenate([p[..., :3] @ self._inverse, p[..., 3:] / self.mass], axis=-1)
+
+    @cached_property
+    def _inverse(self) -> Array:
+        return inverse(self.inertia)
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V = -mass g . x, (...), for q of shape (..., 4, 4)."""
@@ -75,7 +79,7 @@ class FreeBody:
         )
 
     @property
-    def group_law(self) -> tuple[str, Array] | None:
-        """The lines that define the law for lanes, see galvi.symbolic.lane_law; its constants."""
-        law = built_in_law("free_body", bool(np.any(self.g)))
+    def lane_law(self) -> tuple[str, Array]:
+        """The lines and constants of its law for lanes, see galvi.symbolic.lane_law."""
+        law = lane_law.built_in("free_body", bool(np.any(self.g)))
         return law, self.lagrangian_kernel().constants

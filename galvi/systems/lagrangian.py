@@ -29,7 +29,12 @@ from galvi.systems.derivative_check import (
 )
 from galvi.systems.difference_scales import difference_scales
 from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, differences
-from galvi.systems.forces.external_force import check_force, check_force_at, with_force
+from galvi.systems.forces.external_force import (
+    check_force,
+    check_force_at,
+    lane_law_with_force,
+    with_force,
+)
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.legendre_transform import check_regular, velocity_with_momentum
 from galvi.systems.returned import returned_array
@@ -189,11 +194,6 @@ class Lagrangian:
         powers = np.arange(TERMS)
         return lambda s: (s**powers @ terms_by_power).reshape(self.group.shape)
 
-    @property
-    def group_law(self) -> tuple[str, Array] | None:
-        """As `FreeBody.group_law`, of a function that brings one; None with a force."""
-        return getattr(self.function, "group_law", None) if self.force is None else None
-
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
         """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""
         return self._each(self._momentum, q, v, t)
@@ -263,14 +263,27 @@ class Lagrangian:
         )
 
     @property
+    def lane_law(self) -> tuple[str, Array] | None:
+        """The lines and constants of its law for lanes, see galvi.symbolic.lane_law, or None."""
+        L = self.function
+        if self.slopes is not None or not isinstance(L, BuiltinLagrangian) or not L.law:
+            return None
+        return lane_law_with_force((L.law, L.compiled()[1]), self)
+
+    @property
     def potential_calls_per_force(self) -> int:
         """Lagrangians evaluated, for each component, to difference a gradient, at least; else 0."""
         return 0 if self._slopes is not None else 2 * CALLS
 
     @cached_property  # inspecting a value takes ten microseconds
+    def builtin(self) -> BuiltinLagrangian | None:
+        """The function, if it comes with its derivatives."""
+        return self.function if isinstance(self.function, BuiltinLagrangian) else None
+
+    @cached_property
     def _slopes(self) -> Function | None:
-        known = self.slopes is None and isinstance(self.function, BuiltinLagrangian)
-        return cast(BuiltinLagrangian, self.function).slopes if known else self.slopes
+        known = self.slopes is None and self.builtin is not None
+        return cast(BuiltinLagrangian, self.builtin).slopes if known else self.slopes
 
     def _arguments(self, q: Array, v: Array, t: float) -> tuple[Any, ...]:
         q, v = np.array(q, dtype=np.float64), np.array(v, dtype=np.float64)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -72,10 +74,16 @@ class NBody:
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """-sum over pairs G m_i m_j / |q_i - q_j|, for q of shape (..., bodies, dimension)."""
-        i, j = np.triu_indices(self.masses.size, 1)
-        gap = np.linalg.norm(q[..., i, :] - q[..., j, :], axis=-1)
-        result: Array = -self.G * np.sum(self.masses[i] * self.masses[j] / gap, axis=-1)
+        i, j, strength = self._pairs
+        gap = q.take(i, axis=-2) - q.take(j, axis=-2)
+        result: Array = -np.sum(strength / np.sqrt(np.sum(gap * gap, axis=-1)), axis=-1)
         return result
+
+    @cached_property
+    def _pairs(self) -> tuple[Any, Any, Array]:
+        """The bodies i and j of each pair, and G m_i m_j."""
+        i, j = np.triu_indices(self.masses.size, 1)
+        return i, j, self.G * self.masses[i] * self.masses[j]
 
     def acceleration(self, q: Array, t: float) -> Array:
         """Gravitational accelerations, (bodies, dimension)."""

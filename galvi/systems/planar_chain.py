@@ -12,7 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces.planar_chain import planar_chain
-from galvi.symbolic.lane_law import built_in_law, law_source
+from galvi.symbolic import lane_law
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +73,13 @@ class PlanarChain:
         n = self.masses.size
         A, B = self.numbers[: n * n].reshape(n, n), self.numbers[n * n :]
         apart = np.cos(q[:, :, None] - q[:, None, :])
-        momenta = np.einsum("ij,kij,kj->ki", A, apart, v)
-        return 0.5 * np.sum(v * momenta, axis=1) + np.cos(q) @ B, momenta
+        momenta = ((A * apart) @ v[:, :, None])[:, :, 0]
+        return 0.5 * (v * momenta).sum(axis=1) + np.cos(q) @ B, momenta
 
     @cached_property
     def law(self) -> str:
-        """Source of the law for lanes, see galvi.symbolic.lane_law."""
-        n = self.masses.size
-        return law_source(built_in_law("planar_chain", n), n)
+        """As `BuiltinLagrangian.law`."""
+        return lane_law.built_in("planar_chain", self.masses.size)
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""

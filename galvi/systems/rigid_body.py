@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from types import NoneType
 from typing import Any
 
@@ -14,7 +14,7 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.groups.so3 import SO3
 from galvi.kernels.forces import lagrangian_derivatives
-from galvi.symbolic.lane_law import built_in_law
+from galvi.symbolic import lane_law
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
@@ -28,7 +28,12 @@ from galvi.systems.finite_differences import (
     hat,
     rotated,
 )
-from galvi.systems.forces.external_force import check_force, check_force_at, with_force
+from galvi.systems.forces.external_force import (
+    check_force,
+    check_force_at,
+    lane_law_with_force,
+    with_force,
+)
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.returned import returned_array
@@ -143,7 +148,12 @@ class RigidBody:
 
     def velocity(self, p: Array) -> Array:
         """v = J^-1 p, p of shape (..., 3)."""
-        return np.linalg.solve(self.inertia, p[..., None])[..., 0]
+        return p @ self.inverse_inertia
+
+    @cached_property
+    def inverse_inertia(self) -> Array:
+        """J^-1, (3, 3)."""
+        return inverse(self.inertia)
 
     def kinetic_energy(self, v: Array) -> Array:
         """v . J v / 2, (...)."""
@@ -214,12 +224,12 @@ class RigidBody:
         return with_force(field, self, 3)
 
     @property
-    def group_law(self) -> tuple[str, Array] | None:
-        """As `FreeBody.group_law`; None with a force, or a potential other than UniformGravity."""
-        field = self.lagrangian_kernel() if self.force is None else None
-        if field is None or field.kind != lagrangian_derivatives.LAW:
+    def lane_law(self) -> tuple[str, Array] | None:
+        """The lines and constants of its law for lanes, see galvi.symbolic.lane_law, or None."""
+        if self.gradient is not None or not isinstance(self.potential, UniformGravity | None):
             return None
-        return built_in_law("rigid_body", self.potential is not None), field.constants
+        law = lane_law.built_in("rigid_body", self.potential is not None)
+        return lane_law_with_force((law, self.lagrangian_kernel().constants), self)
 
     @property
     def potential_calls_per_force(self) -> int:
@@ -230,6 +240,12 @@ class RigidBody:
     def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
         q = np.array(q, dtype=np.float64)
         return (q, float(t)) if self.explicit_time else (q,)
+
+
+def inverse(inertia: Array) -> Array:
+    """The inverse of an inertia, symmetric."""
+    found = np.linalg.inv(inertia)
+    return read_only(0.5 * (found + found.T))
 
 
 def possible_inertia(inertia: Any) -> Array:

@@ -172,9 +172,8 @@ def test_every_row_is_followed_by_a_test() -> None:
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
     for package in ("galvi", "references", "benchmarks"):
-        shutil.copytree(
-            ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__")
-        )
+        ignored = shutil.ignore_patterns("*.pyc")  # compiled kernels are taken along
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=ignored)
     return tmp_path
 
 

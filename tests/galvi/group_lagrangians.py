@@ -26,7 +26,8 @@ chart = Chart({layout}, 0)
 
 
 def law(g, v, t, c):
-    d, r = {d}, {r}
+    d, r, first = {d}, {r}, 1 + 4 * len(chart.factors)
+    c = [c[first + k] for k in range(r + d * d)]
     s, square = c[0] * g[0], v[0] * v[0]
     for k in range(1, r):
         s = s + c[k] * g[k]
@@ -71,7 +72,6 @@ class Swelling:
     group: Any
     c: Any
     A: Any
-    law: str = ""
 
     def __call__(self, q, v, t):
         s = self.c @ q.ravel()
@@ -97,11 +97,10 @@ class Swelling:
         return slopes, np.concatenate([head, self.c, self.A.ravel()]).astype(float)
 
     @property
-    def group_law(self):
-        """The lines of the law for lanes, and its constants."""
+    def law(self):
+        """The lines of the law for lanes."""
         g = self.group
-        lines = LAW.format(layout=g.layout.tolist(), d=g.dimension, r=int(np.prod(g.shape)))
-        return lines, np.concatenate([self.c, self.A.ravel()])
+        return LAW.format(layout=g.layout.tolist(), d=g.dimension, r=self.c.size)
 
 
 def element(group: Any, random: np.random.Generator) -> Any:

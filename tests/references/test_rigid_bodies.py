@@ -193,7 +193,7 @@ def test_quaternions_become_the_matrices_that_scipy_knows():
     expected = Rotation.from_quat(y[:, [1, 2, 3, 0]]).as_matrix()
     np.testing.assert_allclose(rotation(y), expected, atol=4e-16)
     v = np.array([0.3, -1.0, 2.0])
-    near = np.array([1.0, 0, 0, 0]) + 1e-6 * quaternion_slope(np.array([1.0, 0, 0, 0]), v)
+    near = np.array([1.0, 0, 0, 0]) + 1e-6 * np.array(quaternion_slope(np.array([1.0, 0, 0, 0]), v))
     np.testing.assert_allclose(
         rotation(near), Rotation.from_rotvec(1e-6 * v).as_matrix(), atol=1e-15
     )

@@ -61,9 +61,15 @@ def sources(file):
     Only kernels of the folder TOP, and functions outside the kernels, call those of TOP.
     """
     kernels = Path(__file__).parents[1]
-    top, every = kernels / TOP, sorted(kernels.rglob("*.py"))
-    below = kernels in Path(file).parents and top not in Path(file).parents
-    return tuple(path for path in every if not (below and top in path.parents))
+    top, parents = kernels / TOP, Path(file).parents
+    return _kernels(kernels, kernels in parents and top not in parents)
+
+
+@cache
+def _kernels(folder, below):
+    """The Python files in a folder; ``below``: but for those of its folder TOP."""
+    every = sorted(folder.rglob("*.py"))
+    return tuple(path for path in every if not (below and folder / TOP in path.parents))
 
 
 class KernelFiles:
@@ -72,7 +78,7 @@ class KernelFiles:
     folder   parent of the folders, one for each version of the kernel sources
     name     name of the function, with its module and the Python version
     kernels  the stamp of the kernels that it may call
-    source   the stamp of these and of the function's own file
+    source   the stamps of these and of the function's own file
     """
 
     def __init__(self, folder, name, kernels, source):
@@ -128,9 +134,8 @@ class KernelCache(FunctionCache):
         called = sources(file)
         name = f"{function.__module__}.{function.__qualname__}.{sys.implementation.cache_tag}"
         name = name.replace("<", "").replace(">", "")
-        self._cache_file: Any = KernelFiles(
-            self.cache_path, name, stamp(*called), stamp(file, *called)
-        )
+        kernels = stamp(*called)  # read once: every kernel has one of two
+        self._cache_file: Any = KernelFiles(self.cache_path, name, kernels, kernels + stamp(file))
         self._lock: Any = None
 
     def serve(self, dispatcher):

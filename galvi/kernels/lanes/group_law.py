@@ -19,14 +19,14 @@ layout, chart           as in galvi.kernels.lie.product
 constants     (c,)      constants of the law
 state, solver_state     as in galvi.kernels.on_group.advance; solver_state[3] is the number of
                         Legendre terms extrapolated
-tables, numbers, work   as in galvi.kernels.lanes.group_pass
+tables, complement, numbers, work   as in galvi.kernels.lanes.group_pass
 kicks         (s, P)    columns h b and its low part, then zeros
 ahead         (l s, P)  for r = 1 .. l: extrapolation of velocities that keeps r Legendre terms
 series        (s, P)    Legendre coefficients from stages, transposed
 growth        (l,)      Legendre polynomials at the next step's end
 fit           (m, s)    h times the coefficients of a curve from its rates at the stages
 c             (P,)      nodes
-spare         (14, at least P and the width of state)   scratch, and the state before the step
+spare         (13, at least P and the width of state)   scratch, and the state before the step
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ from numba import types
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import compiled_for, jit_inline, jit_noalloc
+from galvi.kernels.lanes.gravity import combine
 from galvi.kernels.lanes.group_pass import (
     BEFORE,
     ETA,
     GUESS,
     LOW_PI,
     LOW_XI,
-    N,
     PASS,
     PREPARE,
     REST,
@@ -53,8 +53,8 @@ from galvi.kernels.lanes.group_pass import (
     VELOCITY,
     XI,
     F,
+    N,
 )
-from galvi.kernels.lanes.gravity import combine
 from galvi.kernels.lanes.law import AXES, TABLES, TERMS, gather, terms_of
 from galvi.kernels.lanes.nbody import RECONSIDER, copy_rows
 from galvi.kernels.lie import product
@@ -155,8 +155,8 @@ def end_defect(layout, chart, kicks, stages, work, mu0, numbers, xi, kick, missi
 
 
 @jit_inline
-def relax(law, layout, chart, constants, tables, kicks, h, g, mu0, work, numbers, tolerance, counts,
-          history, xi, kick, missing, room):  # fmt: skip
+def relax(law, layout, chart, constants, tables, complement, kicks, h, g, mu0, work, numbers,
+          tolerance, counts, history, xi, kick, missing, room):  # fmt: skip
     """Passes from the xi and eta in work until convergence; returns a code.
 
     The error of p0, in numbers, is known to about the last change of the stages, and each
@@ -169,7 +169,7 @@ def relax(law, layout, chart, constants, tables, kicks, h, g, mu0, work, numbers
     for i in range(2 * d):
         numbers[d + i] = 0.0
     for passes in range(FIXED_POINT_PASSES):
-        call_void(law[0], work, tables, constants, numbers)
+        call_void(law[0], work, tables, complement, constants, numbers)
         counts[ITERATIONS] += 1
         counts[FORCES] += stages
         if passes == 0:  # the sizes of a motion from rest are known after it
@@ -197,13 +197,13 @@ def relax(law, layout, chart, constants, tables, kicks, h, g, mu0, work, numbers
 
 
 @jit_inline
-def start(law, layout, constants, tables, s, work, numbers, d):
+def start(law, constants, tables, complement, s, work, numbers, d):
     """xi and eta from guessed velocities, by a few iterations of eta = T^-1 velocity."""
     xi = work[rows(XI, d)]
     gather(tables, 0, s, work[rows(VELOCITY, d)], xi)
     numbers[3 * d + 1] = GUESS
     for _pull in range(PULLS):
-        call_void(law[0], work, tables, constants, numbers)
+        call_void(law[0], work, tables, complement, constants, numbers)
     numbers[3 * d + 1] = PASS
 
 
@@ -267,7 +267,7 @@ def advance_group_law(law, layout, chart, constants, given, plan, todo, progress
                       spare, kept):  # fmt: skip
     """Do ``todo`` more steps; returns a code. A step that fails is not done."""
     plan, kept = Plan(*plan), Kept(*kept)
-    kicks, ahead, series, tables, growth, fit, c = given
+    kicks, ahead, series, tables, complement, growth, fit, c = given
     state, stages, solver_state, counts, _passage = progress
     d, r, s, h = stages.shape[0], kept.q.shape[1], kicks.shape[0], plan.step
     velocity, before, eta = work[rows(VELOCITY, d)], work[rows(BEFORE, d)], work[rows(ETA, d)]
@@ -276,7 +276,7 @@ def advance_group_law(law, layout, chart, constants, given, plan, todo, progress
     xi, kick, missing, mu0 = spare[5, :d], spare[6, :d], spare[7, :d], spare[8, :d]
     saved = spare[9:13, : state.shape[1]]
     numbers[3 * d + 1] = PREPARE
-    call_void(law[0], work, tables, constants, numbers)
+    call_void(law[0], work, tables, complement, constants, numbers)
     copy_rows(velocity, stages)
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
         for k in range(times.size):
@@ -287,16 +287,18 @@ def advance_group_law(law, layout, chart, constants, given, plan, todo, progress
             for k in range(velocity.shape[1]):
                 before[i, k] = velocity[i, k] = velocity[i, min(k, s - 1)]
         for i in range(r):
-            numbers[3 * d + 4 + i] = state[0, i]
+            numbers[3 * d + 2 + i] = state[0, i]
         if solver_state[HOLDS] == LAST_STEP:
             if (plan.first + step) % RECONSIDER == 0 or solver_state[TERMS] == 0:
                 solver_state[TERMS] = terms_of(series, growth, before, work[rows(REST, d)], sizes)
             gather(ahead, (solver_state[TERMS] - 1) * s, s, before, velocity)
         work[LOW_XI * d : (LOW_PI + 1) * d] = 0.0
         copy_into(saved, state)
-        start(law, layout, constants, tables, s, work, numbers, d)
-        code = relax(law, layout, chart, constants, tables, kicks, h, saved[0, :r], mu0, work,
-                     numbers, plan.tolerance, counts, history, xi, kick, missing, room)  # fmt: skip
+        start(law, constants, tables, complement, s, work, numbers, d)
+        code = relax(
+            law, layout, chart, constants, tables, complement, kicks, h, saved[0, :r], mu0, work,
+            numbers, plan.tolerance, counts, history, xi, kick, missing, room,
+        )  # fmt: skip
         if code == SOLVED and not within_reach(layout, chart, work[rows(XI, d)], xi):
             code = DIVERGED
         if code == SOLVED:

@@ -11,11 +11,12 @@ n, v, mu, rest      (d, P) each: impulses, velocities T eta, dL/dv, scratch
 t                   (P,)         times
 factors             of the mass, as in galvi.kernels.lanes.law_pass
 
-tables   (4 s + 2 l, P)   h A^T, its low part, h B^T and its low part, then l functions Y at the
-                          stages and b Y, orthonormal in the rule's inner product, orthogonal to
-                          the rates of all curves; l = 0 with as many points as coefficients
-numbers  (3 d + 4 + r,)   p0 (d,), 1 over the sizes of xi (d,) and pi (d,), the pass's largest
-                          relative change, which part to do, s, l, g (r,)
+tables      (4 s, P)   h A^T, its low part, h B^T and its low part
+complement  (2 l, P)   l functions Y at the stages and b Y, orthonormal in the rule's inner product
+                       and orthogonal to the rates of all curves; l = 0 with as many points as
+                       coefficients
+numbers     (3 d + 2 + r,)  p0 (d,), 1 over the sizes of xi (d,) and pi (d,), the pass's largest
+                       relative change, which part to do, g (r,)
 """
 
 from __future__ import annotations
@@ -84,6 +85,11 @@ class Chart:
         return found
 
 
+def total(x, y):
+    """x + y, and one of them where the other is the number 0."""
+    return y if is_zero(x) else (x if is_zero(y) else x + y)
+
+
 def plain_mass(law, chart, state):
     """The mass at a state without special properties, one of several."""
     near = np.linspace(0.3, 0.7 + 0.1 * state, chart.entries + chart.dimension + 1) ** 0.5
@@ -97,9 +103,8 @@ class GroupPass(Pass):
     def __init__(self, context, builder, signature, values, law, chart):
         super().__init__(context, builder, signature, values, law, chart.dimension)
         self.chart = chart
-        self.stages, self.extra = (
-            builder.fptosi(builder.load(self.place_of(k)), self.row) for k in (2, 3)
-        )
+        shape = context.make_array(signature.args[2])(context, builder, values[2]).shape
+        self.extra = builder.udiv(builder.extract_value(shape, 0), self.row(2))
         with np.errstate(all="ignore"):
             masses = [plain_mass(law, chart, state) for state in range(2)]
             rows = factored(masses[0])
@@ -121,7 +126,7 @@ class GroupPass(Pass):
     def found(self, lanes):
         """xi, eta, the velocity, and what the law is there."""
         xi, eta = self.loaded(lanes, XI), self.loaded(lanes, ETA)
-        first = 3 * self.d + 4
+        first = 3 * self.d + 2
         g = [self.number(lanes, first + i).fused for i in range(self.chart.entries)]
         velocity = self.chart.apply("velocity", xi, eta)
         constants = Constants(self.builder, lanes, self.constants, self.row)
@@ -142,8 +147,14 @@ class GroupPass(Pass):
         xi, eta, velocity, (tau, mu, mass) = self.found(lanes)
         f = self.chart.apply("momentum_slope", xi, eta, mu)
         pulled, swung = (self.chart.apply(x, xi, tau) for x in ("momentum", "coadjoint_change"))
-        f = [y if is_zero(x) else (x if is_zero(y) else x + y) for x, y in zip(f, pulled, strict=True)]
-        n = [y if is_zero(x) else (x if is_zero(y) else x + y) for x, y in zip(tau, swung, strict=True)]
+        f = [
+            y if is_zero(x) else (x if is_zero(y) else x + y)
+            for x, y in zip(f, pulled, strict=True)
+        ]
+        n = [
+            y if is_zero(x) else (x if is_zero(y) else x + y)
+            for x, y in zip(tau, swung, strict=True)
+        ]
         self.stored(lanes, f, F)
         self.stored(lanes, n, N)
         self.stored(lanes, velocity, VELOCITY)
@@ -169,7 +180,9 @@ class GroupPass(Pass):
     def kick(self, lanes):
         """pi from f."""
         start = self.builder.mul(self.stages, self.row(2))
-        return self.moved_to(lanes, self.sums(lanes, LOW_PI, start, F), PI, 0, 2 * self.d)
+        return self.moved_to(
+            lanes, self.sums(lanes, LOW_PI, self.tables, start, F * self.d), PI, 0, 2 * self.d
+        )
 
     def lack(self, lanes):
         """What the momenta T^T mu lack."""
@@ -215,14 +228,12 @@ class GroupPass(Pass):
 
     def drift(self, lanes):
         """xi from eta."""
-        totals = self.sums(lanes, LOW_XI, self.row(0), ETA)
+        totals = self.sums(lanes, LOW_XI, self.tables, self.row(0), ETA * self.d)
         self.moved_to(lanes, totals, XI, None, self.d)
 
     def project(self, block):
         """Subtract from a block of rows their parts along the functions Y."""
         builder, row = self.builder, self.row
-        first = builder.mul(self.stages, row(4))
-        weighted = builder.add(first, self.extra)
         sums = [cgutils.alloca_once(builder, VECTOR) for _ in range(self.d)]
         reduce = cgutils.get_or_insert_function(
             builder.module, ir.FunctionType(DOUBLE, [DOUBLE, VECTOR]),
@@ -233,13 +244,13 @@ class GroupPass(Pass):
                 builder.store(NOTHING, total)
 
             def add(lanes):
-                Y = lanes.load(self.tables, builder.add(weighted, loop.index))
+                Y = lanes.load(self.complement, builder.add(self.extra, loop.index))
                 for i, total in enumerate(sums):
                     value = lanes.load(self.work, row(block * self.d + i))
                     builder.store(lanes.add(builder.load(total), lanes.mul(value, Y)), total)
 
             def subtract(lanes):
-                Y = lanes.load(self.tables, builder.add(first, loop.index))
+                Y = lanes.load(self.complement, loop.index)
                 for i, total in enumerate(sums):
                     value = lanes.load(self.work, row(block * self.d + i))
                     far = lanes.mul(builder.load(total), Y)
@@ -256,11 +267,10 @@ class GroupPass(Pass):
 
     def one_pass(self):
         self.chunks(self.evaluate)
-        square = self.builder.icmp_unsigned("==", self.extra, self.row(0))
-        with self.builder.if_else(square) as (as_many, more):
-            with as_many:
+        with self.builder.if_else(self.projects) as (more_points, square):
+            with square:
                 self.chunks(self.turn)
-            with more:
+            with more_points:
                 self.chunks(self.lack)
                 self.project(REST)
                 self.chunks(self.solve)
@@ -276,12 +286,12 @@ class GroupPass(Pass):
 
 
 def group_pass(law, layout, chart):
-    """An intrinsic (work, tables, constants, numbers) for a law on a product of groups."""
+    """An intrinsic (work, tables, complement, constants, numbers) for a law on these groups."""
     functions = Chart(layout, chart)
 
     @intrinsic
-    def whole_pass(typingctx, work, tables, constants, numbers):
-        signature = types.void(work, tables, constants, numbers)
+    def whole_pass(typingctx, work, tables, complement, constants, numbers):
+        signature = types.void(work, tables, complement, constants, numbers)
 
         def generate(context, builder, signature, values):
             made = GroupPass(context, builder, signature, values, law, functions)

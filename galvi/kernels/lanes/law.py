@@ -1,20 +1,27 @@
 """Many steps of any Lagrangian on R^d in vector instructions.
 
-If the rule has as many points s as a curve has coefficients per component, the stage equations of
-galvi.kernels.on_group.stages are those of collocation,
+With weights b_j > 0, s points and m coefficients per component, the stage equations of
+galvi.kernels.on_group.stages are
 
-    q_j = q0 + h sum_k A_jk v_k,   q1 = q0 + h sum_k b_k v_k,
-    p_j = p0 + h sum_k B_jk f_k,   p1 = p0 + h sum_k b_k f_k,
+    q_j = q0 + h sum_k A_jk v_k,                q1 = q0 + h sum_k b_k v_k,
+    p_j = p0 + h sum_k B_jk f_k + lambda_j,     p1 = p0 + h sum_k b_k f_k,
+    C v = 0,   (1 - C) lambda = 0,
 
-with f = dL/dq and p = dL/dv at the stages. A pass of the iteration takes the forces from the last
-places and velocities, momenta from the forces, velocities from one Newton step for dL/dv = p with
-the last mass d2L/dv2, and places from the velocities. A step for which that does not converge is
-left to the general kernel.
+with f = dL/dq and p = dL/dv at the stages. 1 - C projects onto the slopes of the space's functions
+at the points, orthogonally in the rule's inner product sum_j b_j x_j y_j; b_j B_jk + b_k A_kj =
+b_j b_k. If s = m, C = 0 and lambda = 0: collocation. Else lambda has s - m free numbers per
+component.
+
+A pass of the iteration takes the forces from the last places and velocities, p - lambda from the
+forces, velocities from one step for (1 - C) dL/dv = p - lambda with the last mass M = d2L/dv2, and
+places from the velocities. That step is v += (1 - C) M^-1 (1 - C) (p - dL/dv): Newton's if s = m or
+M is the same at all stages; else its error is of second order in the differences of M. A step for
+which the iteration does not converge is left to the general kernel.
 
 law           (1,)      address of the law's galvi.kernels.lanes.law_pass
 constants     (c,)      constants of the law
 state         (4, n)    q, p and their low parts
-tables, numbers, work   as in galvi.kernels.lanes.law_pass
+tables, complement, numbers, work  as in galvi.kernels.lanes.law_pass
 kicks, ahead, series, growth, fit  as in galvi.kernels.lanes.body
 c             (P,)      nodes
 spare         (6, at least s, d and 4)  scratch, and the state before the step
@@ -58,9 +65,9 @@ from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, w
 AXES = (0,)  # components are gathered one by one
 TERMS = 3  # index in solver_state
 TABLES = types.Tuple(
-    (FIXED_MATRIX,) * 3 + (MATRIX, FIXED_VECTOR, FIXED_MATRIX, FIXED_VECTOR)
-)  # kicks, ahead, series, moves and turns; growth, fit, c
-PASS_TYPE = types.void(MATRIX, MATRIX, VECTOR, VECTOR)
+    (FIXED_MATRIX,) * 3 + (MATRIX,) * 2 + (FIXED_VECTOR, FIXED_MATRIX, FIXED_VECTOR)
+)  # kicks, ahead, series, moves and turns, complement; growth, fit, c
+PASS_TYPE = types.void(MATRIX, MATRIX, MATRIX, VECTOR, VECTOR)
 
 
 @jit_inline
@@ -94,14 +101,15 @@ def add_low_parts(tables, stages, state, V, F, low_places, low_momenta):
 
 
 @jit_inline
-def iterate(law, constants, tables, stages, h, state, work, numbers, tolerance, counts, history):
+def iterate(law, constants, tables, complement, stages, h, state, work, numbers, tolerance, counts,
+            history):  # fmt: skip
     """Passes from the q and v in work until convergence; returns a code."""
     d = (numbers.size - 3) // 2
     V, F = work[d : 2 * d], work[2 * d : 3 * d]
     reset_history(history)
     numbers[2 * d], numbers[2 * d + 1] = 0.0, 0.0
     for passes in range(FIXED_POINT_PASSES):
-        call_void(law[0], work, tables, constants, numbers)
+        call_void(law[0], work, tables, complement, constants, numbers)
         counts[ITERATIONS] += 1
         counts[FORCES] += stages
         if passes == 0:  # the sizes of a motion from rest are known after it
@@ -147,7 +155,7 @@ def terms_of(series, growth, V, out, sizes):
 def advance_law(law, constants, given, plan, todo, progress, work, numbers, spare, kept):
     """Do ``todo`` more steps; returns a code. A step that fails is not done."""
     plan, kept = Plan(*plan), Kept(*kept)
-    kicks, ahead, series, tables, growth, fit, c = given
+    kicks, ahead, series, tables, complement, growth, fit, c = given
     state, stages, solver_state, counts, _passage = progress
     d, s, h = (numbers.size - 3) // 2, kicks.shape[1], plan.step
     Q, V, F = work[0:d], work[d : 2 * d], work[2 * d : 3 * d]
@@ -171,8 +179,8 @@ def advance_law(law, constants, given, plan, todo, progress, work, numbers, spar
             for k in range(Q.shape[1]):
                 Q[i, k] += state[0, i]
         copy_into(saved, state)
-        code = iterate(law, constants, tables, s, h, state, work, numbers, plan.tolerance, counts,
-                       history)  # fmt: skip
+        code = iterate(law, constants, tables, complement, s, h, state, work, numbers,
+                       plan.tolerance, counts, history)  # fmt: skip
         if code == SOLVED and not complete(kicks, V, F, state):
             code = NOT_FINITE
         if code != SOLVED:

@@ -8,10 +8,12 @@ before          (d, P)       not used here
 t               (P,)         times
 found           dL/dv (d, P), then the factors of d2L/dv2 by rows: L D L^T without pivots, with
                 1 / D on the diagonal
+steps           (d, P)       changes of the velocities
 
-tables   (4 s, P)       h A^T, its low part, h B^T and its low part
-numbers  (2 d + 3,)     q and p at the start, 1 over their sizes; the pass adds its largest relative
-                        change
+tables      (4 s, P)    h A^T, its low part, h B^T and its low part
+complement  (s, P)      C^T, see galvi.kernels.lanes.law; (0, P) where C is 0
+numbers     (2 d + 3,)  q and p at the start, 1 over their sizes; the pass adds its largest
+                        relative change
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ UNROLLED = 8  # stages for which sums are written out
 
 def rows_of_work(d):
     """Rows of work for d coordinates."""
-    return T * d + 1 + d + d * (d + 1) // 2
+    return T * d + 1 + d + d * (d + 1) // 2 + d
 
 
 def is_zero(x):
@@ -107,15 +109,18 @@ class Pass:
 
     def __init__(self, context, builder, signature, values, law, d):
         self.context, self.builder, self.law, self.d = context, builder, law, d
-        work, tables, constants, numbers = (
-            context.make_array(signature.args[k])(context, builder, values[k]) for k in range(4)
+        arrays = [context.make_array(signature.args[k])(context, builder, values[k])
+                  for k in range(5)]  # fmt: skip
+        self.work, self.tables, self.complement, self.constants, self.numbers = (
+            array.data for array in arrays
         )
-        self.work, self.tables, self.constants, self.numbers = (
-            array.data for array in (work, tables, constants, numbers)
-        )
-        self.padded = builder.extract_value(work.shape, 1)
+        work, tables, complement = (array.shape for array in arrays[:3])
+        self.padded = builder.extract_value(work, 1)
         self.row = self.padded.type
-        self.stages = builder.udiv(builder.extract_value(tables.shape, 0), self.row(4))
+        self.found, self.steps = T * d + 1, rows_of_work(d) - d  # first rows
+        self.stages = builder.udiv(builder.extract_value(tables, 0), self.row(4))
+        rows = builder.extract_value(complement, 0)
+        self.projects = builder.icmp_unsigned("!=", rows, self.row(0))
         self.largest = cgutils.alloca_once(builder, BITS)
         builder.store(ir.Constant(BITS, [0] * LANES), self.largest)
 
@@ -126,10 +131,16 @@ class Pass:
             part(Lanes(self.context, self.builder, self.padded, loop.index))
 
     def load(self, lanes, block, i=0):
-        return Lane(self.builder, lanes.load(self.work, self.row(block * self.d + i)))
+        return self.load_row(lanes, block * self.d + i)
 
     def store(self, lanes, lane, block, i=0):
-        lanes.store(lane.value, self.work, self.row(block * self.d + i))
+        self.store_row(lanes, lane, block * self.d + i)
+
+    def load_row(self, lanes, row):
+        return Lane(self.builder, lanes.load(self.work, self.row(row)))
+
+    def store_row(self, lanes, lane, row):
+        lanes.store(lane.value, self.work, self.row(row))
 
     def number(self, lanes, k):
         return Lane(self.builder, lanes.spread(lanes.number(self.numbers, self.row(k))), ())
@@ -146,18 +157,20 @@ class Pass:
         for k, value in enumerate(found):
             self.store(lanes, q[0].same(value), T, 1 + k)
 
-    def sums(self, lanes, low, first_row, block):
-        """The low part plus sum_k (rows of a table) (columns of a block), for each coordinate."""
+    def sums(self, lanes, start, matrix, first_row, row):
+        """start + sum_k (rows of a matrix) (columns of d rows of work), for each coordinate."""
         builder, d = self.builder, self.d
-        first = [lanes.load(self.work, self.row(low * d + i)) for i in range(d)]
-        values = self.row(block * d)
+        first = [NOTHING] * d if start is None else [
+            lanes.load(self.work, self.row(start * d + i)) for i in range(d)
+        ]  # fmt: skip
+        values = self.row(row)
         results = [lanes.variable(NOTHING) for _ in range(d)]
         known = builder.icmp_unsigned("==", self.stages, self.row(UNROLLED))
         with builder.if_else(known) as (written_out, in_a_loop):
             with written_out:
                 totals = [list(first), [NOTHING] * d]
                 for j in range(UNROLLED):
-                    factor = lanes.load(self.tables, builder.add(first_row, self.row(j)))
+                    factor = lanes.load(matrix, builder.add(first_row, self.row(j)))
                     for i in range(d):
                         value = lanes.number(self.work, lanes.plus(values, i), self.row(j))
                         term = lanes.mul(lanes.spread(value), factor)
@@ -165,7 +178,7 @@ class Pass:
                 for place, one, other in zip(results, *totals, strict=True):
                     builder.store(lanes.add(one, other), place)
             with in_a_loop:
-                found = lanes.sums(first, self.tables, first_row, self.work, values, self.stages)
+                found = lanes.sums(first, matrix, first_row, self.work, values, self.stages)
                 for place, value in zip(results, found, strict=True):
                     builder.store(value, place)
         return [Lane(builder, builder.load(place), ()) for place in results]
@@ -185,30 +198,70 @@ class Pass:
             new.append(place.fused)
         return new
 
-    def kick(self, lanes, below):
-        """p from f, and one Newton step for v with dL/dv = p."""
-        d, start = self.d, self.builder.mul(self.stages, self.row(2))
-        p = self.moved(lanes, self.sums(lanes, LOW_P, start, F), P, d, 1)
+    def kick(self, lanes):
+        """p from f."""
+        d, first_row = self.d, self.builder.mul(self.stages, self.row(2))
+        totals = self.sums(lanes, LOW_P, self.tables, first_row, F * d)
+        return self.moved(lanes, totals, P, d, 1)
 
-        def found(k):
-            return self.load(lanes, T, 1 + k)
+    def missing(self, lanes, p):
+        """p - dL/dv."""
+        return [p[i] - self.load_row(lanes, self.found + i) for i in range(self.d)]
+
+    def solved(self, lanes, x, below):
+        """The changes of v that change dL/dv by x."""
+        d = self.d
 
         def factor(i, j):
-            return found(d + i * (i + 1) // 2 + j)
+            return self.load_row(lanes, self.found + d + i * (i + 1) // 2 + j)
 
-        x = [p[i] - found(i) for i in range(d)]
         L = {(i, j): factor(i, j) for i, j in below}
         for i, j in below:
             x[i] = x[i] - L[i, j] * x[j]
         x = [x[i] * factor(i, i) for i in range(d)]
         for i, j in reversed(below):
             x[j] = x[j] - L[i, j] * x[i]
-        for i in range(d):
-            self.store(lanes, self.load(lanes, V, i) + x[i], V, i)
+        return x
+
+    def store_rows(self, lanes, values, row):
+        for i, value in enumerate(values):
+            self.store_row(lanes, value, row + i)
+
+    def projected(self, lanes, row):
+        """x - C x, x in d rows of work."""
+        outside = self.sums(lanes, None, self.complement, self.row(0), row)
+        return [self.load_row(lanes, row + i) - outside[i] for i in range(self.d)]
+
+    def rates(self, below):
+        """p from f, and one Newton step for v with dL/dv = p."""
+        d, builder = self.d, self.builder
+
+        def newton(lanes):
+            steps = self.solved(lanes, self.missing(lanes, self.kick(lanes)), below)
+            self.store_rows(lanes, [self.load(lanes, V, i) + steps[i] for i in range(d)], V * d)
+
+        def missing(lanes):
+            self.store_rows(lanes, self.missing(lanes, self.kick(lanes)), self.found)
+
+        def steps(lanes):
+            inside = self.projected(lanes, self.found)
+            self.store_rows(lanes, self.solved(lanes, inside, below), self.steps)
+
+        def landed(lanes):
+            inside = self.projected(lanes, self.steps)
+            self.store_rows(lanes, [self.load(lanes, V, i) + inside[i] for i in range(d)], V * d)
+
+        with builder.if_else(self.projects) as (more_points, square):
+            with more_points:
+                for part in (missing, steps, landed):
+                    self.chunks(part)
+            with square:
+                self.chunks(newton)
 
     def drift(self, lanes):
         """q from v."""
-        self.moved(lanes, self.sums(lanes, LOW_Q, self.row(0), V), Q, 0, 0)
+        totals = self.sums(lanes, LOW_Q, self.tables, self.row(0), V * self.d)
+        self.moved(lanes, totals, Q, 0, 0)
 
     def change(self):
         """The largest relative change of q and p."""
@@ -217,17 +270,17 @@ class Pass:
 
 
 def one_pass(law, d):
-    """An intrinsic (work, tables, constants, numbers) for a law on R^d."""
+    """An intrinsic (work, tables, complement, constants, numbers) for a law on R^d."""
     below = filled(law, d)
 
     @intrinsic
-    def whole_pass(typingctx, work, tables, constants, numbers):
-        signature = types.void(work, tables, constants, numbers)
+    def whole_pass(typingctx, work, tables, complement, constants, numbers):
+        signature = types.void(work, tables, complement, constants, numbers)
 
         def generate(context, builder, signature, values):
             made = Pass(context, builder, signature, values, law, d)
             made.chunks(made.evaluate)
-            made.chunks(lambda lanes: made.kick(lanes, below))
+            made.rates(below)
             made.chunks(made.drift)
             place = builder.gep(made.numbers, [made.row(2 * d + 2)])
             builder.store(made.change(), place)

@@ -1,8 +1,12 @@
-"""Built-in laws of motion, see galvi.kernels.lanes.elementary and galvi.kernels.lanes.group_pass."""
+"""Built-in laws of motion and forces.
+
+See galvi.kernels.lanes.elementary, and for those on groups galvi.kernels.lanes.group_pass.
+"""
 
 from __future__ import annotations
 
-from galvi.kernels.lanes.elementary import sine_cosine
+from galvi.kernels.forces.rotor_wind import CORE, DESCENT, HIGH, LOW, SHARES, STRENGTH, R
+from galvi.kernels.lanes.elementary import exp, sine_cosine, sqrt
 from galvi.kernels.lie.arithmetic import cross, dot
 
 
@@ -34,6 +38,76 @@ def planar_chain(n):
         return forces, momenta, mass
 
     return law
+
+
+def canonical(slopes, d, diagonal):
+    """The law of L = v.Mv/2 - V. Constants: M by rows, then those of V.
+
+    slopes    dV/dq, as in galvi.kernels.lanes.potentials
+    diagonal  whether M is diagonal
+    """
+
+    def law(q, v, t, c):
+        forces = [-x for x in slopes(q, t, From(c, d * d))]
+        if diagonal:
+            mass = [[0.0] * i + [c[d * i + i]] for i in range(d)]
+            return forces, [mass[i][i] * v[i] for i in range(d)], mass
+        momenta = []
+        for i in range(d):
+            momentum = c[d * i] * v[0]
+            for j in range(1, d):
+                momentum = momentum + c[d * i + j] * v[j]
+            momenta.append(momentum)
+        return forces, momenta, [[c[d * i + j] for j in range(i + 1)] for i in range(d)]
+
+    return law
+
+
+def forced(law, force, first):
+    """The law with an external force (q, v, t, constants) -> d values.
+
+    first  number of the law's constants, which those of the force follow
+    """
+
+    def whole(q, v, t, c):
+        forces, momenta, mass = law(q, v, t, c)
+        added = force(q, v, t, From(c, first))
+        return [f + x for f, x in zip(forces, added, strict=True)], momenta, mass
+
+    return whole
+
+
+class From:
+    """Constants from a first one on."""
+
+    def __init__(self, constants, first):
+        self.constants, self.first = constants, first
+
+    def __getitem__(self, k):
+        return self.constants[self.first + k]
+
+
+def rotor_drag(q, v, t, c):
+    """The force and the constants of galvi.kernels.forces.rotor_wind.drag."""
+    square = q[0] * q[0] + q[1] * q[1]
+    height = LOW + (HIGH - LOW) * exp(t * (-1.0 / DESCENT))
+    outwards, upwards = 0.0, 0.0
+    for share in SHARES:
+        spread, rise = _ring(square, q[2] - share * height)
+        mirrored, falling = _ring(square, q[2] + share * height)
+        outwards, upwards = outwards + (spread - mirrored), upwards + (rise - falling)
+    outwards = STRENGTH * outwards
+    w = v[0] - outwards * q[0], v[1] - outwards * q[1], v[2] - STRENGTH * upwards
+    size = -c[0] * sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+    return [size * x for x in w]
+
+
+def _ring(square, zeta):
+    """As galvi.kernels.forces.rotor_wind.ring."""
+    P = square + (R * R + CORE * CORE) + zeta * zeta
+    B = P * P - 4.0 * R * R * square
+    scale = sqrt(sqrt(B)) / (B * B)
+    return 3.0 * P * zeta * scale, (2.0 * B - 3.0 * square * (P - 2.0 * R * R)) * scale
 
 
 def _symmetric(c):

@@ -78,6 +78,9 @@ class Lane:
     def __rsub__(self, other):
         return self._made(self.builder.fsub(self._lane(other), self.value, flags=self.flags))
 
+    def __abs__(self):
+        return self.call("fabs")
+
     def __neg__(self):
         return self._made(self.builder.fneg(self.value))
 

@@ -1,6 +1,7 @@
 """Scales of the motion in one step on a group; notation of galvi.kernels.on_group.stages.
 
-scale  (d,)  of each component: 1 for rotations, one for all positions of a factor, 0 if unknown
+scale  (d,)  of each component: 1 for rotations, one for all positions of a factor, 0 if unknown;
+             at least the smallest normal number, below which no change is small beside a motion
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from galvi.kernels.lie.product import DIMENSION, ROTATIONS
 
 QUIET = 2.0**-47  # share of the largest rate below which changes may be round-off
 FAR = 16.0  # ratio of scales above which the larger one was a bad guess
+SMALLEST = 2.0**-1022
 
 
 @jit_noalloc
@@ -26,7 +28,25 @@ def grow_scale(layout, place, rate, h, scale):
                 size = max(size, abs(place[i, j]), abs(h * rate[i, j]))
         for i in range(first, end):
             scale[i] = max(scale[i], size)
+            if 0.0 < scale[i] < SMALLEST:
+                scale[i] = SMALLEST
         start = end
+
+
+@jit_noalloc
+def amplification(layout, place, rate, h):
+    """The largest of 1 and |xi|, |h xi'| of rotations, (d, s).
+
+    Near the limit of a chart these coordinates, and with them their rounding errors, grow without
+    bound.
+    """
+    size, start = 1.0, 0
+    for factor in range(layout.shape[0]):
+        for i in range(start, start + layout[factor, ROTATIONS]):
+            for j in range(place.shape[1]):
+                size = max(size, abs(place[i, j]), abs(h * rate[i, j]))
+        start += layout[factor, DIMENSION]
+    return size
 
 
 @jit_noalloc

@@ -9,8 +9,10 @@ from galvi.kernels.lie import product
 from galvi.kernels.lie.product import is_flat, position_scale
 from galvi.kernels.nystrom.solve import (
     DIVERGED,
+    FLOOR,
     FORCES,
     GOING,
+    IDLE,
     ITERATIONS,
     NOT_FINITE,
     SOLVED,
@@ -20,7 +22,15 @@ from galvi.kernels.nystrom.solve import (
 )
 from galvi.kernels.on_group.derivative import derivative
 from galvi.kernels.on_group.elimination import factor, substitute
-from galvi.kernels.on_group.scale import FAR, grow_scale, largest, relative, shrink_scale
+from galvi.kernels.on_group.scale import (
+    FAR,
+    SMALLEST,
+    amplification,
+    grow_scale,
+    largest,
+    relative,
+    shrink_scale,
+)
 from galvi.kernels.on_group.stages import new_scratch, place_curve, residual, stage_slopes
 
 PASSES = 60
@@ -100,7 +110,8 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
     monotonicity test: Deuflhard, Newton Methods for Nonlinear Problems, 3.3). Far from a good
     guess, damping may find another root, whose rotation exceeds the chart, so it is used only if
     ``allow_damping``. The scale of a motion from rest is known only after the first correction; the
-    differences are then repeated.
+    differences are then repeated. What changes that no longer shrink may be, to be round-off, grows
+    with the coordinates of rotations near the chart's limit.
     """
     d, m = x.shape
     s, first = t.size, basis.first
@@ -125,7 +136,8 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
             correct(matrix, pivots, first, R, ahead)
             place_curve(basis, h, ahead, to_place, to_rate)
             change = relative(to_place, to_rate, h, scale, largest(rate))
-            if allow_damping and not change <= last and last > NEAR:
+            near = NEAR * amplification(layout, place, rate, h)
+            if allow_damping and not change <= last and last > near:
                 add(x, -share, step)
                 formed, share = here, 0.5 * share
                 if here:
@@ -134,7 +146,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
                     return DIVERGED if change < np.inf else NOT_FINITE
                 place_curve(basis, h, x, place, rate)
                 continue
-            formed = change <= RENEW * last or change < NEAR
+            formed = change <= RENEW * last or change < near
         here = not formed
         if not formed:
             rate_scale = largest(rate)
@@ -143,6 +155,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
                 for a in range(d):
                     sizes[a] = scale[a] if scale[a] > 0.0 else 1.0
                 rate_scale = rate_scale if rate_scale > 0.0 else np.max(sizes) / abs(h)
+                rate_scale = max(rate_scale, SMALLEST)
                 derivative(law, layout, chart, basis, scratch, sizes, rate_scale, h, g, mu0, t, x,
                            place, rate, forces, matrix)  # fmt: skip
                 counts[FORCES] += 2 * d * s
@@ -168,6 +181,9 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
         if not largest(place) < np.inf:
             return NOT_FINITE
         code = verdict(change, tolerance, history)
+        if (code == GOING or code == DIVERGED) and history[3] >= IDLE:
+            if history[2] <= FLOOR * amplification(layout, place, rate, h):
+                code = SOLVED
         if code == SOLVED:
             position_scale(layout, g, now)
             grow_scale(layout, place, rate, h, now)

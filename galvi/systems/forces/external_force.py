@@ -10,6 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.kernels.forces import lagrangian_derivatives
+from galvi.symbolic import lane_law
 from galvi.systems.compiles import compiles
 from galvi.systems.forces.builtin_force import BuiltinForce
 from galvi.systems.lagrangian_kernel import LagrangianKernel
@@ -68,6 +69,16 @@ def check_force_at(system: Forced, q: Array, v: Array, t: float) -> None:
             f"the force must be finite at the start; received {force.tolist()}. Check the function "
             f"force, or start elsewhere."
         )
+
+
+def lane_law_with_force(law: tuple[str, Array] | None, system: Forced) -> tuple[str, Array] | None:
+    """The lines and constants of a law for lanes with the system's external force added; None where
+    one of them has none."""
+    if system.force is None or law is None:
+        return law
+    if not (isinstance(system.force, BuiltinForce) and system.force.law):
+        return None
+    return lane_law.with_force(law, (system.force.law, system.force.compiled()[1]))
 
 
 def with_force(field: LagrangianKernel, system: Forced, matrix_rows: int) -> LagrangianKernel:

@@ -31,6 +31,11 @@ class RotorDrag:
         result: Array = -self.factor * np.sqrt(w @ w) * w
         return result
 
+    @property
+    def law(self) -> str:
+        """As `BuiltinForce.law`."""
+        return "from galvi.kernels.lanes.laws import rotor_drag as force"
+
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinForce.compiled`, with (factor,) for constants."""
         return rotor_wind.drag, np.array([self.factor])

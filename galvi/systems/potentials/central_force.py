@@ -9,7 +9,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import central_force
-from galvi.systems.potentials.potential import Law
+from galvi.systems.potentials.potential import Law, lane_slopes
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,9 @@ class CentralForce:
     def __post_init__(self) -> None:
         object.__setattr__(self, "mu", input_checks.positive("mu", self.mu))
 
-    def __call__(self, q: Array) -> float:
-        return float(-self.mu / np.linalg.norm(q))
+    def __call__(self, q: Array) -> Array:
+        result: Array = -self.mu / np.sqrt(np.sum(q * q, axis=-1))
+        return result
 
     def gradient(self, q: Array) -> Array:
         """mu q / |q|^3."""
@@ -39,4 +40,9 @@ class CentralForce:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(central_force.gradient, central_force.hessian, np.array([self.mu]))
+        return Law(
+            central_force.gradient,
+            central_force.hessian,
+            np.array([self.mu]),
+            lane_slopes("central_force"),
+        )

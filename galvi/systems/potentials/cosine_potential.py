@@ -9,7 +9,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import pendulum
-from galvi.systems.potentials.potential import Law
+from galvi.systems.potentials.potential import Law, lane_slopes
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,9 @@ class CosinePotential:
     def __post_init__(self) -> None:
         object.__setattr__(self, "weight", input_checks.positive("weight", self.weight))
 
-    def __call__(self, q: Array) -> float:
-        return float(-self.weight * np.sum(np.cos(q)))
+    def __call__(self, q: Array) -> Array:
+        result: Array = -self.weight * np.sum(np.cos(q), axis=-1)
+        return result
 
     def gradient(self, q: Array) -> Array:
         """weight sin(q_i)."""
@@ -38,4 +39,6 @@ class CosinePotential:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(pendulum.gradient, pendulum.hessian, np.array([self.weight]))
+        return Law(
+            pendulum.gradient, pendulum.hessian, np.array([self.weight]), lane_slopes("pendulum")
+        )

@@ -9,7 +9,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import linear_spring
-from galvi.systems.potentials.potential import Law
+from galvi.systems.potentials.potential import Law, lane_slopes
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,9 @@ class LinearSpring:
     def __post_init__(self) -> None:
         object.__setattr__(self, "stiffness", input_checks.positive("stiffness", self.stiffness))
 
-    def __call__(self, q: Array) -> float:
-        return float(0.5 * self.stiffness * (q @ q))
+    def __call__(self, q: Array) -> Array:
+        result: Array = 0.5 * self.stiffness * np.sum(q * q, axis=-1)
+        return result
 
     def gradient(self, q: Array) -> Array:
         """stiffness q."""
@@ -37,4 +38,9 @@ class LinearSpring:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(linear_spring.gradient, linear_spring.hessian, np.array([self.stiffness]))
+        return Law(
+            linear_spring.gradient,
+            linear_spring.hessian,
+            np.array([self.stiffness]),
+            lane_slopes("linear_spring"),
+        )

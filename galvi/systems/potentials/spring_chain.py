@@ -9,7 +9,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import spring_chain
-from galvi.systems.potentials.potential import Law
+from galvi.systems.potentials.potential import Law, lane_slopes
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,12 @@ class SpringChain:
         object.__setattr__(self, "alpha", input_checks.real("alpha", self.alpha))
         object.__setattr__(self, "beta", input_checks.real("beta", self.beta))
 
-    def __call__(self, q: Array) -> float:
+    def __call__(self, q: Array) -> Array:
         r = np.diff(q, prepend=0.0, append=0.0)
-        return float(np.sum(r**2 / 2.0 + self.alpha * r**3 / 3.0 + self.beta * r**4 / 4.0))
+        result: Array = np.sum(
+            r * r * (0.5 + r * (self.alpha / 3.0 + r * (self.beta / 4.0))), axis=-1
+        )
+        return result
 
     def gradient(self, q: Array) -> Array:
         """dV/dq, (d,)."""
@@ -48,4 +51,9 @@ class SpringChain:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(spring_chain.gradient, spring_chain.hessian, np.array([self.alpha, self.beta]))
+        return Law(
+            spring_chain.gradient,
+            spring_chain.hessian,
+            np.array([self.alpha, self.beta]),
+            lane_slopes("spring_chain"),
+        )

@@ -10,7 +10,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import uniform_field
-from galvi.systems.potentials.potential import Law
+from galvi.systems.potentials.potential import Law, lane_slopes
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +28,9 @@ class UniformField:
             raise ValueError(f"force must have shape (d,); received shape {force.shape}.")
         object.__setattr__(self, "force", force)
 
-    def __call__(self, q: Array) -> float:
-        return float(-(self.force @ q))
+    def __call__(self, q: Array) -> Array:
+        result: Array = -(q @ self.force)
+        return result
 
     def gradient(self, q: Array) -> Array:
         """-force."""
@@ -41,4 +42,9 @@ class UniformField:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(uniform_field.gradient, uniform_field.hessian, np.array(self.force))
+        return Law(
+            uniform_field.gradient,
+            uniform_field.hessian,
+            np.array(self.force),
+            lane_slopes("uniform_field"),
+        )

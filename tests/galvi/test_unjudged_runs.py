@@ -1,0 +1,223 @@
+"""A run keeps what it computed when its energy cannot be judged, and says why it was not."""
+
+from __future__ import annotations
+
+import signal
+
+import numpy as np
+import pytest
+from numba import njit
+
+import galvi
+from galvi.run.interruption import Interrupted, defer_interrupts
+
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+STEPS = 40
+
+
+class Planted:
+    """A potential, or L, that does ``what`` from its call ``at`` on, or where ``far``."""
+
+    def __init__(self, function, what, at=None, far=None):
+        self.function, self.what, self.at, self.far = function, what, at, far
+        self.calls = 0
+
+    def __call__(self, q, *v):
+        self.calls += 1
+        if (self.at is not None and self.calls >= self.at) or (self.far and self.far(q)):
+            self.what()
+        return self.function(q, *v)
+
+
+def raising(error):
+    def what():
+        raise error
+
+    return what
+
+
+def spring(q):
+    """|q|^2 / 2."""
+    return 0.5 * q[0] ** 2
+
+
+def height(R):
+    """2 R_33."""
+    return 2.0 * R[2, 2]
+
+
+def level(R):
+    out = np.zeros((3, 3))
+    out[2, 2] = 2.0
+    return out
+
+
+def tilted():
+    c, s = np.cos(1.0), np.sin(1.0)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+@njit
+def pull(q):
+    """The gradient of ``spring``, compiled: no step calls a Python function."""
+    return q.copy()
+
+
+def made(kind, what, at=None, far=None):
+    """A problem whose steps do not call the planted function, which is also returned."""
+    if kind == "canonical":
+        planted = Planted(spring, what, at, far)
+        return galvi.Problem(
+            galvi.Canonical(1.0, planted, pull, check=False), [1.0], [0.0]
+        ), planted
+    if kind == "rigid body":
+        planted = Planted(height, what, at, far)
+        system = galvi.RigidBody([1.0, 2.0, 2.5], planted, level, check=False)
+        return galvi.Problem(system, tilted(), [0.1, 0.2, 0.3]), planted
+    planted = Planted(lambda q, v: 0.5 * (v @ v - q @ q), what, at, far)
+    system = galvi.Lagrangian(
+        planted, galvi.Rn(1), lambda q, v: np.concatenate([v, -q]), check=False
+    )
+    return galvi.Problem(system, [1.0], [0.0]), planted
+
+
+def calls(kind):
+    """How many calls come before the judgement of a run, and how many in all."""
+    problem, planted = made(kind, lambda: None)
+    whole = galvi.integrate(problem, FOUR, 0.1, STEPS)
+    assert whole.status == "Completed."
+    total = planted.calls
+    galvi.integrate(problem, FOUR, 0.1, STEPS)
+    return 2 * total - planted.calls, total, whole
+
+
+KINDS = ["canonical", "rigid body", "Lagrangian"]
+ERRORS = [KeyError(7), RuntimeError("outside\nthe table"), TypeError("no float"), OSError()]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
+def test_an_exception_in_the_judgement_is_told_and_loses_nothing(kind, error):
+    before, total, whole = calls(kind)
+    for at in sorted({before + 1, before + 2, (before + total) // 2, total}):
+        problem, planted = made(kind, raising(error), at)
+        run = galvi.integrate(problem, FOUR, 0.1, STEPS)
+        assert planted.calls >= at
+        assert run.success and run.failed_step is None and not run.interrupted
+        assert np.array_equal(run.q, whole.q) and np.array_equal(run.p, whole.p)
+        assert run.status.startswith("Completed, but the energy could not be judged at step ")
+        reason = " ".join(str(error).split())
+        assert run.status.endswith(
+            f"it raised {type(error).__name__}{': ' * bool(reason)}{reason}."
+        )
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_steps_that_can_be_judged_are(sign):
+    """The wrong force drives q from 1 to cosh 4, and the potential is a table that ends at 5."""
+    planted = Planted(spring, raising(KeyError("off")), far=lambda q: abs(q[0]) > 5.0)
+    system = galvi.Canonical(1.0, planted, lambda q: sign * q, check=False)
+    run = galvi.integrate(galvi.Problem(system, [1.0], [0.0]), FOUR, 0.1, STEPS)
+    first = int(np.flatnonzero(np.abs(run.q[:, 0]) > 5.0)[0]) if sign < 0 else None
+    assert run.success == (sign > 0) and np.all(np.isfinite(run.q))
+    if sign < 0:
+        assert run.status.startswith(f"Ruined from step {run.failed_step} of {STEPS} on: ")
+        assert run.failed_step < first
+        assert (
+            f"could not be judged at step {first}, where it raised KeyError: 'off'." in run.status
+        )
+    else:
+        assert run.status == "Completed."
+
+
+def test_a_run_that_stops_where_its_energy_is_unknown_says_both():
+    planted = Planted(spring, raising(LookupError("end")), far=lambda q: q[0] > 3.0)
+    system = galvi.Canonical(1.0, planted, lambda q: -q if q[0] < 9.0 else q * np.nan, check=False)
+    run = galvi.integrate(galvi.Problem(system, [1.0], [0.5]), FOUR, 0.1, STEPS)
+    assert run.status.startswith("Stopped at step ")
+    assert "Its energy could not be judged at step " in run.status
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("how", ["raised", "pressed"])
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_in_the_judgement_raises_with_the_run(kind, how):
+    what = raising(KeyboardInterrupt()) if how == "raised" else press
+    before, total, whole = calls(kind)
+    for at in sorted({before + 1, (before + total) // 2, total}):
+        problem, planted = made(kind, what, at)
+        with pytest.raises(Interrupted) as caught:
+            galvi.integrate(problem, FOUR, 0.1, STEPS)
+        run = caught.value.run
+        assert planted.calls == at  # the judgement ends at once
+        assert np.array_equal(run.q, whole.q) and np.array_equal(run.p, whole.p)
+        assert run.status == "Completed, but the energy could not be judged because of Ctrl-C."
+        planted.at = None
+        assert galvi.resume(run, 3).success
+        with pytest.raises(KeyboardInterrupt):
+            planted.at = 1
+            galvi.integrate_many([problem], FOUR, 0.1, STEPS)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.parametrize("last", [True, False])
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_at_the_last_step_or_at_one_that_fails_raises_with_the_run(last):
+    pressed = []
+
+    def gradient(q):
+        if abs(q[0]) > 5.0:
+            if not pressed:
+                press()
+            pressed.append(True)
+            return q if last else q * np.nan
+        return -q
+
+    system = galvi.Canonical(1.0, spring, gradient, check=False)
+    problem = galvi.Problem(system, [1.0], [0.0])
+    free = galvi.integrate(
+        galvi.Problem(galvi.Canonical(1.0, spring, lambda q: -q, check=False), [1.0], [0.0]),
+        FOUR, 0.1, 40,
+    )  # fmt: skip
+    steps = int(np.flatnonzero(free.q[:, 0] > 5.0)[0])
+    with pytest.raises(Interrupted) as caught:
+        galvi.integrate(problem, FOUR, 0.1, steps)
+    run = caught.value.run
+    assert np.array_equal(run.q[: steps - 1], free.q[: steps - 1])
+    assert run.counts["steps"] == (steps if last else steps - 1)
+    assert np.isfinite(run.q[-1, 0]) == last
+
+
+def press():
+    """Ctrl-C."""
+    signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_that_nobody_asked_about_is_raised_at_the_end():
+    with pytest.raises(KeyboardInterrupt), defer_interrupts():
+        press()
+    with defer_interrupts() as pressed:
+        press()
+        assert pressed()
+    with pytest.raises(KeyboardInterrupt), defer_interrupts() as pressed:
+        assert not pressed()
+        press()
+    with pytest.raises(KeyboardInterrupt), defer_interrupts():
+        press()
+        press()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_finished_runs_of_an_ensemble_survive_ctrl_c():
+    problem, planted = made("canonical", lambda: None)
+    whole = galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
+    last = planted.calls
+    galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
+    planted.at, planted.what = planted.calls + planted.calls - last, press
+    with pytest.raises(Interrupted) as caught:
+        galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
+    assert planted.calls == planted.at
+    for run, other in zip(caught.value.run, whole, strict=True):
+        assert np.array_equal(run.q, other.q) and run.status == "Completed."
