@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 import galvi
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.lie import product
+from tests.galvi.group_matrices import element
 
 GROUPS: dict[str, Any] = {
     "SO3": galvi.SO3(),
@@ -26,6 +26,7 @@ chart = Chart({layout}, 0)
 
 
 def law(g, v, t, c):
+    # {remark}
     d, r, first = {d}, {r}, 1 + 4 * len(chart.factors)
     c = [c[first + k] for k in range(r + d * d)]
     s, square = c[0] * g[0], v[0] * v[0]
@@ -72,6 +73,7 @@ class Swelling:
     group: Any
     c: Any
     A: Any
+    remark: str = "none"
 
     def __call__(self, q, v, t):
         s = self.c @ q.ravel()
@@ -100,29 +102,16 @@ class Swelling:
     def law(self):
         """The lines of the law for lanes."""
         g = self.group
-        return LAW.format(layout=g.layout.tolist(), d=g.dimension, r=self.c.size)
+        return LAW.format(
+            layout=g.layout.tolist(), d=g.dimension, r=self.c.size, remark=self.remark
+        )
 
 
-def element(group: Any, random: np.random.Generator) -> Any:
-    """A random element."""
-    if isinstance(group, galvi.Product):
-        return group.join(*(element(factor, random) for factor in group.factors))
-    if isinstance(group, galvi.Rn):
-        return random.normal(size=group.shape)
-    n = group.shape[0] - isinstance(group, galvi.SE2 | galvi.SE3)
-    turn = [0.0, 0.0, random.normal()] if n == 2 else random.normal(size=3)
-    g = np.eye(group.shape[0])
-    g[:n, :n] = Rotation.from_rotvec(turn).as_matrix()[:n, :n]
-    if n < group.shape[0]:
-        g[:n, n] = random.normal(size=n)
-    return g
-
-
-def swelling(name: str, seed: int) -> galvi.Problem:
-    """A problem on the group with this name."""
+def swelling(name: str, seed: int, remark: str = "none") -> galvi.Problem:
+    """A problem on the group with this name; another remark is another source."""
     random, group = np.random.default_rng(seed), GROUPS[name]
     d, r = group.dimension, int(np.prod(group.shape))
     root = 0.3 * random.normal(size=(d, d))
-    found = Swelling(group, 0.4 * random.normal(size=r), np.eye(d) + root @ root.T)
+    found = Swelling(group, 0.4 * random.normal(size=r), np.eye(d) + root @ root.T, remark)
     system = galvi.Lagrangian(found, group, explicit_time=True)
-    return galvi.Problem(system, element(group, random), 0.6 * random.normal(size=d), t0=0.3)
+    return galvi.Problem(system, element(group, random.normal(size=d)), 0.6 * random.normal(size=d), t0=0.3)

@@ -102,7 +102,7 @@ class GroupPass(Pass):
 
     def __init__(self, context, builder, signature, values, law, chart):
         super().__init__(context, builder, signature, values, law, chart.dimension)
-        self.chart = chart
+        self.chart, self.found = chart, (TIMES - 1) * self.d + 1  # the factors begin d rows later
         shape = context.make_array(signature.args[2])(context, builder, values[2]).shape
         self.extra = builder.udiv(builder.extract_value(shape, 0), self.row(2))
         with np.errstate(all="ignore"):
@@ -123,7 +123,7 @@ class GroupPass(Pass):
             kept = value if isinstance(value, Lane) else Lane(self.builder, NOTHING)
             self.store(lanes, kept if is_zero(value) else kept.same(value), block, i)
 
-    def found(self, lanes):
+    def state(self, lanes):
         """xi, eta, the velocity, and what the law is there."""
         xi, eta = self.loaded(lanes, XI), self.loaded(lanes, ETA)
         first = 3 * self.d + 2
@@ -140,11 +140,11 @@ class GroupPass(Pass):
     def prepare(self, lanes):
         """The factors of a mass that does not depend on the state."""
         if self.constant_mass:
-            self.keep_factors(lanes, self.found(lanes)[3][2])
+            self.keep_factors(lanes, self.state(lanes)[3][2])
 
     def evaluate(self, lanes):
         """f, n, velocities, momenta and factors from xi and eta."""
-        xi, eta, velocity, (tau, mu, mass) = self.found(lanes)
+        xi, eta, velocity, (tau, mu, mass) = self.state(lanes)
         f = self.chart.apply("momentum_slope", xi, eta, mu)
         pulled, swung = (self.chart.apply(x, xi, tau) for x in ("momentum", "coadjoint_change"))
         f = [
@@ -190,31 +190,20 @@ class GroupPass(Pass):
         own = self.chart.apply("momentum", self.loaded(lanes, XI), self.loaded(lanes, MU))
         self.stored(lanes, [pi[i] - own[i] for i in range(self.d)], REST)
 
-    def solved(self, lanes, xi, x):
-        """T^-1 M^-1 x."""
-        L = {(i, j): self.factor(lanes, i, j) for i, j in self.below}
-        for i, j in self.below:
-            x[i] = x[i] - L[i, j] * x[j]
-        x = [x[i] * self.factor(lanes, i, i) for i in range(self.d)]
-        for i, j in reversed(self.below):
-            x[j] = x[j] - L[i, j] * x[i]
-        return self.chart.apply("rate", xi, x)
-
     def turn(self, lanes):
         """pi from f and eta by one Newton step, with as many points as coefficients."""
         xi, mu, eta = (self.loaded(lanes, block) for block in (XI, MU, ETA))
         asked = self.chart.apply("covector", xi, self.kick(lanes))
-        more = self.solved(lanes, xi, [asked[i] - mu[i] for i in range(self.d)])
+        lacking = [asked[i] - mu[i] for i in range(self.d)]
+        more = self.chart.apply("rate", xi, self.solved(lanes, lacking, self.below))
         self.stored(lanes, [eta[i] + more[i] for i in range(self.d)], ETA)
 
     def solve(self, lanes):
         """The change of eta that the momenta ask for."""
         xi = self.loaded(lanes, XI)
         asked = self.chart.apply("covector", xi, self.loaded(lanes, REST))
-        self.stored(lanes, self.solved(lanes, xi, asked), REST)
-
-    def factor(self, lanes, i, j):
-        return self.load(lanes, TIMES, 1 + i * (i + 1) // 2 + j)
+        more = self.solved(lanes, asked, self.below)
+        self.stored(lanes, self.chart.apply("rate", xi, more), REST)
 
     def add_rest(self, lanes):
         """eta by its change."""
