@@ -106,6 +106,8 @@ def _failure(
     problem: Problem, method: Galerkin, step: float, code: int, solver: str, work: RunArrays
 ) -> str:
     turn, limit = float(work.step_angle[0]), method.chart.limit
+    method_tried = "fixed-point iteration" if solver == "fixed_point" else "Newton's method"
+    tried = f"{method_tried} did not solve"
     if not turn < FAR:
         return "velocities above 1e100 overflow. Use other units, or a smaller step."
     if turn >= NEAR_LIMIT * limit or code == LEFT_CHART:
@@ -116,7 +118,7 @@ def _failure(
         )  # fmt: skip
         what = f"the step turns by {turn:.4g} radians, and "
         if code != LEFT_CHART and turn < limit:
-            what = f"Newton's method did not solve a step that turns by {turn:.4g} radians, where "
+            what = f"{tried} a step that turns by {turn:.4g} radians, where "
         return (
             f"{what}the chart {type(method.chart).__name__} ends at {limit:.4g}. Use a step of at "
             f"most {0.5 * abs(step) * limit / turn:.2g}{other}."
@@ -126,9 +128,9 @@ def _failure(
             "the force or the state became infinite or NaN, or the equations singular. Use a "
             "smaller step, or keep away from the force's singularity."
         )
-    tried, other = "Newton's method did not solve", ""
+    other = ""
     if solver == "fixed_point":
-        tried, other = "fixed-point iteration did not solve", ", or the solver auto"
+        other = ", or the solver auto"
     elif getattr(problem.system, "potential_calls_per_force", 0):
         other = ", or give the Lagrangian its slopes"
     return (

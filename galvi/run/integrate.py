@@ -54,7 +54,7 @@ def integrate(
     save_every  k keeps steps 0, k, 2 k, ... and the last
     curves      keep every step's Galerkin curve; None: only when save_every is 1
     solver      "auto", "fixed_point" or "newton"; on groups, "fixed_point" only for a RigidBody
-                without a force, free or in UniformGravity, with as many points as the degree, and
+                without a force, free or in UniformGravity, and for a FreeBody, and
                 on Rn for a PlanarChain or a SymPy Lagrangian, and for a Canonical system with a
                 built-in potential, where forces come from SymPy or are a RotorDrag
     tolerance   change relative to |q| at which a step's iteration stops; None: round-off
@@ -120,10 +120,10 @@ def prepared(
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
             f"with a group, an external force or a degree for each component, the solver "
-            f"fixed_point is for a RigidBody without a force, free or in UniformGravity, with as "
-            f"many points as the degree, and for a PlanarChain, a SymPy Lagrangian or a built-in "
-            f"potential with forces from SymPy or a RotorDrag; received {problem!r} with "
-            f"{method.name}. Use the solver auto."
+            f"fixed_point is for a RigidBody without a force, free or in UniformGravity, for a "
+            f"FreeBody, and for a PlanarChain, a SymPy Lagrangian or a built-in potential with "
+            f"forces from SymPy or a RotorDrag; received {problem!r} with {method.name}. Use the "
+            f"solver auto."
         )
     _check_functions(problem)
     begin = engine.start(problem, method.stages)

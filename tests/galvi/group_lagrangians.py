@@ -114,4 +114,6 @@ def swelling(name: str, seed: int, remark: str = "none") -> galvi.Problem:
     root = 0.3 * random.normal(size=(d, d))
     found = Swelling(group, 0.4 * random.normal(size=r), np.eye(d) + root @ root.T, remark)
     system = galvi.Lagrangian(found, group, explicit_time=True)
-    return galvi.Problem(system, element(group, random.normal(size=d)), 0.6 * random.normal(size=d), t0=0.3)
+    return galvi.Problem(
+        system, element(group, random.normal(size=d)), 0.6 * random.normal(size=d), t0=0.3
+    )

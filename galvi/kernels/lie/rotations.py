@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit_inline, jit_noalloc
-from galvi.kernels.lie.arithmetic import cross, dot, generic
+from galvi.kernels.lie.arithmetic import cross, dot, generic, two_sum
 from galvi.kernels.lie.chart_functions import (
     from_quaternion,
     half_turn,
@@ -17,7 +17,6 @@ from galvi.kernels.lie.chart_functions import (
     rotation_radial,
     tangent_radial,
 )
-from galvi.kernels.nystrom.step import two_sum
 
 
 @generic

@@ -181,9 +181,12 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
         if not largest(place) < np.inf:
             return NOT_FINITE
         code = verdict(change, tolerance, history)
-        if (code == GOING or code == DIVERGED) and history[3] >= IDLE:
-            if history[2] <= FLOOR * amplification(layout, place, rate, h):
-                code = SOLVED
+        if (
+            code in (GOING, DIVERGED)
+            and history[3] >= IDLE
+            and history[2] <= FLOOR * amplification(layout, place, rate, h)
+        ):
+            code = SOLVED
         if code == SOLVED:
             position_scale(layout, g, now)
             grow_scale(layout, place, rate, h, now)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from galvi.kernels.lie.arithmetic import generic
-from galvi.kernels.nystrom.step import two_sum
+from galvi.kernels.lie.arithmetic import generic, two_sum
 
 
 @generic

@@ -8,7 +8,7 @@ body's velocity is (s x', R^T (V' v x' + V v')).
 
 from __future__ import annotations
 
-from galvi.kernels.lie.arithmetic import generic
+from galvi.kernels.lie.arithmetic import generic, two_sum
 from galvi.kernels.lie.chart_functions import translation_radial
 from galvi.kernels.lie.groups.so2 import (
     change,
@@ -19,7 +19,6 @@ from galvi.kernels.lie.groups.so2 import (
     turn_derivative,
     turn_frame,
 )
-from galvi.kernels.nystrom.step import two_sum
 
 
 @generic

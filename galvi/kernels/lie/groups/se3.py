@@ -13,7 +13,7 @@ V^T and D^T have -e in place of e. xi = (w, v), eta = (w', v').
 from __future__ import annotations
 
 from galvi.kernels.lie import rotations
-from galvi.kernels.lie.arithmetic import cross, dot, generic
+from galvi.kernels.lie.arithmetic import cross, dot, generic, two_sum
 from galvi.kernels.lie.chart_functions import translation_radial
 from galvi.kernels.lie.groups.so3 import (
     columns,
@@ -24,7 +24,6 @@ from galvi.kernels.lie.groups.so3 import (
     turn_frame,
 )
 from galvi.kernels.lie.rotations import change, rotated, rotation, times, transpose, turned
-from galvi.kernels.nystrom.step import two_sum
 
 
 @generic

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi.kernels.lie.arithmetic import generic
+from galvi.kernels.lie.arithmetic import generic, two_sum
 from galvi.kernels.lie.chart_functions import coordinate_of, rotation_radial, tangent_radial
-from galvi.kernels.nystrom.step import two_sum
 
 
 @generic

@@ -6,9 +6,8 @@ import numpy as np
 
 from galvi.kernels.compile.jit import jit
 from galvi.kernels.lie import rotations
-from galvi.kernels.lie.arithmetic import generic
+from galvi.kernels.lie.arithmetic import generic, two_sum
 from galvi.kernels.lie.rotations import rotation, times, transpose
-from galvi.kernels.nystrom.step import two_sum
 
 
 @generic
