@@ -72,14 +72,13 @@ def test_a_resumed_run_is_the_long_one_to_the_last_bit(problem, tmp_path):
     np.testing.assert_array_equal(rest.p[-1], whole.p[-1])
 
 
-def test_a_step_that_lanes_do_not_solve_is_left_to_newtons_method_and_the_run_returns():
-    """Steps beyond the reach of the series for lanes, 2 radians, and steps within it."""
-    method = hall(12, galvi.Exponential())
-    run = galvi.integrate(PENDULUM, method, 0.45, 120)
-    general = galvi.integrate(PENDULUM, method, 0.45, 120, solver="newton")
-    assert run.success and general.success
-    assert 0 < run.counts["linear_solves"] < general.counts["linear_solves"]
-    np.testing.assert_allclose(run.q, general.q, rtol=0.0, atol=1e-9)
+def test_a_step_beyond_the_reach_of_lanes_is_left_to_newtons_method():
+    """The series for lanes end at 2 radians, and these steps turn by 2.1."""
+    method = hall(14, galvi.Exponential())
+    run = galvi.integrate(FREE, method, 0.7, 20)
+    general = galvi.integrate(FREE, method, 0.7, 20, solver="newton")
+    assert run.success and run.counts["linear_solves"] > 0
+    np.testing.assert_allclose(run.q, general.q, rtol=0.0, atol=1e-12)
 
 
 def check_drift(problem, chart, steps):
