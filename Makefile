@@ -44,5 +44,7 @@ $(STAMP): pyproject.toml constraints.txt
 	         "name another, as in: make $(or $(firstword $(MAKECMDGOALS)),install) PYTHON=path/to/python3" >&2; \
 	    exit 1; }
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[$(EXTRAS)]' -c constraints.txt
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
+	    -e '.[$(EXTRAS)]' -c constraints.txt
+	@$(BIN)/python -m compileall -qq -j 0 -x '/tests/' .venv/lib || true # as pip would, one by one
 	@touch $@

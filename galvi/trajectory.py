@@ -35,7 +35,9 @@ class Trajectory:
     failed_step   number, counted from 1, of the first step not completed, or if all are, of the
                   first one seen to be ruined; None on success
     counts        steps, iterations, force_evaluations, hessian_evaluations, linear_solves, and
-                  for N bodies pair_evaluations, including those of two-body iterations
+                  for N bodies pair_evaluations, including those of two-body iterations; and
+                  newton_steps, if fixed-point iteration left some to Newton's method, as the status
+                  then says
     step          the step size; None for a reference that chooses its own steps
     method        the method or reference that computed it
     curves        the Galerkin curve of each step; None if not kept

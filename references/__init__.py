@@ -87,8 +87,10 @@ REFERENCES: tuple[Contender, ...] = (
 def reference(name: str) -> Contender:
     """The reference of this name.
 
-    Raises ValueError, with the nearest known name, when there is none.
+    Raises ValueError, with the nearest known name, when there is none; TypeError unless a string.
     """
+    if not isinstance(name, str):
+        raise TypeError(f"the name of a reference must be a string; received {name!r}.")
     known = {contender.name: contender for contender in REFERENCES}
     if name not in known:
         raise ValueError(

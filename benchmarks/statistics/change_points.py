@@ -11,8 +11,6 @@ import math
 import statistics
 from collections.abc import Sequence
 
-from scipy.stats import mannwhitneyu
-
 LEVEL = 0.05
 SIZE = 0.05  # relative to the earlier median
 LEAST = 4  # fewest points in a part
@@ -64,6 +62,8 @@ def _split(part: Sequence[float], size: float, level: float) -> int | None:
     places = range(LEAST, len(part) - LEAST + 1)
     if not places or len(set(part)) == 1:
         return None
+    from scipy.stats import mannwhitneyu  # a sixth of the import of a report
+
     chance, split = min(
         (float(mannwhitneyu(part[:k], part[k:], alternative="two-sided").pvalue), k) for k in places
     )

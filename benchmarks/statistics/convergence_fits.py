@@ -27,7 +27,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from galvi.arrays import Array
 
@@ -202,7 +202,7 @@ def _best(
     lines = np.array([_line(x[start:], y[start:]) for start in starts])
     slopes, spreads, constants = lines.T
     points = x.size - np.array(starts)
-    widths = np.maximum(spreads * student.ppf(0.975, points - 2), np.finfo(float).tiny)
+    widths = np.maximum(spreads * stdtrit(points - 2, 0.975), np.finfo(float).tiny)
     k = int(np.argmin(widths))
     other = np.average((slopes - slopes[k]) ** 2, weights=(widths[k] / widths) ** 2)
     uncertainty = float(np.hypot(spreads[k], np.sqrt(other)))

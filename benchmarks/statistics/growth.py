@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from galvi.arrays import Array
 
@@ -50,7 +50,7 @@ class Growth:
     @property
     def drifts(self) -> bool:
         """Whether the mean drift is significant against the scatter of the runs (Student's t)."""
-        return bool(2.0 * student.sf(abs(self.sigmas), self.runs - 1) < CHANCE)
+        return bool(2.0 * stdtr(self.runs - 1, -abs(self.sigmas)) < CHANCE)
 
 
 def growth(t: Array, errors: Array, decades: float = 2.0, floor: float = 0.0) -> Growth:

@@ -32,12 +32,12 @@ TIMES = 2  # processes, the first to fill the cache; the fastest counts
 STEPS, MANY_STEPS, QUICK_STEPS = 10**4, 3 * 10**5, 10**5
 EXPLANATION = (
     "Seconds in a fresh process: to import galvi, then to the end of a first run of ten steps. "
-    "Cold: nothing is compiled (for the user's functions: galvi's kernels are compiled, these are "
-    "not), in processor time, once for each kernel, and empty where another row has the same "
-    "kernel; warm: everything is in the cache on disk. Since seconds of different machines do not "
-    "compare, they are also given relative to the import of numpy. Memory is the peak of the "
-    f"process after {STEPS:,} steps, and after a second run of {MANY_STEPS:,} ({QUICK_STEPS:,} in "
-    "the quick form; a fiftieth for the Lagrangian and the force), of which only the ends are kept."
+    "Cold: nothing is compiled, in processor time, once for each kernel, and empty where another "
+    "row has the same kernel; warm: everything is in the cache on disk. Since seconds of different "
+    "machines do not compare, they are also given relative to the import of numpy. Memory is the "
+    f"peak of the process after {STEPS:,} steps, and after a second run of {MANY_STEPS:,} "
+    f"({QUICK_STEPS:,} in the quick form; a fiftieth for the Lagrangian and the force), of which "
+    "only the ends are kept."
 )
 OWN = """
 import numba, numpy as np, galvi
@@ -106,7 +106,7 @@ print(json.dumps([numpys, imported, first, processor, peaks]))
 """
 
 
-ALL, USERS, NOTHING = "all", "users", "nothing"
+ALL, NOTHING = "all", "nothing"
 SLOW = 0.02  # for the general kernel of groups, whose step takes fifty times as long
 
 
@@ -118,7 +118,7 @@ class Start:
     problem  an expression that constructs it
     step     step size of the run
     imports  imports needed by the expression besides galvi
-    cold     what a cold run compiles: ALL, only the USERS functions, or NOTHING new
+    cold     what a cold run compiles: ALL, or NOTHING new
     share    share of the many steps after which memory is measured
     """
 
@@ -138,7 +138,7 @@ STARTS = (  # what compiles longest first: two processes compile at a time
     Start("rigid body: free", "galvi.problems.free_rigid_body()", 0.1),
     Start("law: double pendulum", "galvi.problems.double_pendulum()", 0.05),
     Start("force: damped pendulum", "own.damped()", 0.1, "import own", NOTHING, SLOW),
-    Start("user's jitted functions: pendulum", "own.pendulum()", 0.1, "import own", USERS),
+    Start("user's jitted functions: pendulum", "own.pendulum()", 0.1, "import own"),
 )
 
 

@@ -53,8 +53,8 @@ class Curves:
 
     def _coordinates(self, index: Any, tau: Array) -> Array:
         """xi (k, d) at places tau (k,) of the steps ``index`` (k,)."""
-        basis = self.space.basis(tau)[:, 1:] - self.space.basis(np.zeros(1))[:, 1:]
-        xi: Array = np.einsum("kdi,ki->kd", self.coefficients[index], basis)
+        basis = self.space.basis(np.append(tau, 0.0))[:, 1:]
+        xi: Array = np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
         return xi
 
     def _locate(self, t: Any) -> tuple[Any, Array, bool]:

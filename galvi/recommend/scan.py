@@ -207,4 +207,4 @@ class Scan:
 
 def _failure(run: Trajectory) -> str:
     """Why a run is unusable, or an empty string."""
-    return "" if run.success and run.status == COMPLETED else run.status
+    return "" if run.success and run.status.startswith(COMPLETED) else run.status

@@ -88,17 +88,17 @@ def judge(
 
     def judged(sharp: bool, *limits: float) -> Judgement:
         raised: Raised = {}
-        both = energies(problem, seen, sharp, raised)
+        states = (seen.steps, *energies(problem, seen, sharp, raised))
+        if not raised:
+            return judgement(*states, *known, so_far, *limits)
         told = np.array([k for k in range(len(seen.steps)) if k not in raised], dtype=np.int64)
         found = Judgement(energies=start.energies)
         if told.size:
-            steps, kinetic, potential = (each[told] for each in (seen.steps, *both))
+            steps, kinetic, potential = (each[told] for each in states)
             found = judgement(steps, kinetic, potential, *known, so_far, *limits)
-        if raised:
-            first = min(raised)
-            step = int(seen.steps[first]) - start.first
-            found = found._replace(unjudged=_raised(raised[first], step))
-        return found
+        first = min(raised)
+        step = int(seen.steps[first]) - start.first
+        return found._replace(unjudged=_raised(raised[first], step))
 
     found = judged(False)
     if found.error <= SMALL and not found.unknown:
@@ -149,9 +149,11 @@ def judgement(
         lows = np.fmin.accumulate(np.fmin(potential, lowest))
         highs = np.fmax.accumulate(np.fmax(potential, highest))
         measures = np.fmax(highs - lows, kinetic_at_start)
-        for k in np.flatnonzero(error <= SMALL * measures):
-            if error[k] <= measure or measure <= limits[k]:
-                measure = max(measure, float(measures[k]))
+        for off, reached, limit in zip(
+            error.tolist(), measures.tolist(), limits.tolist(), strict=True
+        ):
+            if off <= SMALL * reached and (off <= measure or measure <= limit):
+                measure = max(measure, reached)
         lowest, highest = float(lows[-1]), float(highs[-1])
         largest = float(np.maximum.reduce(error))
     record = measure

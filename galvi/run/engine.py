@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.local_chart import LocalChart
 from galvi.method import Galerkin
@@ -20,6 +20,11 @@ from galvi.trajectory import Trajectory
 Call = Callable[[int], int]  # does n more steps; returns 0, or the code of a step that failed
 Stepper = Callable[[Problem, Galerkin, float, int, Checkpoint, RunArrays], Call]
 Start = tuple[Array, Array, npt.NDArray[np.int64]]
+
+
+def fixed(*start: Any) -> Start:
+    """The same arrays, not writeable."""
+    return cast(Start, tuple(read_only(array) for array in start))
 
 
 class Substeps(Protocol):
@@ -38,7 +43,7 @@ class Engine:
     There are two values, `NYSTROM` and `ON_GROUP`.
 
     start                (problem, stages) -> state, stages and solver_state before the first step,
-                         see `Checkpoint`
+                         see `Checkpoint`; the same arrays for each run, which copies them
     velocity_row         row of the state that is saved with q: velocities or momenta
     solves_by_iteration  (problem, method) -> whether the solver fixed_point is available
     is_compiled          (problem, method) -> whether its kernel is compiled, so that other threads

@@ -97,7 +97,7 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         raise
     except (*UNREADABLE, zipfile.BadZipFile) as error:
         raise ValueError(
-            f"{path} must be a run written by galvi.save; it cannot be read as one ({error})."
+            f"{path} must be a run written by galvi.save; it cannot be read as one."
         ) from error
     if version != VERSION:
         raise ValueError(f"{path} must have format {VERSION}; received format {version}.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -21,8 +22,8 @@ from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.kernels.on_group.advance import LEFT_CHART, RATES
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.engine import Engine, Start, Substeps
-from galvi.run.group_steppers import compiled_stepper, general_stepper, solves_by_iteration
+from galvi.run.engine import Engine, Start, Substeps, fixed
+from galvi.run.group_steppers import compiled_stepper, solves_by_iteration, stepper_after_failure
 from galvi.run.group_system import group_system
 from galvi.run.run_arrays import COUNTED, RunArrays
 from galvi.systems.system import GroupSystem
@@ -37,6 +38,7 @@ def _system(problem: Problem, method: Galerkin) -> GroupSystem:
     return cast(GroupSystem, group_system(problem, method))
 
 
+@lru_cache(maxsize=32)
 def _start(problem: Problem, stages: int) -> Start:
     """The state, see galvi.kernels.on_group.advance; stages are velocities."""
     p0, g = problem.p0, problem.q0.ravel()
@@ -48,7 +50,7 @@ def _start(problem: Problem, stages: int) -> Start:
         nu = np.empty(p0.size)
         product.in_space(layout, g.copy(), p0.copy(), nu)
         state[1, 2 * p0.size : 3 * p0.size] = nu
-    return state, *_guess(problem.v0, stages)
+    return fixed(state, *_guess(problem.v0, stages))
 
 
 def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:
@@ -86,7 +88,7 @@ def rates_from_substeps(
             places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
             path, turning = run(t + step * places), Exponential()
             turns = unwrapped(turning, group, coordinates(turning, group, q, path))
-            work.step_angle[0] = max(farthest_turn(group, xi) for xi in turns)
+            work.step_angle[0] = _farthest_of(group, turns)
             if work.step_angle[0] > chart.limit:
                 return None
             xi = unwrapped(chart, group, coordinates(chart, group, q, path))
@@ -102,14 +104,23 @@ def farthest_turn(group: Group, xi: Array) -> float:
     return float(product.largest_rotation(group.layout, np.ascontiguousarray(xi)))
 
 
+def _farthest_of(group: Group, path: Array) -> float:
+    """The largest rotation angle on a path (k, d)."""
+    start, farthest = 0, 0.0
+    for _, d, _, rotations in group.layout:
+        sizes = np.sum(path[:, start : start + rotations] ** 2, axis=1)
+        farthest = max(farthest, farthest_turn(group, path[int(np.argmax(sizes))]))
+        start += d
+    return farthest
+
+
 def _failure(
     problem: Problem, method: Galerkin, step: float, code: int, solver: str, work: RunArrays
 ) -> str:
     turn, limit = float(work.step_angle[0]), method.chart.limit
-    method_tried = "fixed-point iteration" if solver == "fixed_point" else "Newton's method"
-    tried = f"{method_tried} did not solve"
     if not turn < FAR:
         return "velocities above 1e100 overflow. Use other units, or a smaller step."
+    tried = "fixed-point iteration" if solver == "fixed_point" else "Newton's method"
     if turn >= NEAR_LIMIT * limit or code == LEFT_CHART:
         farther = max(CHARTS, key=lambda chart: chart.limit)
         other = "" if farther.limit <= limit else (
@@ -118,7 +129,7 @@ def _failure(
         )  # fmt: skip
         what = f"the step turns by {turn:.4g} radians, and "
         if code != LEFT_CHART and turn < limit:
-            what = f"{tried} a step that turns by {turn:.4g} radians, where "
+            what = f"{tried} did not solve a step that turns by {turn:.4g} radians, where "
         return (
             f"{what}the chart {type(method.chart).__name__} ends at {limit:.4g}. Use a step of at "
             f"most {0.5 * abs(step) * limit / turn:.2g}{other}."
@@ -134,7 +145,7 @@ def _failure(
     elif getattr(problem.system, "potential_calls_per_force", 0):
         other = ", or give the Lagrangian its slopes"
     return (
-        f"{tried} the stage equations"
+        f"{tried} did not solve the stage equations"
         f"{f' of a step that turns by {turn:.3g} radians' if turn else ''}. "
         f"Use a smaller step or a higher degree{other}."
     )
@@ -150,7 +161,7 @@ ON_GROUP = Engine(
     solves_by_iteration=solves_by_iteration,
     is_compiled=_is_compiled,
     stepper=compiled_stepper,
-    stepper_from_guess=general_stepper,
+    stepper_from_guess=stepper_after_failure,
     guess_from_substeps=rates_from_substeps,
     guess_kind=RATES,
     momenta=lambda problem, momenta: momenta,

@@ -22,7 +22,7 @@ from galvi.run.engine import Call
 from galvi.run.group_system import group_system
 from galvi.run.law_stepper import group_law_stepper, has_group_law, has_law, law_stepper
 from galvi.run.nystrom_steppers import aligned, collocation_tables, kernel_tableau
-from galvi.run.run_arrays import RunArrays, run_plan
+from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays, run_plan
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
@@ -40,12 +40,12 @@ def general_stepper(
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
     layout, chart = system.group.layout, method.chart
     basis = _basis(method.table, degrees_of(method, system.group.dimension))
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
+    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
 
     def call(todo: int) -> int:
         return int(kernel(
-            law, layout, chart.number, chart.farthest, basis, plan, todo, work.progress,
-            work.step_angle, work.kept,
+            law, layout, chart.number, chart.farthest, basis, plan, todo, progress,
+            work.step_angle, kept,
         ))  # fmt: skip
 
     return call
@@ -83,8 +83,8 @@ def first_unknowns(degrees: tuple[int, ...]) -> npt.NDArray[np.int64]:
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     """Whether a kernel in lanes applies; on groups only these have fixed-point iteration."""
     one_space = not hasattr(method.space, "degrees")
-    positive = float(np.min(method.table.b)) > 0.0
-    return one_space and (has_law(problem) or (positive and has_group_law(problem)))
+    on_group = one_space and float(np.min(method.table.b)) > 0.0 and has_group_law(problem)
+    return on_group or has_law(problem, method)
 
 
 def _is_packed_body(problem: Problem, method: Galerkin) -> bool:
@@ -94,6 +94,23 @@ def _is_packed_body(problem: Problem, method: Galerkin) -> bool:
     return s == m and isinstance(system, RigidBody) and system.force is None
 
 
+def stepper_after_failure(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
+) -> Call:
+    """As ``general_stepper``, counting its steps where fixed-point iteration would do them."""
+    call = general_stepper(problem, method, step, steps, start, work)
+    if start.solver == "newton" or not solves_by_iteration(problem, method):
+        return call
+
+    def counted(todo: int) -> int:
+        before = work.done
+        code = call(todo)
+        work.counts[LEFT_TO_NEWTON] += work.done - before
+        return code
+
+    return counted
+
+
 def compiled_stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
@@ -101,14 +118,14 @@ def compiled_stepper(
     arguments = (problem, method, step, steps, start, work)
     if not solves_by_iteration(problem, method) or start.solver == "newton":
         return general_stepper(*arguments)
-    stepper = law_stepper if has_law(problem) else group_law_stepper
+    stepper = law_stepper if has_law(problem, method) else group_law_stepper
     if _is_packed_body(problem, method):
         stepper = body_stepper
     packed = stepper(*arguments, FINEST)
     general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:
-        general[:] = general or [general_stepper(*arguments)]
+        general[:] = general or [stepper_after_failure(*arguments)]
         return general[0](todo)
 
     def call(todo: int) -> int:
@@ -142,12 +159,12 @@ def body_stepper(
     tables = collocation_tables(method.table, step)
     width, weights_in_space = tables[0].shape[1], force.copy()
     scratch, spare = aligned((36, width), (6, width))
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
     def call(todo: int) -> int:
         return int(kernel(
-            charts, weights, tables, body, weights_in_space, plan, todo, work.progress, scratch,
-            spare, work.kept,
+            charts, weights, tables, body, weights_in_space, plan, todo, progress, scratch,
+            spare, kept,
         ))  # fmt: skip
 
     return call

@@ -17,7 +17,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
-from galvi.run.nystrom_steppers import SOLVERS
+from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
 from galvi.run.run_arrays import check_memory
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
@@ -28,7 +28,6 @@ from galvi.trajectory import Trajectory
 # Far below the rounding unit 2^-53: the error left by an iteration is not random and makes the
 # energy drift. 32 runs of the outer solar system over 1e6 years (benchmarks/studies/round_off.py,
 # degree 8): 23 standard errors of drift with 2^-60, 1.6 with 2^-64, for 3 % more time.
-ROUND_OFF = 2.0**-64
 
 _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 

@@ -20,7 +20,7 @@ from galvi.problem import Problem
 from galvi.run.engine import Call
 from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
 from galvi.run.run_arrays import RunArrays, run_plan
-from galvi.symbolic.lane_law import compiled_group_law, compiled_law
+from galvi.symbolic.lane_law import compiled_group_law, compiled_law, coupled
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.tableau import Tableau
@@ -34,31 +34,60 @@ def lane_law(system: Any, d: int) -> tuple[str, Array] | None:
     return cast(tuple[str, Array] | None, getattr(whole, "lane_law", None)) if on_space else None
 
 
-def has_law(problem: Problem) -> bool:
-    """Whether the problem's system has a law for lanes."""
-    return lane_law(cast(Any, problem.system), problem.q0.size) is not None
+def has_law(problem: Problem, method: Galerkin) -> bool:
+    """Whether the problem's system has a law for lanes that can be iterated with the method.
+
+    Components that its mass couples must have the same degree: a chain of rods with other degrees
+    does not contract at any step.
+    """
+    degrees = component_degrees(method)
+    found = lane_law(cast(Any, problem.system), problem.q0.size)
+    if found is None or degrees is None:
+        return found is not None
+    return all(degrees[i] == degrees[j] for i, j in coupled(found[0], len(degrees)))
+
+
+def component_degrees(method: Galerkin) -> tuple[int, ...] | None:
+    """The degree of each component, where the space has several; else None."""
+    degrees: tuple[int, ...] | None = getattr(method.space, "degrees", None)
+    return degrees
 
 
 @lru_cache(maxsize=32)
-def _compiled(system: Any, d: int) -> tuple[Any, Array]:
-    """The address of the system's law, and its constants."""
+def _compiled(system: Any, d: int) -> tuple[Any, Array, Any]:
+    """The address of the system's law, its constants, and the function, which must be kept."""
     found = lane_law(system, d)
     assert found is not None
     lines, constants = found
-    return addresses((compiled_law(lines, d), PASS_TYPE)), constants
+    function = compiled_law(lines, d)
+    return addresses((function, PASS_TYPE)), constants, function
 
 
 @lru_cache(maxsize=32)
-def law_tables(table: Tableau, step: float) -> tuple[Array, ...]:
-    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.law."""
+def law_tables(
+    table: Tableau, step: float, degrees: tuple[int, ...] | None = None
+) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.law.
+
+    degrees  (d,) number of coefficients of each component; None where all have the table's
+    """
     moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
     (s, m), lanes = table.slope.shape, stages_in_lanes(table.c.size)
+    coefficients = degrees or (m,)
     complement = np.zeros((0, lanes.size))
-    if s > m:
-        complement = np.ascontiguousarray((np.eye(s) - table.slope @ table.projection)[lanes].T)
-        ahead = read_only(ahead - ahead[:, :s] @ complement)
+    if s > min(coefficients):
+        complement = np.vstack([np.ascontiguousarray(outside(table, k)[lanes].T)
+                                for k in coefficients])  # fmt: skip
     tables = np.concatenate([moves, turns])
     return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[lanes])
+
+
+def outside(table: Tableau, coefficients: int) -> Array:
+    """C (s, s) of galvi.kernels.lanes.law for the space's first functions."""
+    root = np.sqrt(table.b)
+    slopes = np.linalg.qr(root[:, None] * table.slope[:, :coefficients])[0]
+    result: Array = np.eye(root.size) - slopes @ slopes.T * root / root[:, None]
+    return result
 
 
 def law_stepper(
@@ -67,17 +96,17 @@ def law_stepper(
 ) -> Call:  # fmt: skip
     """A `Call` of the kernel for laws: does n more steps and returns its code."""
     d, s = problem.q0.size, method.stages
-    law, constants = _compiled(cast(Any, problem.system), d)
-    given = law_tables(method.table, step)
+    law, constants, _ = _compiled(cast(Any, problem.system), d)
+    given = law_tables(method.table, step, component_degrees(method))
     width = given[3].shape[1]
     scratch, spare = aligned((rows_of_work(d), width), (6, max(width, d, s)))
     numbers = np.zeros(2 * d + 3)
     kernel = compiled_advance_law()
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
     def call(todo: int) -> int:
         return int(kernel(
-            law, constants, given, plan, todo, work.progress, scratch, numbers, spare, work.kept,
+            law, constants, given, plan, todo, progress, scratch, numbers, spare, kept,
         ))  # fmt: skip
 
     return call
@@ -97,12 +126,14 @@ def has_group_law(problem: Problem) -> bool:
 
 
 @lru_cache(maxsize=32)
-def _compiled_on_group(system: Any, chart: int) -> tuple[Any, Array]:
-    """The address of the system's law in a chart, and its constants."""
+def _compiled_on_group(system: Any, chart: int) -> tuple[Any, Array, Any]:
+    """The address of the system's law in a chart, its constants, and the function, which must be
+    kept."""
     found = _group_law(system)
     assert found is not None
     layout = tuple(tuple(map(int, row)) for row in system.group.layout)
-    return addresses((compiled_group_law(found[0], layout, chart), PASS_TYPE)), np.array(found[1])
+    function = compiled_group_law(found[0], layout, chart)
+    return addresses((function, PASS_TYPE)), np.array(found[1]), function
 
 
 @lru_cache(maxsize=32)
@@ -126,18 +157,18 @@ def group_law_stepper(
     """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
     system: Any = problem.system
     layout, chart = system.group.layout, method.chart.number
-    law, constants = _compiled_on_group(system, chart)
+    law, constants, _ = _compiled_on_group(system, chart)
     given, d = group_law_tables(method.table, step), problem.v0.size
     width = given[3].shape[1]
     scratch, spare = aligned((rows_of_group_work(d), width), (13, max(width, *work.state.shape)))
     numbers = np.zeros(3 * d + 2 + problem.q0.size)
     kernel = compiled_advance_group_law()
-    plan = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
     def call(todo: int) -> int:
         return int(kernel(
-            law, layout, chart, constants, given, plan, todo, work.progress, scratch, numbers,
-            spare, work.kept,
+            law, layout, chart, constants, given, plan, todo, progress, scratch, numbers,
+            spare, kept,
         ))  # fmt: skip
 
     return call

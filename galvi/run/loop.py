@@ -112,7 +112,7 @@ def _trajectory(
 
 
 def _counts(problem: Problem, work: RunArrays) -> dict[str, int]:
-    *counted, pairs = work.counts.tolist()
+    *counted, pairs, left = work.counts.tolist()
     result = {"steps": work.done, **dict(zip(COUNTED, counted, strict=True))}
     forces = result["force_evaluations"]
     if isinstance(problem.system, NBody):
@@ -121,4 +121,6 @@ def _counts(problem: Problem, work: RunArrays) -> dict[str, int]:
     differenced = getattr(problem.system, "potential_calls_per_force", 0)
     if differenced:
         result["potential_evaluations"] = forces * differenced * problem.v0.size
+    if left:
+        result["newton_steps"] = left
     return result

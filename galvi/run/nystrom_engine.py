@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -14,7 +15,7 @@ from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.encounters import encounter
-from galvi.run.engine import Engine, Start, Substeps
+from galvi.run.engine import Engine, Start, Substeps, fixed
 from galvi.run.nystrom_steppers import compiled_stepper
 from galvi.run.run_arrays import RunArrays
 from galvi.systems.nbody import NBody
@@ -28,13 +29,16 @@ TRIED = {
 }
 
 
+@lru_cache(maxsize=32)
 def _start(problem: Problem, stages: int) -> Start:
     """The state's rows are q, its low part, v and its low part; no accelerations are known yet."""
     d = problem.q0.size
     state = np.zeros((4, d))
     state[0], state[2] = problem.q0.ravel(), problem.v0.ravel()
     blocks = d // problem.q0.shape[-1]
-    return state, np.zeros((d, stages)), np.array([NOTHING, 0, 0] + [0] * blocks, dtype=np.int64)
+    return fixed(
+        state, np.zeros((d, stages)), np.array([NOTHING, 0, 0] + [0] * blocks, dtype=np.int64)
+    )
 
 
 def accelerations_from_substeps(

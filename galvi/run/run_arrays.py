@@ -20,6 +20,7 @@ from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 
 COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
+LEFT_TO_NEWTON = 5  # index in RunArrays.counts
 FEWEST, MOST, APART = 64, 1024, 512  # watched steps of a run: about one in APART, within limits
 NEVER = 62  # watches every 2^62-th step, which is none
 
@@ -58,7 +59,8 @@ class RunArrays(NamedTuple):
 
     state, stages, solver_state  see galvi.checkpoint
     step_angle                   (1,) rotation angle of a failed step, radians; 0 without rotations
-    counts                       (5,) as in COUNTED, then evaluations of single pairs of bodies
+    counts                       (6,) as in COUNTED, then evaluations of single pairs of bodies,
+                                 and steps that fixed-point iteration left to Newton's method
     saved_steps                  numbers of the saved steps
     saved_q                      (saved, r) configurations, NaN until they are computed
     saved_v                      (saved, d) velocities, on groups momenta; NaN until computed
@@ -107,23 +109,9 @@ class RunArrays(NamedTuple):
             passage = start.passage.copy() if start.passage.size else np.zeros(5)
         return cls(
             start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
-            np.zeros(5, dtype=np.int64), saved_steps, saved_q, saved_v, _unknown(rows, r),
+            np.zeros(6, dtype=np.int64), saved_steps, saved_q, saved_v, _unknown(rows, r),
             _unknown(rows, d, m), watch, _unknown(seen, r + d + stages), passage,
         )  # fmt: skip
-
-    @property
-    def progress(self) -> tuple[Any, ...]:
-        """The current state of the run, as the kernels take it."""
-        return tuple(
-            Progress(self.state, self.stages, self.solver_state, self.counts, self.passage)
-        )
-
-    @property
-    def kept(self) -> tuple[Any, ...]:
-        """The arrays of kept results, as the kernels take them."""
-        return tuple(Kept(
-            self.saved_q, self.saved_v, self.bases, self.coefficients, self.seen,
-        ))  # fmt: skip
 
     @property
     def done(self) -> int:
@@ -140,11 +128,14 @@ def _unknown(*shape: int) -> Array:
 
 def run_plan(
     problem: Problem, step: float, steps: int, start: Checkpoint, work: RunArrays, tolerance: float
-) -> tuple[Any, ...]:
-    """The steps of a run, as the kernels take them."""
-    return tuple(Plan(
-        float(problem.t0), step, tolerance, start.first, steps, start.save_every, work.watch,
-    ))  # fmt: skip
+) -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
+    """The steps of a run, its current state and its kept results, as the kernels take them."""
+    plan = Plan(
+        float(problem.t0), step, tolerance, start.first, steps, start.save_every, work.watch
+    )
+    progress = Progress(work.state, work.stages, work.solver_state, work.counts, work.passage)
+    kept = Kept(work.saved_q, work.saved_v, work.bases, work.coefficients, work.seen)
+    return tuple(plan), tuple(progress), tuple(kept)
 
 
 def watched_steps(steps: int) -> int:

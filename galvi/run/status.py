@@ -15,7 +15,7 @@ from galvi.run.encounters import unresolved_passage
 from galvi.run.energy_check import SMALL, WORST, Judgement, judge
 from galvi.run.engine import Engine
 from galvi.run.interruption import Interrupts
-from galvi.run.run_arrays import RunArrays
+from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED
 
@@ -90,9 +90,15 @@ def _completed(
     if passage:
         reasons.append(passage)
     if not reasons:
-        if not found.unjudged:
-            return COMPLETED
-        return f"Completed, but the energy {_unjudged(found)}."
+        if found.unjudged:
+            return f"Completed, but the energy {_unjudged(found)}."
+        left = int(work.counts[LEFT_TO_NEWTON])
+        return COMPLETED + (
+            f" Newton's method did {left} of {steps} steps, as accurately but more slowly, since "
+            f"fixed-point iteration did not converge there. A smaller step may take less time."
+            if left
+            else ""
+        )
     remedy = "Use a smaller step or a higher degree"
     if _given(problem):
         remedy += ", and check that the derivatives are those of the energy"

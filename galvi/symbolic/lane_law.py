@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.kernels.lanes.law_pass import filled
 from galvi.symbolic import code as symbolic_code
 from galvi.symbolic.code import POWER
 
@@ -51,6 +52,14 @@ def built_in(name: str, *arguments: Any) -> str:
     """The lines that define a law of galvi.kernels.lanes.laws, made with these arguments."""
     given = ", ".join(map(repr, arguments))
     return f"from galvi.kernels.lanes.laws import {name}\n\nlaw = {name}({given})\n"
+
+
+@lru_cache(maxsize=256)
+def coupled(law: str, d: int) -> list[tuple[int, int]]:
+    """The pairs of components (i, j), j < i, that the mass of the law couples."""
+    names: dict[str, Any] = {}
+    exec(compile(law, "<a law>", "exec"), names)
+    return filled(names["law"], d)
 
 
 def with_force(law: tuple[str, Array], force: tuple[str, Array]) -> tuple[str, Array]:

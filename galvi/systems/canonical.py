@@ -24,6 +24,7 @@ from galvi.systems.finite_differences import CALLS, differenced_gradient, differ
 from galvi.systems.force_kernel import ForceKernel
 from galvi.systems.forces.external_force import check_force, check_force_at
 from galvi.systems.potentials.potential import Potential
+from galvi.systems.returned import returned_array
 
 Function = Callable[..., Any]
 
@@ -89,7 +90,12 @@ class Canonical:
     def check_functions(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless the given functions return what they should there, finite."""
         check_force_at(self, q, v, t)
-        input_checks.returned("potential", self.potential(*self._arguments(q, t)))
+        value = input_checks.returned("potential", self.potential(*self._arguments(q, t)))
+        if not np.isfinite(value):
+            raise ValueError(
+                f"the potential must be finite at the start; received {value} at q0. Check it, or "
+                f"start elsewhere."
+            )
         found = [("gradient", self.potential_gradient(q, t))]
         if self.hessian is not None:
             found.append(("hessian", self.potential_hessian(q, t)))
@@ -151,8 +157,7 @@ class Canonical:
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V at each of the configurations q (..., d) and times t (...)."""
         if self._builtin is not None:
-            finite = np.isfinite(q).all(axis=-1)
-            return np.where(finite, self._builtin(q), np.nan)
+            return self._builtin(q)
         leading = q.shape[:-1]
         times = np.broadcast_to(t, leading).ravel()
         rows = q.reshape(-1, q.shape[-1])
@@ -200,13 +205,9 @@ class Canonical:
         if self._builtin is not None and self.gradient is None and self.hessian is None:
             law = self._builtin.law()
             return ForceKernel(
-                law.gradient,
-                law.hessian,
-                force_kinds.BUILT_IN,
-                inverse_mass,
-                dimension,
-                law.constants,
-            )
+                law.gradient, law.hessian, force_kinds.BUILT_IN, inverse_mass, dimension,
+                law.constants, slopes=law.slopes,
+            )  # fmt: skip
         gradient = self._gradient()
         hessian = self._hessian(differenced=False)
         kind = force_kinds.TIMED_GRADIENT if self.explicit_time else force_kinds.GRADIENT
@@ -245,12 +246,7 @@ class Canonical:
         """The same function, its result checked for shape and made a float64 array."""
 
         def checked(*arguments: Any) -> Array:
-            result = np.asarray(function(*arguments), dtype=np.float64)
-            if result.shape != shape:
-                raise ValueError(
-                    f"{name} must return an array of shape {shape}; received shape {result.shape}."
-                )
-            return np.ascontiguousarray(result)
+            return returned_array(name, function(*arguments), shape, f"an array of shape {shape}")
 
         return checked
 

@@ -13,7 +13,6 @@ from galvi.symbolic.lane_law import canonical_law
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import lane_law_with_force, with_force
 from galvi.systems.lagrangian_kernel import LagrangianKernel
-from galvi.systems.potentials.potential import Potential
 
 
 @dataclass(frozen=True)
@@ -50,16 +49,13 @@ class CanonicalOnRn:
 
     @property
     def lane_law(self) -> tuple[str, Array] | None:
-        """As `Lagrangian.lane_law`, for a potential that brings its derivatives."""
+        """As `Lagrangian.lane_law`, where the slopes of the potential are known as code."""
         d, system = self.group.dimension, self.canonical
         field = system.force_kernel(d)
-        if field.kind != force_kinds.BUILT_IN or not isinstance(system.potential, Potential):
-            return None
-        slopes = system.potential.law().slopes
-        if not slopes:
+        if not field.slopes:
             return None
         mass = system.momentum(np.eye(d))
-        lines = canonical_law(slopes, d, bool(system.mass.ndim < 2))
+        lines = canonical_law(field.slopes, d, bool(system.mass.ndim < 2))
         constants = np.concatenate([mass.ravel(), field.constants])
         return lane_law_with_force((lines, constants), system)
 

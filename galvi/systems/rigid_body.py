@@ -164,7 +164,7 @@ class RigidBody:
         """V at each of the rotations q (..., 3, 3) and times t (...)."""
         leading = q.shape[:-2]
         if self.potential is None:
-            return np.where(np.isfinite(q[..., 0, 0]), 0.0, np.nan)
+            return np.abs(0.0 * q[..., 0, 0])
         times = np.broadcast_to(t, leading).ravel()
         values = [
             self.potential(*self._arguments(R, s)) if np.all(np.isfinite(R)) else np.nan

@@ -55,15 +55,14 @@ class Force:
         """df/dq of a formula at rest, (d, d), exact to rounding by complex steps."""
         assert self.formula is not None
         function = _compiled(self.formula, COMPLEX_SIGNATURE)
-        columns = np.empty((q.size, q.size))
-        rest = np.zeros(q.size)
-        for i in range(q.size):
-            shifted = q.ravel().astype(np.complex128)
-            shifted[i] += 1j * COMPLEX_STEP
-            out = np.zeros(q.size, dtype=np.complex128)
-            function(shifted, rest, float(t), self.numbers, out)
-            columns[i] = out.imag / COMPLEX_STEP
-        return columns.T
+        here, rest, time = q.ravel().astype(np.complex128), np.zeros(q.size), float(t)
+        columns = np.zeros((q.size, q.size), dtype=np.complex128)
+        for i, column in enumerate(columns):
+            here[i] += 1j * COMPLEX_STEP
+            function(here, rest, time, self.numbers, column)
+            here[i] = here[i].real
+        slopes: Array = columns.imag.T / COMPLEX_STEP
+        return slopes
 
 
 def by_formula(formula: Function, *numbers: Any) -> Force:

@@ -22,7 +22,7 @@ from reports.build.terminal import show, show_changes, show_engines
 from reports.build.workers import study_in_workers
 from reports.figures.catalogue.all import FIGURES
 from reports.results.cache import BuildCache
-from reports.results.claim_results import ClaimResult, Elsewhere, Finished, check, nowhere
+from reports.results.claim_results import ClaimResult, Elsewhere, Finished, check
 from reports.results.engines import Engines
 from reports.results.job_summary import write_job_summary
 from reports.results.kept_rows import marked, merged, written
@@ -57,14 +57,15 @@ class Verified:
 def verify(suite: Suite, options: Options, cache: BuildCache | None = None) -> Verified:
     """Check the selected claims, or all; write, print and return the results.
 
-    cache  the build's result cache; claims without timings then run in two processes. None stores
-           nothing and runs them one after the other
+    cache  the build's result cache; None stores nothing
+
+    Claims without timings run in two processes.
     """
     chosen = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
     engines = Engines(suite.engines(), options.require)
     checked = check(
         chosen, suite.make_method, options.quick, suite.unavailable(), cache,
-        nowhere if cache is None else _in_workers(suite, options.quick),
+        _in_workers(suite, options.quick),
     )  # fmt: skip
     found = Verified(tuple(checked), engines, tuple(_write(checked, suite, options)))
     seen = summary(checked)

@@ -73,4 +73,6 @@ def sentence(error: Any, commands: Iterable[str]) -> str:
             f"There is no command {word!r}; did you mean {nearest(word, known)!r} "
             f"(known: {', '.join(known)})?"
         )
-    return f"{message[0].upper()}{message[1:]}" + ("" if message.endswith("?") else ".")
+    if message.split()[0].isalpha():  # an option or a path stays as it is
+        message = message[0].upper() + message[1:]
+    return message + ("" if message.endswith("?") else ".")

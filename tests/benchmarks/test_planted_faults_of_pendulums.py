@@ -11,6 +11,8 @@ import pytest
 import galvi
 from benchmarks.checks.bounds import CONTRADICTED
 from benchmarks.checks.claim import Claim
+from benchmarks.claims.lie_groups import l08_pendulum_energy as l08
+from benchmarks.claims.lie_groups import l09_pendulum_near_chart_limit as l09
 from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
 from benchmarks.claims.lie_groups.l06_pendulum_convergence_in_n import L6
 from benchmarks.claims.lie_groups.l07_pendulum_order import L7
@@ -22,6 +24,29 @@ from benchmarks.claims.lie_groups.l15_curves_between_ends import L15
 from benchmarks.measures import second_variation
 from galvi import Problem
 from tests.benchmarks.planted_tables import contradicted, faulty, reversed_clock, rows
+
+
+def only_refinement(patch: pytest.MonkeyPatch) -> None:
+    """Of L8."""
+    patch.setattr(l08, "STEPS", 20)
+    patch.setattr(l08, "short_runs", lambda *given: [])
+
+
+def only_the_light_body(patch: pytest.MonkeyPatch) -> None:
+    """Of L9."""
+    patch.setattr(l09, "QUICK_WEIGHTS", (l09.LIGHT,))
+    patch.setattr(l09, "CHARTS", ())
+    patch.setattr(l09, "single_steps", lambda *given: [])
+
+
+def only_one_case(patch: pytest.MonkeyPatch) -> None:
+    """Of L14."""
+    name = "SE(3), Cayley chart"
+    patch.setattr(l14, "CASES", {name: l14.CASES[name]})
+    patch.setattr(l14, "CHARTS", ())
+
+
+PARTS = {"L8": only_refinement, "L9": only_the_light_body, "L14": only_one_case}
 
 
 @pytest.mark.parametrize(
@@ -40,8 +65,10 @@ from tests.benchmarks.planted_tables import contradicted, faulty, reversed_clock
     ],
 )
 def test_a_table_that_is_slightly_wrong_is_caught(
-    claim: Claim, make: Any, quantities: set[str]
+    claim: Claim, make: Any, quantities: set[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """In the part of the study that these quantities are from."""
+    PARTS.get(claim.id, lambda patch: None)(monkeypatch)
     assert quantities <= contradicted(claim, make)
 
 
@@ -70,7 +97,10 @@ def test_energy_alone_does_not_see_a_wrong_motion(monkeypatch: pytest.MonkeyPatc
     assert contradicted(L8) == set()
 
 
-def test_single_steps_of_the_other_chart_do_not_jump() -> None:
+def test_single_steps_of_the_other_chart_do_not_jump(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(l09, "QUICK_WEIGHTS", ())
+    monkeypatch.setattr(l09, "CHARTS", ())
+
     def exponential(space: Any, rule: Any, chart: Any = None) -> galvi.Galerkin:
         return galvi.Galerkin(space, rule, galvi.Exponential())
 
@@ -78,7 +108,11 @@ def test_single_steps_of_the_other_chart_do_not_jump() -> None:
     assert any("growth of the median change of energy" in quantity for quantity in found)
 
 
-def test_a_chart_taken_for_the_other_does_not_end_where_it_should() -> None:
+def test_a_chart_taken_for_the_other_does_not_end_where_it_should(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(l14, "CASES", {})
+
     def exponential(space: Any, rule: Any, chart: Any = None) -> galvi.Galerkin:
         return galvi.Galerkin(space, rule, galvi.Exponential())
 
@@ -92,6 +126,7 @@ def test_a_motion_that_is_a_millionth_off_is_caught(
     group: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(l14, "CASES", {k: v for k, v in l14.CASES.items() if group in k})
+    monkeypatch.setattr(l14, "CHARTS", ())
     thrown: Any = {"SO(3) x R^3": l14.thrown_point, "SE(2)": l14.thrown_plate}[group]
     sound = thrown.exact
     monkeypatch.setattr(thrown, "exact", lambda *arguments: sound(*arguments) * (1.0 + 1e-6))

@@ -183,8 +183,9 @@ def test_the_form_is_that_of_galvi_and_the_method_by_hand_is_too() -> None:
     mine, run = by_hand(problem, 0.5, 8, True), galvi.integrate(problem, method, 0.5, 8)
     assert np.allclose(mine.q, run.q, atol=1e-13)  # 3e-15 was measured
     assert np.allclose(mine.p, run.p, atol=1e-13)  # 1e-14
-    for label, problem in l16.PROBLEMS.items():
-        step = l16.step_of(problem, method)
+    for label, make in l16.PROBLEMS.items():
+        problem = make()
+        step = l16.step_of(l16.starts_of(problem.system), method)
         group: Any = problem.system.group  # type: ignore[attr-defined]
         found = form_defect(step, group, problem.q0, problem.p0)
         assert found < 1e-12, label

@@ -110,7 +110,8 @@ def test_what_a_users_function_raises_reaches_the_caller():
     [
         (lambda q: q[:1], ValueError, r"gradient must return an array of shape \(2,\); received"),
         (lambda q: q * np.nan, ValueError, "force must be finite at the start"),
-        (lambda q: "force", ValueError, "could not convert"),
+        (lambda q: "force", ValueError, r"gradient must return an array of shape \(2,\); received"),
+        (lambda q: 1j * q, ValueError, "of real numbers; received numbers of type complex128"),
     ],
 )
 def test_a_gradient_that_cannot_be_used_is_refused_before_the_first_step(gradient, error, sentence):

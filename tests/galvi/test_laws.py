@@ -60,7 +60,7 @@ def problem(name: str) -> galvi.Problem:
 @BY_NAME
 def test_a_run_in_lanes_is_that_of_the_general_kernel(name: str) -> None:
     given = problem(name)
-    assert has_law(given)
+    assert has_law(given, METHOD)
     fast = galvi.integrate(given, METHOD, 0.05, 40)
     general = galvi.integrate(given, METHOD, 0.05, 40, solver="newton")
     assert fast.success and general.success, (fast.status, general.status)
@@ -86,6 +86,10 @@ def test_a_step_too_long_for_the_iteration_is_left_to_newtons_method() -> None:
     general = galvi.integrate(given, METHOD, 0.25, 8, solver="newton")
     assert run.success and run.counts["linear_solves"] > 0
     np.testing.assert_allclose(run.q, general.q, rtol=0.0, atol=1e-12)
+    left = run.counts["newton_steps"]
+    assert 0 < left <= 8 and "newton_steps" not in general.counts
+    assert run.status.startswith(f"Completed. Newton's method did {left} of 8 steps,")
+    assert general.status == "Completed."
 
 
 def test_a_resumed_run_is_the_long_one_to_the_last_bit() -> None:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.run import law_stepper
+from galvi.run.law_stepper import has_law
 from galvi.tableau import Tableau
 from tests.galvi.test_laws import LAGRANGIANS, problem
 
@@ -61,6 +62,25 @@ def test_any_number_of_points_agrees_with_the_general_kernel(
     assert differences(start, method, step, 8) < 1e-14
 
 
+@pytest.mark.parametrize("more", [0, 2])
+@pytest.mark.parametrize("degrees", [(6, 4), (2, 7), (8, 3), (5, 5)])
+@pytest.mark.parametrize("name", ["elastic pendulum", "driven"])
+def test_a_degree_for_each_component_agrees_with_the_general_kernel(
+    name: str, degrees: tuple[int, int], more: int
+) -> None:
+    space = galvi.ComponentPolynomials(degrees)
+    method = galvi.Galerkin(space, galvi.gauss(max(degrees) + more))
+    assert differences(problem(name), method, 0.04, 30) < 1e-14  # 1e-15
+
+
+def test_components_of_other_degrees_that_the_mass_couples_are_left_to_the_general_kernel() -> None:
+    start, rule = galvi.problems.double_pendulum(), galvi.gauss(5)
+    other, same = (galvi.Galerkin(galvi.ComponentPolynomials(x), rule) for x in ((5, 4), (4, 4)))
+    assert has_law(start, same) and not has_law(start, other)
+    run = galvi.integrate(start, other, 0.02, 5)
+    assert run.counts["linear_solves"] > 0 and "newton_steps" not in run.counts
+
+
 @pytest.mark.parametrize("points", [8, 9, 14])
 def test_more_points_cost_few_more_passes(points: int) -> None:
     start = galvi.problems.double_pendulum()
@@ -101,7 +121,7 @@ def test_a_wrong_complement_is_caught(fault: str, monkeypatch: pytest.MonkeyPatc
     smaller = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(10)).table
     turned = np.pad(complement(method.table), ((0, 0), (0, 6)))  # C in place of C^T
 
-    def wrong(table: Tableau, step: float) -> tuple[np.ndarray, ...]:
+    def wrong(table: Tableau, step: float, degrees: None) -> tuple[np.ndarray, ...]:
         tables = list(right(table, step))
         tables[4] = {
             "sign": -tables[4],

@@ -29,12 +29,18 @@ for problem, step, solver in (
 """
 
 
+@pytest.fixture(scope="module")
+def folder():
+    """The user's functions, compiled by the first process that calls them."""
+    with start_up.own_folder() as folder:
+        yield folder
+
+
 @pytest.mark.parametrize("start", STARTS, ids=lambda start: start.label)
-def test_import_and_first_run_are_quick_when_all_is_compiled(start, tmp_path):
-    (tmp_path / "own.py").write_text(start_up.OWN)
+def test_import_and_first_run_are_quick_when_all_is_compiled(start, folder):
     imports, firsts = [], []
     for _ in range(TRIES):
-        found = started(start, tmp_path)
+        found = started(start, folder)
         imports.append(found.imported / found.numpys)
         firsts.append(found.first / found.numpys)
         if min(imports) < IMPORT and min(firsts) < FIRST:
@@ -60,14 +66,13 @@ def test_after_warming_nothing_is_left_to_compile(tmp_path):
     assert {path for path in (tmp_path / "cache").rglob("galvi-kernels-*/*.nbc")} == kept
 
 
-def test_what_a_user_compiles_is_kept_too(tmp_path):
+def test_what_a_user_compiles_is_kept_too(folder):
     """Functions of the user's in a cache of their own, and no kernel compiled anew for them."""
-    (tmp_path / "own.py").write_text(start_up.OWN)
-    started(STARTS[-1], tmp_path)
-    cache = tmp_path / "__pycache__"
+    started(STARTS[-1], folder)
+    cache = folder / "__pycache__"
     kept = {path: path.stat().st_mtime_ns for path in cache.glob("*.nb?")}
     assert kept
-    started(STARTS[-1], tmp_path)
+    started(STARTS[-1], folder)
     assert {path: path.stat().st_mtime_ns for path in cache.glob("*.nb?")} == kept
 
 
@@ -78,7 +83,7 @@ def test_memory_that_grows_would_be_seen(tmp_path, monkeypatch):
 
 
 def test_a_start_that_fails_says_why(tmp_path):
-    (tmp_path / "own.py").write_text("raise ImportError('no such thing')")
+    (tmp_path / "numpy.py").write_text("raise ImportError('no such thing')")
     with pytest.raises(RuntimeError, match=r"(?s)pendulum could not be started: .*no such thing"):
         started(STARTS[-1], tmp_path)
 
@@ -101,6 +106,7 @@ def test_two_processes_agree_to_the_last_bit_and_count():
 def test_the_table_has_a_row_for_each_start_and_memory_does_not_grow_with_the_steps(monkeypatch):
     """Peaks of one process, MiB: many steps after few add nothing when only ends are kept."""
     monkeypatch.setattr(start_up, "STARTS", STARTS[1:2])
+    monkeypatch.setattr(start_up, "TIMES", 1)
     table = start_up.start_up_table(quick=True)
     assert tuple(table.columns) == start_up.COLUMNS
     (row,) = table.to_dict("records")

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import linregress
 
 import galvi
 from benchmarks.checks.claim import MakeMethod
@@ -117,5 +116,7 @@ def law(table: pd.DataFrame, chart: str) -> Estimate:
     steps = steps[(steps[DISTANCE] > SEEN) & (steps[CHANGE] > 0.0)]
     if len(steps) < 3:
         return Estimate(float("nan"))
+    from scipy.stats import linregress  # a sixth of the import of a report
+
     line = linregress(np.log(steps[DISTANCE]), np.log(steps[CHANGE]))
     return Estimate(float(line.slope), float(line.stderr))

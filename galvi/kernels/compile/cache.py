@@ -58,11 +58,13 @@ def stamp(*files):
 def sources(file):
     """The kernel sources whose functions those of a file may call.
 
-    Only kernels of the folder TOP, and functions outside the kernels, call those of TOP.
+    Only kernels of the folder TOP, and functions outside the kernels, call those of TOP; generated
+    functions are kept among the compiled kernels, and are none.
     """
     kernels = Path(__file__).parents[1]
     top, parents = kernels / TOP, Path(file).parents
-    return _kernels(kernels, kernels in parents and top not in parents)
+    a_kernel = kernels in parents and Path(file).suffix == ".py"
+    return _kernels(kernels, a_kernel and top not in parents)
 
 
 @cache

@@ -7,16 +7,18 @@ galvi.kernels.on_group.stages are
     p_j = p0 + h sum_k B_jk f_k + lambda_j,     p1 = p0 + h sum_k b_k f_k,
     C v = 0,   (1 - C) lambda = 0,
 
-with f = dL/dq and p = dL/dv at the stages. 1 - C projects onto the slopes of the space's functions
-at the points, orthogonally in the rule's inner product sum_j b_j x_j y_j; b_j B_jk + b_k A_kj =
-b_j b_k. If s = m, C = 0 and lambda = 0: collocation. Else lambda has s - m free numbers per
-component.
+with p = dL/dv and f = dL/dq at the stages, an external force added to f. 1 - C projects onto the
+slopes of the space's functions at the points, orthogonally in the rule's inner product
+sum_j b_j x_j y_j; b_j B_jk + b_k A_kj = b_j b_k. If s = m, C = 0 and lambda = 0: collocation. Else
+lambda has s - m free numbers. m is the largest number of coefficients of a component; one with
+fewer has its own C, and the same A and B.
 
 A pass of the iteration takes the forces from the last places and velocities, p - lambda from the
 forces, velocities from one step for (1 - C) dL/dv = p - lambda with the last mass M = d2L/dv2, and
-places from the velocities. That step is v += (1 - C) M^-1 (1 - C) (p - dL/dv): Newton's if s = m or
-M is the same at all stages; else its error is of second order in the differences of M. A step for
-which the iteration does not converge is left to the general kernel.
+places from the velocities. That step is v += (1 - C) M^-1 (1 - C) (p - dL/dv): Newton's if s = m,
+or if M is the same at all stages and couples only components with the same C; its error is of
+second order in the differences of M between stages. A step for which the iteration does not
+converge is left to the general kernel.
 
 law           (1,)      address of the law's galvi.kernels.lanes.law_pass
 constants     (c,)      constants of the law
@@ -87,6 +89,17 @@ def gather(matrix, start, stages, values, out):
     for i in range(values.shape[0]):
         for chunk in range(out.shape[1] // LANES):
             combine(AXES, matrix, start, values, out, i, stages, out.shape[1], chunk)
+
+
+@jit_inline
+def onto_slopes(complement, stages, V, outside):
+    """V <- (1 - C) V, with C of each component; outside (d, P) is scratch."""
+    apart = stages if complement.shape[0] > stages else 0
+    for i in range(V.shape[0]):
+        for chunk in range(V.shape[1] // LANES):
+            combine(AXES, complement, i * apart, V, outside, i, stages, V.shape[1], chunk)
+        for k in range(V.shape[1]):
+            V[i, k] -= outside[i, k]
 
 
 @jit_inline
@@ -173,6 +186,8 @@ def advance_law(law, constants, given, plan, todo, progress, work, numbers, spar
             if (plan.first + step) % RECONSIDER == 0 or solver_state[TERMS] == 0:
                 solver_state[TERMS] = terms_of(series, growth, before, Q, sizes)
             gather(ahead, (solver_state[TERMS] - 1) * s, s, before, V)
+        if complement.shape[0] > 0:
+            onto_slopes(complement, s, V, Q)
         low[:, :] = 0.0
         gather(tables, 0, s, V, Q)
         for i in range(d):

@@ -11,7 +11,8 @@ found           dL/dv (d, P), then the factors of d2L/dv2 by rows: L D L^T witho
 steps           (d, P)       changes of the velocities
 
 tables      (4 s, P)    h A^T, its low part, h B^T and its low part
-complement  (s, P)      C^T, see galvi.kernels.lanes.law; (0, P) where C is 0
+complement  (s, P)      C^T, see galvi.kernels.lanes.law; (d s, P) with one for each component;
+                        (0, P) where C is 0
 numbers     (2 d + 3,)  q and p at the start, 1 over their sizes; the pass adds its largest
                         relative change
 """
@@ -121,6 +122,8 @@ class Pass:
         self.stages = builder.udiv(builder.extract_value(tables, 0), self.row(4))
         rows = builder.extract_value(complement, 0)
         self.projects = builder.icmp_unsigned("!=", rows, self.row(0))
+        several = builder.icmp_unsigned(">", rows, self.stages)
+        self.apart = builder.select(several, self.stages, self.row(0))
         self.largest = cgutils.alloca_once(builder, BITS)
         builder.store(ir.Constant(BITS, [0] * LANES), self.largest)
 
@@ -157,30 +160,44 @@ class Pass:
         for k, value in enumerate(found):
             self.store(lanes, q[0].same(value), T, 1 + k)
 
-    def sums(self, lanes, start, matrix, first_row, row):
-        """start + sum_k (rows of a matrix) (columns of d rows of work), for each coordinate."""
+    def sums(self, lanes, start, matrix, first_row, row, apart=None):
+        """start + sum_k (rows of a matrix) (columns of d rows of work), for each coordinate.
+
+        apart  rows between the matrices of one coordinate and the next; None for the same matrix
+        """
         builder, d = self.builder, self.d
         first = [NOTHING] * d if start is None else [
             lanes.load(self.work, self.row(start * d + i)) for i in range(d)
         ]  # fmt: skip
         values = self.row(row)
+        rows = [first_row] * d if apart is None else [
+            builder.add(first_row, builder.mul(apart, self.row(i))) for i in range(d)
+        ]  # fmt: skip
         results = [lanes.variable(NOTHING) for _ in range(d)]
         known = builder.icmp_unsigned("==", self.stages, self.row(UNROLLED))
+
+        def factors(j):
+            if apart is None:
+                return [lanes.load(matrix, builder.add(first_row, self.row(j)))] * d
+            return [lanes.load(matrix, builder.add(own, self.row(j))) for own in rows]
+
         with builder.if_else(known) as (written_out, in_a_loop):
             with written_out:
                 totals = [list(first), [NOTHING] * d]
                 for j in range(UNROLLED):
-                    factor = lanes.load(matrix, builder.add(first_row, self.row(j)))
-                    for i in range(d):
+                    for i, factor in enumerate(factors(j)):
                         value = lanes.number(self.work, lanes.plus(values, i), self.row(j))
                         term = lanes.mul(lanes.spread(value), factor)
                         totals[j % 2][i] = lanes.add(totals[j % 2][i], term)
                 for place, one, other in zip(results, *totals, strict=True):
                     builder.store(lanes.add(one, other), place)
             with in_a_loop:
-                found = lanes.sums(first, matrix, first_row, self.work, values, self.stages)
-                for place, value in zip(results, found, strict=True):
-                    builder.store(value, place)
+                for i in range(1 if apart is None else d):
+                    part = slice(0, d) if apart is None else slice(i, i + 1)
+                    found = lanes.sums(first[part], matrix, rows[i], self.work,
+                                       lanes.plus(values, i), self.stages)  # fmt: skip
+                    for place, value in zip(results[part], found, strict=True):
+                        builder.store(value, place)
         return [Lane(builder, builder.load(place), ()) for place in results]
 
     def moved(self, lanes, totals, block, origin, scale):
@@ -229,7 +246,7 @@ class Pass:
 
     def projected(self, lanes, row):
         """x - C x, x in d rows of work."""
-        outside = self.sums(lanes, None, self.complement, self.row(0), row)
+        outside = self.sums(lanes, None, self.complement, self.row(0), row, self.apart)
         return [self.load_row(lanes, row + i) - outside[i] for i in range(self.d)]
 
     def rates(self, below):

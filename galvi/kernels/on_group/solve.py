@@ -181,12 +181,9 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
         if not largest(place) < np.inf:
             return NOT_FINITE
         code = verdict(change, tolerance, history)
-        if (
-            code in (GOING, DIVERGED)
-            and history[3] >= IDLE
-            and history[2] <= FLOOR * amplification(layout, place, rate, h)
-        ):
-            code = SOLVED
+        if code != NOT_FINITE and history[3] >= IDLE:
+            round_off = FLOOR * amplification(layout, place, rate, h)
+            code = SOLVED if history[2] <= round_off else code
         if code == SOLVED:
             position_scale(layout, g, now)
             grow_scale(layout, place, rate, h, now)

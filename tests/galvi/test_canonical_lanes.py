@@ -1,0 +1,251 @@
+"""Canonical systems in lanes: against the general kernel, over long runs, and where lanes end."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import galvi
+from benchmarks.statistics.growth import Growth, growth
+from galvi.arrays import read_only
+from galvi.kernels.lanes import potentials
+from galvi.run import engine_choice, nystrom_steppers
+from galvi.run.nystrom_engine import NYSTROM
+from galvi.run.nystrom_steppers import WIDEST, WIDEST_COUPLED, general_stepper
+from galvi.systems.canonical import Canonical
+from galvi.systems.potentials.potential import lane_slopes
+
+GENERAL = replace(NYSTROM, stepper=general_stepper)
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+HENON = """
+def slopes(q, t, c):
+    x, y = q
+    return [x + 2.0 * x * y, y + x * x - y * y]
+"""
+DRIVEN = """
+from galvi.kernels.lanes.elementary import cos, exp
+
+def slopes(q, t, c):
+    return [q[0] + cos(2.0 * t) * exp(0.1 * q[1]), 3.0 * q[1]]
+"""
+
+
+def both(problem: galvi.Problem, method: Any, step: float, steps: int, **given: Any) -> list[Any]:
+    """The run in lanes and that of the general kernel."""
+    runs = []
+    with pytest.MonkeyPatch.context() as patch:
+        for engine in (NYSTROM, GENERAL):
+            patch.setattr(engine_choice, "NYSTROM", engine)
+            runs.append(galvi.integrate(problem, method, step, steps, **given))
+    return runs
+
+
+def agree(runs: list[Any], bound: float = 2e-13) -> bool:
+    """Whether two runs are the same up to round-off: 2e-14 after 30 steps at most."""
+    lanes, general = runs
+    times = np.linspace(lanes.t[0], lanes.t[-1], 37)
+    pairs = ((lanes.q, general.q), (lanes.p, general.p), (lanes(times), general(times)))
+    equal = all(np.allclose(one, other, rtol=bound, atol=bound) for one, other in pairs)
+    return equal and bool(lanes.success and general.success)
+
+
+def system(potential: Any, mass: Any, random: np.random.Generator, d: int) -> Canonical:
+    """A canonical system with a mass of this kind."""
+    root = random.normal(size=(d, d))
+    masses = {
+        "number": 1.3,
+        "diagonal": random.uniform(0.5, 2.0, d),
+        "full": root @ root.T + np.eye(d),
+    }
+    return galvi.Canonical(masses[mass], potential)
+
+
+@pytest.mark.parametrize("kind", ["centre", "cosine", "spring", "chain", "field"])
+@settings(max_examples=8)
+@given(data=st.data())
+def test_a_run_in_lanes_is_that_of_the_general_kernel(kind: str, data: st.DataObject) -> None:
+    random = np.random.default_rng(data.draw(st.integers(0, 10**6)))
+    d = data.draw(st.sampled_from((2, 3) if kind == "centre" else (1, 2, 4, 7)))
+    potential = {
+        "centre": galvi.CentralForce(0.8), "cosine": galvi.CosinePotential(1.2),
+        "spring": galvi.LinearSpring(2.0), "chain": galvi.SpringChain(0.3, 0.5),
+        "field": galvi.UniformField(random.normal(size=d)),
+    }[kind]  # fmt: skip
+    found = system(potential, data.draw(st.sampled_from(("number", "diagonal", "full"))), random, d)
+    degree = data.draw(st.sampled_from((1, 2, 5, 8, 9)))
+    points = degree + data.draw(st.sampled_from((0, 1, 3)))
+    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(points))
+    q0 = random.uniform(0.6, 1.0, d)
+    problem = galvi.Problem(found, q0, random.normal(size=d) * 0.3)
+    step = data.draw(st.sampled_from((0.04, -0.05)))
+    assert agree(both(problem, method, step, 20))
+
+
+@pytest.mark.parametrize("name", ["central_force", "linear_spring", "pendulum", "spring_chain"])
+def test_slopes_are_the_gradient_of_the_potential(name: str) -> None:
+    potential: Any = {
+        "central_force": galvi.CentralForce(0.8), "linear_spring": galvi.LinearSpring(2.0),
+        "pendulum": galvi.CosinePotential(1.2), "spring_chain": galvi.SpringChain(0.3, 0.5),
+    }[name]  # fmt: skip
+    law, q = potential.law(), np.array([0.7, -0.4, 0.9])
+    assert law.slopes == lane_slopes(name)
+    found = np.array(getattr(potentials, name)(q, 0.0, law.constants))
+    np.testing.assert_allclose(found, potential.gradient(q), rtol=1e-14)
+    step = 1e-5 * np.eye(3)
+    slopes = (potential(q + step) - potential(q - step)) / 2e-5
+    np.testing.assert_allclose(found, slopes, rtol=1e-8)
+
+
+@pytest.mark.parametrize("fault", ["another potential", "its sign", "the mass left out"])
+def test_a_wrong_force_in_lanes_does_not_agree(fault: str, monkeypatch: Any) -> None:
+    mass = np.array([1.3, 0.7]) if fault == "the mass left out" else 1.0
+    found = Canonical(mass, galvi.CosinePotential(1.2))
+    lines = {
+        "another potential": "return [c[0] * x for x in q]",
+        "its sign": "return [-(c[0] * sin(x)) for x in q]",
+        "the mass left out": "return [c[0] * sin(q[0]) * 1.3, c[0] * sin(q[1]) * 0.7]",
+    }[fault]
+    given_slopes(
+        f"from galvi.kernels.lanes.elementary import sin\n\ndef slopes(q, t, c):\n    {lines}\n",
+        monkeypatch,
+    )
+    assert not agree(both(galvi.Problem(found, [0.7, 0.2], [0.1, 0.4]), EIGHT, 0.1, 10))
+
+
+def given_slopes(lines: str, monkeypatch: Any) -> None:
+    """Let every canonical system have these slopes in lanes."""
+    kernel = Canonical.force_kernel
+    monkeypatch.setattr(
+        Canonical, "force_kernel", lambda self, d: replace(kernel(self, d), slopes=lines)
+    )
+
+
+def test_lines_of_code_for_a_gradient_run_in_lanes(monkeypatch: Any) -> None:
+    given_slopes(HENON, monkeypatch)
+    lanes, general = both(galvi.problems.henon_heiles(), EIGHT, 0.3, 40)
+    assert agree([lanes, general])
+    assert not np.array_equal(lanes.q, general.q)  # another kernel
+
+
+def test_lines_of_code_know_the_time(monkeypatch: Any) -> None:
+    def potential(q: Any, t: float) -> float:
+        return float(q[0] ** 2 / 2 + q[0] * np.cos(2 * t) * np.exp(q[1] / 10) + 1.5 * q[1] ** 2)
+
+    def gradient(q: Any, t: float) -> Any:
+        return np.array([q[0] + np.cos(2 * t) * np.exp(q[1] / 10), 3.0 * q[1]])
+
+    found = galvi.Canonical(1.0, potential, gradient, explicit_time=True, check=False)
+    given_slopes(DRIVEN, monkeypatch)
+    assert agree(both(galvi.Problem(found, [0.4, 0.2], [0.1, -0.3], t0=0.7), EIGHT, 0.1, 12))
+
+
+def test_a_step_too_long_for_the_iteration_is_left_to_newtons_method() -> None:
+    problem = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(30.0)), [0.7], [0.2])
+    runs = both(problem, galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 1.5, 40)
+    assert all(run.counts["linear_solves"] > 0 for run in runs)
+    assert agree(runs)
+
+
+def test_a_step_that_nothing_solves_ends_as_with_the_general_kernel() -> None:
+    runs = both(galvi.problems.kepler(0.9), EIGHT, 2.5, 8, solver="fixed_point")
+    assert not runs[0].success
+    assert runs[0].status == runs[1].status and runs[0].failed_step == runs[1].failed_step
+
+
+@pytest.mark.parametrize(
+    ("wide", "mass"), [(WIDEST + 1, 1.0), (WIDEST_COUPLED + 1, np.eye(WIDEST_COUPLED + 1))]
+)
+def test_many_coordinates_are_left_to_the_general_kernel(wide: int, mass: Any) -> None:
+    problem = galvi.Problem(
+        Canonical(mass, galvi.SpringChain(0.2)), 0.1 * np.ones(wide), np.zeros(wide)
+    )
+    lanes, general = both(problem, EIGHT, 0.1, 3)
+    np.testing.assert_array_equal(lanes.q, general.q)
+
+
+@pytest.mark.parametrize("v0", [0.0, 0.5])
+@pytest.mark.parametrize("potential", [galvi.UniformField([0.0, -9.81]), galvi.LinearSpring(2.0)])
+def test_a_motion_from_the_origin_is_right(potential: Any, v0: float) -> None:
+    problem = galvi.Problem(galvi.Canonical(1.0, potential), [0.0, 0.0], [v0, 0.0])
+    assert agree(both(problem, EIGHT, 0.1, 20))
+
+
+@pytest.mark.parametrize("cut", [1, 7, 16, 33])
+def test_a_saved_run_continues_to_the_last_bit(cut: int, tmp_path: Any) -> None:
+    problem = galvi.problems.fermi_pasta_ulam_tsingou(6, beta=0.3)
+    whole = galvi.integrate(problem, EIGHT, 0.2, 50)
+    galvi.save(galvi.integrate(problem, EIGHT, 0.2, cut), tmp_path / "part")
+    rest = galvi.resume(galvi.load(tmp_path / "part"), 50 - cut)
+    for one, other in ((rest.q, whole.q), (rest.p, whole.p)):
+        np.testing.assert_array_equal(one, other[cut:])
+    np.testing.assert_array_equal(
+        rest.checkpoint.solver_state[3:], whole.checkpoint.solver_state[3:]
+    )
+
+
+def energy_growth(name: str, steps: int, members: int) -> Growth:
+    """Growth of the relative energy error, evaluated with 40 digits, of the state with its low
+    part."""
+    problem, step, potential = {
+        "kepler": (galvi.problems.kepler(0.3), 0.15, lambda q: -1 / mp.norm(q)),
+        "pendulum": (galvi.problems.planar_pendulum(), 0.2, lambda q: -mp.cos(q[0])),
+    }[name]
+    at = np.unique(np.geomspace(steps / 50, steps, 9).round().astype(int))
+    errors = np.empty((members, at.size))
+    with mp.workdps(40):
+        for row in range(members):
+            away = 1.0 + 1e-3 * np.random.default_rng([7, row]).standard_normal((2, 1))
+            start = problem.with_initial_state(problem.q0 * away[0], problem.v0 * away[1])
+            run = galvi.integrate(start, EIGHT, step, int(at[0]), save_every=int(at[0]))
+            for column, number in enumerate(at):
+                if column:
+                    more = int(number - at[column - 1])
+                    run = galvi.resume(run, more, save_every=more)
+                assert run.success and run.checkpoint is not None, run.status
+                states = [
+                    [mp.mpf(x) + mp.mpf(y) for x, y in zip(high, low, strict=True)]
+                    for high, low in (run.checkpoint.state[:2], run.checkpoint.state[2:])
+                ]
+                before = [[mp.mpf(x) for x in row] for row in (start.q0, start.v0)]
+                first, last = (
+                    sum(x * x for x in v) / 2 + potential(q) for q, v in (before, states)
+                )
+                errors[row, column] = float((last - first) / abs(first))
+    return growth(step * at, errors)
+
+
+@pytest.mark.parametrize(
+    ("name", "steps", "members"),
+    [("kepler", 10**5, 8), ("pendulum", 10**5, 8), *(
+        pytest.param(name, 10**6, 16, marks=pytest.mark.slow) for name in ("kepler", "pendulum")
+    )],
+)  # fmt: skip
+def test_the_energy_error_is_a_random_walk(name: str, steps: int, members: int) -> None:
+    """Measured: exponents 0.50 to 0.62; 5e-15 to 1e-14 after 1e5 steps, 4e-14 after 1e6."""
+    found = energy_growth(name, steps, members)
+    assert not found.drifts, found.sigmas
+    assert found.exponent < 0.85
+    assert found.final < 5e-17 * steps**0.5
+
+
+def test_a_table_rounded_to_float64_drifts_and_is_seen_to(monkeypatch: Any) -> None:
+    """Without the low parts of h b, h^2 beta, h^2 A and c the energy drifts by 2e-18 a step."""
+    sound = nystrom_steppers.packed_tables
+
+    def rounded(table: Any, step: float) -> tuple[Any, ...]:
+        ahead, series, growth, sums, nodes = (np.array(part) for part in sound(table, step))
+        s = table.c.size
+        ahead.reshape(-1, 2, s, ahead.shape[1])[:, 1] = 0.0
+        sums[:, 2:], nodes[1] = 0.0, 0.0
+        parts = (ahead, series, growth, sums, nodes)
+        return tuple(read_only(part) for part in parts)
+
+    monkeypatch.setattr(nystrom_steppers, "packed_tables", rounded)
+    found = energy_growth("kepler", 10**5, 8)
+    assert found.drifts and found.exponent > 0.9
