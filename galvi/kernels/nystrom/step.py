@@ -15,6 +15,7 @@ import numpy as np
 from numba import types
 
 from galvi.kernels.compile.jit import jit, jit_inline
+from galvi.kernels.lie.arithmetic import two_sum
 
 EPSILON = 2.0**-52
 SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
@@ -222,14 +223,6 @@ def all_finite(values):
         for k in range(values.shape[1]):
             total += abs(values[i, k])
     return total < np.inf
-
-
-@jit_inline
-def two_sum(x, y):
-    """x + y = sum + error exactly (Knuth)."""
-    total = x + y
-    part = total - x
-    return total, (x - (total - part)) + (y - part)
 
 
 @jit_inline
