@@ -82,8 +82,9 @@ def kernel_tableau(table: Tableau) -> NystromTableau:
     def transposed(matrix: Array) -> Array:
         return read_only(matrix.T)
 
+    c_low, b_low, beta_low = table.low_parts[:3]
     return NystromTableau(
-        table.c, table.b, table.beta, *table.low_parts[:3], transposed(table.A),
+        table.c, table.b, table.beta, c_low, b_low, beta_low, transposed(table.A),
         transposed(table.psi), table.velocity_coefficients, table.C, transposed(table.C),
         transposed(table.analysis), transposed(table.extrapolation), table.growth,
     )  # fmt: skip

@@ -22,7 +22,7 @@ from galvi.systems.derivative_check import (
 from galvi.systems.finite_differences import CALLS, differenced_gradient, differenced_hessian
 from galvi.systems.force_kernel import ForceKernel
 from galvi.systems.forces.external_force import check_force, check_force_at
-from galvi.systems.potentials.potential import Potential
+from galvi.systems.potentials.potential import Potential, values_at
 from galvi.systems.returned import returned_array
 
 Function = Callable[..., Any]
@@ -158,11 +158,7 @@ class Canonical:
         leading = q.shape[:-1]
         times = np.broadcast_to(t, leading).ravel()
         rows = q.reshape(-1, q.shape[-1])
-        values = [
-            self.potential(*self._arguments(x, s)) if np.all(np.isfinite(x)) else np.nan
-            for x, s in zip(rows, times, strict=True)
-        ]
-        return np.array(values, dtype=np.float64).reshape(leading)
+        return values_at(self.potential, rows, times, self._arguments).reshape(leading)
 
     def potential_gradient(self, q: Array, t: float) -> Array:
         """dV/dq at one configuration, (d,)."""

@@ -29,6 +29,7 @@ from galvi.systems.finite_differences import (
 )
 from galvi.systems.forces.external_force import check_force, check_force_at, with_force
 from galvi.systems.lagrangian_kernel import LagrangianKernel
+from galvi.systems.potentials.potential import values_at
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.returned import returned_array
 
@@ -155,11 +156,8 @@ class RigidBody:
         if self.potential is None:
             return np.where(np.isfinite(q[..., 0, 0]), 0.0, np.nan)
         times = np.broadcast_to(t, leading).ravel()
-        values = [
-            self.potential(*self._arguments(R, s)) if np.all(np.isfinite(R)) else np.nan
-            for R, s in zip(q.reshape(-1, 3, 3), times, strict=True)
-        ]
-        return np.array(values, dtype=np.float64).reshape(leading)
+        rotations = q.reshape(-1, 3, 3)
+        return values_at(self.potential, rotations, times, self._arguments).reshape(leading)
 
     def potential_gradient(self, q: Array, t: float) -> Array:
         """dV/dR at one rotation, (3, 3)."""

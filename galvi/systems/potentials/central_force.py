@@ -27,6 +27,11 @@ class CentralForce:
     def __call__(self, q: Array) -> float:
         return float(-self.mu / np.linalg.norm(q))
 
+    def at_states(self, q: Array) -> Array:
+        """V (k,) of k configurations (k, d)."""
+        result: Array = -self.mu / np.linalg.norm(q, axis=1)
+        return result
+
     def gradient(self, q: Array) -> Array:
         """mu q / |q|^3."""
         result: Array = self.mu * q / np.linalg.norm(q) ** 3

@@ -27,6 +27,11 @@ class CosinePotential:
     def __call__(self, q: Array) -> float:
         return float(-self.weight * np.sum(np.cos(q)))
 
+    def at_states(self, q: Array) -> Array:
+        """V (k,) of k configurations (k, d)."""
+        result: Array = -self.weight * np.sum(np.cos(q), axis=1)
+        return result
+
     def gradient(self, q: Array) -> Array:
         """weight sin(q_i)."""
         result: Array = self.weight * np.sin(q)

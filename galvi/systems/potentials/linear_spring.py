@@ -27,6 +27,11 @@ class LinearSpring:
     def __call__(self, q: Array) -> float:
         return float(0.5 * self.stiffness * (q @ q))
 
+    def at_states(self, q: Array) -> Array:
+        """V (k,) of k configurations (k, d)."""
+        result: Array = 0.5 * self.stiffness * np.sum(q * q, axis=1)
+        return result
+
     def gradient(self, q: Array) -> Array:
         """stiffness q."""
         return self.stiffness * q

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
+import numpy as np
+
 from galvi.arrays import Array
 
 
@@ -38,3 +40,20 @@ class Potential(Protocol):
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
+
+
+def values_at(
+    potential: Callable[..., Any], q: Array, t: Array, arguments: Callable[..., tuple[Any, ...]]
+) -> Array:
+    """V (k,) at k configurations (k, ...) and times (k,), NaN where these are not finite.
+
+    arguments  (q, t) -> what the potential takes; one with ``at_states(q)`` is called once
+    """
+    known = np.all(np.isfinite(q.reshape(len(q), -1)), axis=1)
+    result = np.full(len(q), np.nan)
+    if hasattr(potential, "at_states"):
+        result[known] = potential.at_states(q[known])
+    else:
+        for k in np.flatnonzero(known):
+            result[k] = potential(*arguments(q[k], t[k]))
+    return result

@@ -32,6 +32,14 @@ class SpringChain:
         r = np.diff(q, prepend=0.0, append=0.0)
         return float(np.sum(r**2 / 2.0 + self.alpha * r**3 / 3.0 + self.beta * r**4 / 4.0))
 
+    def at_states(self, q: Array) -> Array:
+        """V (k,) of k configurations (k, d)."""
+        r = np.diff(q, axis=1, prepend=0.0, append=0.0)
+        result: Array = np.sum(
+            r**2 / 2.0 + self.alpha * r**3 / 3.0 + self.beta * r**4 / 4.0, axis=1
+        )
+        return result
+
     def gradient(self, q: Array) -> Array:
         """dV/dq, (d,)."""
         out = np.empty((q.size, 1))

@@ -31,6 +31,10 @@ class UniformField:
     def __call__(self, q: Array) -> float:
         return float(-(self.force @ q))
 
+    def at_states(self, q: Array) -> Array:
+        """V (k,) of k configurations (k, d)."""
+        return -(q @ self.force)
+
     def gradient(self, q: Array) -> Array:
         """-force."""
         return -self.force + 0.0 * q

@@ -41,6 +41,10 @@ class UniformGravity:
     def __call__(self, R: Array) -> float:
         return float(-self.mass * (self.g @ R @ self.centre))
 
+    def at_states(self, R: Array) -> Array:
+        """V (k,) of k rotations (k, 3, 3)."""
+        return -self.mass * (self.g @ R @ self.centre)
+
     def gradient(self, R: Array) -> Array:
         """dV/dR = -mass g centre^T, (3, 3)."""
         return -self.mass * np.outer(self.g, self.centre)
