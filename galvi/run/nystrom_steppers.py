@@ -82,9 +82,12 @@ def kernel_tableau(table: Tableau) -> NystromTableau:
     def transposed(matrix: Array) -> Array:
         return read_only(matrix.T)
 
-    c_low, b_low, beta_low = table.low_parts[:3]
+    b_low = table.low_parts[1]
+    with extended_precision():
+        exact = (decimals(table.b) + decimals(b_low)) * (1 - decimals(table.c))
+        beta_low = read_only(rounded(exact - decimals(table.beta)))
     return NystromTableau(
-        table.c, table.b, table.beta, c_low, b_low, beta_low, transposed(table.A),
+        table.c, table.b, table.beta, b_low, beta_low, transposed(table.A),
         transposed(table.psi), table.velocity_coefficients, table.C, transposed(table.C),
         transposed(table.analysis), transposed(table.extrapolation), table.growth,
     )  # fmt: skip
