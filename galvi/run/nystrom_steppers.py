@@ -82,10 +82,8 @@ def kernel_tableau(table: Tableau) -> NystromTableau:
     def transposed(matrix: Array) -> Array:
         return read_only(matrix.T)
 
-    b_low = table.low_parts[1]
-    with extended_precision():
-        exact = (decimals(table.b) + decimals(b_low)) * (1 - decimals(table.c))
-        beta_low = read_only(rounded(exact - decimals(table.beta)))
+    c_low, b_low, beta_low = table.low_parts[:3]
+    beta_low = read_only(beta_low + table.b * c_low)
     return NystromTableau(
         table.c, table.b, table.beta, b_low, beta_low, transposed(table.A),
         transposed(table.psi), table.velocity_coefficients, table.C, transposed(table.C),
