@@ -165,6 +165,8 @@ class RigidBody:
         leading = q.shape[:-2]
         if self.potential is None:
             return np.abs(0.0 * q[..., 0, 0])
+        if isinstance(self.potential, UniformGravity):
+            return np.asarray(self.potential(q))
         times = np.broadcast_to(t, leading).ravel()
         values = [
             self.potential(*self._arguments(R, s)) if np.all(np.isfinite(R)) else np.nan
