@@ -27,6 +27,7 @@ from galvi.kernels.on_group.scale import (
     SMALLEST,
     amplification,
     grow_scale,
+    is_resolved,
     largest,
     relative,
     shrink_scale,
@@ -183,7 +184,8 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
         code = verdict(change, tolerance, history)
         if code != NOT_FINITE and history[3] >= IDLE:
             round_off = FLOOR * amplification(layout, place, rate, h)
-            code = SOLVED if history[2] <= round_off else code
+            if history[2] <= round_off and is_resolved(basis.analysis, velocities):
+                code = SOLVED
         if code == SOLVED:
             position_scale(layout, g, now)
             grow_scale(layout, place, rate, h, now)
