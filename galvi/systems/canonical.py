@@ -48,8 +48,9 @@ class Canonical:
     timed_force    the force takes (q, v, t)
     check          compare gradient and Hessian with differences of V when a `Problem` is made
 
-    Functions compiled with ``numba.njit`` run inside the kernel; plain Python ones work too,
-    slower, and what they raise reaches the caller. Raises ValueError for a mass that is not
+    The gradient, or else the potential, is traced and runs in vector instructions where it does
+    not branch. Others run inside the kernel if compiled with ``numba.njit``, and else in Python,
+    slower. What functions raise reaches the caller. Raises ValueError for a mass that is not
     positive definite, TypeError for something that cannot be called.
     """
 
