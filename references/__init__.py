@@ -6,8 +6,10 @@ from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM
+from references.closed_forms.thrown_body import THROWN_BODY
 from references.contender import Contender
 from references.heyoka.chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
+from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN, HEYOKA_LAGRANGIAN_QUADRUPLE
 from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.heyoka.taylor import HEYOKA, HEYOKA_QUADRUPLE
 from references.jpl.ephemeris import JPL_EPHEMERIS
@@ -27,10 +29,12 @@ from references.rebound.whfast import WHFAST
 from references.rebound.whfast512 import WHFAST512
 from references.scipy.chain_ivp import CHAIN_DOP853
 from references.scipy.ivp import DOP853, ODE45, RADAU
+from references.scipy.lagrangian_ivp import LAGRANGIAN_DOP853
 from references.scipy.rigid_ivp import RIGID_DOP853, RIGID_ODE45
 from references.setting import nearest
 from references.stored.attitude import STORED_ATTITUDE
 from references.stored.chain import STORED_CHAIN
+from references.stored.lagrangian import STORED_LAGRANGIAN
 from references.stored.planets import STORED_TRUTH
 from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
 from references.textbook.implicit_euler import IMPLICIT_EULER
@@ -45,9 +49,11 @@ REFERENCES: tuple[Contender, ...] = (
     KEPLER,
     PENDULUM,
     FREE_TOP,
+    THROWN_BODY,
     STORED_TRUTH,
     STORED_ATTITUDE,
     STORED_CHAIN,
+    STORED_LAGRANGIAN,
     JPL_EPHEMERIS,
     EXPLICIT_EULER,
     IMPLICIT_EULER,
@@ -76,6 +82,9 @@ REFERENCES: tuple[Contender, ...] = (
     CHAIN_DOP853,
     HEYOKA_CHAIN,
     HEYOKA_CHAIN_QUADRUPLE,
+    LAGRANGIAN_DOP853,
+    HEYOKA_LAGRANGIAN,
+    HEYOKA_LAGRANGIAN_QUADRUPLE,
     MUJOCO_EULER,
     MUJOCO_RK4,
     MUJOCO_IMPLICIT,

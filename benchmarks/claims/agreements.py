@@ -16,9 +16,11 @@ from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM
+from references.closed_forms.thrown_body import THROWN_BODY
 from references.contender import Contender
 from references.heyoka import taylor as heyoka_taylor
 from references.heyoka.chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
+from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN, HEYOKA_LAGRANGIAN_QUADRUPLE
 from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.heyoka.taylor import HEYOKA, HEYOKA_QUADRUPLE
 from references.jpl.ephemeris import JPL_EPHEMERIS
@@ -39,9 +41,11 @@ from references.rebound.whfast import WHFAST
 from references.rebound.whfast512 import WHFAST512
 from references.scipy.chain_ivp import CHAIN_DOP853
 from references.scipy.ivp import DOP853, ODE45, RADAU, TIGHT
+from references.scipy.lagrangian_ivp import LAGRANGIAN_DOP853
 from references.scipy.rigid_ivp import RIGID_DOP853, RIGID_ODE45
 from references.stored.attitude import STORED_ATTITUDE
 from references.stored.chain import STORED_CHAIN
+from references.stored.lagrangian import STORED_LAGRANGIAN
 from references.stored.planets import STORED_TRUTH
 from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
 from references.textbook.implicit_euler import IMPLICIT_EULER
@@ -54,7 +58,8 @@ from references.textbook.stormer_verlet import STORMER_VERLET
 SPRING, ORBIT = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.3)
 SWING, TURN = galvi.problems.planar_pendulum(), galvi.problems.free_rigid_body()
 HANGING, PLANETS = galvi.problems.pendulum_3d(), galvi.problems.solar_system()
-CHAIN = galvi.problems.double_pendulum()
+CHAIN, SPRUNG = galvi.problems.double_pendulum(), galvi.problems.elastic_pendulum()
+THROWN = galvi.problems.free_body_se3()
 OF_SECOND, OF_FIRST = "Its error of second order in its step.", "Its error of first order."
 OWN = "Its own error at this setting."
 LONG = "Rounding over 500 steps of two days."
@@ -65,10 +70,12 @@ CLOSED = (
     AgreementCase(KEPLER, ORBIT, 1.0, 2e-15),  # 1e-16
     AgreementCase(PENDULUM, SWING, 1.0, 2e-15),  # 0
     AgreementCase(FREE_TOP, TURN, 1.0, 4e-15),  # 3e-16
+    AgreementCase(THROWN_BODY, THROWN, 1.0, 4e-15),  # 4e-16
 )
 STORED = (
     AgreementCase(STORED_TRUTH, PLANETS, 1000.0, 2e-13, 500, note=LONG),  # 1e-14
     AgreementCase(STORED_CHAIN, CHAIN, 1.0, 1e-14),  # 5e-16
+    AgreementCase(STORED_LAGRANGIAN, SPRUNG, 1.0, 1e-14),  # 2e-16
     AgreementCase(STORED_ATTITUDE, HANGING, 1.0, 2e-15),  # 6e-17
 )
 REBOUND = (
@@ -96,6 +103,8 @@ HEYOKAS = (
     AgreementCase(HEYOKA_QUADRUPLE, ORBIT, 1.0, 2e-15),  # 1e-16
     AgreementCase(HEYOKA_CHAIN, CHAIN, 1.0, 1e-14),  # 5e-16
     AgreementCase(HEYOKA_CHAIN_QUADRUPLE, CHAIN, 1.0, 1e-14),  # 5e-16
+    AgreementCase(HEYOKA_LAGRANGIAN, SPRUNG, 1.0, 1e-14),  # 2e-16
+    AgreementCase(HEYOKA_LAGRANGIAN_QUADRUPLE, SPRUNG, 1.0, 1e-14),  # 2e-16
     AgreementCase(HEYOKA_RIGID, TURN, 1.0, 2e-15),  # 2e-16
     AgreementCase(HEYOKA_RIGID_QUADRUPLE, HANGING, 1.0, 2e-15),  # 6e-17
 )
@@ -104,6 +113,9 @@ SCIPY = (
     AgreementCase(ODE45, ORBIT, 1.0, 2e-8, setting={"tolerance": 1e-9}, note=OWN),  # 4e-9
     AgreementCase(RADAU, ORBIT, 1.0, 1e-11, setting={"tolerance": 1e-9}, note=OWN),  # 1e-12
     AgreementCase(CHAIN_DOP853, CHAIN, 1.0, 1e-12, setting={"tolerance": 1e-13}, note=OWN),  # 5e-14
+    AgreementCase(
+        LAGRANGIAN_DOP853, SPRUNG, 1.0, 1e-12, setting={"tolerance": 1e-13}, note=OWN
+    ),  # 5e-14
     AgreementCase(RIGID_DOP853, TURN, 1.0, 1e-13, setting=TIGHT, note=OWN),  # 4e-15
     AgreementCase(RIGID_ODE45, TURN, 1.0, 2e-8, setting={"tolerance": 1e-9}, note=OWN),  # 2e-9
 )

@@ -136,6 +136,16 @@ TRUTHS = (
         "A tenth of 1e-11, the smallest error that is fitted.", **BY_IAS15,
     ),
     TruthCase(
+        KEPLER, IAS15, ORBIT, 2.0 * np.pi, 1e-13, "V8, the starts of its short runs",
+        "These need only be spread along the orbit: each run has its own energy.", samples=64,
+        **BY_IAS15,
+    ),
+    TruthCase(
+        FREE_TOP, RIGID_DOP853, BODY, 200.0, 1e-10, "L4, the starts of its short runs",
+        "These need only be spread along the motion: each run has its own energy.", samples=64,
+        setting=TIGHT,
+    ),
+    TruthCase(
         FREE_TOP, RIGID_DOP853, BODY, 5.0, 1e-13, "L2, L3 and L14",
         "A tenth of 1e-12, the smallest error that is fitted.", setting=TIGHT,
     ),

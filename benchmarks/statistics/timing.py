@@ -49,12 +49,12 @@ def interleaved(
     least  seconds for which a call is repeated within a round; the mean counts
     warm   seconds of an earlier, warming call of each; None makes these calls here
     """
-    first = [_seconds(call, 1) for call in calls] if warm is None else list(warm)
+    first = [seconds_of(call, 1) for call in calls] if warm is None else list(warm)
     repeats = [max(1, round(least / max(seconds, 1e-7))) for seconds in first]
     samples: list[list[float]] = [[] for _ in calls]
     for _ in range(rounds):
         for k, call in enumerate(calls):
-            samples[k].append(_seconds(call, repeats[k]))
+            samples[k].append(seconds_of(call, repeats[k]))
     return [_timing(seconds) for seconds in samples]
 
 
@@ -65,7 +65,8 @@ def _timing(seconds: Sequence[float]) -> Timing:
     return Timing(statistics.median(seconds), min(seconds), max(seconds))
 
 
-def _seconds(call: Callable[[], Any], repeats: int) -> float:
+def seconds_of(call: Callable[[], Any], repeats: int = 1) -> float:
+    """Seconds of a call, the mean over the repeats."""
     if hasattr(call, "seconds"):
         return float(call.seconds(repeats))
     start = time.perf_counter()
@@ -77,7 +78,7 @@ def _seconds(call: Callable[[], Any], repeats: int) -> float:
 def warmed(call: Callable[[], Any]) -> tuple[Any, float]:
     """The result of a call, and its seconds, or those of a second, warm call if that is shorter."""
     result, seconds = once(call)
-    return result, min(seconds, _seconds(call, 1)) if seconds < 1.0 else seconds
+    return result, min(seconds, seconds_of(call, 1)) if seconds < 1.0 else seconds
 
 
 def once(call: Callable[[], Any]) -> tuple[Any, float]:

@@ -21,7 +21,8 @@ from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.measures import independent_invariants
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import finest, label_beside
-from benchmarks.work_precision.problems.rigid_bodies import MUJOCO, largest_entry
+from benchmarks.work_precision.problem import largest_difference
+from benchmarks.work_precision.problems.rigid_bodies import MUJOCO
 from galvi import Problem
 from galvi.arrays import Array
 from galvi.charts import CHARTS
@@ -200,7 +201,7 @@ def _rows(
             }
         )
     truth = FREE_TOP.run(problem, duration, {"samples": 1})
-    rows[-1]["attitude_error"] = largest_entry(R[-1], truth.q[-1])
+    rows[-1]["attitude_error"] = largest_difference(R[-1], truth.q[-1])
     return rows
 
 

@@ -14,7 +14,8 @@ KEPLER, PENDULUM = "Kepler, closed form", "pendulum, closed form"
 OSCILLATOR, STORED, IAS15 = "oscillator, closed form", "stored truth", "REBOUND IAS15"
 TOP, STORED_BODY = "free rigid body, closed form", "stored truth, rigid bodies"
 DOP853, BODY = "SciPy DOP853", "DOP853 on quaternions, compiled"
-CHAINS = "SciPy DOP853, chains"
+CHAINS, LAGRANGIANS = "SciPy DOP853, chains", "SciPy DOP853, Lagrangians"
+THROWN, STORED_LAW = "thrown body, closed form", "stored truth, Lagrangians"
 TIGHT = 1e-13  # for DOP853
 NEAR_CIRCLE = {"eccentricity": 0.2}
 
@@ -37,10 +38,14 @@ STEPS = (
     Case("free body, a step", STEP, "free_rigid_body", 6, 6, 0.25, 1, TOP, quick=True),
     Case("free box, a step", STEP, "free_box", 6, 6, 0.25, 1, TOP),
     Case("3D pendulum, a step", STEP, "pendulum_3d", 6, 6, 0.5, 1, STORED_BODY),
+    Case("elastic pendulum, a step", STEP, "elastic_pendulum", 8, 8, 0.1, 1, LAGRANGIANS,
+         truth_tolerance=TIGHT),
+    Case("polar Kepler, a step", STEP, "kepler_polar", 8, 8, 0.5, 1, LAGRANGIANS,
+         truth_tolerance=TIGHT),
     Case("heavy top, a step", STEP, "heavy_top", 5, 5, 0.1, 1, BODY, truth_tolerance=TIGHT),
     Case("spherical pendulum, a step", STEP, "spherical_pendulum", 5, 5, 0.2, 1, BODY,
          truth_tolerance=TIGHT),
-    Case("body on SE(3), a step", STEP, "free_body_se3", 5, 5, 0.1, 1),
+    Case("body on SE(3), a step", STEP, "free_body_se3", 5, 5, 0.1, 1, THROWN),
     Case("double pendulum, a step", STEP, "double_pendulum", 4, 4, 0.1, 1, CHAINS,
          truth_tolerance=TIGHT),
     Case("planar chain, a step", STEP, "planar_chain", 4, 4, 0.1, 1, CHAINS,
@@ -71,6 +76,8 @@ TRAJECTORIES = (
          truth_tolerance=TIGHT),
     Case("free body, degree 6", TRAJECTORY, "free_rigid_body", 6, 6, 0.25, 20_000, TOP,
          quick=True),
+    Case("free body, n points for n functions", TRAJECTORY, "free_rigid_body", 6, 7, 0.5, 400,
+         TOP, quick=True),
     Case("free body, exponential chart", TRAJECTORY, "free_rigid_body", 8, 8, 0.5, 20_000, TOP,
          chart="Exponential", error_tolerance=ROUNDED),
     Case("free body, modified Rodrigues chart", TRAJECTORY, "free_rigid_body", 8, 8, 0.5, 20_000,
@@ -78,11 +85,23 @@ TRAJECTORIES = (
     Case("free box, degree 6", TRAJECTORY, "free_box", 6, 6, 0.2, 20_000, TOP),
     Case("3D pendulum, degree 4", TRAJECTORY, "pendulum_3d", 4, 4, 0.01, 2000, STORED_BODY,
          quick=True),
+    Case("Henon-Heiles, degree 8", TRAJECTORY, "henon_heiles", 8, 8, 2.0, 20, STORED_LAW),
+    Case("FPUT chain, degree 6", TRAJECTORY, "fermi_pasta_ulam_tsingou", 6, 6, 2.0, 10, STORED_LAW),
+    Case("elastic pendulum, degree 8", TRAJECTORY, "elastic_pendulum", 8, 8, 0.1, 100, STORED_LAW,
+         quick=True),
+    Case("polar Kepler, degree 8", TRAJECTORY, "kepler_polar", 8, 8, 0.5, 400, LAGRANGIANS,
+         truth_tolerance=TIGHT),
+    Case("double pendulum, degree 8", TRAJECTORY, "double_pendulum", 8, 8, 0.05, 100,
+         "stored truth, chains"),
+    Case("planar chain, degree 6", TRAJECTORY, "planar_chain", 6, 6, 0.025, 200,
+         "stored truth, chains"),
+    Case("heavy top, degree 8", TRAJECTORY, "heavy_top", 8, 8, 0.125, 160, STORED_BODY),
     Case("heavy top, degree 5", TRAJECTORY, "heavy_top", 5, 5, 0.1, 100, BODY, quick=True,
          truth_tolerance=TIGHT),
     Case("spherical pendulum, degree 5", TRAJECTORY, "spherical_pendulum", 5, 5, 0.2, 200, BODY,
          truth_tolerance=TIGHT),
-    Case("body on SE(3), degree 5", TRAJECTORY, "free_body_se3", 5, 5, 0.1, 50),
+    Case("body on SE(3), degree 5", TRAJECTORY, "free_body_se3", 5, 5, 0.1, 50, THROWN),
+    Case("body on SE(3), long steps", TRAJECTORY, "free_body_se3", 5, 5, 0.25, 400, THROWN),
     Case("double pendulum, degree 4", TRAJECTORY, "double_pendulum", 4, 4, 0.02, 100, CHAINS,
          quick=True, truth_tolerance=TIGHT),
     Case("planar chain, degree 4", TRAJECTORY, "planar_chain", 4, 4, 0.02, 50, CHAINS,

@@ -15,15 +15,17 @@ from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM
+from references.closed_forms.thrown_body import THROWN_BODY
 from references.stored.attitude import STORED_ATTITUDE
+from references.stored.lagrangian import STORED_LAGRANGIAN
 from references.stored.planets import STORED_TRUTH
 
 PROBLEMS: dict[str, tuple[galvi.Problem, float, Contender | None]] = {
     "oscillator": (galvi.problems.harmonic_oscillator(), 10 * math.tau, OSCILLATOR),
     "kepler": (galvi.problems.kepler(0.6), 10 * math.tau, KEPLER),
     "planar pendulum": (galvi.problems.planar_pendulum(), 60.0, PENDULUM),
-    "henon-heiles": (galvi.problems.henon_heiles(), 60.0, None),
-    "fpu chain": (galvi.problems.fermi_pasta_ulam_tsingou(), 60.0, None),
+    "henon-heiles": (galvi.problems.henon_heiles(), 40.0, STORED_LAGRANGIAN),
+    "fpu chain": (galvi.problems.fermi_pasta_ulam_tsingou(), 20.0, STORED_LAGRANGIAN),
     "solar system": (galvi.problems.solar_system(), 1000.0, STORED_TRUTH),
     "solar system without Pluto": (
         galvi.problems.solar_system(pluto=False), 730.5, STORED_TRUTH,
@@ -33,9 +35,11 @@ PROBLEMS: dict[str, tuple[galvi.Problem, float, Contender | None]] = {
     "free rigid body": (galvi.problems.free_rigid_body(), 20.0, FREE_TOP),
     "free box": (galvi.problems.free_box(), 20.0, FREE_TOP),
     "3D pendulum": (galvi.problems.pendulum_3d(), 10.0, STORED_ATTITUDE),
-    "heavy top": (galvi.problems.heavy_top(), 10.0, None),
+    "heavy top": (galvi.problems.heavy_top(), 10.0, STORED_ATTITUDE),
     "spherical pendulum": (galvi.problems.spherical_pendulum(), 10.0, None),
-    "body on SE(3)": (galvi.problems.free_body_se3(), 10.0, None),
+    "body on SE(3)": (galvi.problems.free_body_se3(), 10.0, THROWN_BODY),
+    "elastic pendulum": (galvi.problems.elastic_pendulum(), 5.0, STORED_LAGRANGIAN),
+    "polar Kepler": (galvi.problems.kepler_polar(), 20.0, None),
     "double pendulum": (galvi.problems.double_pendulum(), 1.0, None),
     "planar chain": (galvi.problems.planar_chain(), 1.0, None),
     "brownout": (galvi.problems.brownout(), 2.0, None),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -89,15 +89,20 @@ COLUMNS = (
 
 
 def cost_table(
-    quick: bool = False, report: Callable[[str], None] = lambda sentence: None
+    quick: bool = False,
+    report: Callable[[str], None] = lambda sentence: None,
+    only: Collection[str] = (),
 ) -> pd.DataFrame:
     """One row for each problem and method, at a step size typical of its use.
+
+    only  names of the problems; () for all
 
     Counts are exact for a build and machine. ``forces_per_step`` counts configurations; ``solver``
     is the solver of the stage equations: fixed point, Newton, or both. Seconds are those of a whole
     run divided by its steps.
     """
-    cases, runs, calls, warm = _cases(quick), [], [], []
+    runs, calls, warm = [], [], []
+    cases = [case for case in _cases(quick) if not only or case.problem.name in only]
     for case in cases:
         report(f"{case.problem.name}: {case.method.name}")
 
@@ -133,8 +138,29 @@ def _cases(quick: bool) -> list[Case]:
         (kepler, _papers(8), 2.0, 1000),
         (kepler, _papers(32), 2.0, 1000),
         (planets, _papers(25), 100.0, 100),
+        *_lagrangians_and_bodies(steps),
     ]
     return [Case(*case) for case in cases]
+
+
+def _lagrangians_and_bodies(steps: int) -> Iterator[tuple[Problem, galvi.Galerkin, float, int]]:
+    """Other Lagrangians on R^d, and bodies, with as many points as the degree and with one more."""
+    known = galvi.problems
+    for problem, h in (
+        (known.elastic_pendulum(), 0.1),
+        (known.kepler_polar(), 0.5),
+        (known.henon_heiles(), 1.0),
+        (known.fermi_pasta_ulam_tsingou(), 2.0),
+        (known.double_pendulum(), 0.03),
+        (known.planar_chain(), 0.02),
+        (known.heavy_top(), 0.15),
+    ):
+        yield problem, _gauss(8), h, steps // 5
+    body, thrown = known.free_rigid_body(), known.free_body_se3()
+    yield body, _gauss(6), 0.5, steps
+    yield body, galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(7)), 0.5, steps // 10
+    yield thrown, _gauss(5), 0.25, steps // 10
+    yield known.brownout(), _gauss(4), 0.02, 100
 
 
 def _gauss(degree: int) -> galvi.Galerkin:

@@ -14,6 +14,7 @@ from references import Contender
 
 Setting = Mapping[str, Any]
 POSITION, ATTITUDE, ANGLE = "position", "attitude", "angle"
+COORDINATES, MOTION = "coordinates", "attitude and place"
 EPS = float(np.finfo(float).eps)
 
 
@@ -58,10 +59,13 @@ class WorkPrecisionProblem:
     duration      from its t0, in its unit of time
     participants  contenders with their settings
     truth         () -> the truth
-    quantity      the quantity of the error: POSITION, ATTITUDE or ANGLE
+    quantity      the quantity of the error: POSITION, ATTITUDE, ANGLE, COORDINATES or MOTION
     distance      the error: a distance of two configurations
     repeated_run  whether runs are timed by lengthened runs (`benchmarks.statistics.repeated_run`),
                   since they are shorter than the overhead of a call
+    net_time      whether what a call costs besides its steps is subtracted instead
+                  (`benchmarks.statistics.net_time`), since a longer run is another:
+                  chaotic, or with coordinates that grow, and with them what a tolerance allows
     """
 
     problem: Problem
@@ -71,6 +75,12 @@ class WorkPrecisionProblem:
     quantity: str = POSITION
     distance: Callable[[Array, Array], float] = farthest_body
     repeated_run: bool = False
+    net_time: bool = False
+
+
+def largest_difference(q: Array, truth: Array) -> float:
+    """Of two configurations' entries, in magnitude."""
+    return float(np.max(np.abs(q - truth)))
 
 
 def galvi_label(stages: int) -> str:

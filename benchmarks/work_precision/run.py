@@ -8,6 +8,7 @@ from typing import Any
 
 import pandas as pd
 
+from benchmarks.statistics.net_time import net_time
 from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.statistics.timing import Timing, call_of, interleaved, warmed
 from benchmarks.work_precision.fronts import TRUTH, front, ratios
@@ -64,15 +65,16 @@ def work_precision(
 
     With the name of a problem, for that one only. Raises ValueError when there is no such problem.
 
-    quantity      the quantity of the error: position, attitude or angle
+    quantity      the quantity of the error: position, attitude, angle, coordinates or attitude and
+                  place
     error         largest distance of a body from the truth at the end, in the problem's unit of
-                  length, or largest entry of R - R_truth; NaN for the truth itself and for a
+                  length, or largest difference of an entry; NaN for the truth itself and for a
                   failed run
     seconds       median over interleaved rounds; seconds_low and seconds_high are the fastest and
                   the slowest round. galvi's tableau, compiled kernels and MuJoCo's models are
                   prepared beforehand; building REBOUND's simulation (below a millisecond) is
-                  included. For rigid bodies from lengthened runs, see
-                  `benchmarks.statistics.repeated_run`
+                  included. For most short runs from lengthened ones, for some less those
+                  of one step, see `benchmarks.statistics.repeated_run` and `net_time` there
     evaluations   force evaluations; NaN when the engine does not count
     status        empty; 'truth'; a warning about the error; or why the run failed
     reference     the truth and its accuracy
@@ -95,7 +97,7 @@ def problems(quick: bool = False) -> tuple[str, ...]:
 def _least(case: WorkPrecisionProblem, quick: bool) -> float:
     """Seconds of each setting in a round; fewer where runs are lengthened."""
     least = 0.01 if quick else 0.12
-    return 0.5 * least if case.repeated_run else least
+    return 0.5 * least if case.repeated_run or case.net_time else least
 
 
 def _study(case: WorkPrecisionProblem, least: float, report: Callable[[str], None]) -> pd.DataFrame:
@@ -139,6 +141,9 @@ def _first_run(
         longer = repeated_run(contender, case.problem, case.duration, setting, one.warm, least)
         one.call, one.warm, one.times = longer.call, longer.seconds, longer.times
         one.why = longer.failure and f"Not timed, it fails later: {longer.failure}"
+    steps = one.run.counts.get("steps", 0)
+    if case.net_time and one.run.success and not one.why and steps > 1:
+        one.call = net_time(contender, case.problem, case.duration, setting, steps)
     return one
 
 

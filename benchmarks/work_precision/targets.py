@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 ORBITS = "the project's targets for N bodies"
 TURNS = "the project's targets for rigid bodies"
 OUTER, WHOLE = "outer solar system", "solar system without Pluto"
-FREE_BODY = "free rigid body"
+VECTORS = "the project's targets for Lagrangians and bodies in vector instructions"
+FREE_BODY, THROWN, GRAIN = "free rigid body", "free body on SE(3)", "brownout, 100 micrometres"
+DOUBLE, FIVE = "double pendulum", "chain of 5 rods"
+COORDINATES = (
+    "elastic pendulum",
+    "henon-heiles",
+    "fermi-pasta-ulam-tsingou",
+    "kepler e=0.3 in polar coordinates",
+)
+MORE_POINTS = tuple(f"galvi degree {s}, Gauss {s + 1}, Cayley" for s in (6, 8, 10))
 IAS15 = ("REBOUND IAS15", "REBOUND IAS15, GLOBAL", "REBOUND IAS15, looser")
 
 
@@ -22,6 +32,7 @@ class Target:
     ratio       least ratio of the contenders' time to galvi's; None when galvi only has to reach
                 the error
     source      origin of the target
+    ours        galvi's labels that count; () for all but the contenders
     """
 
     problem: str
@@ -29,10 +40,11 @@ class Target:
     error: float | None
     ratio: float | None
     source: str = ORBITS
+    ours: tuple[str, ...] = ()
 
 
 def _each(
-    problem: str, contender: str, asked: tuple[tuple[float | None, float | None], ...], **more: str
+    problem: str, contender: str, asked: tuple[tuple[float | None, float | None], ...], **more: Any
 ) -> tuple[Target, ...]:
     return tuple(Target(problem, (contender,), error, ratio, **more) for error, ratio in asked)
 
@@ -67,4 +79,42 @@ TARGETS = (
         ((1e-11, 1.0), (1e-12, 1.0), (1e-13, 1.0)),  # "ahead at 1e-11 and below"
         source=TURNS,
     ),
-)
+    *_each(
+        FREE_BODY,
+        "DOP853 on quaternions, compiled",
+        ((1e-10, 1.0),),
+        source=VECTORS,
+    ),
+    *_each(
+        FREE_BODY,
+        "heyoka, rigid bodies",
+        ((1e-10, 1.0), (1e-11, 1.0), (1e-12, 1.0), (1e-13, 1.0)),
+        source=VECTORS,
+    ),
+    *_each(
+        FREE_BODY,
+        "MuJoCo RK4",
+        ((7e-6, 6.0), (1e-8, 30.0), (2e-11, 150.0)),  # H's rule: n points for n functions
+        source=VECTORS,
+        ours=MORE_POINTS,
+    ),
+    *_each(DOUBLE, "heyoka, chains", ((1e-6, 1.1), (1e-10, 1.8), (1e-12, 2.5)), source=VECTORS),
+    *_each(FIVE, "heyoka, chains", ((1e-6, 6.0), (1e-10, 9.0), (1e-12, 11.0)), source=VECTORS),
+    *_each(FIVE, "MuJoCo RK4", ((1e-4, 1.0), (1e-6, 1.0), (None, 1.0)), source=VECTORS),
+    *(
+        target
+        for problem in COORDINATES
+        for target in _each(
+            problem, "heyoka, Lagrangians", ((1e-6, 1.0), (1e-10, 1.0), (1e-12, 1.0)),
+            source=VECTORS,
+        )
+    ),
+    *_each(  # ratios to the general kernel as it was when they were set; it is faster now
+        THROWN, "galvi degree 5, Gauss 5, general kernel", ((1e-7, 45.0),),
+        source=VECTORS, ours=("galvi degree 5, Gauss 5",),
+    ),
+    *_each(
+        GRAIN, "galvi degree 4, Gauss 4, general kernel", ((1e-9, 15.0),),
+        source=VECTORS, ours=("galvi degree 4, Gauss 4",),
+    ),
+)  # fmt: skip

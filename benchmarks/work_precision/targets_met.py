@@ -58,8 +58,9 @@ def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
         row["remark"] = theirs.loc[theirs["error"].idxmin(), "status"]
     times = ratios(fronts, [error])
     rivals = _fastest(times[times["contender"].isin(target.contenders)])
-    is_ours = times["contender"].str.startswith("galvi") & (times["contender"] != OURS)
-    ours = _fastest(times[is_ours])
+    names = times["contender"]
+    is_ours = names.str.startswith("galvi") & ~names.isin((OURS, *target.contenders))
+    ours = _fastest(times[names.isin(target.ours) if target.ours else is_ours])
     row |= {"contender": rivals.get("contender", ""), "galvi": ours.get("contender", "")}
     if not ours:
         return row | {"ratio": f"galvi: {NOT_REACHED}", "verdict": MISSED}

@@ -24,12 +24,21 @@ def place(chart: Chart, group: Group, g: Any, xi: Any) -> Array:
 
 def tangent(chart: Chart, group: Group, xi: Any) -> Array:
     """T(xi), (..., d, d), with g^-1 g' = T(xi) xi' along g = Phi(xi), for xi (..., d)."""
-    return _tangents(chart, group, xi, np.zeros_like(xi))[0]
+    xi = np.asarray(xi, dtype=np.float64)
+    rows, d = xi.reshape(-1, group.dimension).copy(), group.dimension
+    out = np.empty((len(rows), d, d))
+    _tangent_all(group.layout, chart.number, rows, np.eye(d), out)
+    return np.swapaxes(out, 1, 2).reshape(*xi.shape, d)
 
 
 def tangent_slope(chart: Chart, group: Group, xi: Any, eta: Any) -> Array:
     """d(T(xi) eta)/dxi, (..., d, d), for xi and eta (..., d)."""
-    return _tangents(chart, group, xi, eta)[1]
+    xi, eta = np.asarray(xi, dtype=np.float64), np.asarray(eta, dtype=np.float64)
+    d = group.dimension
+    rows, rates = xi.reshape(-1, d).copy(), eta.reshape(-1, d).copy()
+    out = np.empty((len(rows), d, d))
+    _tangent_slope_all(group.layout, chart.number, rows, rates, np.eye(d), out)
+    return out.reshape(*xi.shape, d)
 
 
 def coordinates(chart: Chart, group: Group, g: Any, k: Any) -> Array:
@@ -39,16 +48,6 @@ def coordinates(chart: Chart, group: Group, g: Any, k: Any) -> Array:
     out = np.empty((shape[0], group.dimension))
     _coordinates_all(group.layout, chart.number, _flat(g, shape), _flat(k, shape), out)
     return out.reshape(*lead, group.dimension)
-
-
-def _tangents(chart: Chart, group: Group, xi: Any, eta: Any) -> tuple[Array, Array]:
-    xi, eta = np.asarray(xi, dtype=np.float64), np.asarray(eta, dtype=np.float64)
-    d = group.dimension
-    rows = xi.reshape(-1, d).copy()
-    T, G = np.empty((len(rows), d, d)), np.empty((len(rows), d, d))
-    _tangent_all(group.layout, chart.number, rows, eta.reshape(-1, d).copy(), T, G)
-    shape = (*xi.shape[:-1], d, d)
-    return T.reshape(shape), G.reshape(shape)
 
 
 def _entries(group: Group) -> int:
@@ -67,9 +66,17 @@ def _place_all(layout, chart, g, xi, out):  # type: ignore[no-untyped-def]
 
 
 @jit
-def _tangent_all(layout, chart, xi, eta, T, G):  # type: ignore[no-untyped-def]
+def _tangent_all(layout, chart, xi, units, out):  # type: ignore[no-untyped-def]
     for k in range(xi.shape[0]):
-        product.tangent(layout, chart, xi[k], eta[k], T[k], G[k])
+        for i in range(units.shape[0]):
+            product.velocity(layout, chart, xi[k], units[i], out[k, i])
+
+
+@jit
+def _tangent_slope_all(layout, chart, xi, eta, units, out):  # type: ignore[no-untyped-def]
+    for k in range(xi.shape[0]):
+        for i in range(units.shape[0]):
+            product.momentum_slope(layout, chart, xi[k], eta[k], units[i], out[k, i])
 
 
 @jit

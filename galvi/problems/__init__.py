@@ -3,6 +3,7 @@
 from galvi.problems.applegate import applegate
 from galvi.problems.brownout import brownout
 from galvi.problems.double_pendulum import double_pendulum
+from galvi.problems.elastic_pendulum import elastic_pendulum
 from galvi.problems.fermi_pasta_ulam_tsingou import fermi_pasta_ulam_tsingou
 from galvi.problems.free_body_se3 import free_body_se3
 from galvi.problems.free_box import free_box
@@ -11,6 +12,7 @@ from galvi.problems.harmonic_oscillator import harmonic_oscillator
 from galvi.problems.heavy_top import heavy_top
 from galvi.problems.henon_heiles import henon_heiles
 from galvi.problems.kepler import kepler
+from galvi.problems.kepler_polar import kepler_polar
 from galvi.problems.outer_solar_system import outer_solar_system
 from galvi.problems.pendulum_3d import pendulum_3d
 from galvi.problems.planar_chain import planar_chain
@@ -22,6 +24,7 @@ __all__ = [
     "applegate",
     "brownout",
     "double_pendulum",
+    "elastic_pendulum",
     "fermi_pasta_ulam_tsingou",
     "free_body_se3",
     "free_box",
@@ -30,6 +33,7 @@ __all__ = [
     "heavy_top",
     "henon_heiles",
     "kepler",
+    "kepler_polar",
     "outer_solar_system",
     "pendulum_3d",
     "planar_chain",

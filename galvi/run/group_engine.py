@@ -15,7 +15,7 @@ from galvi.charts.maps import coordinates, tangent
 from galvi.checkpoint import Checkpoint
 from galvi.curves.local_chart import GroupChart
 from galvi.groups.group import Group
-from galvi.groups.so3 import SO3
+from galvi.groups.rn import Rn
 from galvi.kernels.lie import product
 from galvi.kernels.nystrom.advance import GUESS
 from galvi.kernels.nystrom.solve import NOT_FINITE
@@ -40,15 +40,16 @@ def _system(problem: Problem, method: Galerkin) -> GroupSystem:
 
 @lru_cache(maxsize=32)
 def _start(problem: Problem, stages: int) -> Start:
-    """The state's rows are g, mu and their low parts; stages are velocities.
-
-    For a rotating body, the second row ends with the spatial momentum R mu.
-    """
-    p0, entries = problem.p0, problem.q0.size
-    state = np.zeros((4, max(entries, p0.size)))
-    state[0, :entries], state[1, : p0.size] = problem.q0.ravel(), p0
-    if isinstance(getattr(problem.system, "group", None), SO3):
-        state[1, 6:] = problem.q0 @ p0
+    """The state, see galvi.kernels.on_group.advance; stages are velocities."""
+    p0, g = problem.p0, problem.q0.ravel()
+    layout = getattr(problem.system, "group", Rn(p0.size)).layout
+    turns = bool(np.any(layout[:, product.ROTATIONS]))
+    state = np.zeros((4, max(3 * p0.size, g.size + p0.size) if turns else p0.size))
+    state[0, : g.size], state[1, : p0.size] = g, p0
+    if turns:
+        nu = np.empty(p0.size)
+        product.in_space(layout, g.copy(), p0.copy(), nu)
+        state[1, 2 * p0.size : 3 * p0.size] = nu
     return fixed(state, *_guess(problem.v0, stages))
 
 

@@ -1,4 +1,4 @@
-"""The kernels for steps on a group: a general one, one for rigid bodies, and one for laws."""
+"""The kernels for steps on a group: a general one, one for rigid bodies, and those for laws."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
 from galvi.run.group_system import group_system
-from galvi.run.law_stepper import has_law, law_stepper
+from galvi.run.law_stepper import group_law_stepper, has_group_law, has_law, law_stepper
 from galvi.run.nystrom_steppers import aligned, collocation_tables, kernel_tableau
 from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays, run_plan
 from galvi.symbolic.traces import Traces, traces
@@ -85,20 +85,17 @@ def first_unknowns(degrees: tuple[int, ...]) -> npt.NDArray[np.int64]:
 
 
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
-    """Whether a packed kernel applies; on groups only these have fixed-point iteration."""
+    """Whether a kernel in lanes applies; on groups only these have fixed-point iteration."""
+    one_space = not hasattr(method.space, "degrees")
+    on_group = one_space and float(np.min(method.table.b)) > 0.0 and has_group_law(problem)
+    return on_group or has_law(problem, method)
+
+
+def _is_packed_body(problem: Problem, method: Galerkin) -> bool:
+    """Whether the kernel for rigid bodies applies, which is faster than that for their laws."""
     s, m = method.table.psi.shape
-    square = s == m and not hasattr(method.space, "degrees")
-    return has_law(problem, method) or (square and _is_packed_body(problem))
-
-
-def _is_packed_body(problem: Problem) -> bool:
     system = problem.system
-    return (
-        isinstance(system, RigidBody)
-        and system.gradient is None
-        and system.force is None
-        and isinstance(system.potential, UniformGravity | None)
-    )
+    return s == m and isinstance(system, RigidBody) and system.force is None
 
 
 def stepper_after_failure(
@@ -125,7 +122,10 @@ def compiled_stepper(
     arguments = (problem, method, step, steps, start, work)
     if not solves_by_iteration(problem, method) or start.solver == "newton":
         return general_stepper(*arguments)
-    packed = (law_stepper if has_law(problem, method) else body_stepper)(*arguments, FINEST)
+    stepper = law_stepper if has_law(problem, method) else group_law_stepper
+    if _is_packed_body(problem, method):
+        stepper = body_stepper
+    packed = stepper(*arguments, FINEST)
     general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:
@@ -140,7 +140,7 @@ def compiled_stepper(
             return code
         code = packed(todo)
         if code and start.solver == "fixed_point":
-            return code if has_law(problem, method) else DIVERGED  # a body's forces are finite
+            return DIVERGED if stepper is body_stepper else code  # a body's forces are finite
         if code:
             work.solver_state[STREAK] = NEWTON_STREAK - 1
             code = by_newton(1)

@@ -57,9 +57,9 @@ def integrate(
     save_every  k keeps steps 0, k, 2 k, ... and the last
     curves      keep every step's Galerkin curve; None: only when save_every is 1
     solver      "auto", "fixed_point" or "newton"; on groups, "fixed_point" only for a RigidBody
-                without a force, free or in UniformGravity, with as many points as the degree, and
-                on Rn for a Lagrangian, or a Canonical system with a force, whose functions are
-                built in, from SymPy, or could be traced
+                without a force, free or in UniformGravity, and for a FreeBody, and on Rn for a
+                Lagrangian, or a Canonical system with a force, whose functions are built in, from
+                SymPy, or could be traced
     tolerance   change relative to |q| at which a step's iteration stops; None: round-off
     progress    True shows a progress bar
 
@@ -127,10 +127,9 @@ def prepared(
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
             f"with a group, an external force or a degree for each component, the solver "
-            f"fixed_point is for a RigidBody without a force, free or in UniformGravity, with as "
-            f"many points as the degree, and on Rn for functions that are built in, from SymPy, or "
-            f"could be traced; received {problem!r} with {method.name}"
-            f"{_because(problem)}. Use the solver auto."
+            f"fixed_point is for a RigidBody without a force, free or in UniformGravity, for a "
+            f"FreeBody, and on Rn for functions that are built in, from SymPy, or could be traced; "
+            f"received {problem!r} with {method.name}{_because(problem)}. Use the solver auto."
         )
     _check_functions(problem)
     begin = engine.start(problem, method.stages)

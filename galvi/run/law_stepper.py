@@ -1,4 +1,4 @@
-"""Steps of a Lagrangian on R^d in vector instructions."""
+"""Steps of a Lagrangian on R^d or on a Lie group in vector instructions."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.groups.rn import Rn
 from galvi.kernels.compile.function_pointers import addresses
+from galvi.kernels.lanes.group_law import compiled_advance_group_law
+from galvi.kernels.lanes.group_pass import rows_of_group_work
 from galvi.kernels.lanes.law import PASS_TYPE, compiled_advance_law
 from galvi.kernels.lanes.law_pass import rows_of_work
 from galvi.kernels.nystrom.solve import FORCES
@@ -19,7 +21,7 @@ from galvi.problem import Problem
 from galvi.run.engine import Call
 from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
 from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
-from galvi.symbolic.lane_law import compiled_law, coupled
+from galvi.symbolic.lane_law import compiled_group_law, compiled_law, coupled
 from galvi.symbolic.traces import Traces, traces
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
@@ -116,5 +118,67 @@ def law_stepper(
         ))  # fmt: skip
         work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
         return code
+
+    return call
+
+
+@lru_cache(maxsize=32)
+def _group_law(system: Any) -> tuple[str, Array] | None:
+    """The lines and constants of the law for lanes of a system on a group with rotations."""
+    group = getattr(system, "group", None)
+    on_group = group is not None and not isinstance(group, Rn)
+    return cast(tuple[str, Array] | None, getattr(system, "lane_law", None)) if on_group else None
+
+
+def has_group_law(problem: Problem) -> bool:
+    """Whether the problem's system has a law for lanes on its group, which has rotations."""
+    return _group_law(cast(Any, problem.system)) is not None
+
+
+@lru_cache(maxsize=32)
+def _compiled_on_group(system: Any, chart: int) -> tuple[Any, Array, Any]:
+    """The address of the system's law in a chart, its constants, and the function, which must be
+    kept."""
+    found = _group_law(system)
+    assert found is not None
+    layout = tuple(tuple(map(int, row)) for row in system.group.layout)
+    function = compiled_group_law(found[0], layout, chart)
+    return addresses((function, PASS_TYPE)), np.array(found[1]), function
+
+
+@lru_cache(maxsize=32)
+def group_law_tables(table: Tableau, step: float) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.group_law."""
+    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
+    (s, m), lanes, root = table.slope.shape, stages_in_lanes(table.c.size), np.sqrt(table.b)
+    Y = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0][:, m:].T / root
+    complement = np.zeros((2 * (s - m), lanes.size))
+    complement[: s - m], complement[s - m :, :s] = Y[:, lanes], Y * table.b
+    sums = np.zeros((s, lanes.size))
+    sums[:, :2] = kicks.T
+    tables, c = np.concatenate([moves, turns]), read_only(table.c[lanes])
+    return read_only(sums), ahead, series, tables, complement, growth, fit, c
+
+
+def group_law_stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
+    finest: float,
+) -> Call:  # fmt: skip
+    """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
+    system: Any = problem.system
+    layout, chart = system.group.layout, method.chart.number
+    law, constants, _ = _compiled_on_group(system, chart)
+    given, d = group_law_tables(method.table, step), problem.v0.size
+    width = given[3].shape[1]
+    scratch, spare = aligned((rows_of_group_work(d), width), (13, max(width, *work.state.shape)))
+    numbers = np.zeros(3 * d + 2 + problem.q0.size)
+    kernel = compiled_advance_group_law()
+    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+
+    def call(todo: int) -> int:
+        return int(kernel(
+            law, layout, chart, constants, given, plan, todo, progress, scratch, numbers,
+            spare, kept,
+        ))  # fmt: skip
 
     return call

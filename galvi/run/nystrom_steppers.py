@@ -130,8 +130,9 @@ def kernel_tableau(table: Tableau) -> NystromTableau:
         return read_only(matrix.T)
 
     c_low, b_low, beta_low, *_ = table.low_parts
+    beta_low = read_only(beta_low + table.b * c_low)
     return NystromTableau(
-        table.c, table.b, table.beta, c_low, b_low, beta_low, transposed(table.A),
+        table.c, table.b, table.beta, b_low, beta_low, transposed(table.A),
         transposed(table.psi), table.velocity_coefficients, table.C, transposed(table.C),
         transposed(table.analysis), transposed(table.extrapolation), table.growth,
     )  # fmt: skip

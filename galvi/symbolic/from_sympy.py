@@ -20,12 +20,7 @@ def symbolic(
     Raises ImportError without SymPy, TypeError or ValueError for unusable input; warns of a
     Lagrangian that is not twice differentiable somewhere.
     """
-    try:
-        import sympy  # noqa: F401
-    except ImportError as error:
-        raise ImportError(
-            f"galvi.Lagrangian.from_sympy needs SymPy: {error}. Install sympy."
-        ) from error
+    sympy = sympy_module()
     given = expressions(L, q, v, t, parameters, force)
     surfaces = kinks.surfaces(given.L, {*given.q, *given.v, given.t})
     found = SymbolicLagrangian(
@@ -39,6 +34,7 @@ def symbolic(
         else lane_law.printed_law(
             given.q, given.v, given.t, given.L, given.places, kinks.differentiated
         ),
+        sympy.srepr(given.L),
     )
     for k, words in enumerate(found.switching):
         where = kinks.find_kink(found, k)
@@ -50,6 +46,17 @@ def symbolic(
             )
     external = None if given.forces is None else symbolic_force(given)
     return found, given.t in given.L.free_symbols, external
+
+
+def sympy_module() -> Any:
+    """The module sympy; ImportError, saying what needs it, where it is not installed."""
+    try:
+        import sympy
+    except ImportError as error:
+        raise ImportError(
+            f"galvi.Lagrangian.from_sympy needs SymPy: {error}. Install sympy."
+        ) from error
+    return sympy
 
 
 def _source(given: Expressions, surfaces: tuple[Any, ...]) -> str:

@@ -26,6 +26,7 @@ pass_of_law = one_pass(law, {d})
 def law_pass_DIGEST(work, tables, complement, constants, numbers):
     pass_of_law(work, tables, complement, constants, numbers)
 """
+GROUP_PASS = PASS.replace("one_pass(law, {d})", "group_pass(law, {layout}, {chart})")
 
 
 @lru_cache(maxsize=256)
@@ -35,6 +36,25 @@ def compiled_law(law: str, d: int) -> Callable[..., Any]:
     head = "from galvi.kernels.lanes.law_pass import one_pass\n"
     source = symbolic_code.with_digest(head + law + PASS.format(d=d))
     return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
+
+
+@lru_cache(maxsize=256)
+def compiled_group_law(law: str, layout: tuple[tuple[int, ...], ...], chart: int) -> Any:
+    """The galvi.kernels.lanes.group_pass of the lines that define ``law``, compiled at the first
+    call.
+
+    layout, chart  of galvi.kernels.lie.product
+    """
+    head = "from galvi.kernels.lanes.group_pass import group_pass\n"
+    tail = GROUP_PASS.format(layout=layout, chart=chart)
+    source = symbolic_code.with_digest(head + law + tail)
+    return symbolic_code.functions(source)["law_pass"]
+
+
+def built_in(name: str, *arguments: Any) -> str:
+    """The lines that define a law of galvi.kernels.lanes.laws, made with these arguments."""
+    given = ", ".join(map(repr, arguments))
+    return f"from galvi.kernels.lanes.laws import {name}\n\nlaw = {name}({given})\n"
 
 
 @lru_cache(maxsize=256)

@@ -22,6 +22,8 @@ class SymbolicLagrangian:
     dimension  d, the number of coordinates
     switching  the expressions whose sign changes where L may not be C^2, in the user's notation
     law        the lines that define its law for lanes; "" for none
+    expression L as text for sympy.sympify, exact, in the real symbols q0, ..., v0, ..., t, and c0,
+               ... for the constants
     """
 
     text: str
@@ -30,6 +32,7 @@ class SymbolicLagrangian:
     dimension: int
     switching: tuple[str, ...] = ()
     law: str = ""
+    expression: str = ""
 
     def __repr__(self) -> str:
         return self.text

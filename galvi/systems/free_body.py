@@ -12,6 +12,7 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.groups.se3 import SE3
 from galvi.kernels.forces import lagrangian_derivatives
+from galvi.symbolic import lane_law
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.rigid_body import inverse, possible_inertia
 
@@ -76,3 +77,9 @@ class FreeBody:
         return LagrangianKernel(
             lagrangian_derivatives.LAW, lagrangian_derivatives.free_body, constants=constants
         )
+
+    @property
+    def lane_law(self) -> tuple[str, Array]:
+        """The lines and constants of its law for lanes, see galvi.symbolic.lane_law."""
+        law = lane_law.built_in("free_body", bool(np.any(self.g)))
+        return law, self.lagrangian_kernel().constants

@@ -12,6 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces.planar_chain import planar_chain
+from galvi.symbolic import lane_law
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +79,7 @@ class PlanarChain:
     @cached_property
     def law(self) -> str:
         """As `BuiltinLagrangian.law`."""
-        n = self.masses.size
-        return f"from galvi.kernels.lanes.laws import planar_chain\n\nlaw = planar_chain({n})\n"
+        return lane_law.built_in("planar_chain", self.masses.size)
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""

@@ -14,6 +14,7 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.groups.so3 import SO3
 from galvi.kernels.forces import lagrangian_derivatives
+from galvi.symbolic import lane_law
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
@@ -27,7 +28,12 @@ from galvi.systems.finite_differences import (
     hat,
     rotated,
 )
-from galvi.systems.forces.external_force import check_force, check_force_at, with_force
+from galvi.systems.forces.external_force import (
+    check_force,
+    check_force_at,
+    lane_law_with_force,
+    with_force,
+)
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.returned import returned_array
@@ -159,6 +165,8 @@ class RigidBody:
         leading = q.shape[:-2]
         if self.potential is None:
             return np.abs(0.0 * q[..., 0, 0])
+        if isinstance(self.potential, UniformGravity):
+            return np.asarray(self.potential(q))
         times = np.broadcast_to(t, leading).ravel()
         values = [
             self.potential(*self._arguments(R, s)) if np.all(np.isfinite(R)) else np.nan
@@ -216,6 +224,14 @@ class RigidBody:
             compiled=compiled,
         )
         return with_force(field, self, 3)
+
+    @property
+    def lane_law(self) -> tuple[str, Array] | None:
+        """The lines and constants of its law for lanes, see galvi.symbolic.lane_law, or None."""
+        if self.gradient is not None or not isinstance(self.potential, UniformGravity | None):
+            return None
+        law = lane_law.built_in("rigid_body", self.potential is not None)
+        return lane_law_with_force((law, self.lagrangian_kernel().constants), self)
 
     @property
     def potential_calls_per_force(self) -> int:

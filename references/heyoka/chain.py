@@ -13,6 +13,7 @@ from galvi import PlanarChain, Problem, Trajectory
 from references.as_trajectory import as_trajectory
 from references.contender import require
 from references.heyoka import engine as heyoka_engine
+from references.heyoka.elimination import solved
 from references.heyoka.engine import DEFAULT
 from references.setting import check_keys, described, sample_times
 from references.textbook.chain_equations import ChainEquations, is_chain
@@ -65,7 +66,7 @@ class HeyokaChain:
         )
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=16)
 def _compiled(
     chain: PlanarChain, precision: str, tolerance: float, accurate: bool, compact: bool
 ) -> Any:
@@ -93,7 +94,7 @@ def _compiled(
         pull.append(-sum(across, heyoka.expression(weight[i]) * heyoka.sin(q[i])))
     state = [*q, *v]
     return heyoka.taylor_adaptive(
-        list(zip(state, [*v, *_solved(M, pull)], strict=True)),
+        list(zip(state, [*v, *solved(M, pull)], strict=True)),
         np.zeros(2 * n).astype(number),
         time=number(0.0),
         tol=number(tolerance),
@@ -101,23 +102,6 @@ def _compiled(
         compact_mode=compact,
         fp_type=number,
     )
-
-
-def _solved(M: list[list[Any]], b: list[Any]) -> list[Any]:
-    """x with M x = b, by elimination without pivoting, as M is positive definite."""
-    n = len(b)
-    M, b = [list(row) for row in M], list(b)
-    for k in range(n):
-        for i in range(k + 1, n):
-            ratio = M[i][k] / M[k][k]
-            for j in range(k + 1, n):
-                M[i][j] = M[i][j] - ratio * M[k][j]
-            b[i] = b[i] - ratio * b[k]
-    x: list[Any] = [None] * n
-    for i in reversed(range(n)):
-        known = sum((M[i][j] * x[j] for j in range(i + 1, n)), 0.0)
-        x[i] = (b[i] - known) / M[i][i]
-    return x
 
 
 HEYOKA_CHAIN = HeyokaChain()

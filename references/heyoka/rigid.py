@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from galvi import Problem, Trajectory
+from galvi import FreeBody, Problem, Trajectory
+from galvi.arrays import Array
 from galvi.extended_precision import decimals
 from references.as_trajectory import as_trajectory
 from references.closed_forms.decimal_trigonometry import DIGITS
@@ -18,13 +19,14 @@ from references.closed_forms.principal_body import is_known_body
 from references.contender import require
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DEFAULT
+from references.newton import is_forced
 from references.rigid_equations import rotation
 from references.setting import check_keys, described, sample_times
 
 
 @dataclass(frozen=True)
 class HeyokaRigid:
-    """A RigidBody, free or with its weight, in double or quadruple precision.
+    """A RigidBody, free or with its weight, or a FreeBody, in double or quadruple precision.
 
     precision  "double", or "real128": numbers, times and states are quadruple throughout
 
@@ -42,8 +44,8 @@ class HeyokaRigid:
         return heyoka_engine.missing(self.precision)
 
     def supports(self, problem: Problem) -> bool:
-        """A RigidBody that is free or has its weight."""
-        return is_known_body(problem)
+        """A RigidBody that is free or has its weight, or a FreeBody, without external force."""
+        return is_known_body(problem) or (_is_thrown(problem) and not is_forced(problem))
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
@@ -52,18 +54,21 @@ class HeyokaRigid:
         times = sample_times(problem.t0, duration, setting)
         options = heyoka_engine.options(setting, self.precision)
         number = heyoka_engine.kind(self.precision)
-        heavy = problem.system.potential is not None
-        engine = _compiled(heavy, self.precision, *heyoka_engine.switches(options))
-        momentum, numbers = _numbers(problem)
+        moving, numbers = _numbers(problem)
+        kind = "thrown" if _is_thrown(problem) else "heavy" if len(numbers) > 9 else "free"
+        engine = _compiled(kind, self.precision, *heyoka_engine.switches(options))
         engine.pars[:] = [_rounded(x, number) for x in numbers]
         start = np.array([number(x) for x in (1.0, 0.0, 0.0, 0.0)])
-        start = np.append(start, [_rounded(x, number) for x in momentum])
+        start = np.append(start, [_rounded(x, number) for x in moving])
         states, steps, failure = heyoka_engine.propagated(
             engine, start, times - problem.t0, problem.t0, "the state is not finite."
         )
         turned = rotation(states[:, :4])[:, None]  # (saved, 1, 3, 3)
-        q = np.sum(problem.q0.astype(number)[:, :, None] * turned, axis=-2).astype(np.float64)
+        q0 = problem.q0[:3, :3].astype(number)
+        q = np.sum(q0[:, :, None] * turned, axis=-2).astype(np.float64)
         p = states[:, 4:].astype(np.float64)
+        if kind == "thrown":
+            q, p = _as_rigid_motion(problem, q, p)
         p[0] = problem.p0
         return as_trajectory(
             problem,
@@ -76,18 +81,40 @@ class HeyokaRigid:
         )
 
 
+def _is_thrown(problem: Problem) -> bool:
+    return isinstance(problem.system, FreeBody)
+
+
 def _numbers(problem: Problem) -> tuple[list[Decimal], list[Decimal]]:
-    """J v0, and J^-1 by rows with, unless it is free, mass g in the frame of the start and the
-    centre of mass.
+    """What starts besides the quaternion, and the constants.
+
+    start      J w0; then, of a FreeBody, place and velocity of its centre in space
+    constants  J^-1 by rows; then, with weight, mass g in the frame of the start and the centre of
+               mass; of a FreeBody, g
     """
     with localcontext(DIGITS):
-        J, weight = decimals(problem.system.inertia), problem.system.potential
+        system: Any = problem.system
+        J = decimals(system.inertia)
         adjugate = np.array([np.cross(J[(i + 1) % 3], J[(i + 2) % 3]) for i in range(3)])
         found = list((adjugate / (J[0] @ adjugate[0])).ravel())
+        moving = list(J @ decimals(problem.v0[:3]))
+        if _is_thrown(problem):
+            speed = decimals(problem.q0[:3, :3]) @ decimals(problem.v0[3:])
+            return [*moving, *decimals(problem.q0[:3, 3]), *speed], [*found, *decimals(system.g)]
+        weight = system.potential
         if weight is not None:
             force = decimals(problem.q0).T @ (Decimal(weight.mass) * decimals(weight.g))
             found += [*force, *decimals(weight.centre)]
-        return list(J @ decimals(problem.v0)), found
+        return moving, found
+
+
+def _as_rigid_motion(problem: Problem, R: Array, moving: Array) -> tuple[Array, Array]:
+    """q (saved, 4, 4) and p (saved, 6) of a FreeBody from R (saved, 3, 3) and J w, place, speed."""
+    system: Any = problem.system
+    q = np.zeros((len(R), 4, 4))
+    q[:, :3, :3], q[:, :3, 3], q[:, 3, 3] = R, moving[:, 3:6], 1.0
+    drift = system.mass * np.einsum("nji,nj->ni", R, moving[:, 6:])
+    return q, np.concatenate([moving[:, :3], drift], axis=-1)
 
 
 def _rounded(x: Decimal, number: Any) -> Any:
@@ -99,9 +126,9 @@ def _rounded(x: Decimal, number: Any) -> Any:
     return total
 
 
-@lru_cache(maxsize=4)
-def _compiled(heavy: bool, precision: str, tolerance: float, accurate: bool, compact: bool) -> Any:
-    """heyoka's integrator, for any body and any start."""
+@lru_cache(maxsize=16)
+def _compiled(kind: str, precision: str, tolerance: float, accurate: bool, compact: bool) -> Any:
+    """heyoka's integrator of a body that is "free", "heavy" or "thrown", for any start."""
     import heyoka
 
     number = heyoka_engine.kind(precision)
@@ -109,7 +136,7 @@ def _compiled(heavy: bool, precision: str, tolerance: float, accurate: bool, com
     par = heyoka.par
     u, v, r = (sum(par[3 * i + j] * p[j] for j in range(3)) for i in range(3))
     turning = _cross(p, (u, v, r))
-    if heavy:
+    if kind == "heavy":
         force, centre = ([par[9 + 3 * k + i] for i in range(3)] for k in range(2))
         still = w * w - x * x - y * y - z * z
         up = sum(a * b for a, b in zip((x, y, z), force, strict=True))
@@ -127,10 +154,13 @@ def _compiled(heavy: bool, precision: str, tolerance: float, accurate: bool, com
         half * (w * r + x * v - y * u),
         *turning,
     ]
+    if kind == "thrown":
+        place, speed = (heyoka.make_vars(*(f"{name}{i}" for i in range(3))) for name in "sd")
+        state, slopes = [*state, *place, *speed], [*slopes, *speed, *(par[9 + i] for i in range(3))]
     return heyoka.taylor_adaptive(
         list(zip(state, slopes, strict=True)),
-        np.array([1.0, *[0.0] * 6]).astype(number),
-        pars=np.zeros(15 if heavy else 9).astype(number),
+        np.array([1.0, *[0.0] * (len(state) - 1)]).astype(number),
+        pars=np.zeros({"free": 9, "heavy": 15, "thrown": 12}[kind]).astype(number),
         time=number(0.0),
         tol=number(tolerance),
         high_accuracy=accurate,

@@ -37,7 +37,10 @@ def _identity(problem: Problem) -> Identity:
 STORED_ATTITUDE = StoredStates(
     name="stored truth, rigid bodies",
     module="references.stored.attitude",
-    cases={"pendulum_3d": (problems.pendulum_3d(), 20.0)},
+    cases={
+        "pendulum_3d": (problems.pendulum_3d(), 20.0),
+        "heavy_top": (problems.heavy_top(), 20.0),
+    },
     engine=HEYOKA_RIGID_QUADRUPLE,
     knows=_is_heavy,
     identity=_identity,

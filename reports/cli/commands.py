@@ -34,6 +34,9 @@ CONTENDER = typer.Option(
     metavar="package.module:Class",
     help="An external integrator to include in the comparison; may be repeated.",
 )
+ONLY = typer.Option(
+    "", "--only", metavar="top,kepler", help="Only problems with one of these in their names."
+)
 ANEW = typer.Option(False, "--anew", help="Start over instead of resuming an interrupted build.")
 FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Output folder.")
 
@@ -108,12 +111,21 @@ def application(load: Load, command: str) -> typer.Typer:
 
     @app.command("compare", help="Time galvi and other codes at matched error.")
     def compare_methods(
-        quick: bool = QUICK, contender: list[str] = CONTENDER, out: Path = FOLDER
+        quick: bool = QUICK,
+        only: str = ONLY,
+        contender: list[str] = CONTENDER,
+        out: Path = FOLDER,
     ) -> int:
         from reports.build.compare import compare, compare_sections
         from reports.results.external import joined
+        from reports.results.only import narrowed
 
         known = load()
+        if only:
+            try:
+                known = narrowed(known, only, quick)
+            except ValueError as error:
+                raise typer.BadParameter(f"--only: {error}") from None
         with joined(known, contender) as suite:
             asked = options(suite, quick, out)
             failures = [

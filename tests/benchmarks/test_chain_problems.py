@@ -10,8 +10,7 @@ import pytest
 
 import galvi
 from benchmarks.work_precision import run as work_precision
-from benchmarks.work_precision.problem import ANGLE, Participant
-from benchmarks.work_precision.problems.chains import largest_angle
+from benchmarks.work_precision.problem import ANGLE, Participant, largest_difference
 from benchmarks.work_precision.problems.double_pendulum import double_pendulum
 from benchmarks.work_precision.problems.planar_chain import planar_chain
 from references.mujoco.steps import MUJOCO_RK4
@@ -25,7 +24,9 @@ def test_everyone_takes_part_and_the_truth_is_the_stored_one(make: Any) -> None:
         labels = {one.label for one in case.participants}
         assert {"MuJoCo RK4", "MuJoCo implicit", "SciPy DOP853, chains", "heyoka, chains"} <= labels
         assert {f"galvi degree {s}, Gauss {s}" for s in (4, 8)} <= labels
-        assert case.quantity == ANGLE
+        assert case.quantity == ANGLE and case.net_time
+        (taylor,) = (one.settings for one in case.participants if one.label == "heyoka, chains")
+        assert not any("compact_mode" in setting for setting in taylor)
         assert all(one.contender.supports(case.problem) for one in case.participants)
         assert case.truth().error < 1e-15 * np.abs(case.truth().end).max()
 
@@ -57,7 +58,7 @@ def test_a_wrong_weight_stands_out_though_it_conserves_its_own_energy() -> None:
     (ours,) = (one for one in few if one.label.startswith("galvi"))
     planted = Participant("galvi, wrong weight", WrongWeight(ours.contender), ours.settings)
     rows = work_precision._study(
-        replace(case, participants=(*few, planted), repeated_run=False),
+        replace(case, participants=(*few, planted), net_time=False),
         0.001,
         lambda sentence: None,
     )
@@ -68,6 +69,6 @@ def test_a_wrong_weight_stands_out_though_it_conserves_its_own_energy() -> None:
     assert (rows["quantity"] == ANGLE).all() and rows["seconds"].gt(0.0).all()
 
 
-def test_the_error_is_the_largest_angle() -> None:
-    assert largest_angle(np.array([1.0, -2.0]), np.array([1.5, 1.0])) == 3.0
-    assert np.isnan(largest_angle(np.array([np.nan, 0.0]), np.zeros(2)))
+def test_the_error_is_the_largest_difference_of_an_entry() -> None:
+    assert largest_difference(np.array([1.0, -2.0]), np.array([1.5, 1.0])) == 3.0
+    assert np.isnan(largest_difference(np.array([np.nan, 0.0]), np.zeros(2)))

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.work_precision.fronts import NOT_REACHED
 from benchmarks.work_precision.problems import work_precision_problems
-from benchmarks.work_precision.targets import ORBITS, TARGETS, TURNS, Target
+from benchmarks.work_precision.targets import ORBITS, TARGETS, TURNS, VECTORS, Target
 from benchmarks.work_precision.targets_met import COLUMNS, MET, MISSED, NOT_RUN, targets_met
 
 GALVI, PEER = "galvi degree 8, Gauss 8", "peer"
@@ -89,6 +89,21 @@ def test_the_fastest_of_a_peer_s_lines_counts_and_of_galvi_s() -> None:
     assert judged(points, 1e-8, 18.0, (PEER, "peer, looser"))["ratio"] == pytest.approx(18.0)
 
 
+def test_only_galvi_s_lines_that_a_target_names_count_and_a_rival_may_be_galvi_s() -> None:
+    kernel, other = f"{GALVI}, general kernel", "galvi degree 8, Gauss 9"
+    points = {GALVI: [(1e-8, 1.0)], kernel: [(1e-8, 6.0)], other: [(1e-8, 2.0)]}
+    table = rows({**points, PEER: [(1e-8, 8.0)]})
+    asked = [
+        Target("p", (rival,), 1e-6, 5.0, ours=ours)
+        for rival in (PEER, kernel)
+        for ours in ((), (other,))
+    ]
+    found = targets_met(table, asked)
+    assert list(found["ratio"]) == pytest.approx([8.0, 4.0, 6.0, 3.0])
+    assert list(found["verdict"]) == [MET, MISSED, MET, MISSED]
+    assert list(found["galvi"]) == [GALVI, other, GALVI, other]
+
+
 def test_a_peer_s_own_error_is_reached_or_missed_at_a_ratio() -> None:
     reached = judged({GALVI: OURS, PEER: [(1e-7, 3.0), (1e-4, 1.0)]}, None, None)
     assert (reached["error"], reached["verdict"]) == (1e-7, MET)
@@ -117,12 +132,13 @@ def test_every_target_names_contenders_that_take_part(quick: bool) -> None:
         for case in work_precision_problems(quick)
     }
     for target in TARGETS:
-        assert set(target.contenders) <= known[target.problem]
+        assert {*target.contenders, *target.ours} <= known[target.problem]
         assert target.ratio is None or target.ratio > 0.0
-    asked = [(target.problem, target.contenders[0], target.error) for target in TARGETS]
+    asked = [(one.problem, one.contenders[0], one.ours, one.error) for one in TARGETS]
     assert len(set(asked)) == len(asked)
-    assert {problem for problem, _, error in asked if error is None} == {
-        problem for problem, _, _ in asked
-    }
-    assert {target.source for target in TARGETS} == {ORBITS, TURNS}
+    for target in TARGETS:  # of orbits and rotations, the rival's own error too
+        assert target.source == VECTORS or target.problem in {
+            one.problem for one in TARGETS if one.error is None
+        }
+    assert {target.source for target in TARGETS} == {ORBITS, TURNS, VECTORS}
     assert "N bodies" in ORBITS and "rigid bodies" in TURNS

@@ -13,7 +13,6 @@ from tests.galvi.group_motions import (
     CAYLEY,
     COUPLED,
     EXPONENTIAL,
-    FLYING,
     FREE,
     PENDULUM,
     RODRIGUES,
@@ -91,10 +90,8 @@ def test_fixed_point_iteration_alone_is_what_its_name_says(problem, chart):
 @pytest.mark.parametrize(
     ("problem", "method"),
     [
-        (FLYING, collocation(4)),
         (COUPLED, collocation(4)),
-        (FREE, hall(4)),
-        (FREE.with_initial_state(FREE.q0, FREE.v0), hall(4, EXPONENTIAL)),
+        (COUPLED, hall(4, EXPONENTIAL)),
         (galvi.Problem(galvi.RigidBody((1, 1, 1), lambda R: 0.0), np.eye(3), np.ones(3)),
          collocation(4)),
     ],

@@ -98,7 +98,7 @@ def test_a_body_at_rest_begins_to_fall_in_both_kernels(momentum, chart):
 
 
 def test_a_spoiled_table_is_caught_by_the_order():
-    good, bent = hall(4), spoiled(hall(4), slope=1.0 + 1e-6 * np.arange(3))
+    good, bent = hall(4), spoiled(hall(4), integral=1.0 + 1e-6 * np.arange(16).reshape(4, 4))
     assert slope(PENDULUM, swung(), good, *WINDOWS[3]) > 5.5
     assert slope(PENDULUM, swung(), bent, *WINDOWS[3]) < 5.0
     square = spoiled(collocation(3), integral=1.0 + 1e-6 * np.arange(9).reshape(3, 3))

@@ -223,3 +223,26 @@ def test_finished_runs_of_an_ensemble_survive_ctrl_c():
     assert planted.calls == planted.at
     for run, other in zip(caught.value.run, whole, strict=True):
         assert np.array_equal(run.q, other.q) and run.status == "Completed."
+
+
+@pytest.mark.parametrize(
+    "potential",
+    [
+        galvi.CentralForce(2.0),
+        galvi.CosinePotential(1.5),
+        galvi.LinearSpring(3.0),
+        galvi.SpringChain(0.3, 0.2),
+        galvi.UniformField([1.0, 2.0, 3.0]),
+        galvi.UniformGravity(2.0, [0.1, 0.2, 0.3]),
+    ],
+    ids=lambda potential: type(potential).__name__,
+)
+def test_the_energies_of_many_states_are_those_of_each(potential):
+    shape = (3, 3) if isinstance(potential, galvi.UniformGravity) else (3,)
+    states = np.random.default_rng(0).normal(size=(7, *shape))
+    states[3] = np.nan
+    body = galvi.RigidBody([1.0, 2.0, 2.5], potential)
+    system = body if len(shape) == 2 else galvi.Canonical(1.0, potential)
+    found = system.potential_energy(states, np.zeros(7))
+    expected = [potential(q) if np.isfinite(q).all() else np.nan for q in states]
+    assert np.allclose(found, expected, rtol=1e-14, equal_nan=True)

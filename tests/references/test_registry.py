@@ -24,6 +24,7 @@ SWING = galvi.problems.planar_pendulum()
 TURN = galvi.problems.free_rigid_body()
 HANGING = galvi.problems.pendulum_3d()
 CHAIN = galvi.problems.double_pendulum()
+SPRUNG = galvi.problems.elastic_pendulum()
 UNKNOWN = galvi.Problem(galvi.Canonical(1.0, lambda q: float(q @ q) ** 2), [1.0], [0.0])
 ON_GROUPS = (
     TURN,
@@ -62,6 +63,7 @@ CATALOGUES = {  # a duration at whose eighths they are
     "stored truth": 5844.0,
     "stored truth, rigid bodies": 16.0,
     "stored truth, chains": 8.0,
+    "stored truth, Lagrangians": 8.0,
     "JPL DE421": -5844.0,
 }
 
@@ -73,7 +75,7 @@ def setting(contender: Contender, duration: float, pieces: int) -> dict[str, flo
 
 
 def solvable(contender: Contender) -> galvi.Problem:
-    known = (SPRING, ORBIT, PLANETS, BODY, SWING, TURN, HANGING, CHAIN)
+    known = (SPRING, ORBIT, PLANETS, BODY, SWING, TURN, HANGING, CHAIN, SPRUNG)
     return next(problem for problem in known if contender.supports(problem))
 
 
@@ -120,13 +122,16 @@ def test_the_truths_are_those_we_know():
         "Kepler, closed form",
         "pendulum, closed form",
         "free rigid body, closed form",
+        "thrown body, closed form",
         "stored truth",
         "stored truth, rigid bodies",
         "stored truth, chains",
+        "stored truth, Lagrangians",
         "REBOUND IAS15",
         "heyoka, quadruple precision",
         "heyoka, rigid bodies, quadruple precision",
         "heyoka, chains, quadruple precision",
+        "heyoka, Lagrangians, quadruple precision",
     }
 
 
@@ -175,7 +180,7 @@ def test_support_of_a_system_on_a_group_is_answered_and_not_raised(contender):
 
     general = galvi.Problem(galvi.Lagrangian(height, galvi.SO3()), np.eye(3), [1.0, 0.2, 0.3])
     assert contender.supports(general) is False
-    turning = {"quaternions", "matrices", "rigid", "MuJoCo"}
+    turning = {"quaternions", "matrices", "rigid", "body", "MuJoCo"}
     for problem in ON_GROUPS:
         answer = contender.supports(problem)
         assert isinstance(answer, bool)

@@ -76,6 +76,30 @@ def test_compare_writes_both_tables_and_their_origin(make_suite, tmp_path):
     assert origins["cost.csv"]["command"].startswith("python -m reports compare --quick")
 
 
+def test_only_the_chosen_problems_are_compared(make_suite, tmp_path, capsys):
+    asked = []
+
+    def work_precision(quick, report, problem):
+        asked.append(problem)
+        return make_suite().work_precision(quick, report)
+
+    def cost(quick, report, only):
+        asked.append(tuple(only))
+        return make_suite().cost(quick, report)
+
+    suite = make_suite(
+        work_precision=work_precision, cost=cost, problems=lambda quick: ("top", "kepler", "five")
+    )
+    words = ["compare", "--only", "Kep, fiv", "--out", str(tmp_path)]
+    assert run(lambda: suite, words) == 0
+    assert asked == ["kepler", "five", ("kepler", "five")]
+    assert not (tmp_path / "sky_and_model.csv").exists()
+    assert run(lambda: suite, ["compare", "--only", "topp", "--out", str(tmp_path)]) == 2
+    assert "there is no problem 'topp' to compare on; did you mean 'top'" in " ".join(
+        capsys.readouterr().err.split()
+    )
+
+
 def test_a_comparison_that_raises_is_named_and_leaves_the_other(make_suite, tmp_path, capsys):
     def broken(quick, report):
         raise ValueError("the clock stopped")

@@ -12,9 +12,7 @@ p0 would be mu0 if the base point of the chart were fixed; it differs by the err
 equations are solved by fixed-point iteration; a step for which that fails, or whose |xi| exceeds
 REACHES, is left to the general kernel.
 
-state           (4, 9)    R by rows; mu, the last p0 - mu0, the spatial momentum; a quaternion of R,
-                          not normalised (zeros when only R and mu are known); the low parts of the
-                          quaternion and, from entry 4, of the spatial momentum
+state           (4, 12)   as in galvi.kernels.on_group.advance
 moves           (2 s, P)  h A^T and its low part; P as in galvi.kernels.lanes.nbody
 turns           (2 s, P)  h B^T and its low part
 kicks           (2, s)    h b and its low part
@@ -40,15 +38,11 @@ from numba import types
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.jit import compiled_for, jit_inline
 from galvi.kernels.lanes.body_formulas import stage_forces, stage_momenta, stage_rates
-from galvi.kernels.lanes.body_update import (
-    end_defect,
-    matrix_of,
-    quaternion_of,
-    turn_quaternion,
-)
 from galvi.kernels.lanes.gravity import LANES, combine, move
 from galvi.kernels.lanes.nbody import RECONSIDER, choose_terms, copy_rows
-from galvi.kernels.lie.chart_functions import CHARTS
+from galvi.kernels.lie.chart_functions import REACHES
+from galvi.kernels.lie.groups import so3
+from galvi.kernels.lie.rotations import change, inverse_tangent
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import (
     DIVERGED,
@@ -61,11 +55,9 @@ from galvi.kernels.nystrom.solve import (
     verdict,
 )
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
-from galvi.kernels.on_group.spatial_momentum import turn_momentum
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
 BODY_TABLES = types.Tuple((FIXED_MATRIX,) * 5 + (FIXED_VECTOR, FIXED_MATRIX))
-REACHES = tuple(chart.REACH_IN_LANES for chart in CHARTS)
 TERMS = 3  # index in solver_state
 PULLS = 2  # corrections of an initial guess by the chart's tangent map
 AXES = (0, 0, 0)
@@ -85,6 +77,32 @@ def momentum_scale(kicks, mu0, f):
         for j in range(kicks.shape[1]):
             size = max(size, abs(h * f[i, j]))
     return 1.0 / size if size > 0.0 else 0.0
+
+
+@jit_inline
+def end_defect(chart, kicks, results, mu0, p0, size, out):
+    """out <- rows xi(1), h sum_k b_k n_k, and the error of p0; returns size times the last.
+
+    In the frame of the step's start, p0 gives the final momentum Phi T^-T (p0 + h sum_k b_k f_k),
+    which should be mu0 + h sum_k b_k n_k.
+    """
+    for i in range(3):
+        place, force, kick = 0.0, 0.0, 0.0
+        for j in range(kicks.shape[1]):
+            place += kicks[1, j] * results[i, j]
+            force += kicks[1, j] * results[3 + i, j]
+            kick += kicks[1, j] * results[6 + i, j]
+        for j in range(kicks.shape[1]):
+            place += kicks[0, j] * results[i, j]
+            force += kicks[0, j] * results[3 + i, j]
+            kick += kicks[0, j] * results[6 + i, j]
+        out[0, i], out[1, i], out[2, i] = place, kick, p0[i] + force
+    xi, momentum = (out[0, 0], out[0, 1], out[0, 2]), (out[2, 0], out[2, 1], out[2, 2])
+    body = inverse_tangent(chart, -1.0, xi, momentum)
+    swung = change(chart, 1.0, xi, body)
+    for i in range(3):
+        out[2, i] = (mu0[i] - body[i]) + (out[1, i] - swung[i])
+    return size * max(abs(out[2, 0]), abs(out[2, 1]), abs(out[2, 2]))
 
 
 @jit_inline
@@ -191,7 +209,6 @@ def advance_body(charts, weights, tables, body, weight, plan, todo, progress, wo
     chart, mu0, p0, history, R = len(charts) - 1, spare[3], spare[4], spare[5], body[24:]
     copy_rows(velocity, stages)
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
-        quaternion_of(state)
         for i in range(3):
             mu0[i] = state[1, i]
             p0[i] = mu0[i] + state[1, 3 + i]
@@ -222,9 +239,8 @@ def advance_body(charts, weights, tables, body, weight, plan, todo, progress, wo
                 xi[i] += plan.step * body[3 * i + j] * spare[2, j]
         for i in range(9):
             R[i] = state[0, i]
-        turn_quaternion(chart, xi, state)
-        matrix_of(state)
-        turn_momentum(spare[1], R, state[0], state, state[1])
+        so3.advance(chart, xi, state[0], state[2], state[3, 3:])
+        so3.carry(chart, R, state[0], xi, spare[1], state[1], state[1, 6:], state[3])
         for i in range(3):
             state[1, 3 + i] = p0[i] - mu0[i]
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1

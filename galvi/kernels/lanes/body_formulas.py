@@ -22,8 +22,8 @@ from numba.extending import intrinsic
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import Lanes
 from galvi.kernels.lie.arithmetic import cross, dot
-from galvi.kernels.lie.chart_functions import CHARTS
-from galvi.kernels.lie.rotations import turned
+from galvi.kernels.lie.chart_functions import inverse_radial, inverse_slopes
+from galvi.kernels.lie.rotations import inverse_tangent, rotated, tangent
 
 
 class _Body:
@@ -50,31 +50,6 @@ class _Body:
         return [dot(row, v) for row in rows]
 
 
-def _inverse(terms, sign, xi, v):
-    """T^-1 v for sign = 1, T^-T v for sign = -1."""
-    k, d, _, _ = terms
-    change = turned(0.5 * sign, d, xi, v)
-    return [v[i] * k + change[i] for i in range(3)]
-
-
-def _tangent(terms, sign, xi, v):
-    """T v for sign = 1, T^T v for sign = -1."""
-    a, b, c = terms
-    once = cross(xi, v)
-    result = [v[i] * a - once[i] * b * float(sign) for i in range(3)]
-    if c == 0.0:
-        return result
-    along = dot(xi, v) * c
-    return [result[i] + along * xi[i] for i in range(3)]
-
-
-def _rotate(terms, sign, xi, v):
-    """Phi v for sign = 1, Phi^T v for sign = -1."""
-    sine, cosine, _ = terms
-    change = turned(sine * float(sign), cosine, xi, v)
-    return [v[i] + change[i] for i in range(3)]
-
-
 @intrinsic
 def stage_rates(typingctx, charts, xi, velocity, eta, padded, chunk):
     """eta <- T(xi)^-1 velocity; rows of three, (3, P)."""
@@ -85,9 +60,8 @@ def stage_rates(typingctx, charts, xi, velocity, eta, padded, chunk):
         kinds = signature.args
         body = _Body(context, builder, signature, arguments, *arguments[4:])
         places, paces, rates = (body.lanes.data(kinds[k], arguments[k]) for k in (1, 2, 3))
-        xi = body.triple(places)
-        terms = CHARTS[kinds[0].count - 1].lane_inverse(dot(xi, xi))
-        body.keep(_inverse(terms, 1, xi, body.triple(paces)), rates)
+        xi, chart = body.triple(places), kinds[0].count - 1
+        body.keep(inverse_tangent(chart, 1.0, xi, body.triple(paces)), rates)
         return context.get_dummy_value()
 
     return signature, generate
@@ -105,10 +79,9 @@ def stage_momenta(typingctx, charts, numbers, xi, velocity, pi, padded, chunk):
         constants, places, paces, momenta = (
             body.lanes.data(kinds[k], arguments[k]) for k in (1, 2, 3, 4)
         )
-        xi = body.triple(places)
-        terms = CHARTS[kinds[0].count - 1].lane_tangent(dot(xi, xi))
+        xi, chart = body.triple(places), kinds[0].count - 1
         momentum = body.times(constants, 9, body.triple(paces))
-        body.keep(_tangent(terms, -1, xi, momentum), momenta)
+        body.keep(tangent(chart, -1.0, xi, momentum), momenta)
         return context.get_dummy_value()
 
     return signature, generate
@@ -127,13 +100,11 @@ def stage_forces(typingctx, charts, weights, numbers, xi, pi, out, padded, chunk
             body.lanes.data(kinds[k], arguments[k]) for k in (2, 3, 4, 5)
         )
         xi, pi = body.triple(places), body.triple(momenta)
-        u = dot(xi, xi)
-        chart = CHARTS[kinds[0].count - 1]
-        terms = chart.lane_inverse(u)
-        k, d, dk, dd = terms
-        velocity = body.times(constants, 0, _inverse(terms, -1, xi, pi))
+        u, chart = dot(xi, xi), kinds[0].count - 1
+        (_, d), (dk, dd) = inverse_radial(chart, u), inverse_slopes(chart, u)
+        velocity = body.times(constants, 0, inverse_tangent(chart, -1.0, xi, pi))
         body.keep(velocity, results, 9)
-        body.keep(_inverse(terms, 1, xi, velocity), results, 0)
+        body.keep(inverse_tangent(chart, 1.0, xi, velocity), results, 0)
         work, by_pi, by_velocity = dot(pi, velocity), dot(xi, pi), dot(xi, velocity)
         gyration = cross(pi, velocity)
         along = work * (2.0 * dk) - work * d * 2.0
@@ -146,11 +117,10 @@ def stage_forces(typingctx, charts, weights, numbers, xi, pi, out, padded, chunk
         if kinds[1].count == 2:
             centre = [body.number(constants, 18 + i) for i in range(3)]
             weight = [body.number(constants, 21 + i) for i in range(3)]
-            radial = chart.lane_tangent(u)
-            torque = cross(centre, _rotate(radial, -1, xi, weight))
-            pulled = _tangent(radial, -1, xi, torque)
+            torque = cross(centre, rotated(chart, -1.0, xi, weight))
+            pulled = tangent(chart, -1.0, xi, torque)
             f = [f[i] + pulled[i] for i in range(3)]
-            body.keep(_rotate(radial, 1, xi, torque), results, 6)
+            body.keep(rotated(chart, 1.0, xi, torque), results, 6)
         body.keep(f, results, 3)
         return context.get_dummy_value()
 

@@ -43,6 +43,7 @@ from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import compiled_for, jit_inline
 from galvi.kernels.lanes.gravity import LANES, combine
 from galvi.kernels.lanes.nbody import RECONSIDER, copy_rows
+from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import (
     DIVERGED,
@@ -60,7 +61,6 @@ from galvi.kernels.nystrom.step import (
     FIXED_VECTOR,
     copy_into,
     terms_to_extrapolate,
-    two_sum,
 )
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
 

@@ -1,9 +1,13 @@
-"""Built-in laws of motion and forces, see galvi.kernels.lanes.elementary."""
+"""Built-in laws of motion and forces.
+
+See galvi.kernels.lanes.elementary, and for those on groups galvi.kernels.lanes.group_pass.
+"""
 
 from __future__ import annotations
 
 from galvi.kernels.forces.rotor_wind import CORE, DESCENT, HIGH, LOW, SHARES, STRENGTH, R
 from galvi.kernels.lanes.elementary import exp, sine_cosine, sqrt
+from galvi.kernels.lie.arithmetic import cross, dot
 
 
 def planar_chain(n):
@@ -104,3 +108,41 @@ def _ring(square, zeta):
     B = P * P - 4.0 * R * R * square
     scale = sqrt(sqrt(B)) / (B * B)
     return 3.0 * P * zeta * scale, (2.0 * B - 3.0 * square * (P - 2.0 * R * R)) * scale
+
+
+def _symmetric(c):
+    """The rows, and those up to the diagonal, of a matrix whose entries c begins with."""
+    J = [[c[3 * i + j] for j in range(3)] for i in range(3)]
+    return J, [J[i][: i + 1] for i in range(3)]
+
+
+def _in_body(g, row, w):
+    """A vector of space in the frame of a rotation whose rows are ``row`` entries apart."""
+    return [dot((g[i], g[row + i], g[2 * row + i]), w) for i in range(3)]
+
+
+def rigid_body(heavy):
+    """The law of galvi.kernels.forces.lagrangian_derivatives.rigid_body, with its constants."""
+
+    def law(g, v, t, c):
+        J, mass = _symmetric(c)
+        torque = [0.0, 0.0, 0.0]
+        if heavy:
+            torque = [*cross((c[12], c[13], c[14]), _in_body(g, 3, (c[9], c[10], c[11])))]
+        return torque, [dot(row, v) for row in J], mass
+
+    return law
+
+
+def free_body(heavy):
+    """The law of galvi.kernels.forces.lagrangian_derivatives.free_body, with its constants."""
+
+    def law(g, v, t, c):
+        J, mass = _symmetric(c)
+        force = [0.0] * 6
+        if heavy:
+            force[3:] = [c[9] * a for a in _in_body(g, 4, (c[10], c[11], c[12]))]
+        momenta = [dot(row, v) for row in J] + [c[9] * v[3 + i] for i in range(3)]
+        return force, momenta, mass + [[0.0] * (3 + i) + [c[9]] for i in range(3)]
+
+    return law

@@ -34,6 +34,7 @@ from galvi.kernels.compile.jit import compiled_for, jit_inline
 from galvi.kernels.forces.passages import NEAR, note_passages
 from galvi.kernels.lanes.gravity import LANES, combine, drift, fused
 from galvi.kernels.lanes.nbody_iteration import iterate, move_one
+from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, STREAK
 from galvi.kernels.nystrom.solve import DIVERGED, NOT_FINITE, SOLVED
 from galvi.kernels.nystrom.step import (
@@ -44,7 +45,6 @@ from galvi.kernels.nystrom.step import (
     copy_into,
     curve_coefficients,
     terms_to_extrapolate,
-    two_sum,
 )
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 

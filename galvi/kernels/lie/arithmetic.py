@@ -7,10 +7,22 @@ Python function for calls with lanes (galvi.kernels.lanes.values) or numbers.
 from __future__ import annotations
 
 from itertools import zip_longest
+from typing import Any
 
-from numba.extending import register_jitable
+from numba.extending import overload, register_jitable
 
-generic = register_jitable(error_model="numpy", _nrt=False, forceinline=True)
+OPTIONS: Any = {"error_model": "numpy", "_nrt": False, "forceinline": True}
+generic = register_jitable(**OPTIONS)
+
+
+def in_kernels(compiled):
+    """A decorator: kernels compile the Python function ``compiled`` for calls of the decorated."""
+
+    def mark(function):
+        overload(function, jit_options=OPTIONS, strict=False)(lambda *arguments: compiled)
+        return function
+
+    return mark
 
 
 @generic
@@ -23,6 +35,14 @@ def dot(v, w):
 def cross(v, w):
     """v x w of two triples."""
     return v[1] * w[2] - v[2] * w[1], v[2] * w[0] - v[0] * w[2], v[0] * w[1] - v[1] * w[0]
+
+
+@generic
+def two_sum(x, y):
+    """x + y = sum + error exactly (Knuth), for numbers."""
+    total = x + y
+    part = total - x
+    return total, (x - (total - part)) + (y - part)
 
 
 def polynomial(coefficients, u):

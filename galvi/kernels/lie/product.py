@@ -4,7 +4,6 @@ layout  (factors, 4)  for each factor the number of its group, its dimension, th
                       element, and the number of leading components that are rotations
 chart   number of a chart of rotations (galvi.kernels.lie.chart_functions)
 g       (r,)  an element, the entries of all factors; xi, eta (d,) in the algebra
-T, G    (d, d)  g^-1 g' = T(xi) xi',  G = d(T(xi) eta)/dxi; blocks on the diagonal
 
 For the functions of each factor see galvi.kernels.lie.groups.
 """
@@ -21,25 +20,26 @@ GROUPS = modules_of(groups)
 NUMBER, DIMENSION, ENTRIES, ROTATIONS = 0, 1, 2, 3
 
 _place = by_number("place", GROUPS)
-_tangent = by_number("tangent", GROUPS)
+_velocity = by_number("velocity", GROUPS)
+_rate = by_number("rate", GROUPS)
+_momentum = by_number("momentum", GROUPS)
+_covector = by_number("covector", GROUPS)
+_momentum_slope = by_number("momentum_slope", GROUPS)
 _coordinates = by_number("coordinates", GROUPS)
 _restore = by_number("restore", GROUPS)
-_coadjoint_inverse = by_number("coadjoint_inverse", GROUPS)
+_coadjoint_change = by_number("coadjoint_change", GROUPS)
 _coadjoint = by_number("coadjoint", GROUPS)
 _left_derivative = by_number("left_derivative", GROUPS)
 _position_scale = by_number("position_scale", GROUPS)
+_advance = by_number("advance", GROUPS)
+_in_space = by_number("in_space", GROUPS)
+_carry = by_number("carry", GROUPS)
 
 
 @jit_inline
 def is_flat(layout):
     """Whether the group is R^n alone, where T = Ad* = 1."""
     return layout.shape[0] == 1 and layout[0, ROTATIONS] == 0
-
-
-@jit_inline
-def is_one_rotation(layout):
-    """Whether the group is SO(3) alone."""
-    return layout.shape[0] == 1 and layout[0, DIMENSION] == 3 and layout[0, ROTATIONS] == 3
 
 
 @jit_noalloc
@@ -54,15 +54,80 @@ def place(layout, chart, g, xi, out):
 
 
 @jit_noalloc
-def tangent(layout, chart, xi, eta, T, G):
-    """T and G, (d, d), block diagonal."""
-    for i in range(T.shape[0]):
-        for j in range(T.shape[1]):
-            T[i, j] = G[i, j] = 0.0
+def velocity(layout, chart, xi, eta, out):
+    """out <- T(xi) eta, the velocity g^-1 g' along g Phi(xi) with xi' = eta."""
     start = 0
     for factor in range(layout.shape[0]):
         own = slice(start, start + layout[factor, DIMENSION])
-        _tangent(layout[factor, NUMBER], chart, xi[own], eta[own], T[own, own], G[own, own])
+        _velocity(layout[factor, NUMBER], chart, xi[own], eta[own], out[own])
+        start += layout[factor, DIMENSION]
+
+
+@jit_noalloc
+def rate(layout, chart, xi, v, out):
+    """out <- T(xi)^-1 v."""
+    start = 0
+    for factor in range(layout.shape[0]):
+        own = slice(start, start + layout[factor, DIMENSION])
+        _rate(layout[factor, NUMBER], chart, xi[own], v[own], out[own])
+        start += layout[factor, DIMENSION]
+
+
+@jit_noalloc
+def momentum(layout, chart, xi, mu, out):
+    """out <- T(xi)^T mu."""
+    start = 0
+    for factor in range(layout.shape[0]):
+        own = slice(start, start + layout[factor, DIMENSION])
+        _momentum(layout[factor, NUMBER], chart, xi[own], mu[own], out[own])
+        start += layout[factor, DIMENSION]
+
+
+@jit_noalloc
+def covector(layout, chart, xi, pi, out):
+    """out <- T(xi)^-T pi."""
+    start = 0
+    for factor in range(layout.shape[0]):
+        own = slice(start, start + layout[factor, DIMENSION])
+        _covector(layout[factor, NUMBER], chart, xi[own], pi[own], out[own])
+        start += layout[factor, DIMENSION]
+
+
+@jit_noalloc
+def momentum_slope(layout, chart, xi, eta, mu, out):
+    """out <- d(mu . T(xi) eta)/dxi."""
+    start = 0
+    for factor in range(layout.shape[0]):
+        own = slice(start, start + layout[factor, DIMENSION])
+        _momentum_slope(layout[factor, NUMBER], chart, xi[own], eta[own], mu[own], out[own])
+        start += layout[factor, DIMENSION]
+
+
+@jit_noalloc
+def coadjoint_change(layout, chart, xi, mu, out):
+    """out <- Ad*_{Phi(xi)^-1} mu - mu."""
+    start = 0
+    for factor in range(layout.shape[0]):
+        own = slice(start, start + layout[factor, DIMENSION])
+        _coadjoint_change(layout[factor, NUMBER], chart, xi[own], mu[own], out[own])
+        start += layout[factor, DIMENSION]
+
+
+@jit_noalloc
+def coadjoint_inverse(layout, chart, xi, mu, out):
+    """out <- Ad*_{Phi(xi)^-1} mu: a body covector at g Phi(xi), in the frame of g."""
+    coadjoint_change(layout, chart, xi, mu, out)
+    for i in range(mu.size):
+        out[i] += mu[i]
+
+
+@jit_noalloc
+def coadjoint(layout, chart, xi, mu, out):
+    """out <- Ad*_{Phi(xi)} mu, the inverse of ``coadjoint_inverse``."""
+    start = 0
+    for factor in range(layout.shape[0]):
+        own = slice(start, start + layout[factor, DIMENSION])
+        _coadjoint(layout[factor, NUMBER], chart, xi[own], mu[own], out[own])
         start += layout[factor, DIMENSION]
 
 
@@ -87,26 +152,6 @@ def restore(layout, g):
 
 
 @jit_noalloc
-def coadjoint_inverse(layout, chart, xi, mu, out):
-    """out <- Ad*_{Phi(xi)^-1} mu: a body covector at g Phi(xi), in the frame of g."""
-    start = 0
-    for factor in range(layout.shape[0]):
-        own = slice(start, start + layout[factor, DIMENSION])
-        _coadjoint_inverse(layout[factor, NUMBER], chart, xi[own], mu[own], out[own])
-        start += layout[factor, DIMENSION]
-
-
-@jit_noalloc
-def coadjoint(layout, chart, xi, mu, out):
-    """out <- Ad*_{Phi(xi)} mu, the inverse of ``coadjoint_inverse``."""
-    start = 0
-    for factor in range(layout.shape[0]):
-        own = slice(start, start + layout[factor, DIMENSION])
-        _coadjoint(layout[factor, NUMBER], chart, xi[own], mu[own], out[own])
-        start += layout[factor, DIMENSION]
-
-
-@jit_noalloc
 def left_derivative(layout, g, slope, out):
     """out <- the derivative along g hat(e_a) of a function with Euclidean derivative slope (r,)."""
     first, start = 0, 0
@@ -126,6 +171,45 @@ def position_scale(layout, g, scale):
         size = _position_scale(row[NUMBER], g[first : first + row[ENTRIES]])
         for i in range(row[DIMENSION]):
             scale[start + i] = 1.0 if i < row[ROTATIONS] else size
+        first, start = first + row[ENTRIES], start + row[DIMENSION]
+
+
+@jit_noalloc
+def advance(layout, chart, xi, g, memory, low):
+    """g <- g Phi(xi) with compensated sums; memory and low (r,), zeros when only g is known."""
+    first, start = 0, 0
+    for factor in range(layout.shape[0]):
+        row = layout[factor]
+        own = slice(first, first + row[ENTRIES])
+        part = xi[start : start + row[DIMENSION]]
+        _advance(row[NUMBER], chart, part, g[own], memory[own], low[own])
+        first, start = first + row[ENTRIES], start + row[DIMENSION]
+
+
+@jit_noalloc
+def in_space(layout, g, mu, out):
+    """out <- mu along the axes of space."""
+    first, start = 0, 0
+    for factor in range(layout.shape[0]):
+        row = layout[factor]
+        own = slice(start, start + row[DIMENSION])
+        _in_space(row[NUMBER], g[first : first + row[ENTRIES]], mu[own], out[own])
+        first, start = first + row[ENTRIES], start + row[DIMENSION]
+
+
+@jit_noalloc
+def carry(layout, chart, g, g1, xi, kick, mu, nu, low):
+    """mu and nu <- the momentum at g1 = g Phi(xi) after an impulse kick (d,) in the frame of g.
+
+    nu   (d,)  the momentum along the axes of space, not used by groups where they are the body's
+    low  (d,)  rounding errors of nu, or else of mu
+    """
+    first, start = 0, 0
+    for factor in range(layout.shape[0]):
+        row = layout[factor]
+        all_, own = slice(first, first + row[ENTRIES]), slice(start, start + row[DIMENSION])
+        _carry(row[NUMBER], chart, g[all_], g1[all_], xi[own], kick[own], mu[own], nu[own],
+               low[own])  # fmt: skip
         first, start = first + row[ENTRIES], start + row[DIMENSION]
 
 

@@ -1,8 +1,7 @@
 """Rotations of space in a chart: xi (3,) to the matrix, its tangent map, and back.
 
-R    (3, 3)  matrix
-T    (3, 3)  tangent map, R^T R' = hat(T xi')
-G    (3, 3)  d(T(xi) eta)/dxi
+R    (3, 3)  matrix, three rows
+T    (3, 3)  tangent map, R^T R' = hat(T xi'), T xi' = a xi' - b xi x xi' + c (xi . xi') xi
 """
 
 from __future__ import annotations
@@ -10,8 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit_inline, jit_noalloc
-from galvi.kernels.lie.arithmetic import cross, dot, generic
-from galvi.kernels.lie.chart_functions import from_quaternion, rotation_radial, tangent_radial
+from galvi.kernels.lie.arithmetic import cross, dot, generic, two_sum
+from galvi.kernels.lie.chart_functions import (
+    from_quaternion,
+    half_turn,
+    inverse_radial,
+    rotation_radial,
+    tangent_radial,
+)
 
 
 @generic
@@ -53,41 +58,56 @@ def times(R, v):
     return dot(R[0], v), dot(R[1], v), dot(R[2], v)
 
 
-@jit_inline
-def fill(rows, out):
-    """out (3, 3) <- three rows."""
-    for j in range(3):
-        out[0, j], out[1, j], out[2, j] = rows[0][j], rows[1][j], rows[2][j]
+@generic
+def change(chart, sign, xi, v):
+    """R v - v for sign = 1, R^T v - v for sign = -1."""
+    sine, cosine = rotation_radial(chart, dot(xi, xi))
+    return turned(sign * sine, cosine, xi, v)
 
 
-@jit_inline
-def tangent(chart, xi, eta, T, G):
-    """T <- a I - b hat(xi) + c xi xi^T and G <- its product with eta, differentiated by xi."""
-    x, y, z = xi[0], xi[1], xi[2]
-    u = x * x + y * y + z * z
-    (a, b, c), (a1, b1, c1), _ = tangent_radial(chart, u)
-    along = x * eta[0] + y * eta[1] + z * eta[2]
-    hat(b, xi, T)  # the sign is reversed below
-    hat(b, eta, G)
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        turned = xi[j] * eta[k] - xi[k] * eta[j]
-        slope = 2.0 * (a1 * eta[i] - b1 * turned + c1 * along * xi[i])
-        for l in range(3):
-            T[i, l] = c * xi[i] * xi[l] - T[i, l]
-            G[i, l] += slope * xi[l] + c * xi[i] * eta[l]
-        T[i, i] += a
-        G[i, i] += c * along
+@generic
+def rotated(chart, sign, xi, v):
+    """R v for sign = 1, R^T v for sign = -1."""
+    x, y, z = change(chart, sign, xi, v)
+    return v[0] + x, v[1] + y, v[2] + z
 
 
-@jit_inline
-def hat(factor, w, out):
-    """out <- factor hat(w), hat(w) v = w x v."""
-    for i in range(3):
-        out[i, i] = 0.0
-    out[0, 1], out[1, 0] = -factor * w[2], factor * w[2]
-    out[0, 2], out[2, 0] = factor * w[1], -factor * w[1]
-    out[1, 2], out[2, 1] = -factor * w[0], factor * w[0]
+@generic
+def tangent(chart, sign, xi, v):
+    """T v for sign = 1, T^T v for sign = -1."""
+    (a, b, c), _, _ = tangent_radial(chart, dot(xi, xi))
+    b = sign * b
+    x, y, z = cross(xi, v)
+    x, y, z = a * v[0] - b * x, a * v[1] - b * y, a * v[2] - b * z
+    if c == 0.0:
+        return x, y, z
+    along = c * dot(xi, v)
+    return x + along * xi[0], y + along * xi[1], z + along * xi[2]
+
+
+@generic
+def inverse_tangent(chart, sign, xi, v):
+    """T^-1 v for sign = 1, T^-T v for sign = -1."""
+    k, d = inverse_radial(chart, dot(xi, xi))
+    x, y, z = turned(0.5 * sign, d, xi, v)
+    return k * v[0] + x, k * v[1] + y, k * v[2] + z
+
+
+@generic
+def tangent_slope(chart, xi, eta, mu):
+    """d(mu . T(xi) eta)/dxi."""
+    (_, b, c), (a1, b1, c1), _ = tangent_radial(chart, dot(xi, xi))
+    x, y, z = cross(eta, mu)
+    p, q = dot(xi, eta), dot(xi, mu)
+    radial = 2.0 * (a1 * dot(eta, mu) - b1 * (x * xi[0] + y * xi[1] + z * xi[2]))
+    if c == 0.0:
+        return radial * xi[0] - b * x, radial * xi[1] - b * y, radial * xi[2] - b * z
+    radial = radial + 2.0 * c1 * p * q
+    return (
+        radial * xi[0] - b * x + c * (p * mu[0] + q * eta[0]),
+        radial * xi[1] - b * y + c * (p * mu[1] + q * eta[1]),
+        radial * xi[2] - b * z + c * (p * mu[2] + q * eta[2]),
+    )
 
 
 @generic
@@ -131,3 +151,29 @@ def orthonormal(R, out):
                 square = R[0, k] * R[0, j] + R[1, k] * R[1, j] + R[2, k] * R[2, j]
                 total -= 0.5 * R[i, k] * square
             out[i, j] = total
+
+
+@generic
+def turn_quaternion(chart, xi, q, low):
+    """q (4,) <- q times the quaternion of xi, by a change whose rounding errors low (4,) keeps."""
+    along, less = half_turn(chart, dot(xi, xi))
+    a, b, c = along * xi[0], along * xi[1], along * xi[2]
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    steps = (
+        less * w - (a * x + b * y + c * z), less * x + (a * w + c * y - b * z),
+        less * y + (b * w + a * z - c * x), less * z + (c * w + b * x - a * y),
+    )  # fmt: skip
+    for i in range(4):
+        q[i], low[i] = two_sum(q[i], low[i] + steps[i])
+
+
+@generic
+def matrix_of(q):
+    """The rotation of a quaternion (w, x, y, z), which need not be normalised, three rows."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    two = 2.0 / (w * w + x * x + y * y + z * z)
+    return (
+        (1.0 - two * (y * y + z * z), two * (x * y - w * z), two * (x * z + w * y)),
+        (two * (x * y + w * z), 1.0 - two * (x * x + z * z), two * (y * z - w * x)),
+        (two * (x * z - w * y), two * (y * z + w * x), 1.0 - two * (x * x + y * y)),
+    )

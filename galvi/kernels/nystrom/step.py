@@ -15,6 +15,7 @@ import numpy as np
 from numba import types
 
 from galvi.kernels.compile.jit import jit, jit_inline
+from galvi.kernels.lie.arithmetic import two_sum
 
 EPSILON = 2.0**-52
 SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
@@ -23,17 +24,18 @@ SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
 class NystromTableau(NamedTuple):
     """A `galvi.tableau.Tableau` as kernels take it: matrices are transposed; C is given both ways.
 
-    c, b, beta and their low parts (s,), A (s, s), psi (m, s), velocity_coefficients (m,), C (m, s),
+    c, b, beta, b_low, beta_low (s,), A (s, s), psi (m, s), velocity_coefficients (m,), C (m, s),
     C_transposed (s, m), analysis (s, s), extrapolation (l, s), growth (l,)
 
-    Without low parts the angular momentum of H's orbit (V8) grows by 3.8e-17 a step, of which b
-    causes 2.2e-17, beta 0.7e-17, c 0.5e-17 and A less than 0.1e-17; with them 0.3e-17 is left.
+    b + b_low is exact, and beta + beta_low is (b + b_low) (1 - c) with the rounded c of the stages,
+    as rotations require. Without low parts the angular momentum of H's orbit (V8) grows by 3.8e-17
+    a step, of which the rounding of b causes 2.2e-17, of beta 0.7e-17, of c 0.5e-17 and of A less
+    than 0.1e-17.
     """
 
     c: Any
     b: Any
     beta: Any
-    c_low: Any
     b_low: Any
     beta_low: Any
     A: Any
@@ -48,7 +50,7 @@ class NystromTableau(NamedTuple):
 
 FIXED_VECTOR, FIXED_MATRIX = (types.Array(types.float64, n, "C", readonly=True) for n in (1, 2))
 TABLEAU = types.Tuple(
-    (FIXED_VECTOR,) * 6 + (FIXED_MATRIX,) * 2 + (FIXED_VECTOR,) + (FIXED_MATRIX,) * 4
+    (FIXED_VECTOR,) * 5 + (FIXED_MATRIX,) * 2 + (FIXED_VECTOR,) + (FIXED_MATRIX,) * 4
     + (FIXED_VECTOR,))  # fmt: skip
 
 
@@ -105,7 +107,7 @@ def predict(tableau, a, guess):
 @jit_inline
 def place_stages(tableau, h, state, a, Q):
     """Q_k = q + c_k h v + h^2 sum_j A_kj a_j."""
-    c, c_low, A = tableau.c, tableau.c_low, tableau.A
+    c, A = tableau.c, tableau.A
     d, s = Q.shape
     for i in range(d):
         for k in range(s):
@@ -115,8 +117,7 @@ def place_stages(tableau, h, state, a, Q):
                 Q[i, k] += A[j, k] * a[i, j]
         drift = h * state[2, i] + h * state[3, i]
         for k in range(s):
-            low = state[1, i] + c_low[k] * drift
-            Q[i, k] = state[0, i] + (low + (c[k] * drift + h * h * Q[i, k]))
+            Q[i, k] = state[0, i] + (state[1, i] + (c[k] * drift + h * h * Q[i, k]))
 
 
 @jit_inline
@@ -222,14 +223,6 @@ def all_finite(values):
         for k in range(values.shape[1]):
             total += abs(values[i, k])
     return total < np.inf
-
-
-@jit_inline
-def two_sum(x, y):
-    """x + y = sum + error exactly (Knuth)."""
-    total = x + y
-    part = total - x
-    return total, (x - (total - part)) + (y - part)
 
 
 @jit_inline

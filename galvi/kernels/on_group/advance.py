@@ -1,7 +1,10 @@
 """Many steps on a group: predict, solve, complete, record; as galvi.kernels.nystrom.advance.
 
-state         (4, n)   g and mu in the first entries of their rows; for one rotating body also its
-                       spatial momentum, see galvi.kernels.lanes.body
+state         (4, n)   0: g (r,)
+                       1: mu (d,), the last p0 - mu0 (d,) of galvi.kernels.lanes.group_law, and nu
+                       (d,), the momentum along the axes of space; only mu without rotations
+                       2: memory (r,) of galvi.kernels.lie.groups, zeros after this kernel
+                       3: low parts of nu, or else of mu (d,), and of memory (r,)
 stages        (d, s)   velocities at the last step's stages, from which the next is predicted
 solver_state  (4,)     [LAST_STEP, GUESS or RATES; steps left to this kernel; done; -]
 turned        (1,)     rotation angle of a step that left the chart
@@ -19,13 +22,12 @@ from galvi.kernels.compile.jit import compiled_for, jit
 from galvi.kernels.forces.lagrangian_derivatives import LAW_TUPLE, Law
 from galvi.kernels.lie import product
 from galvi.kernels.lie.chart_functions import angle_of
-from galvi.kernels.lie.product import is_flat, is_one_rotation
+from galvi.kernels.lie.product import is_flat
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import NOT_FINITE, SOLVED
 from galvi.kernels.nystrom.step import copy_into, predict
 from galvi.kernels.on_group.solve import coefficients, guess_curve, solve_group
-from galvi.kernels.on_group.spatial_momentum import turn_momentum
-from galvi.kernels.on_group.stages import BASIS, Basis, carried, end_momentum, end_place
+from galvi.kernels.on_group.stages import BASIS, Basis, carried, end_place
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
 
 STREAK = 1
@@ -34,16 +36,16 @@ RATES = 3  # content of stages, as in galvi.kernels.nystrom.advance: xi' of the 
 
 
 @jit
-def arrive(layout, chart, basis, h, g, mu0, forces, x, g1, mu1):
-    """g1 and mu1 at the end of a step; returns the largest |xi(1)| of a rotation."""
+def arrive(layout, chart, basis, h, g, forces, x, g1, mu, nu, low):
+    """g1, and mu, nu and low (d,) moved to the step's end; returns the largest |xi(1)| of a
+    rotation."""
     d = x.shape[0]
-    xi, momentum, p1 = np.empty(d), np.empty(d), np.empty(d)
+    xi, kick = np.empty(d), np.empty(d)
     end_place(basis, x, xi)
-    carried(basis, h, mu0, forces, momentum)
-    T, G = np.empty((d, d)), np.empty((d, d))
-    end_momentum(layout, chart, T, G, xi, momentum, mu1, p1)
+    carried(basis, h, np.zeros(d), forces, kick)
     product.place(layout, chart, g, xi, g1)
     product.restore(layout, g1)
+    product.carry(layout, chart, g, g1, xi, kick, mu, nu, low)
     return product.largest_rotation(layout, xi)
 
 
@@ -59,13 +61,16 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
     m, r = basis.end.size, kept.q.shape[1]
     x, t, velocities = np.empty((d, m)), np.empty(s), np.empty((d, s))
     forces = np.empty((3, d, s))
-    g, mu, g1, mu1 = np.empty(r), np.empty(d), np.empty(r), np.empty(d)
-    nothing, kick = np.zeros(d), np.empty(d)
+    g, mu, g1, mu1, low = np.empty(r), np.empty(d), np.empty(r), np.empty(d), np.empty(d)
+    nu = np.empty(d if state.shape[1] >= 3 * d else 0)
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
         for i in range(r):
             g[i] = state[0, i]
         for i in range(d):
-            mu[i] = state[1, i]
+            mu[i] = mu1[i] = state[1, i]
+            low[i] = state[3, i]
+        for i in range(nu.size):
+            nu[i] = state[1, 2 * d + i]
         for j in range(s):
             t[j] = plan.t0 + ((plan.first + step) + basis.c[j]) * h
         if solver_state[HOLDS] == LAST_STEP:
@@ -81,7 +86,7 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
                            counts, x, forces, velocities)  # fmt: skip
         if code != SOLVED:
             return code
-        reached = arrive(layout, chart, basis, h, g, mu, forces, x, g1, mu1)
+        reached = arrive(layout, chart, basis, h, g, forces, x, g1, mu1, nu, low)
         if not reached <= farthest:
             turned[0] = angle_of(chart, reached)
             return LEFT_CHART
@@ -92,18 +97,14 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
             size += abs(mu1[i])
         if not size < np.inf:
             return NOT_FINITE
-        if is_one_rotation(layout):
-            carried(basis, h, nothing, forces, kick)
-            turn_momentum(kick, g, g1, state, mu1)
+        copy_into(stages, velocities)
+        state[1:, :] = 0.0
         for i in range(r):
             state[0, i] = g1[i]
         for i in range(d):
-            state[1, i] = mu1[i]
-        copy_into(stages, velocities)
-        state[2, :] = 0.0  # invalidates the quaternion of the packed kernel
-        state[3, :4] = 0.0  # its low part; from there on, that of the spatial momentum
-        if not is_one_rotation(layout):
-            state[3, :] = 0.0
+            state[1, i], state[3, i] = mu1[i], low[i]
+        for i in range(nu.size):
+            state[1, 2 * d + i] = nu[i]
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
         record(plan, kept, step, g, g1, mu1)
         if kept.bases.shape[0] > 0:

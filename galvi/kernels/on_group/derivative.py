@@ -40,7 +40,7 @@ def end_curvature(layout, chart, scratch, scale, xi, momentum, by_place, by_mome
         for a in range(d):
             by_momentum[a, a] = 1.0
         return
-    mu1, T, G = scratch.velocity, scratch.T, scratch.G
+    mu1 = scratch.velocity
     ahead, behind = scratch.slopes[0], scratch.slopes[1]
     size = 0.0
     for a in range(d):
@@ -52,9 +52,9 @@ def end_curvature(layout, chart, scratch, scale, xi, momentum, by_place, by_mome
             kept = moved[a]
             nudge = NUDGE * (scale[a] if kind == 0 else max(size, 1e-100))
             moved[a] = kept + nudge
-            end_momentum(layout, chart, T, G, xi, momentum, mu1, ahead)
+            end_momentum(layout, chart, xi, momentum, mu1, ahead)
             moved[a] = kept - nudge
-            end_momentum(layout, chart, T, G, xi, momentum, mu1, behind)
+            end_momentum(layout, chart, xi, momentum, mu1, behind)
             moved[a] = kept
             for i in range(d):
                 out[i, a] = 0.5 * (ahead[i] - behind[i]) / nudge

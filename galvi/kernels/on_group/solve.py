@@ -65,21 +65,15 @@ def guess_curve(layout, chart, basis, h, velocities, x):
         return
     d, s = velocities.shape
     place, rate = np.zeros((d, s)), np.empty((d, s))
-    xi, eta, T, G = np.empty(d), np.zeros(d), np.empty((d, d)), np.empty((d, d))
-    pivots = np.empty(d, np.int64)
+    xi, velocity, solved = np.empty(d), np.empty(d), np.empty(d)
     rates = velocities.copy()
     for _pull in range(PULLS):
         coefficients(basis, h, rates, x)
         place_curve(basis, h, x, place, rate)
         for j in range(s):
             for a in range(d):
-                xi[a] = place[a, j]
-            product.tangent(layout, chart, xi, eta, T, G)
-            solved = np.empty(d)
-            for a in range(d):
-                solved[a] = velocities[a, j]
-            if factor(T, pivots):
-                substitute(T, pivots, solved)
+                xi[a], velocity[a] = place[a, j], velocities[a, j]
+            product.rate(layout, chart, xi, velocity, solved)
             for a in range(d):
                 rates[a, j] = solved[a]
 

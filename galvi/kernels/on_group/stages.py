@@ -83,8 +83,8 @@ def place_curve(basis, h, x, place, rate):
 class Scratch(NamedTuple):
     """Scratch arrays.
 
-    xi, eta, velocity (d,), place (r,), slopes (2, d), local (3, d), T and G (d, d); for the
-    derivative: blocks (2, 3, d, d), kicks (d, d, m), by_end and by_momentum (d, d), here (3, d)
+    xi, eta, velocity (d,), place (r,), slopes (2, d), local (3, d); for the derivative:
+    blocks (2, 3, d, d), kicks (d, d, m), by_end and by_momentum (d, d), here (3, d)
     """
 
     xi: Any
@@ -93,8 +93,6 @@ class Scratch(NamedTuple):
     place: Any
     slopes: Any
     local: Any
-    T: Any
-    G: Any
     blocks: Any
     kicks: Any
     by_end: Any
@@ -107,36 +105,31 @@ def new_scratch(d, r, m):
     """A ``Scratch`` for d components, r entries of an element and m coefficients."""
     return Scratch(
         np.empty(d), np.empty(d), np.empty(d), np.empty(r), np.empty((2, d)), np.empty((3, d)),
-        np.empty((d, d)), np.empty((d, d)), np.empty((2, 3, d, d)), np.empty((d, d, m)),
-        np.empty((d, d)), np.empty((d, d)), np.empty((3, d)),
+        np.empty((2, 3, d, d)), np.empty((d, d, m)), np.empty((d, d)), np.empty((d, d)),
+        np.empty((3, d)),
     )  # fmt: skip
 
 
 @jit_inline
 def local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, out):
     """out (3, d) <- pi, f and n of the Lagrangian in the chart at g; velocity (d,) <- T xi'."""
-    there, own, T, G = scratch.place, scratch.slopes, scratch.T, scratch.G
-    d, flat = xi.size, is_flat(layout)
+    there, own, d, flat = scratch.place, scratch.slopes, xi.size, is_flat(layout)
     if flat:
         for i in range(d):
             there[i], velocity[i] = g[i] + xi[i], eta[i]
     else:
         product.place(layout, chart, g, xi, there)
-        product.tangent(layout, chart, xi, eta, T, G)
-        for i in range(d):
-            velocity[i] = 0.0
-            for j in range(d):
-                velocity[i] += T[i, j] * eta[j]
+        product.velocity(layout, chart, xi, eta, velocity)
     slopes(law, layout, there, velocity, t, own)
     if flat:
         for i in range(d):
             out[0, i], out[1, i], out[2, i] = own[0, i], own[1, i], own[1, i]
         return
+    product.momentum(layout, chart, xi, own[0], out[0])
+    product.momentum_slope(layout, chart, xi, eta, own[0], out[1])
+    product.momentum(layout, chart, xi, own[1], out[2])
     for i in range(d):
-        out[0, i] = out[1, i] = 0.0
-        for j in range(d):
-            out[0, i] += T[j, i] * own[0, j]
-            out[1, i] += G[j, i] * own[0, j] + T[j, i] * own[1, j]
+        out[1, i] += out[2, i]
     product.coadjoint_inverse(layout, chart, xi, own[1], out[2])
 
 
@@ -176,22 +169,14 @@ def carried(basis, h, mu0, forces, out):
 
 
 @jit_noalloc
-def end_momentum(layout, chart, T, G, xi, momentum, mu1, p1):
-    """mu1 and p1 = T^T mu1 from xi(1) and the momentum in the frame of g.
-
-    T, G  scratch
-    """
-    d = xi.size
+def end_momentum(layout, chart, xi, momentum, mu1, p1):
+    """mu1 and p1 = T^T mu1 from xi(1) and the momentum in the frame of g."""
     if is_flat(layout):
-        for i in range(d):
+        for i in range(xi.size):
             mu1[i] = p1[i] = momentum[i]
         return
     product.coadjoint(layout, chart, xi, momentum, mu1)
-    product.tangent(layout, chart, xi, xi, T, G)
-    for i in range(d):
-        p1[i] = 0.0
-        for j in range(d):
-            p1[i] += T[j, i] * mu1[j]
+    product.momentum(layout, chart, xi, mu1, p1)
 
 
 @jit_noalloc
@@ -201,7 +186,7 @@ def residual(layout, chart, basis, scratch, h, mu0, forces, x, R):
     xi, momentum, mu1, p1 = scratch.xi, scratch.eta, scratch.velocity, scratch.slopes[0]
     end_place(basis, x, xi)
     carried(basis, h, mu0, forces, momentum)
-    end_momentum(layout, chart, scratch.T, scratch.G, xi, momentum, mu1, p1)
+    end_momentum(layout, chart, xi, momentum, mu1, p1)
     for a in range(x.shape[0]):
         for i in range(first[a + 1] - first[a]):
             total = -p1[a] * end[i]

@@ -38,8 +38,8 @@ class UniformGravity:
     def __reduce__(self) -> tuple[Any, ...]:
         return UniformGravity, (self.mass, self.centre, self.g)
 
-    def __call__(self, R: Array) -> float:
-        return float(-self.mass * (self.g @ R @ self.centre))
+    def __call__(self, R: Array) -> Any:
+        return -self.mass * ((self.g @ R) @ self.centre)
 
     def gradient(self, R: Array) -> Array:
         """dV/dR = -mass g centre^T, (3, 3)."""

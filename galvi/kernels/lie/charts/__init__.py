@@ -4,11 +4,12 @@ With u = |xi|^2 and angles in radians, the rotation is about the axis xi / |xi|:
 
 LIMIT            angle at which the chart or its tangent map becomes singular
 FARTHEST         largest |xi| of a rotation within a step
-REACH_IN_LANES   largest |xi| for which the functions for lanes are accurate and lanes are used
+REACH_IN_LANES   largest |xi| for which functions of u are accurate in lanes, and lanes are used
 rotation(u)      (sine, cosine):  R = I + sine hat(xi) + cosine hat(xi)^2
 tangent(u)       ((a, b, c), (a1, b1, c1), (a2, b2, c2)):  R^T R' = hat(T xi'),
                  T = a I - b hat(xi) + c xi xi^T, with a1 = da/du, a2 = d^2a/du^2, and so on
 inverse(u)       (k, d):  T^-1 = k I + hat(xi) / 2 + d hat(xi)^2
+inverse_slopes(u)   (dk/du, dd/du)
 translation(u)   ((e, f), (e1, f1), (e2, f2)):  V = I + e hat(xi) + f hat(xi)^2; the chart of a
                  rigid motion maps (xi, v) to the rotation of xi and the translation V v
 half_turn(u)     (along, less): the rotation's quaternion is (1 + less, along xi)
@@ -16,7 +17,6 @@ from_quaternion(w, sine)   factor: xi = factor (x, y, z) for the unit quaternion
                  w >= 0 and sine = |(x, y, z)|
 angle(x)         the signed angle of a rotation of the plane with coordinate x
 coordinate(angle)          x, its inverse
-angle_slopes(x)  d angle/dx and d^2 angle/dx^2
-lane_tangent(u)  (a, b, c), and lane_inverse(u)  (k, d, dk/du, dd/du), for lanes and numbers;
-                 constants are numbers
+
+Those of u are for lanes, too; for these, constants are numbers.
 """

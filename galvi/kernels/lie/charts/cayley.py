@@ -39,6 +39,12 @@ def inverse(u):
 
 
 @generic
+def inverse_slopes(u):
+    """dk/du and dd/du of T^-1."""
+    return 0.25, 0.0
+
+
+@generic
 def translation(u):
     """((e, f), (e1, f1), (e2, f2)) of V."""
     a = 1.0 / (1.0 + 0.25 * u)
@@ -70,21 +76,3 @@ def angle(x):
 def coordinate(angle):
     """The coordinate of a plane rotation by ``angle``."""
     return 2.0 * np.tan(0.5 * angle)
-
-
-@generic
-def angle_slopes(x):
-    """d angle/dx and d^2 angle/dx^2 of a plane rotation."""
-    slope = 1.0 / (1.0 + 0.25 * x * x)
-    return slope, -0.5 * x * slope**2
-
-
-def lane_tangent(u):
-    """(a, b, c) of T, for lanes."""
-    a = 1.0 / (0.25 * u + 1.0)
-    return a, 0.5 * a, 0.0
-
-
-def lane_inverse(u):
-    """(k, d, dk/du, dd/du) of T^-1, for lanes."""
-    return 0.25 * u + 1.0, 0.25, 0.25, 0.0

@@ -3,19 +3,16 @@
 sine = a = c1, cosine = b = c2, c = c3 and V = I + c2 hat(xi) + c3 hat(xi)^2, with Stumpff's
 functions c_k = sum_j (-u)^j / (2 j + k)!,  dc_k/du = (k c_{k+2} - c_{k+1}) / 2.
 
-In lanes, d = 1/12 + u e with e = sum |B_{2k+4}| u^k / (2k+4)!, and dd/du = (d^2 - 3 e) / 2.
+In lanes, c6 and c7 are polynomials, and the others follow from them.
 """
 
 from __future__ import annotations
 
 import math
-from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
-from galvi.kernels.compile.jit import jit_inline
-from galvi.kernels.lie.arithmetic import generic, polynomial
+from galvi.kernels.lie.arithmetic import generic, in_kernels, polynomial
 
 LIMIT = 2.0 * math.pi
 FARTHEST = 0.995 * LIMIT
@@ -23,29 +20,11 @@ REACH_IN_LANES = 2.0  # up to which the series for lanes have full accuracy
 TERMS = 12  # terms of the series of c6 and c7, for u up to SMALL
 SMALL = 9.0
 ONE_OVER = np.array([1.0 / math.factorial(k) for k in range(10 + 2 * TERMS)])
-LANE_TERMS = 16
+LANE_SERIES = [[(-1.0) ** j / math.factorial(2 * j + k) for j in range(11)] for k in (6, 7)]
 
 
-def _bernoulli_terms():
-    """|B_{2k+4}| / (2k+4)! for k = 0, 1, ..., LANE_TERMS - 1."""
-    numbers: list[Any] = [Fraction(1)]
-    for n in range(1, 2 * LANE_TERMS + 5):
-        total = sum(math.comb(n + 1, k) * numbers[k] for k in range(n))
-        numbers.append(-total / (n + 1))
-    return [float(abs(numbers[2 * k + 4]) / math.factorial(2 * k + 4)) for k in range(LANE_TERMS)]
-
-
-def _stumpff_terms(k):
-    """(-1)^j / (2 j + k)! for j = 0, 1, ..., 12."""
-    return [(-1.0) ** j / math.factorial(2 * j + k) for j in range(13)]
-
-
-E_TERMS = _bernoulli_terms()
-
-
-@jit_inline
-def stumpff(u):
-    """c1 to c7 at u >= 0, as a tuple.
+def stumpff_of_number(u):
+    """c1 to c7 at one u >= 0, as a tuple.
 
     For u below SMALL from the series of c6 and c7 by c_k = 1/k! - u c_{k+2}; above from c1 and c2
     by the same relation upwards, which loses no digits there.
@@ -71,6 +50,19 @@ def stumpff(u):
     return c1, c2, c3, c4, c5, (ONE_OVER[4] - c4) / u, (ONE_OVER[5] - c5) / u
 
 
+@in_kernels(stumpff_of_number)
+def stumpff(u):
+    """c1 to c7 at u >= 0, as a tuple; for lanes, at u up to REACH_IN_LANES^2."""
+    if isinstance(u, float):
+        return stumpff_of_number(u)
+    c6, c7 = (polynomial(series, u) for series in LANE_SERIES)
+    c5 = 1.0 / 120.0 - u * c7
+    c4 = 1.0 / 24.0 - u * c6
+    c3 = 1.0 / 6.0 - u * c5
+    c2 = 0.5 - u * c4
+    return 1.0 - u * c3, c2, c3, c4, c5, c6, c7
+
+
 @generic
 def rotation(u):
     """(sine, cosine) of R."""
@@ -94,6 +86,14 @@ def inverse(u):
     """(k, d) of T^-1."""
     c = stumpff(u)
     return 1.0, 0.5 * (c[2] - 2.0 * c[3]) / c[1]
+
+
+@generic
+def inverse_slopes(u):
+    """dk/du and dd/du of T^-1."""
+    _, c2, c3, c4, c5, c6, _ = stumpff(u)
+    d = 0.5 * (c3 - 2.0 * c4) / c2
+    return 0.0, (0.25 * (5.0 * c5 - c4 - 8.0 * c6) - 0.5 * d * (2.0 * c4 - c3)) / c2
 
 
 @generic
@@ -128,22 +128,3 @@ def angle(x):
 def coordinate(angle):
     """The coordinate of a plane rotation by ``angle``."""
     return angle
-
-
-@generic
-def angle_slopes(x):
-    """d angle/dx and d^2 angle/dx^2 of a plane rotation."""
-    return 1.0, 0.0
-
-
-def lane_tangent(u):
-    """(a, b, c) of T, for lanes."""
-    b, c = polynomial(_stumpff_terms(2), u), polynomial(_stumpff_terms(3), u)
-    return 1.0 - u * c, b, c
-
-
-def lane_inverse(u):
-    """(k, d, dk/du, dd/du) of T^-1, for lanes."""
-    e = polynomial(E_TERMS, u)
-    d = u * e + 1.0 / 12.0
-    return 1.0, d, 0.0, 0.5 * (d * d - 3.0 * e)

@@ -51,6 +51,12 @@ def inverse(u):
 
 
 @generic
+def inverse_slopes(u):
+    """dk/du and dd/du of T^-1."""
+    return 0.0625, 0.0
+
+
+@generic
 def translation(u):
     """((e, f), (e1, f1), (e2, f2)) of V."""
     n = 1.0 / (1.0 + 0.0625 * u)
@@ -87,23 +93,3 @@ def angle(x):
 def coordinate(angle):
     """The coordinate of a plane rotation by ``angle``."""
     return 4.0 * np.tan(0.25 * angle)
-
-
-@generic
-def angle_slopes(x):
-    """d angle/dx and d^2 angle/dx^2 of a plane rotation."""
-    slope = 1.0 / (1.0 + 0.0625 * x * x)
-    return slope, -0.125 * x * slope**2
-
-
-def lane_tangent(u):
-    """(a, b, c) of T, for lanes."""
-    m = 0.0625 * u
-    n = 1.0 / (m + 1.0)
-    b = n * n * 0.5
-    return (1.0 - m) * b * 2.0, b, b * 0.25
-
-
-def lane_inverse(u):
-    """(k, d, dk/du, dd/du) of T^-1, for lanes."""
-    return 0.0625 * u + 1.0, 0.125, 0.0625, 0.0

@@ -2,67 +2,115 @@
 
 from __future__ import annotations
 
-from galvi.kernels.compile.jit import jit_inline
+from galvi.kernels.lie.arithmetic import generic, two_sum
 
 
-@jit_inline
+@generic
 def place(chart, g, xi, out):
     """out <- g + xi."""
-    for i in range(xi.size):
+    for i in range(len(xi)):
         out[i] = g[i] + xi[i]
 
 
-@jit_inline
-def tangent(chart, xi, eta, T, G):
-    """T <- I."""
-    for i in range(xi.size):
-        T[i, i] = 1.0
+@generic
+def same(v, out):
+    """out <- v."""
+    for i in range(len(v)):
+        out[i] = v[i]
 
 
-@jit_inline
+@generic
+def velocity(chart, xi, eta, out):
+    """out <- eta."""
+    same(eta, out)
+
+
+@generic
+def rate(chart, xi, v, out):
+    """out <- v."""
+    same(v, out)
+
+
+@generic
+def momentum(chart, xi, mu, out):
+    """out <- mu."""
+    same(mu, out)
+
+
+@generic
+def covector(chart, xi, pi, out):
+    """out <- pi."""
+    same(pi, out)
+
+
+@generic
+def momentum_slope(chart, xi, eta, mu, out):
+    """out <- 0."""
+    for i in range(len(xi)):
+        out[i] = 0.0
+
+
+@generic
+def coadjoint_change(chart, xi, mu, out):
+    """out <- 0."""
+    for i in range(len(mu)):
+        out[i] = 0.0
+
+
+@generic
+def left_derivative(g, slope, out):
+    """out <- slope."""
+    same(slope, out)
+
+
+@generic
+def coadjoint(chart, xi, mu, out):
+    """out <- mu."""
+    same(mu, out)
+
+
+@generic
 def coordinates(chart, g, k, xi):
     """xi <- k - g."""
-    for i in range(xi.size):
+    for i in range(len(xi)):
         xi[i] = k[i] - g[i]
 
 
-@jit_inline
+@generic
 def restore(g):
     """There are no rotations."""
 
 
-@jit_inline
-def coadjoint_inverse(chart, xi, mu, out):
-    """out <- mu."""
-    for i in range(mu.size):
-        out[i] = mu[i]
+@generic
+def with_rotation(chart, xi, w, out):
+    """out <- xi: there are no rotations."""
+    same(xi, out)
 
 
-@jit_inline
-def coadjoint(chart, xi, mu, out):
-    """out <- mu."""
-    for i in range(mu.size):
-        out[i] = mu[i]
-
-
-@jit_inline
-def left_derivative(g, slope, out):
-    """out <- slope."""
-    for i in range(slope.size):
-        out[i] = slope[i]
-
-
-@jit_inline
+@generic
 def position_scale(g):
     """The largest coordinate."""
     size = 0.0
-    for i in range(g.size):
+    for i in range(len(g)):
         size = max(size, abs(g[i]))
     return size
 
 
-@jit_inline
-def with_rotation(chart, xi, w, out):
-    """out <- xi: there are no rotations."""
-    for i in range(xi.size):
-        out[i] = xi[i]
+@generic
+def advance(chart, xi, g, memory, low):
+    """g <- g + xi; memory is its low part."""
+    for i in range(len(xi)):
+        g[i], memory[i] = two_sum(g[i], memory[i] + xi[i])
+
+
+@generic
+def in_space(g, mu, out):
+    """out <- mu."""
+    same(mu, out)
+
+
+@generic
+def carry(chart, g, g1, xi, kick, mu, nu, low):
+    """mu <- mu + kick; nu is not used."""
+    for i in range(len(kick)):
+        mu[i], low[i] = two_sum(mu[i], low[i] + kick[i])

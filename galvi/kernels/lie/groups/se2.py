@@ -2,21 +2,22 @@
 
 A chart of rotations maps (x, v) to the rotation R by angle(x) and the translation V v, with
 V = (1 - f x^2) I + e x J, J = [[0, -1], [1, 0]], and e and f at u = x^2
-(galvi.kernels.lie.charts); the matrix p I + q J is stored as (p, q).
+(galvi.kernels.lie.charts); the matrix p I + q J is stored as (p, q). With s = d angle/dx the
+body's velocity is (s x', R^T (V' v x' + V v')).
 """
 
 from __future__ import annotations
 
-import numpy as np
-
-from galvi.kernels.compile.jit import jit_inline
-from galvi.kernels.lie.arithmetic import generic
-from galvi.kernels.lie.chart_functions import angle_of, angle_slopes, translation_radial
+from galvi.kernels.lie.arithmetic import generic, two_sum
+from galvi.kernels.lie.chart_functions import translation_radial
 from galvi.kernels.lie.groups.so2 import (
+    change,
     relative_coordinate,
     restore_rotation,
+    slopes,
     turn,
     turn_derivative,
+    turn_frame,
 )
 
 
@@ -25,6 +26,27 @@ def times(matrix, v, w):
     """(p I + q J) (v, w)."""
     p, q = matrix
     return p * v - q * w, q * v + p * w
+
+
+@generic
+def transposed(matrix):
+    """p I - q J."""
+    return matrix[0], -matrix[1]
+
+
+@generic
+def inverse(matrix):
+    """The inverse of p I + q J."""
+    p, q = matrix
+    size = p * p + q * q
+    return p / size, -q / size
+
+
+@generic
+def rotation(chart, x):
+    """R as (p, q)."""
+    less, sine = change(chart, x)
+    return 1.0 + less, sine
 
 
 @generic
@@ -39,7 +61,7 @@ def shift_matrix(chart, x):
     )
 
 
-@jit_inline
+@generic
 def place(chart, g, xi, out):
     """out <- g Phi(xi)."""
     turn(chart, g, xi[0], 3, out)
@@ -50,78 +72,80 @@ def place(chart, g, xi, out):
     out[6], out[7], out[8] = g[6], g[7], g[8]
 
 
-@jit_inline
-def tangent(chart, xi, eta, T, G):
-    """T and G: with S = R^T, T eta = (angle' eta_0, S (V' v eta_0 + V eta_v))."""
-    x, turning = xi[0], eta[0]
-    slope, bend = angle_slopes(chart, x)
-    angle = angle_of(chart, x)
-    S = np.cos(angle), -np.sin(angle)
-    V, V1, V2 = shift_matrix(chart, x)
-    by_x = times(S, *times(V1, xi[1], xi[2]))
-    first, second = times(S, V[0], V[1]), times(S, V1[0], V1[1])  # S V and S V' as (p, q)
-    moved = times(first, eta[1], eta[2])
-    linear = by_x[0] * turning + moved[0], by_x[1] * turning + moved[1]
-    bent = times(S, *times(V2, xi[1], xi[2]))
-    late = times(second, eta[1], eta[2])
-    T[0, 0], G[0, 0] = slope, bend * turning
-    T[1, 0], T[2, 0] = by_x
-    T[1, 1] = T[2, 2] = first[0]
-    T[2, 1], T[1, 2] = first[1], -first[1]
-    G[1, 0] = bent[0] * turning + late[0] + slope * linear[1]
-    G[2, 0] = bent[1] * turning + late[1] - slope * linear[0]
-    G[1, 1] = G[2, 2] = second[0] * turning
-    G[2, 1], G[1, 2] = second[1] * turning, -second[1] * turning
+@generic
+def shift_pace(chart, xi, eta):
+    """R^T d(V v)/dt."""
+    V, V1, _ = shift_matrix(chart, xi[0])
+    x, y = times(V1, xi[1], xi[2])
+    dx, dy = times(V, eta[1], eta[2])
+    return times(transposed(rotation(chart, xi[0])), x * eta[0] + dx, y * eta[0] + dy)
 
 
-@jit_inline
-def shift_to_coordinates(chart, x, shift):
-    """V^-1 shift."""
-    (p, q), _, _ = shift_matrix(chart, x)
-    size = p * p + q * q
-    return times((p / size, -q / size), shift[0], shift[1])
+@generic
+def velocity(chart, xi, eta, out):
+    """out <- T eta."""
+    out[0] = slopes(chart, xi[0])[0] * eta[0]
+    out[1], out[2] = shift_pace(chart, xi, eta)
 
 
-@jit_inline
-def coordinates(chart, g, k, xi):
-    """xi <- the coordinates of g^-1 k."""
-    xi[0] = relative_coordinate(chart, g, k, 3)
-    shift = times((g[0], -g[3]), k[2] - g[2], k[5] - g[5])
-    xi[1], xi[2] = shift_to_coordinates(chart, xi[0], shift)
+@generic
+def rate(chart, xi, v, out):
+    """out <- T^-1 v."""
+    V, V1, _ = shift_matrix(chart, xi[0])
+    turning = v[0] / slopes(chart, xi[0])[0]
+    x, y = times(V1, xi[1], xi[2])
+    dx, dy = times(rotation(chart, xi[0]), v[1], v[2])
+    out[0] = turning
+    out[1], out[2] = times(inverse(V), dx - x * turning, dy - y * turning)
 
 
-@jit_inline
-def restore(g):
-    """One Newton step to orthogonality."""
-    restore_rotation(g, 3)
+@generic
+def momentum(chart, xi, mu, out):
+    """out <- T^T mu."""
+    V, V1, _ = shift_matrix(chart, xi[0])
+    x, y = times(V1, xi[1], xi[2])
+    fx, fy = times(rotation(chart, xi[0]), mu[1], mu[2])
+    out[0] = slopes(chart, xi[0])[0] * mu[0] + (fx * x + fy * y)
+    out[1], out[2] = times(transposed(V), fx, fy)
 
 
-@jit_inline
-def rotation_and_shift(chart, xi):
-    """R as (p, q), and the translation V v."""
-    angle = angle_of(chart, xi[0])
+@generic
+def covector(chart, xi, pi, out):
+    """out <- T^-T pi."""
+    V, V1, _ = shift_matrix(chart, xi[0])
+    x, y = times(V1, xi[1], xi[2])
+    fx, fy = times(inverse(transposed(V)), pi[1], pi[2])
+    out[0] = (pi[0] - (fx * x + fy * y)) / slopes(chart, xi[0])[0]
+    out[1], out[2] = times(transposed(rotation(chart, xi[0])), fx, fy)
+
+
+@generic
+def momentum_slope(chart, xi, eta, mu, out):
+    """out <- d(mu . T eta)/dxi."""
+    slope, bend = slopes(chart, xi[0])
+    _, V1, V2 = shift_matrix(chart, xi[0])
+    fx, fy = times(rotation(chart, xi[0]), mu[1], mu[2])
+    x, y = times(V2, xi[1], xi[2])
+    dx, dy = times(V1, eta[1], eta[2])
+    v, w = shift_pace(chart, xi, eta)
+    bent = fx * (x * eta[0] + dx) + fy * (y * eta[0] + dy)
+    out[0] = (bend * (eta[0] * mu[0]) + bent) + slope * (mu[1] * w - mu[2] * v)
+    fx, fy = times(transposed(V1), fx, fy)
+    out[1], out[2] = fx * eta[0], fy * eta[0]
+
+
+@generic
+def coadjoint_change(chart, xi, mu, out):
+    """out <- (y cross R f, R f - f) for mu = (m, f) and y = V v."""
+    less, sine = change(chart, xi[0])
     V, _, _ = shift_matrix(chart, xi[0])
     x, y = times(V, xi[1], xi[2])
-    return np.cos(angle), np.sin(angle), x, y
+    v, w = times((less, sine), mu[1], mu[2])
+    out[0] = x * (mu[2] + w) - y * (mu[1] + v)
+    out[1], out[2] = v, w
 
 
-@jit_inline
-def coadjoint_inverse(chart, xi, mu, out):
-    """out <- (m + x cross R f, R f) for mu = (m, f)."""
-    cosine, sine, x, y = rotation_and_shift(chart, xi)
-    v, w = times((cosine, sine), mu[1], mu[2])
-    out[0], out[1], out[2] = mu[0] + (x * w - y * v), v, w
-
-
-@jit_inline
-def coadjoint(chart, xi, mu, out):
-    """out <- (m - x cross f, R^T f) for mu = (m, f)."""
-    cosine, sine, x, y = rotation_and_shift(chart, xi)
-    v, w = times((cosine, -sine), mu[1], mu[2])
-    out[0], out[1], out[2] = mu[0] - (x * mu[2] - y * mu[1]), v, w
-
-
-@jit_inline
+@generic
 def left_derivative(g, slope, out):
     """out <- the derivatives along a rotation and along translations in the body's frame."""
     out[0] = turn_derivative(g, slope, 3)
@@ -129,16 +153,82 @@ def left_derivative(g, slope, out):
         out[1 + a] = g[a] * slope[2] + g[3 + a] * slope[5]
 
 
-@jit_inline
-def position_scale(g):
-    """The largest coordinate of the position."""
-    return max(abs(g[2]), abs(g[5]))
+@generic
+def coadjoint(chart, xi, mu, out):
+    """out <- (m - y cross f, R^T f) for mu = (m, f) and y = V v."""
+    V, _, _ = shift_matrix(chart, xi[0])
+    x, y = times(V, xi[1], xi[2])
+    v, w = times(transposed(rotation(chart, xi[0])), mu[1], mu[2])
+    out[0], out[1], out[2] = mu[0] - (x * mu[2] - y * mu[1]), v, w
 
 
-@jit_inline
+@generic
+def shift_to_coordinates(chart, x, shift):
+    """V^-1 shift."""
+    V, _, _ = shift_matrix(chart, x)
+    return times(inverse(V), shift[0], shift[1])
+
+
+@generic
+def coordinates(chart, g, k, xi):
+    """xi <- the coordinates of g^-1 k."""
+    xi[0] = relative_coordinate(chart, g, k, 3)
+    shift = times((g[0], -g[3]), k[2] - g[2], k[5] - g[5])
+    xi[1], xi[2] = shift_to_coordinates(chart, xi[0], shift)
+
+
+@generic
+def restore(g):
+    """One Newton step to orthogonality."""
+    restore_rotation(g, 3)
+
+
+@generic
 def with_rotation(chart, xi, w, out):
     """out <- w and the translation part with which the motion is that of xi."""
     V, _, _ = shift_matrix(chart, xi[0])
     shift = times(V, xi[1], xi[2])
     out[0] = w[0]
     out[1], out[2] = shift_to_coordinates(chart, w[0], shift)
+
+
+@generic
+def position_scale(g):
+    """The largest coordinate of the position."""
+    return max(abs(g[2]), abs(g[5]))
+
+
+@generic
+def shift_in_space(chart, g, xi):
+    """R V v, the way from g to g Phi(xi)."""
+    V, _, _ = shift_matrix(chart, xi[0])
+    x, y = times(V, xi[1], xi[2])
+    return times((g[0], g[3]), x, y)
+
+
+@generic
+def advance(chart, xi, g, memory, low):
+    """g <- g Phi(xi); memory[2:4] is the low part of the position."""
+    x, y = shift_in_space(chart, g, xi)
+    turn_frame(chart, xi[0], 3, g, memory, low)
+    g[2], memory[2] = two_sum(g[2], memory[2] + x)
+    g[5], memory[3] = two_sum(g[5], memory[3] + y)
+
+
+@generic
+def in_space(g, mu, out):
+    """out <- (m, R f) for mu = (m, f)."""
+    out[0] = mu[0]
+    out[1], out[2] = times((g[0], g[3]), mu[1], mu[2])
+
+
+@generic
+def carry(chart, g, g1, xi, kick, mu, nu, low):
+    """The force's impulse, then its moment and that of the momentum about the new point."""
+    x, y = shift_in_space(chart, g, xi)
+    fx, fy = times((g[0], g[3]), kick[1], kick[2])
+    nu[1], low[1] = two_sum(nu[1], low[1] + fx)
+    nu[2], low[2] = two_sum(nu[2], low[2] + fy)
+    nu[0], low[0] = two_sum(nu[0], low[0] + (kick[0] - (x * nu[2] - y * nu[1])))
+    mu[0] = nu[0]
+    mu[1], mu[2] = times((g1[0], -g1[3]), nu[1], nu[2])

@@ -2,196 +2,261 @@
 
 A chart maps (w, v) to the rotation R(w) and the translation V(w) v. With u = |w|^2 and
 V = I + e hat(w) + f hat(w)^2 (galvi.kernels.lie.charts), the body's linear velocity is
-R^T d(V v)/dt = R^T (M(w, v) w' + V v'), where
+R^T d(V v)/dt = R^T (D(w, w') v + V v'), where D is the derivative of V along w':
 
-    M(w, v) = d(V v)/dw = 2 e1 x1 w^T - e hat(v) + 2 f1 x2 w^T + f (w v^T + (w.v) I - 2 v w^T),
-    x1 = w x v,  x2 = w x (w x v) = (w.v) w - u v.
+    D(w, a) v = 2 e1 p x1 + e a x v + 2 f1 p x2 + f ((a.v) w + (w.v) a - 2 p v),
+    p = w.a, x1 = w x v, x2 = w x (w x v) = (w.v) w - u v
 
-T (6, 6), G (6, 6); xi = (w, v), eta = (w', v').
+V^T and D^T have -e in place of e. xi = (w, v), eta = (w', v').
 """
 
 from __future__ import annotations
 
-import numpy as np
-
-from galvi.kernels.compile.jit import jit, jit_inline, jit_noalloc
-from galvi.kernels.lie.arithmetic import cross, dot, generic
+from galvi.kernels.lie import rotations
+from galvi.kernels.lie.arithmetic import cross, dot, generic, two_sum
 from galvi.kernels.lie.chart_functions import translation_radial
 from galvi.kernels.lie.groups.so3 import (
     columns,
+    fill,
     relative_coordinates,
     restore_rotation,
     turn_derivatives,
+    turn_frame,
 )
-from galvi.kernels.lie.rotations import fill, hat, rotation, times, transpose
-from galvi.kernels.lie.rotations import tangent as rotation_tangent
+from galvi.kernels.lie.rotations import change, rotated, rotation, times, transpose, turned
 
 
 @generic
-def shift_matrix(chart, w):
-    """V, three rows."""
-    x, y, z = w[0], w[1], w[2]
+def plus(v, w):
+    """v + w of two triples."""
+    return v[0] + w[0], v[1] + w[1], v[2] + w[2]
+
+
+@generic
+def minus(v, w):
+    """v - w of two triples."""
+    return v[0] - w[0], v[1] - w[1], v[2] - w[2]
+
+
+@generic
+def combination(a, v, b, w, c, x):
+    """a v + b w + c x of triples."""
+    return (
+        a * v[0] + b * w[0] + c * x[0], a * v[1] + b * w[1] + c * x[1],
+        a * v[2] + b * w[2] + c * x[2],
+    )  # fmt: skip
+
+
+@generic
+def shifted(chart, sign, w, v):
+    """V v for sign = 1, V^T v for sign = -1."""
+    (e, f), _, _ = translation_radial(chart, dot(w, w))
+    return plus(v, turned(sign * e, f, w, v))
+
+
+@generic
+def unshifted(chart, sign, w, x):
+    """V^-1 x for sign = 1, V^-T x for sign = -1."""
     u = dot(w, w)
     (e, f), _, _ = translation_radial(chart, u)
     rest = 1.0 - f * u
-    return (
-        (f * x * x + rest, f * x * y - e * z, f * x * z + e * y),
-        (f * y * x + e * z, f * y * y + rest, f * y * z - e * x),
-        (f * z * x - e * y, f * z * y + e * x, f * z * z + rest),
-    )
+    size = 1.0 / (rest * rest + e * e * u)
+    return plus(x, turned(-sign * e * size, (e * e - rest * f) * size, w, x))
 
 
-@jit_inline
-def shift_slope(chart, w, v, M):
-    """M <- d(V(w) v)/dw."""
-    u, along = dot(w, w), dot(w, v)
+@generic
+def shift_rate(chart, sign, w, v, a):
+    """D(w, a) v for sign = 1, D(w, a)^T v for sign = -1."""
+    (e, f), (e1, f1), _ = translation_radial(chart, dot(w, w))
+    p, along = dot(w, a), dot(w, v)
+    x, y, z = turned(2.0 * sign * e1 * p, 2.0 * f1 * p, w, v)
+    bx, by, bz = cross(a, v)
+    sx, sy, sz = combination(f * dot(a, v), w, f * along, a, -2.0 * f * p, v)
+    e = sign * e
+    return x + e * bx + sx, y + e * by + sy, z + e * bz + sz
+
+
+@generic
+def shift_slope(chart, w, v, F):
+    """d(F . V(w) v)/dw."""
+    u = dot(w, w)
     (e, f), (e1, f1), _ = translation_radial(chart, u)
-    x1 = cross(w, v)
-    hat(-e, v, M)
-    for i in range(3):
-        x2 = along * w[i] - u * v[i]
-        for j in range(3):
-            M[i, j] += 2.0 * (e1 * x1[i] + f1 * x2) * w[j] + f * (w[i] * v[j] - 2.0 * v[i] * w[j])
-        M[i, i] += f * along
+    turn, push = cross(v, F), dot(F, v)
+    by_v, by_F = dot(w, v), dot(w, F)
+    radial = 2.0 * (e1 * dot(w, turn) + f1 * (by_v * by_F - u * push) - f * push)
+    x, y, z = combination(radial, w, f * by_F, v, f * by_v, F)
+    return x + e * turn[0], y + e * turn[1], z + e * turn[2]
 
 
-@jit_inline
-def shift_curvature(chart, w, v, wd, by_w, by_v, turn, bend):
-    """by_w <- d(M(w, v) wd)/dw and by_v <- d(M(w, v) wd)/dv = dV(w)[wd]; turn, bend scratch."""
-    u, along, pace, mixed = dot(w, w), dot(w, v), dot(w, wd), dot(v, wd)
+@generic
+def shift_bend(chart, w, v, F, a):
+    """The derivative of d(F . V(w) v)/dw along a."""
+    u, p = dot(w, w), dot(w, a)
     (e, f), (e1, f1), (e2, f2) = translation_radial(chart, u)
-    x1, vxd = cross(w, v), cross(v, wd)
-    hat(-2.0 * e1 * pace, v, by_w)
-    hat(1.0, w, turn)
-    hat(1.0, wd, bend)
-    for i in range(3):
-        x2 = along * w[i] - u * v[i]
-        bent = w[i] * mixed + along * wd[i] - 2.0 * v[i] * pace
-        for j in range(3):
-            by_w[i, j] += 4.0 * pace * (e2 * x1[i] + f2 * x2) * w[j]
-            by_w[i, j] += 2.0 * (e1 * x1[i] + f1 * x2) * wd[j]
-            by_w[i, j] += (2.0 * f1 * bent - 2.0 * e1 * vxd[i]) * w[j]
-            by_w[i, j] += 2.0 * f1 * pace * (w[i] * v[j] - 2.0 * v[i] * w[j])
-            by_w[i, j] += f * (wd[i] * v[j] - 2.0 * v[i] * wd[j])
-            square = w[i] * w[j] - (u if i == j else 0.0)
-            mix = w[i] * wd[j] + wd[i] * w[j] - (2.0 * pace if i == j else 0.0)
-            by_v[i, j] = (
-                2.0 * e1 * pace * turn[i, j] + e * bend[i, j] + 2.0 * f1 * pace * square + f * mix
-            )
-        by_w[i, i] += 2.0 * f1 * pace * along + f * mixed
+    turn, push = cross(v, F), dot(F, v)
+    by_v, by_F, also_v, also_F = dot(w, v), dot(w, F), dot(a, v), dot(a, F)
+    across, square = dot(w, turn), by_v * by_F - u * push
+    late = also_v * by_F + by_v * also_F - 2.0 * p * push
+    first = 2.0 * (e1 * across + f1 * square - f * push)
+    radial = 4.0 * p * (e2 * across + f2 * square) + 2.0 * (e1 * dot(a, turn) + f1 * late)
+    radial = radial - 4.0 * f1 * p * push
+    b, c = 2.0 * f1 * p * by_F + f * also_F, 2.0 * f1 * p * by_v + f * also_v
+    x, y, z = combination(first, a, b, v, c, F)
+    q = 2.0 * e1 * p
+    return (
+        x + radial * w[0] + q * turn[0], y + radial * w[1] + q * turn[1],
+        z + radial * w[2] + q * turn[2],
+    )  # fmt: skip
 
 
-@jit
-def tangent(chart, xi, eta, T, G):
-    """T and G of the rigid motion, (6, 6)."""
-    tangent_with(chart, xi, eta, np.empty((10, 3, 3)), T, G)
-
-
-@jit_noalloc
-def tangent_with(chart, xi, eta, room, T, G):
-    """As ``tangent``, with scratch room (10, 3, 3)."""
-    w, v, wd, vd, linear = xi[:3], xi[3:6], eta[:3], eta[3:6], room[9, 0]
-    R, V, M, Md, by_w, by_v = room[0], room[1], room[2], room[3], room[4], room[5]
-    turning, bending = room[6], room[7]
-    shift_curvature(chart, w, v, wd, by_w, by_v, room[8], room[9])
-    rotation_tangent(chart, w, wd, turning, bending)
-    fill(rotation(chart, w), R)
-    fill(shift_matrix(chart, w), V)
-    shift_slope(chart, w, v, M)
-    shift_slope(chart, w, vd, Md)
-    for i in range(3):
-        linear[i] = 0.0
-    for i in range(3):
-        for j in range(3):
-            T[i, j], T[i, j + 3] = turning[i, j], 0.0
-            G[i, j], G[i, j + 3] = bending[i, j], 0.0
-            T[i + 3, j] = T[i + 3, j + 3] = G[i + 3, j] = G[i + 3, j + 3] = 0.0
-            for k in range(3):
-                T[i + 3, j] += R[k, i] * M[k, j]
-                T[i + 3, j + 3] += R[k, i] * V[k, j]
-                G[i + 3, j] += R[k, i] * (by_w[k, j] + Md[k, j])
-                G[i + 3, j + 3] += R[k, i] * by_v[k, j]
-    for i in range(3):
-        for j in range(3):
-            linear[i] += T[i + 3, j] * wd[j] + T[i + 3, j + 3] * vd[j]
-    hat(1.0, linear, by_w)  # d(R^T) y = linear x (T dw)
-    for i in range(3):
-        for j in range(3):
-            for k in range(3):
-                G[i + 3, j] += by_w[i, k] * turning[k, j]
-
-
-@jit_inline
+@generic
 def place(chart, g, xi, out):
     """out <- g Phi(xi)."""
-    across, x = transpose(rotation(chart, xi)), times(shift_matrix(chart, xi), xi[3:6])
-    for i in range(4):
+    across, x = transpose(rotation(chart, xi)), shifted(chart, 1.0, xi, xi[3:6])
+    for i in range(3):
         row = g[4 * i], g[4 * i + 1], g[4 * i + 2]
         out[4 * i + 3] = dot(row, x) + g[4 * i + 3]
         out[4 * i], out[4 * i + 1], out[4 * i + 2] = times(across, row)
+    out[12], out[13], out[14], out[15] = g[12], g[13], g[14], g[15]
 
 
-@jit_inline
+@generic
+def shift_pace(chart, xi, eta):
+    """R^T d(V v)/dt."""
+    pace = plus(shift_rate(chart, 1.0, xi, xi[3:6], eta), shifted(chart, 1.0, xi, eta[3:6]))
+    return rotated(chart, -1.0, xi, pace)
+
+
+@generic
+def velocity(chart, xi, eta, out):
+    """out <- T eta."""
+    fill(rotations.tangent(chart, 1.0, xi, eta), out)
+    out[3], out[4], out[5] = shift_pace(chart, xi, eta)
+
+
+@generic
+def rate(chart, xi, v, out):
+    """out <- T^-1 v."""
+    turning = rotations.inverse_tangent(chart, 1.0, xi, v)
+    pace = minus(rotated(chart, 1.0, xi, v[3:6]), shift_rate(chart, 1.0, xi, xi[3:6], turning))
+    fill(turning, out)
+    out[3], out[4], out[5] = unshifted(chart, 1.0, xi, pace)
+
+
+@generic
+def momentum(chart, xi, mu, out):
+    """out <- T^T mu."""
+    F = rotated(chart, 1.0, xi, mu[3:6])
+    turning = rotations.tangent(chart, -1.0, xi, mu)
+    fill(plus(turning, shift_slope(chart, xi, xi[3:6], F)), out)
+    out[3], out[4], out[5] = shifted(chart, -1.0, xi, F)
+
+
+@generic
+def covector(chart, xi, pi, out):
+    """out <- T^-T pi."""
+    F = unshifted(chart, -1.0, xi, pi[3:6])
+    turning = minus(pi, shift_slope(chart, xi, xi[3:6], F))
+    fill(rotations.inverse_tangent(chart, -1.0, xi, turning), out)
+    out[3], out[4], out[5] = rotated(chart, -1.0, xi, F)
+
+
+@generic
+def momentum_slope(chart, xi, eta, mu, out):
+    """out <- d(mu . T eta)/dxi."""
+    F, v = rotated(chart, 1.0, xi, mu[3:6]), xi[3:6]
+    turning = rotations.tangent_slope(chart, xi, eta, mu)
+    bent = plus(shift_bend(chart, xi, v, F, eta), shift_slope(chart, xi, eta[3:6], F))
+    moment = cross(mu[3:6], shift_pace(chart, xi, eta))
+    fill(plus(plus(turning, bent), rotations.tangent(chart, -1.0, xi, moment)), out)
+    out[3], out[4], out[5] = shift_rate(chart, -1.0, xi, F, eta)
+
+
+@generic
+def coadjoint_change(chart, xi, mu, out):
+    """out <- (R m - m + x cross R f, R f - f) for mu = (m, f), where x = V v."""
+    turn = change(chart, 1.0, xi, mu[3:6])
+    lever = cross(shifted(chart, 1.0, xi, xi[3:6]), plus(mu[3:6], turn))
+    fill(plus(change(chart, 1.0, xi, mu), lever), out)
+    out[3], out[4], out[5] = turn
+
+
+@generic
+def left_derivative(g, slope, out):
+    """out <- the derivatives along rotations and along translations in the body's frame."""
+    turn_derivatives(g, slope, 4, out)
+    for a in range(3):
+        out[3 + a] = g[a] * slope[3] + g[4 + a] * slope[7] + g[8 + a] * slope[11]
+
+
+@generic
+def coadjoint(chart, xi, mu, out):
+    """out <- (R^T (m - x cross f), R^T f) for mu = (m, f), where x = V v."""
+    lever = cross(shifted(chart, 1.0, xi, xi[3:6]), mu[3:6])
+    fill(rotated(chart, -1.0, xi, minus(mu, lever)), out)
+    out[3], out[4], out[5] = rotated(chart, -1.0, xi, mu[3:6])
+
+
+@generic
 def coordinates(chart, g, k, xi):
     """xi <- the coordinates of g^-1 k."""
     relative_coordinates(chart, g, k, 4, xi)
     apart = k[3] - g[3], k[7] - g[7], k[11] - g[11]
-    shift_to_coordinates(chart, xi, times(columns(g, 4), apart), xi)
+    xi[3], xi[4], xi[5] = unshifted(chart, 1.0, xi, times(columns(g, 4), apart))
 
 
-@jit
-def shift_to_coordinates(chart, w, shift, out):
-    """out[3:6] <- V(w)^-1 shift."""
-    solved = np.linalg.solve(np.array(shift_matrix(chart, w)), np.array(shift))
-    for i in range(3):
-        out[3 + i] = solved[i]
-
-
-@jit_inline
-def with_rotation(chart, xi, w, out):
-    """out <- w and the translation part with which the motion is that of xi."""
-    shift = times(shift_matrix(chart, xi), xi[3:6])
-    for i in range(3):
-        out[i] = w[i]
-    shift_to_coordinates(chart, w, shift, out)
-
-
-@jit_inline
+@generic
 def restore(g):
     """One Newton step to orthogonality."""
     restore_rotation(g, 4)
 
 
-@jit_inline
-def coadjoint_inverse(chart, xi, mu, out):
-    """out <- (R m + x cross R f, R f) for mu = (m, f), where x = V v."""
-    R, x = rotation(chart, xi), times(shift_matrix(chart, xi), xi[3:6])
-    m, f = times(R, mu), times(R, mu[3:6])
-    lever = cross(x, f)
-    for i in range(3):
-        out[i], out[3 + i] = m[i] + lever[i], f[i]
+@generic
+def with_rotation(chart, xi, w, out):
+    """out <- w and the translation part with which the motion is that of xi."""
+    shift = shifted(chart, 1.0, xi, xi[3:6])
+    out[0], out[1], out[2] = w[0], w[1], w[2]
+    out[3], out[4], out[5] = unshifted(chart, 1.0, w, shift)
 
 
-@jit_inline
-def coadjoint(chart, xi, mu, out):
-    """out <- (R^T (m - x cross f), R^T f) for mu = (m, f), where x = V v."""
-    across, x = transpose(rotation(chart, xi)), times(shift_matrix(chart, xi), xi[3:6])
-    lever = cross(x, mu[3:6])
-    out[3], out[4], out[5] = times(across, mu[3:6])
-    out[0], out[1], out[2] = times(across, (mu[0] - lever[0], mu[1] - lever[1], mu[2] - lever[2]))
-
-
-@jit_inline
-def left_derivative(g, slope, out):
-    """out <- the derivatives along rotations and along translations in the body's frame."""
-    turn_derivatives(g, slope, 4, out)
-    for a in range(3):
-        out[3 + a] = 0.0
-        for i in range(3):
-            out[3 + a] += g[4 * i + a] * slope[4 * i + 3]
-
-
-@jit_inline
+@generic
 def position_scale(g):
     """The largest coordinate of the position."""
     return max(abs(g[3]), abs(g[7]), abs(g[11]))
+
+
+@generic
+def shift_in_space(chart, g, xi):
+    """R V v, the way from g to g Phi(xi)."""
+    return times(transpose(columns(g, 4)), shifted(chart, 1.0, xi, xi[3:6]))
+
+
+@generic
+def advance(chart, xi, g, memory, low):
+    """g <- g Phi(xi); memory[4:7] is the low part of the position."""
+    shift = shift_in_space(chart, g, xi)
+    turn_frame(chart, xi, 4, g, memory, low)
+    for i in range(3):
+        g[4 * i + 3], memory[4 + i] = two_sum(g[4 * i + 3], memory[4 + i] + shift[i])
+
+
+@generic
+def in_space(g, mu, out):
+    """out <- (R m, R f) for mu = (m, f)."""
+    R = transpose(columns(g, 4))
+    fill(times(R, mu), out)
+    out[3], out[4], out[5] = times(R, mu[3:6])
+
+
+@generic
+def carry(chart, g, g1, xi, kick, mu, nu, low):
+    """The force's impulse, then its moment and that of the momentum about the new point."""
+    R, back = transpose(columns(g, 4)), columns(g1, 4)
+    push, moment = times(R, kick[3:6]), times(R, kick)
+    for i in range(3):
+        nu[3 + i], low[3 + i] = two_sum(nu[3 + i], low[3 + i] + push[i])
+    lever = cross(shift_in_space(chart, g, xi), nu[3:6])
+    for i in range(3):
+        nu[i], low[i] = two_sum(nu[i], low[i] + (moment[i] - lever[i]))
+    fill(times(back, nu), mu)
+    mu[3], mu[4], mu[5] = times(back, nu[3:6])

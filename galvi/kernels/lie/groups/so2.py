@@ -1,24 +1,58 @@
-"""Rotations of the plane: matrices (2, 2), and one angular velocity."""
+"""Rotations of the plane: matrices (2, 2), and one angular velocity.
+
+Their angle is that of rotations of space about a fixed axis, with coordinate x on it: u = x^2,
+cos = 1 - cosine u, sin = sine x, d angle/dx = a + c u (galvi.kernels.lie.charts).
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from galvi.kernels.compile.jit import jit_inline
-from galvi.kernels.lie.chart_functions import angle_of, angle_slopes, coordinate_of
+from galvi.kernels.lie.arithmetic import generic, two_sum
+from galvi.kernels.lie.chart_functions import coordinate_of, rotation_radial, tangent_radial
 
 
-@jit_inline
+@generic
+def change(chart, x):
+    """cos - 1 and sin of the angle."""
+    sine, cosine = rotation_radial(chart, x * x)
+    return -(cosine * (x * x)), sine * x
+
+
+@generic
+def slopes(chart, x):
+    """d angle/dx and d^2 angle/dx^2."""
+    u = x * x
+    (a, _, c), (a1, _, c1), _ = tangent_radial(chart, u)
+    return a + c * u, 2.0 * x * (a1 + c + c1 * u)
+
+
+@generic
 def turn(chart, g, x, row, out):
     """out <- g rotated by the coordinate x, in the first two columns of rows of length ``row``."""
-    angle = angle_of(chart, x)
-    cosine, sine = np.cos(angle), np.sin(angle)
-    for i in range(0, 2 * row, row):
+    less, sine = change(chart, x)
+    for i in (0, row):
         first, second = g[i], g[i + 1]
-        out[i], out[i + 1] = first * cosine + second * sine, second * cosine - first * sine
+        out[i] = first + (first * less + second * sine)
+        out[i + 1] = second + (second * less - first * sine)
 
 
-@jit_inline
+@generic
+def turn_frame(chart, x, row, g, memory, low):
+    """As ``turn`` in place; memory (2,) holds cos and sin, not normalised, low their low parts."""
+    c, s = memory[0], memory[1]
+    if c == 0.0 and s == 0.0:
+        c, s = g[0], g[row]
+    less, sine = change(chart, x)
+    by_c, by_s = c * less - s * sine, s * less + c * sine
+    c, low[0] = two_sum(c, low[0] + by_c)
+    s, low[1] = two_sum(s, low[1] + by_s)
+    memory[0], memory[1] = c, s
+    size = np.sqrt(c * c + s * s)
+    g[0], g[1], g[row], g[row + 1] = c / size, -s / size, s / size, c / size
+
+
+@generic
 def relative_coordinate(chart, g, k, row):
     """Coordinate of the rotation from g to k, in matrices with rows of length ``row``."""
     sine = g[0] * k[row] - g[row] * k[0]
@@ -26,7 +60,7 @@ def relative_coordinate(chart, g, k, row):
     return coordinate_of(chart, np.arctan2(sine, cosine))
 
 
-@jit_inline
+@generic
 def restore_rotation(g, row):
     """One Newton step to orthogonality, in a matrix with rows of length ``row``."""
     half = 1.5 - 0.5 * (g[0] ** 2 + g[row] ** 2)
@@ -34,66 +68,104 @@ def restore_rotation(g, row):
     g[0], g[1], g[row], g[row + 1] = cosine, -sine, sine, cosine
 
 
-@jit_inline
+@generic
 def turn_derivative(g, slope, row):
     """The derivative along a rotation of g, in a matrix with rows of length ``row``."""
-    total = 0.0
-    for i in range(2):
-        total += slope[row * i] * g[row * i + 1] - slope[row * i + 1] * g[row * i]
-    return total
+    first = slope[0] * g[1] - slope[1] * g[0]
+    return first + (slope[row] * g[row + 1] - slope[row + 1] * g[row])
 
 
-@jit_inline
+@generic
 def place(chart, g, xi, out):
     """out <- g Phi(xi)."""
     turn(chart, g, xi[0], 2, out)
 
 
-@jit_inline
-def tangent(chart, xi, eta, T, G):
-    """T and G, (1, 1)."""
-    slope, bend = angle_slopes(chart, xi[0])
-    T[0, 0], G[0, 0] = slope, bend * eta[0]
+@generic
+def velocity(chart, xi, eta, out):
+    """out <- T eta."""
+    out[0] = slopes(chart, xi[0])[0] * eta[0]
 
 
-@jit_inline
-def coordinates(chart, g, k, xi):
-    """xi <- the coordinate of g^T k."""
-    xi[0] = relative_coordinate(chart, g, k, 2)
+@generic
+def rate(chart, xi, v, out):
+    """out <- T^-1 v."""
+    out[0] = v[0] / slopes(chart, xi[0])[0]
 
 
-@jit_inline
-def restore(g):
-    """One Newton step to orthogonality."""
-    restore_rotation(g, 2)
+@generic
+def momentum(chart, xi, mu, out):
+    """out <- T mu."""
+    out[0] = slopes(chart, xi[0])[0] * mu[0]
 
 
-@jit_inline
-def coadjoint_inverse(chart, xi, mu, out):
-    """out <- mu: rotations of the plane commute."""
-    out[0] = mu[0]
+@generic
+def covector(chart, xi, pi, out):
+    """out <- T^-1 pi."""
+    out[0] = pi[0] / slopes(chart, xi[0])[0]
 
 
-@jit_inline
-def coadjoint(chart, xi, mu, out):
-    """out <- mu: rotations of the plane commute."""
-    out[0] = mu[0]
+@generic
+def momentum_slope(chart, xi, eta, mu, out):
+    """out <- d(mu T eta)/dxi."""
+    out[0] = slopes(chart, xi[0])[1] * (eta[0] * mu[0])
 
 
-@jit_inline
+@generic
+def coadjoint_change(chart, xi, mu, out):
+    """out <- 0: rotations of the plane commute."""
+    out[0] = 0.0
+
+
+@generic
 def left_derivative(g, slope, out):
     """out <- the derivative along a rotation."""
     out[0] = turn_derivative(g, slope, 2)
 
 
-@jit_inline
+@generic
+def coadjoint(chart, xi, mu, out):
+    """out <- mu."""
+    out[0] = mu[0]
+
+
+@generic
+def coordinates(chart, g, k, xi):
+    """xi <- the coordinate of g^T k."""
+    xi[0] = relative_coordinate(chart, g, k, 2)
+
+
+@generic
+def restore(g):
+    """One Newton step to orthogonality."""
+    restore_rotation(g, 2)
+
+
+@generic
+def with_rotation(chart, xi, w, out):
+    """out <- w."""
+    out[0] = w[0]
+
+
+@generic
 def position_scale(g):
     """0: a rotation has no position."""
     return 0.0
 
 
-@jit_inline
-def with_rotation(chart, xi, w, out):
-    """out <- w."""
-    for i in range(w.size):
-        out[i] = w[i]
+@generic
+def advance(chart, xi, g, memory, low):
+    """g <- g Phi(xi)."""
+    turn_frame(chart, xi[0], 2, g, memory, low)
+
+
+@generic
+def in_space(g, mu, out):
+    """out <- mu."""
+    out[0] = mu[0]
+
+
+@generic
+def carry(chart, g, g1, xi, kick, mu, nu, low):
+    """mu <- mu + kick; nu is not used."""
+    mu[0], low[0] = two_sum(mu[0], low[0] + kick[0])

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi.kernels.compile.jit import jit, jit_inline
+from galvi.kernels.compile.jit import jit
 from galvi.kernels.lie import rotations
-from galvi.kernels.lie.arithmetic import generic
+from galvi.kernels.lie.arithmetic import generic, two_sum
 from galvi.kernels.lie.rotations import rotation, times, transpose
 
 
-@jit_inline
-def relative_coordinates(chart, g, k, row, xi):
-    """xi <- coordinates of the rotation from g to k, in matrices with rows of length ``row``."""
-    start, end = columns(g, row), columns(k, row)
-    turn = times(end, start[0]), times(end, start[1]), times(end, start[2])
-    rotations.coordinates(chart, turn, xi)
+@generic
+def fill(triple, out):
+    """out (3,) <- three numbers."""
+    out[0], out[1], out[2] = triple
 
 
 @generic
@@ -26,6 +24,14 @@ def columns(g, row):
         (g[1], g[row + 1], g[2 * row + 1]),
         (g[2], g[row + 2], g[2 * row + 2]),
     )
+
+
+@generic
+def relative_coordinates(chart, g, k, row, xi):
+    """xi <- coordinates of the rotation from g to k, in matrices with rows of length ``row``."""
+    start, end = columns(g, row), columns(k, row)
+    turn = times(end, start[0]), times(end, start[1]), times(end, start[2])
+    rotations.coordinates(chart, turn, xi)
 
 
 @jit
@@ -41,17 +47,30 @@ def restore_rotation(g, row):
             g[row * i + j] = out[i, j]
 
 
-@jit_inline
+@generic
 def turn_derivatives(g, slope, row, out):
     """out (3,) <- the derivatives along rotations of g, in a matrix with rows of length ``row``."""
     for a in range(3):
         j, k = (a + 1) % 3, (a + 2) % 3
-        out[a] = 0.0
-        for i in range(3):
-            out[a] += g[row * i + k] * slope[row * i + j] - g[row * i + j] * slope[row * i + k]
+        total = g[k] * slope[j] - g[j] * slope[k]
+        for i in (row, 2 * row):
+            total = total + (g[i + k] * slope[i + j] - g[i + j] * slope[i + k])
+        out[a] = total
 
 
-@jit_inline
+@generic
+def turn_frame(chart, xi, row, g, memory, low):
+    """R <- R Phi(xi) in rows of length ``row``; memory (4,) is a quaternion, low its low part."""
+    if memory[0] == 0.0 and memory[1] == 0.0 and memory[2] == 0.0 and memory[3] == 0.0:
+        start = rotations.quaternion(transpose(columns(g, row)))
+        memory[0], memory[1], memory[2], memory[3] = start
+    rotations.turn_quaternion(chart, xi, memory, low)
+    R = rotations.matrix_of(memory)
+    for i in range(3):
+        g[row * i], g[row * i + 1], g[row * i + 2] = R[i]
+
+
+@generic
 def place(chart, g, xi, out):
     """out <- g Phi(xi)."""
     columns = transpose(rotation(chart, xi))
@@ -60,50 +79,94 @@ def place(chart, g, xi, out):
         out[3 * i], out[3 * i + 1], out[3 * i + 2] = times(columns, row)
 
 
-@jit_inline
-def tangent(chart, xi, eta, T, G):
-    """T and G, (3, 3)."""
-    rotations.tangent(chart, xi, eta, T, G)
+@generic
+def velocity(chart, xi, eta, out):
+    """out <- T eta."""
+    fill(rotations.tangent(chart, 1.0, xi, eta), out)
 
 
-@jit_inline
-def coordinates(chart, g, k, xi):
-    """xi <- the coordinates of g^T k."""
-    relative_coordinates(chart, g, k, 3, xi)
+@generic
+def rate(chart, xi, v, out):
+    """out <- T^-1 v."""
+    fill(rotations.inverse_tangent(chart, 1.0, xi, v), out)
 
 
-@jit_inline
-def restore(g):
-    """One Newton step to orthogonality."""
-    restore_rotation(g, 3)
+@generic
+def momentum(chart, xi, mu, out):
+    """out <- T^T mu."""
+    fill(rotations.tangent(chart, -1.0, xi, mu), out)
 
 
-@jit_inline
-def coadjoint_inverse(chart, xi, mu, out):
-    """out <- R mu."""
-    out[0], out[1], out[2] = times(rotation(chart, xi), mu)
+@generic
+def covector(chart, xi, pi, out):
+    """out <- T^-T pi."""
+    fill(rotations.inverse_tangent(chart, -1.0, xi, pi), out)
 
 
-@jit_inline
-def coadjoint(chart, xi, mu, out):
-    """out <- R^T mu."""
-    out[0], out[1], out[2] = times(transpose(rotation(chart, xi)), mu)
+@generic
+def momentum_slope(chart, xi, eta, mu, out):
+    """out <- d(mu . T eta)/dxi."""
+    fill(rotations.tangent_slope(chart, xi, eta, mu), out)
 
 
-@jit_inline
+@generic
+def coadjoint_change(chart, xi, mu, out):
+    """out <- R mu - mu."""
+    fill(rotations.change(chart, 1.0, xi, mu), out)
+
+
+@generic
 def left_derivative(g, slope, out):
     """out <- the derivatives along rotations."""
     turn_derivatives(g, slope, 3, out)
 
 
-@jit_inline
+@generic
+def coadjoint(chart, xi, mu, out):
+    """out <- R^T mu."""
+    fill(rotations.rotated(chart, -1.0, xi, mu), out)
+
+
+@generic
+def coordinates(chart, g, k, xi):
+    """xi <- the coordinates of g^T k."""
+    relative_coordinates(chart, g, k, 3, xi)
+
+
+@generic
+def restore(g):
+    """One Newton step to orthogonality."""
+    restore_rotation(g, 3)
+
+
+@generic
+def with_rotation(chart, xi, w, out):
+    """out <- w."""
+    out[0], out[1], out[2] = w[0], w[1], w[2]
+
+
+@generic
 def position_scale(g):
     """0: a rotation has no position."""
     return 0.0
 
 
-@jit_inline
-def with_rotation(chart, xi, w, out):
-    """out <- w."""
-    for i in range(w.size):
-        out[i] = w[i]
+@generic
+def advance(chart, xi, g, memory, low):
+    """g <- g Phi(xi)."""
+    turn_frame(chart, xi, 3, g, memory, low)
+
+
+@generic
+def in_space(g, mu, out):
+    """out <- R mu."""
+    fill(times(transpose(columns(g, 3)), mu), out)
+
+
+@generic
+def carry(chart, g, g1, xi, kick, mu, nu, low):
+    """nu <- nu + R kick, which only torques change, so that errors of mu are not carried."""
+    push = times(transpose(columns(g, 3)), kick)
+    for i in range(3):
+        nu[i], low[i] = two_sum(nu[i], low[i] + push[i])
+    fill(times(columns(g1, 3), nu), mu)

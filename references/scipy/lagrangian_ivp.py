@@ -1,0 +1,83 @@
+"""SciPy's DOP853 on a Lagrangian from SymPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import scipy
+import sympy
+
+from galvi import Lagrangian, Problem, Trajectory
+from galvi.arrays import Array
+from references.as_trajectory import as_trajectory
+from references.contender import require
+from references.scipy.ivp import SETTINGS, accuracy_note, solve, with_tolerances
+from references.setting import check_keys, described, sample_times
+from references.textbook.lagrange_equations import TIME, LagrangeEquations
+
+
+@dataclass(frozen=True)
+class LagrangianIvp:
+    """One method of solve_ivp on (q, v)' = (v, a), a from `LagrangeEquations`.
+
+    Setting and states between steps as `references.scipy.ivp.ScipyIvp`.
+    """
+
+    name: str = "SciPy DOP853, Lagrangians"
+    solver: str = "DOP853"
+    order: int = 8
+    exact: bool = False
+    missing: str = ""
+
+    def supports(self, problem: Problem) -> bool:
+        """A Lagrangian from SymPy, without external force."""
+        known = isinstance(problem.system, Lagrangian)
+        return known and LagrangeEquations.of(problem) is not None
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Adaptive steps; see `Contender`."""
+        require(self, problem)
+        check_keys(setting, SETTINGS)
+        times = sample_times(problem.t0, duration, setting)
+        equations = LagrangeEquations.of(problem)
+        assert equations is not None
+        accelerated, d = accelerations(equations), problem.q0.size
+
+        def slope(t: float, y: Array) -> Array:
+            return np.concatenate([y[d:], accelerated(y[:d], y[d:], t)])
+
+        start = np.concatenate([problem.q0, problem.v0])
+        states, calls, failure = solve(self.solver, slope, times, start, setting)
+        return as_trajectory(
+            problem,
+            described(self.name, with_tolerances(setting), f"scipy {scipy.__version__}"),
+            times,
+            states[:, :d],
+            states[:, d:],
+            counts={"force_evaluations": calls},
+            failure=failure,
+            note=accuracy_note(setting),
+        )
+
+
+@lru_cache(maxsize=16)
+def accelerations(equations: LagrangeEquations) -> Callable[[Array, Array, float], Array]:
+    """a(q, v, t) (d,) in double precision."""
+    states = [equations.q, equations.v, TIME]
+    pull = sympy.lambdify(states, list(equations.pull), cse=True)
+    mass = sympy.lambdify(states, [list(row) for row in equations.mass], cse=True)
+
+    def accelerated(q: Array, v: Array, t: float) -> Array:
+        given = np.array(pull(q, v, t), dtype=np.float64)
+        if not equations.mass:
+            return given
+        return np.linalg.solve(np.array(mass(q, v, t), dtype=np.float64), given)
+
+    return accelerated
+
+
+LAGRANGIAN_DOP853 = LagrangianIvp()

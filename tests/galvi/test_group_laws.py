@@ -1,0 +1,177 @@
+"""Laws on groups in lanes: against the general kernel, what they keep, and faults that are seen."""
+
+from __future__ import annotations
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import galvi
+from galvi.charts import CHARTS
+from galvi.kernels.lanes.group_pass import Chart
+from galvi.kernels.lie import rotations
+from galvi.kernels.lie.groups import so3
+from galvi.run.law_stepper import has_group_law
+from tests.galvi.group_lagrangians import GROUPS, swelling
+from tests.galvi.group_matrices import title
+from tests.galvi.group_motions import FLYING, FREE, PENDULUM, each_chart, hall
+
+each_group = pytest.mark.parametrize("name", GROUPS)
+DRIFT = 1e-16  # of the relative energy in a step
+SPINNING = galvi.Problem(
+    galvi.FreeBody(2.0, (1.0, 2.0, 2.5)), np.eye(4), [0.3, 1.0, 0.2, 0.5, -0.4, 0.7]
+)
+
+
+def compared(problem, method, step, steps):
+    """The largest differences of positions, momenta and velocities between the two kernels."""
+    fast = galvi.integrate(problem, method, step, steps)
+    general = galvi.integrate(problem, method, step, steps, solver="newton")
+    assert fast.success and general.success, (fast.status, general.status)
+    assert fast.counts["linear_solves"] == 0 < general.counts["linear_solves"]
+    t = np.linspace(fast.t[0], fast.t[-1], 41)
+    size, speed = np.abs(general.p).max(), np.abs(general.velocity(t)).max()
+    pairs = (
+        (fast.q, general.q, 1.0 + np.abs(general.q).max()), (fast.p, general.p, size),
+        (fast(t), general(t), 1.0 + np.abs(general.q).max()),
+        (fast.velocity(t), general.velocity(t), speed),
+    )  # fmt: skip
+    return [np.abs(one - other).max() / scale for one, other, scale in pairs]
+
+
+@each_group
+@settings(max_examples=6)
+@given(
+    chart=st.sampled_from(CHARTS), degree=st.integers(1, 9), more=st.integers(0, 4),
+    step=st.floats(-0.15, 0.15).filter(lambda h: abs(h) > 1e-3), seed=st.integers(0, 99),
+)  # fmt: skip
+def test_a_run_in_lanes_is_that_of_the_general_kernel(name, chart, degree, more, step, seed):
+    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + more), chart)
+    problem = swelling(name, seed)
+    assert has_group_law(problem)
+    *places, velocity = compared(problem, method, step, 20)
+    assert max(places) < 2e-14 and velocity < 5e-13  # 2e-15, 5e-15
+
+
+@each_chart
+@pytest.mark.parametrize("problem", [FREE, PENDULUM, FLYING, SPINNING], ids=title)
+@pytest.mark.parametrize("degree", [1, 4, 8, 11])
+def test_halls_rule_and_rigid_motions_run_in_lanes(problem, degree, chart):
+    close = 2e-12 if problem is FLYING else 4e-14  # 1e-13, 1e-14
+    assert max(compared(problem, hall(degree + 1, chart), min(0.15, 0.05 * degree), 24)) < close
+
+
+@pytest.mark.parametrize("problem", [PENDULUM, SPINNING, swelling("SO3 x R1", 3)], ids=title)
+def test_a_resumed_run_is_the_long_one_to_the_last_bit(problem, tmp_path):
+    whole = galvi.integrate(problem, hall(5), 0.1, 40)
+    part = galvi.integrate(problem, hall(5), 0.1, 17)
+    rest = galvi.resume(part, 23)
+    np.testing.assert_array_equal(rest.q[-1], whole.q[-1])
+    np.testing.assert_array_equal(rest.p[-1], whole.p[-1])
+
+
+def test_a_step_beyond_the_reach_of_lanes_is_left_to_newtons_method():
+    """The series for lanes end at 2 radians, and these steps turn by 2.1."""
+    method = hall(14, galvi.Exponential())
+    run = galvi.integrate(FREE, method, 0.7, 20)
+    general = galvi.integrate(FREE, method, 0.7, 20, solver="newton")
+    assert run.success and run.counts["linear_solves"] > 0
+    np.testing.assert_allclose(run.q, general.q, rtol=0.0, atol=1e-12)
+
+
+def check_drift(problem, chart, steps):
+    """Momenta in space, energy and rotations of a free motion."""
+    more = 1 if problem is FREE else 0
+    method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6 + more), chart)
+    run = galvi.integrate(problem, method, 0.2, steps, save_every=steps // 50)
+    assert run.counts["linear_solves"] == 0
+    R = run.q[:, :3, :3]
+    for first in range(0, run.p.shape[1], 3):
+        spatial = np.einsum("kij,kj->ki", R, run.p[:, first : first + 3])
+        size = np.linalg.norm(spatial[0])
+        assert np.abs(spatial - spatial[0]).max() < 3e-14 * size  # 1e-15
+    assert galvi.orthogonality_defect(run).max() < 2e-15
+    energy = galvi.energy(run) / galvi.energy(run)[0] - 1.0
+    drift = np.polyfit(np.arange(51) * (steps // 50), energy, 1)[0]
+    assert abs(drift) < DRIFT and np.abs(energy).max() < 1e-11
+
+
+@each_chart
+@pytest.mark.parametrize("problem", [FREE, SPINNING], ids=title)
+def test_momenta_energy_and_the_rotation_do_not_drift(problem, chart):
+    check_drift(problem, chart, 10_000)
+
+
+@pytest.mark.slow
+@each_chart
+@pytest.mark.parametrize("problem", [FREE, SPINNING], ids=title)
+def test_nothing_drifts_in_a_hundred_thousand_steps(problem, chart):
+    check_drift(problem, chart, 100_000)
+
+
+def random_state(group, random):
+    """xi, eta and mu."""
+    return 0.7 * random.normal(size=(3, group.dimension))
+
+
+def found(chart, name, xi, *vectors):
+    return np.array(chart.apply(name, list(xi), *map(list, vectors)), dtype=float)
+
+
+@each_chart
+@each_group
+def test_the_tangent_map_its_transpose_and_inverses_belong_together(name, chart):
+    group, random = GROUPS[name], np.random.default_rng(5)
+    maps = Chart(group.layout.tolist(), chart.number)
+    for _ in range(5):
+        xi, eta, mu = random_state(group, random)
+        v, pi = found(maps, "velocity", xi, eta), found(maps, "momentum", xi, mu)
+        assert mu @ v == pytest.approx(pi @ eta, rel=1e-13, abs=1e-14)
+        np.testing.assert_allclose(found(maps, "rate", xi, v), eta, rtol=0.0, atol=1e-14)
+        np.testing.assert_allclose(found(maps, "covector", xi, pi), mu, rtol=0.0, atol=1e-14)
+
+
+@each_chart
+@each_group
+def test_the_slope_of_the_momentum_is_that_of_differences(name, chart):
+    group, random = GROUPS[name], np.random.default_rng(6)
+    maps, far = Chart(group.layout.tolist(), chart.number), 2.0**-11
+    xi, eta, mu = random_state(group, random)
+
+    def value(moved):
+        return mu @ found(maps, "velocity", moved, eta)
+
+    units = far * np.eye(group.dimension)
+    first = [(value(xi + e) - value(xi - e)) / (2 * far) for e in units]
+    second = [(value(xi + 2 * e) - value(xi - 2 * e)) / (4 * far) for e in units]
+    expected = (4 * np.array(first) - np.array(second)) / 3
+    np.testing.assert_allclose(
+        found(maps, "momentum_slope", xi, eta, mu), expected, rtol=0.0, atol=1e-9
+    )
+
+
+def test_rotations_by_exponential_coordinates_are_those_of_mpmath():
+    xi, mu = np.array([0.3, -0.5, 0.8]), np.array([0.7, 0.2, -0.4])
+    with mp.workdps(40):
+        hat = mp.matrix([[0, -xi[2], xi[1]], [xi[2], 0, -xi[0]], [-xi[1], xi[0], 0]])
+        exact = mp.expm(hat) * mp.matrix(mu) - mp.matrix(mu)
+    maps = Chart([[4, 3, 9, 3]], 1)
+    change = found(maps, "coadjoint_change", xi, mu)
+    np.testing.assert_allclose(change, np.array(exact.tolist(), dtype=float).ravel(), atol=2e-16)
+
+
+def test_a_wrong_sign_in_a_formula_for_lanes_is_seen(monkeypatch):
+    """The kernels keep the sound formula, which they have compiled."""
+    problem, method = swelling("SO3", 11), galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4))
+    assert max(compared(problem, method, 0.1, 20)) < 4e-14
+
+    def turned_back(chart, xi, mu, out):
+        so3.fill(rotations.change(chart, -1.0, xi, mu), out)
+
+    monkeypatch.setattr(so3, "coadjoint_change", turned_back)
+    wrong = swelling("SO3", 11, "with a wrong sign in so3.coadjoint_change")
+    fast = galvi.integrate(wrong, method, 0.1, 20)
+    general = galvi.integrate(wrong, method, 0.1, 20, solver="newton")
+    assert np.abs(fast.q - general.q).max() > 1e-6
