@@ -122,7 +122,7 @@ def prepared(
     if isinstance(problem.system, Canonical | Lagrangian):
         _trace_anew(problem, problem.system)
         if solver != "newton":
-            _announce(problem.system)
+            _announce(problem, problem.system)
     engine = engine_for(problem, method)
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
@@ -203,10 +203,16 @@ def _trace_anew(problem: Problem, system: Canonical | Lagrangian) -> None:
         vars(problem).pop("p0", None)
 
 
-def _announce(system: Canonical | Lagrangian) -> None:
-    """Log once, as a warning of logger ``galvi``, that a system runs without a law."""
+def _announce(problem: Problem, system: Canonical | Lagrangian) -> None:
+    """Log once, as a warning of logger ``galvi``, that a system runs without a law.
+
+    Not that of a compiled gradient without an external force: it takes few microseconds a step.
+    """
     if system.untraced and system not in _ANNOUNCED:
         _ANNOUNCED.add(system)
+        canonical = isinstance(system, Canonical) and system.force is None
+        if canonical and cast(Canonical, system).force_kernel(problem.q0.size).compiled:
+            return
         LOG.warning(
             "galvi calls the functions of this system one state at a time, which is slower: not "
             "all could be traced; %s.",

@@ -15,11 +15,12 @@ from galvi.kernels.lanes.group_law import compiled_advance_group_law
 from galvi.kernels.lanes.group_pass import rows_of_group_work
 from galvi.kernels.lanes.law import PASS_TYPE, compiled_advance_law
 from galvi.kernels.lanes.law_pass import rows_of_work
+from galvi.kernels.nystrom.solve import FORCES
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
 from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
-from galvi.run.run_arrays import RunArrays, run_plan
+from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
 from galvi.symbolic.lane_law import compiled_group_law, compiled_law, coupled
 from galvi.symbolic.traces import Traces, traces
 from galvi.systems.canonical import Canonical
@@ -111,9 +112,12 @@ def law_stepper(
     plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
     def call(todo: int) -> int:
-        return int(kernel(
+        before = work.counts[FORCES]
+        code = int(kernel(
             law, constants, given, plan, todo, progress, scratch, numbers, spare, kept,
         ))  # fmt: skip
+        work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
+        return code
 
     return call
 

@@ -112,15 +112,16 @@ def _trajectory(
 
 
 def _counts(problem: Problem, work: RunArrays) -> dict[str, int]:
-    *counted, pairs, left = work.counts.tolist()
+    *counted, pairs, left, in_lanes = work.counts.tolist()
     result = {"steps": work.done, **dict(zip(COUNTED, counted, strict=True))}
     forces = result["force_evaluations"]
     if isinstance(problem.system, NBody):
         bodies = problem.system.masses.size
         result["pair_evaluations"] = forces * (bodies * (bodies - 1) // 2) + pairs
     differenced = getattr(problem.system, "potential_calls_per_force", 0)
-    if differenced:
-        result["potential_evaluations"] = forces * differenced * problem.v0.size
+    if differenced and forces > in_lanes:
+        called = forces - in_lanes
+        result["potential_evaluations"] = called * differenced * problem.v0.size
     if left:
         result["newton_steps"] = left
     return result

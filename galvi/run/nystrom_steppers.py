@@ -18,13 +18,15 @@ from galvi.kernels.lanes import nbody as packed
 from galvi.kernels.lanes.canonical import compiled_advance_canonical
 from galvi.kernels.lanes.gravity import LANES
 from galvi.kernels.nystrom import advance
-from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON, Force
+from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, FORCES, NEWTON, Force
 from galvi.kernels.nystrom.step import NystromTableau
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
-from galvi.run.run_arrays import RunArrays, run_plan
-from galvi.symbolic.lane_force import compiled_force, force_source
+from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
+from galvi.symbolic.lane_force import compiled_force, fits, force_source
+from galvi.symbolic.traces import Traces, traces
+from galvi.systems.canonical import Canonical
 from galvi.systems.force_kernel import ForceKernel
 from galvi.systems.nbody import NBody
 from galvi.tableau import Tableau
@@ -33,7 +35,6 @@ from galvi.tableau import Tableau
 # 8, h = 0.2) have 15 standard errors of drift with a tolerance of 2^-64, and 0.3 with 2^-68, for
 # 3 % more time (tests/galvi/test_canonical_lanes.py).
 ROUND_OFF, FINER = 2.0**-64, 2.0**-68
-WIDEST, WIDEST_COUPLED = 64, 12  # coordinates up to which a force in lanes is written out
 SOLVERS = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
 
 
@@ -60,12 +61,14 @@ def compiled_stepper(
     arguments = (problem, method, step, steps, start, work)
     system: Any = problem.system
     point_masses = isinstance(system, NBody) and system.masses.size > 1
-    law = None if isinstance(system, NBody) else _lane_force(system, problem.q0.size)
+    law = None
+    if isinstance(system, Canonical):
+        law = _lane_force(system, problem.q0.size, traces(system))
     if start.solver == "newton" or not (point_masses or law):
         return general_stepper(*arguments)
     axes = (0,) * problem.q0.shape[-1]
     kernel = packed.compiled_advance(len(axes)) if point_masses else compiled_advance_canonical()
-    force = law or (axes, _masses(system))
+    force = law[:2] if law else (axes, _masses(system))
     tables, tableau = packed_tables(method.table, step), tuple(kernel_tableau(method.table))
     tolerance = FINER if law and start.tolerance == ROUND_OFF else start.tolerance
     plan, progress, kept = run_plan(problem, step, steps, start, work, tolerance)
@@ -74,9 +77,11 @@ def compiled_stepper(
     slow: list[Call] = []
 
     def call(todo: int) -> int:
+        before = work.counts[FORCES]
         code = int(kernel(
             *force, tableau, tables, plan, todo, progress, scratch, spare, kept,
         ))  # fmt: skip
+        work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
         if code:
             slow[:] = slow or [general_stepper(*arguments)]
             code = slow[0](1)
@@ -96,15 +101,20 @@ def _force(system: Any, dimension: int) -> tuple[ForceKernel, tuple[Any, ...]]:
 
 
 @lru_cache(maxsize=32)
-def _lane_force(system: Any, d: int) -> tuple[Any, Array] | None:
-    """The address of the accelerations in lanes, and their constants; None where there are none."""
-    field = _force(system, d)[0]
-    coupled = field.inverse_mass.shape[1] > 1
-    if not field.slopes or d > (WIDEST_COUPLED if coupled else WIDEST):
+def _lane_force(system: Canonical, d: int, found: Traces) -> tuple[Any, Array, Any] | None:
+    """The accelerations in lanes or None: their address, constants, and the function, which must
+    exist as long.
+
+    found  the system's traces, on which they depend
+    """
+    inverse_mass, slopes = system.inverse_mass(d), system.lane_slopes
+    coupled = inverse_mass.shape[1] > 1
+    if slopes is None or not fits(d, coupled):
         return None
-    source = force_source(field.slopes, d, coupled)
-    found = addresses((compiled_force(source), SIGNATURES[BUILT_IN][0]))
-    return found, np.concatenate([field.inverse_mass.ravel(), field.constants])
+    lines, constants = slopes
+    function = compiled_force(force_source(lines, d, coupled))
+    address = addresses((function, SIGNATURES[BUILT_IN][0]))
+    return address, np.concatenate([inverse_mass.ravel(), constants]), function
 
 
 @lru_cache(maxsize=32)

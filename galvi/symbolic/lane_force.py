@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from galvi.symbolic import code as symbolic_code
 
+WIDEST, WIDEST_COUPLED = 64, 12  # coordinates up to which a force in lanes is written out
 PASS = """from galvi.kernels.lanes.force_pass import force_pass
 {slopes}
 
@@ -16,6 +17,11 @@ pass_of_force = force_pass(slopes, {d}, {coupled})
 def force_pass_DIGEST(Q, t, constants, a):
     pass_of_force(Q, t, constants, a)
 """
+
+
+def fits(d: int, coupled: bool) -> bool:
+    """Whether the accelerations on R^d are written out; ``coupled`` as for `force_source`."""
+    return d <= (WIDEST_COUPLED if coupled else WIDEST)
 
 
 def force_source(slopes: str, d: int, coupled: bool) -> str:

@@ -17,6 +17,7 @@ from galvi.symbolic.code import POWER
 FUNCTIONS = {
     "sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER
 }  # fmt: skip
+LONGEST = 4_000  # operations: two milliseconds of compilation each
 PASS = """
 
 pass_of_law = one_pass(law, {d})

@@ -14,13 +14,12 @@ from galvi.symbolic.code import POWER
 from galvi.symbolic.derivatives import gradient
 from galvi.symbolic.graph import Graph, Node, Untraceable
 from galvi.symbolic.graph_code import GraphCode
-from galvi.symbolic.lane_law import law_lines
+from galvi.symbolic.lane_law import LONGEST, law_lines
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.symbolic.trace_check import Sample, States, check_mass, check_slopes, check_values
 from galvi.symbolic.tracing import traced
 
 Function = Callable[..., Any]
-LONGEST = 4_000  # operations: two milliseconds of compilation each
 
 
 @dataclass(frozen=True, eq=False)

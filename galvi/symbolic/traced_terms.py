@@ -11,9 +11,9 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.symbolic.code import POWER
 from galvi.symbolic.derivatives import gradient as derivatives
-from galvi.symbolic.graph import Graph, Node
+from galvi.symbolic.graph import Graph, Node, Untraceable
 from galvi.symbolic.graph_code import GraphCode
-from galvi.symbolic.lane_law import function_lines
+from galvi.symbolic.lane_law import LONGEST, function_lines
 from galvi.symbolic.trace_check import Sample, States, check_slopes, check_values
 from galvi.symbolic.tracing import traced
 
@@ -37,6 +37,14 @@ class TracedTerm:
     def holds(self) -> bool:
         """As of galvi.symbolic.traces."""
         return self.sample.holds
+
+    def defined(self, q: Array, t: float) -> bool:
+        """Whether slopes(q, t, c) are finite there."""
+        made: dict[str, Any] = {}
+        exec(compile(self.lines, "<slopes>", "exec"), made)
+        with np.errstate(all="ignore"):
+            found = made["slopes"](q, np.float64(t), np.array(self.constants))
+        return bool(np.all(np.isfinite(np.array(found))))
 
 
 def traced_force(
@@ -83,6 +91,7 @@ def _symbols(d: int, takes: str) -> list[Any]:
 
 def _term(head: str, nodes: Sequence[Node], sample: Sample) -> TracedTerm:
     printed = GraphCode()
-    return TracedTerm(
-        function_lines(head, *printed.written(nodes, POWER)), printed.constants, sample
-    )
+    lines, results = printed.written(nodes, POWER)
+    if len(lines) > LONGEST:
+        raise Untraceable(f"it takes more than {LONGEST} operations")
+    return TracedTerm(function_lines(head, lines, results), printed.constants, sample)

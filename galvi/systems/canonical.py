@@ -13,8 +13,9 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.groups.rn import Rn
 from galvi.kernels.forces import force_kinds
+from galvi.symbolic.lane_force import fits
 from galvi.symbolic.traced_terms import traced_gradient
-from galvi.symbolic.traces import reasons, trace
+from galvi.symbolic.traces import reasons, refuse, trace, traces
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
@@ -47,8 +48,9 @@ class Canonical:
     timed_force    the force takes (q, v, t)
     check          compare gradient and Hessian with differences of V when a `Problem` is made
 
-    Functions compiled with ``numba.njit`` run inside the kernel; plain Python ones work too,
-    slower, and what they raise reaches the caller. Raises ValueError for a mass that is not
+    The gradient, or else the potential, is traced and runs in vector instructions where it does
+    not branch. Others run inside the kernel if compiled with ``numba.njit``, and else in Python,
+    slower. What functions raise reaches the caller. Raises ValueError for a mass that is not
     positive definite, TypeError for something that cannot be called.
     """
 
@@ -149,14 +151,17 @@ class Canonical:
         check_derivatives(self, curves)
 
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
-        """As `Lagrangian.trace`: of a force and, beside one, of the potential or its gradient."""
-        if self.force is not None:
-            trace(self, lambda: self._finders(q, v, t), anew)
+        """As `Lagrangian.trace`: of the force, and of the potential or its gradient."""
+        trace(self, lambda: self._finders(q, v, t), anew)
+        found = None if anew else traces(self).found.get("gradient")
+        if found is not None and self.gradient is None and not found.defined(q, t):
+            refuse(self, "gradient", "it is not finite at a start")
 
     def _finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
         scales = difference_scales(Rn(q.size), q, v)
         finders: dict[str, Function] = {**force_finder(self, q, v, t, scales)}
-        if self.gradient is not None or not isinstance(self.potential, Potential):
+        written_out = self.force is not None or fits(q.size, self.mass.ndim == 2)
+        if written_out and (self.gradient is not None or self._builtin is None):
             finders["gradient"] = lambda: traced_gradient(
                 self.potential, self.gradient, q, t, self.explicit_time, scales[0]
             )
@@ -224,12 +229,12 @@ class Canonical:
 
         All d components share one block of Newton's matrix.
         """
-        inverse_mass = self._inverse_mass(dimension)
+        inverse_mass = self.inverse_mass(dimension)
         if self._builtin is not None and self.gradient is None and self.hessian is None:
             law = self._builtin.law()
             return ForceKernel(
                 law.gradient, law.hessian, force_kinds.BUILT_IN, inverse_mass, dimension,
-                law.constants, slopes=law.slopes,
+                law.constants,
             )  # fmt: skip
         gradient = self._gradient()
         hessian = self._hessian(differenced=False)
@@ -240,6 +245,25 @@ class Canonical:
             gradient = self._wrapped(gradient, (dimension,), "gradient")
             hessian = hessian and self._wrapped(hessian, (dimension, dimension), "hessian")
         return ForceKernel(gradient, hessian, kind, inverse_mass, dimension, compiled=compiled)
+
+    @property
+    def lane_slopes(self) -> tuple[str, Array] | None:
+        """The lines and constants of dV/dq for lanes, see galvi.symbolic.lane_force, or None."""
+        found = traces(self).found.get("gradient")
+        if found is not None:
+            lines, constants = found.lines, np.array(found.constants)
+        elif self._builtin is not None and self.gradient is None:
+            law = self._builtin.law()
+            lines, constants = law.slopes, law.constants
+        else:
+            return None
+        return (lines, constants) if lines else None
+
+    def inverse_mass(self, dimension: int) -> Array:
+        """M^-1, its diagonal (d, 1) or (d, d)."""
+        if self.mass.ndim == 2:
+            return np.ascontiguousarray(np.linalg.inv(self.mass))
+        return np.broadcast_to(1.0 / self.mass, (dimension,))[:, None].copy()
 
     def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
         q = np.array(q, dtype=np.float64)
@@ -258,11 +282,6 @@ class Canonical:
         if self._builtin is not None and self.gradient is None:
             return self._builtin.hessian
         return differenced_hessian(self._gradient()) if differenced else None
-
-    def _inverse_mass(self, dimension: int) -> Array:
-        if self.mass.ndim == 2:
-            return np.ascontiguousarray(np.linalg.inv(self.mass))
-        return np.broadcast_to(1.0 / self.mass, (dimension,))[:, None].copy()
 
     @staticmethod
     def _wrapped(function: Function, shape: tuple[int, ...], name: str) -> Function:

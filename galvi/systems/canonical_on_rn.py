@@ -10,7 +10,6 @@ from galvi.arrays import Array
 from galvi.groups.rn import Rn
 from galvi.kernels.forces import force_kinds, lagrangian_derivatives
 from galvi.symbolic.lane_law import canonical_law
-from galvi.symbolic.traces import traces
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import lane_law_with_force, with_force
 from galvi.systems.lagrangian_kernel import LagrangianKernel
@@ -52,14 +51,9 @@ class CanonicalOnRn:
     def lane_law(self) -> tuple[str, Array] | None:
         """As `Lagrangian.lane_law`, where the slopes of the potential are known as code."""
         d, system = self.group.dimension, self.canonical
-        found = traces(system).found.get("gradient")
-        if found is not None:
-            slopes, constants = found.lines, np.array(found.constants)
-        else:
-            field = system.force_kernel(d)
-            slopes, constants = field.slopes, field.constants
-        if not slopes:
+        if system.lane_slopes is None:
             return None
+        slopes, constants = system.lane_slopes
         lines = canonical_law(slopes, d, bool(system.mass.ndim < 2))
         mass = system.momentum(np.eye(d))
         return lane_law_with_force((lines, np.concatenate([mass.ravel(), constants])), system)

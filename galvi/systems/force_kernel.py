@@ -23,7 +23,6 @@ class ForceKernel:
                   already returns accelerations
     width         components that a Newton block couples; d must be a multiple of it
     compiled      whether both functions can run inside a compiled kernel
-    slopes        the lines that define dV/dq for lanes, see galvi.symbolic.lane_force; "" for none
     """
 
     force: Callable[..., Any]
@@ -33,7 +32,6 @@ class ForceKernel:
     width: int
     constants: Array = field(default_factory=force_kinds.no_constants)
     compiled: bool = True
-    slopes: str = ""
 
     @property
     def functions(self) -> Any:

@@ -83,10 +83,12 @@ def test_plain_python_functions_are_never_called_by_two_threads():
 
     def gradient(q):
         assert inside.acquire(blocking=False)
-        callers.add(threading.get_ident())
-        buffer[:] = q / np.linalg.norm(q) ** 3
-        time.sleep(0)
-        inside.release()
+        try:
+            callers.add(threading.get_ident())
+            buffer[:] = q / np.linalg.norm(q) ** 3  # of numbers only, so that it is not traced
+            time.sleep(0)
+        finally:
+            inside.release()
         return buffer
 
     system = galvi.Canonical(1.0, lambda q: -1.0 / np.linalg.norm(q), gradient)

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("interruptible")
 
 
 class Pressed:
-    """The gradient of a quartic that interrupts at its k-th call."""
+    """The gradient of a quartic that interrupts at its k-th call, and cannot be traced."""
 
     def __init__(self, how):
         self.how, self.calls, self.at = how, 0, None
@@ -26,7 +26,7 @@ class Pressed:
         self.calls += 1
         if self.calls == self.at:
             self.how()
-        return q + 0.2 * (q @ q) * q
+        return q + 0.2 * float(q @ q) * q
 
     def restart(self, at):
         self.calls, self.at = 0, at
