@@ -23,7 +23,7 @@ from tests.benchmarks.quick_studies import quick
 INTEGRATE = galvi.integrate
 
 
-@pytest.mark.parametrize("array", ["b", "slope"])
+@pytest.mark.parametrize("array", ["b", "integral"])
 def test_a_table_that_is_slightly_wrong_is_caught(array: str) -> None:
     found = contradicted(V23, faulty(**{array: 1.0 + 1e-6}))
     assert f"order, N = 4, {AWAY}" in found

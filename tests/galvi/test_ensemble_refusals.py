@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
-
 import numba
 import numpy as np
 import pytest
 
 import galvi
+from galvi.run import run_arrays
 from galvi.run.run_arrays import check_memory
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
@@ -83,8 +82,7 @@ def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
     """One of 100 bodies among 999 small ones: 2,298 components, not 300 for each of 1,000."""
     places = np.random.default_rng(3).standard_normal((2, 100, 3))
     large = galvi.Problem(galvi.NBody(np.full(100, 1e-3)), *places)
-    machine = {"SC_PAGE_SIZE": 1, "SC_PHYS_PAGES": 2**30}
-    monkeypatch.setattr(os, "sysconf", machine.__getitem__)
+    monkeypatch.setattr(run_arrays, "_memory", lambda: float(2**30))
     settings = (EIGHT, 10_000, 1, False)
     check_memory([large] + [KEPLER] * 999, *settings)
     with pytest.raises(ValueError, match=r"1000 runs of 10000 steps would keep 44\.7 GiB in all"):
@@ -126,6 +124,6 @@ def test_numbers_beyond_the_counters_are_refused(settings, sentence, many):
 
 def test_a_bad_problem_is_told_apart():
     centre = KEPLER.with_initial_state([0.0, 0.0], [0.0, 1.0])
-    with pytest.raises(ValueError, match="force must be finite at the start") as caught:
+    with pytest.raises(ValueError, match="potential must be finite at the start") as caught:
         galvi.integrate_many([KEPLER, centre], EIGHT, 0.1, 3)
     assert caught.value.__notes__ == ["This was problems[1]."]

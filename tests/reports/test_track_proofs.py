@@ -39,34 +39,31 @@ class Fault:
 def slowed(times: int) -> tuple[tuple[str, str, str], ...]:
     """Kepler's force with so many roots of squares more, which change no bit of it.
 
-    Four took 10 % of the run on an Intel Xeon, which is the size that the gate asks for.
+    One took 18 % of the run on an Intel Xeon, two 36 %, six 100 %.
     """
-    line = "        pull = constants[0] / (square * np.sqrt(square))\n        for i in range(Q.shape[0]):\n            out[i, k] = pull"  # noqa: E501
-    before, after = line.split("\n", 1)
-    more = f"        for _ in range({times}):\n            pull = np.sqrt(pull * pull)"
-    return (("kernels/forces/central_force.py", line, f"{before}\n{more}\n{after}"),)
+    line = "    pull = c[0] / (square * sqrt(square))\n"
+    more = f"    for _ in range({times}):\n        pull = sqrt(pull * pull)\n"
+    return (("kernels/lanes/potentials.py", line, line + more),)
 
 
 KEPLER, BODIES = ("Kepler, degree 8",), ("3D pendulum, degree 4", "heavy top, degree 5")
 FAULTS = (
-    Fault("a kernel slowed by 15 % or more", slowed(6), KEPLER, ("time",)),
-    Fault("a kernel slowed by 25 % or more", slowed(9), KEPLER, ("time",)),
-    Fault("a kernel slowed to half", slowed(18), KEPLER, ("time",)),
+    Fault("a kernel slowed by 15 % or more", slowed(1), KEPLER, ("time",)),
+    Fault("a kernel slowed by 25 % or more", slowed(2), KEPLER, ("time",)),
+    Fault("a kernel slowed to half", slowed(6), KEPLER, ("time",)),
     Fault(
         "one more solver iteration",
         (
             (
-                "kernels/nystrom/solve.py",
-                "    for _passes in range(FIXED_POINT_PASSES):",
-                "    more = 1\n    for _passes in range(FIXED_POINT_PASSES):",
+                "kernels/lanes/canonical.py",
+                "    for passes in range(FIXED_POINT_PASSES):",
+                "    more = 1\n    for passes in range(FIXED_POINT_PASSES):",
             ),
             (
-                "kernels/nystrom/solve.py",
-                "        if code != GOING:\n            return code\n    return DIVERGED\n"
-                "\n\n@jit\ndef solve_newton",
+                "kernels/lanes/canonical.py",
+                "        if code != GOING:\n            return code\n",
                 "        if code != GOING:\n            if more == 0:\n"
-                "                return code\n            more -= 1\n    return DIVERGED\n"
-                "\n\n@jit\ndef solve_newton",
+                "                return code\n            more -= 1\n",
             ),
         ),
         KEPLER,
@@ -88,9 +85,9 @@ FAULTS = (
         "a lost compensated sum",
         (
             (
-                "kernels/nystrom/step.py",
-                "state[2, i], state[3, i] = two_sum(v, v_low + h * kick)",
-                "state[2, i], state[3, i] = v + h * kick, 0.0",
+                "kernels/lanes/nbody.py",
+                "state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))",
+                "state[2, i], state[3, i] = v + out[i, 0], 0.0",
             ),
         ),
         ("Kepler, rounding",),
@@ -101,8 +98,8 @@ FAULTS = (
         (
             (
                 "kernels/lanes/body_formulas.py",
-                "torque = cross(centre, _rotate(radial, -1, xi, weight))",
-                "torque = cross(_rotate(radial, -1, xi, weight), centre)",
+                "torque = cross(centre, rotated(chart, -1.0, xi, weight))",
+                "torque = cross(rotated(chart, -1.0, xi, weight), centre)",
             ),
         ),
         BODIES,
