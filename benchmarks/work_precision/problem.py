@@ -15,6 +15,7 @@ from references import Contender
 Setting = Mapping[str, Any]
 POSITION, ATTITUDE, ANGLE = "position", "attitude", "angle"
 COORDINATES, MOTION = "coordinates", "attitude and place"
+STOPS = (1e-9, 1e-12)  # a coarse error needs no solution to round-off
 EPS = float(np.finfo(float).eps)
 
 
@@ -91,6 +92,11 @@ def galvi_label(stages: int) -> str:
 def fixed(duration: float, steps: int) -> Setting:
     """The setting for `steps` equal steps, keeping the last state."""
     return {"step": duration / steps, "save_every": steps}
+
+
+def stopped_early_too(settings: Sequence[Setting]) -> list[Setting]:
+    """The settings, and again with galvi's iterations stopped at STOPS."""
+    return [*settings, *({**setting, "tolerance": stop} for stop in STOPS for setting in settings)]
 
 
 def adaptive(key: str, values: Sequence[float]) -> list[Setting]:

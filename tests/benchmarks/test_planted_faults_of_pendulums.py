@@ -53,15 +53,19 @@ PARTS = {"L8": only_refinement, "L9": only_the_light_body, "L14": only_one_case}
     ("claim", "make", "quantities"),
     [
         (L6, faulty(b=1.0 + 1e-9), {"smallest one-step error"}),
-        (L6, faulty(slope=1.0 + 1e-4), {"base of the one-step error", "base of the curve error"}),
+        (
+            L6,
+            faulty(integral=1.0 + 1e-4),
+            {"base of the one-step error", "base of the curve error"},
+        ),
         (L7, faulty(b=1.0 + 1e-4), {"order of the one-step error, n = 5"}),
         (L7, faulty(b=1.0 + 1e-6), {"order of the one-step error against 2 (n - 1), n = 4"}),
-        (L7, faulty(slope=1.0 + 1e-4), {"order of the curve error, n = 4"}),
-        (L8, faulty(psi=1.0 + 1e-4), {"order of the largest energy error, n = 8"}),
+        (L7, faulty(integral=1.0 + 1e-4), {"order of the curve error, n = 4"}),
+        (L8, faulty(integral=1.0 + 1e-4), {"order of the largest energy error, n = 8"}),
         (L9, faulty(b=1.0 + 1e-9), {"largest energy error, m g = 9.81, Cayley chart"}),
         (L14, faulty(b=1.0 + 1e-6), {"order of the one-step error, SE(3), Cayley chart, n = 4"}),
         (L15, faulty(b=1.0 + 1e-6), {"base of the step's error"}),
-        (L15, faulty(slope=1.0 + 1e-4), {"order of the curve's distance, n = 6"}),
+        (L15, faulty(integral=1.0 + 1e-4), {"order of the curve's distance, n = 6"}),
     ],
 )
 def test_a_table_that_is_slightly_wrong_is_caught(

@@ -17,6 +17,7 @@ from benchmarks.work_precision.problem import (
     adaptive,
     fixed,
     largest_difference,
+    stopped_early_too,
 )
 from galvi import Problem
 from references.heyoka.chain import HEYOKA_CHAIN
@@ -53,7 +54,9 @@ def chain(
 
     participants: list[Participant] = [
         Participant(
-            f"galvi degree {degree}, Gauss {degree}", gauss_collocation(degree), steps(*counts)
+            f"galvi degree {degree}, Gauss {degree}",
+            gauss_collocation(degree),
+            steps(*counts) if quick else stopped_early_too(steps(*counts)),
         )
         for degree, counts in ours.items()
     ]

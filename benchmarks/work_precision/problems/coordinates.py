@@ -19,6 +19,7 @@ from benchmarks.work_precision.problem import (
     fixed,
     galvi_label,
     largest_difference,
+    stopped_early_too,
 )
 from galvi import Problem
 from references import Contender
@@ -54,7 +55,8 @@ def on_coordinates(
         return values[1:3] if quick else values
 
     def steps(counts: Sequence[int]) -> list[Setting]:
-        return [fixed(duration, count) for count in chosen(counts)]
+        found = [fixed(duration, count) for count in chosen(counts)]
+        return found if quick else stopped_early_too(found)
 
     participants = [
         Participant(galvi_label(degree), gauss_collocation(degree), steps(counts))
