@@ -149,11 +149,15 @@ def judgement(
         lows = np.fmin.accumulate(np.fmin(potential, lowest))
         highs = np.fmax.accumulate(np.fmax(potential, highest))
         measures = np.fmax(highs - lows, kinetic_at_start)
-        for off, reached, limit in zip(
-            error.tolist(), measures.tolist(), limits.tolist(), strict=True
-        ):
-            if off <= SMALL * reached and (off <= measure or measure <= limit):
-                measure = max(measure, reached)
+        known = np.append(measure, np.fmax(measure, measures[:-1]))
+        if (error <= np.minimum(SMALL * measures, known)).all():
+            measure = max(measure, float(measures[-1]))
+        else:
+            for off, reached, limit in zip(
+                error.tolist(), measures.tolist(), limits.tolist(), strict=True
+            ):
+                if off <= SMALL * reached and (off <= measure or measure <= limit):
+                    measure = max(measure, reached)
         lowest, highest = float(lows[-1]), float(highs[-1])
         largest = float(np.maximum.reduce(error))
     record = measure
