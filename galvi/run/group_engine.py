@@ -26,6 +26,7 @@ from galvi.run.engine import Engine, Start, Substeps, fixed
 from galvi.run.group_steppers import compiled_stepper, solves_by_iteration, stepper_after_failure
 from galvi.run.group_system import group_system
 from galvi.run.run_arrays import COUNTED, RunArrays
+from galvi.symbolic.traces import Traces, traces
 from galvi.systems.system import GroupSystem
 
 SUBSTEPS = (4, 16, 64)
@@ -38,9 +39,14 @@ def _system(problem: Problem, method: Galerkin) -> GroupSystem:
     return cast(GroupSystem, group_system(problem, method))
 
 
-@lru_cache(maxsize=32)
 def _start(problem: Problem, stages: int) -> Start:
     """The state, see galvi.kernels.on_group.advance; stages are velocities."""
+    return _start_of(problem, stages, traces(problem.system))
+
+
+@lru_cache(maxsize=32)
+def _start_of(problem: Problem, stages: int, found: Traces) -> Start:
+    """As ``_start``, which depends on the system's traces."""
     p0, g = problem.p0, problem.q0.ravel()
     layout = getattr(problem.system, "group", Rn(p0.size)).layout
     turns = bool(np.any(layout[:, product.ROTATIONS]))

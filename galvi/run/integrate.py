@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import cast
-from weakref import WeakSet
+from weakref import WeakKeyDictionary, WeakSet
 
 import numpy as np
 
@@ -20,18 +20,15 @@ from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
 from galvi.run.run_arrays import check_memory
-from galvi.symbolic.traces import traces
+from galvi.symbolic.traces import Traces, traces
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
 from galvi.trajectory import Trajectory
 
-# Far below the rounding unit 2^-53: the error left by an iteration is not random and makes the
-# energy drift. 32 runs of the outer solar system over 1e6 years (benchmarks/studies/round_off.py,
-# degree 8): 23 standard errors of drift with 2^-60, 1.6 with 2^-64, for 3 % more time.
-
 LOG = logging.getLogger("galvi")
+_TRACED: WeakKeyDictionary[Problem, Traces] = WeakKeyDictionary()  # with which p0 was computed
 _ANNOUNCED: WeakSet[Canonical | Lagrangian] = WeakSet()
 _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 
@@ -197,9 +194,9 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
 
 def _trace_anew(problem: Problem, system: Canonical | Lagrangian) -> None:
     """Trace functions that refer to numbers which changed since the last time."""
-    before = traces(system)
     system.trace(problem.q0, problem.v0, problem.t0, anew=True)
-    if traces(system) is not before:
+    if _TRACED.get(problem) is not traces(system):
+        _TRACED[problem] = traces(system)
         vars(problem).pop("p0", None)
 
 

@@ -103,7 +103,7 @@ def law_stepper(
     found = lane_law(problem.system, d)
     assert found is not None
     lines, constants = found
-    law, _ = _compiled(lines, d)
+    law, function = _compiled(lines, d)
     given = law_tables(method.table, step, component_degrees(method))
     width = given[3].shape[1]
     scratch, spare = aligned((rows_of_work(d), width), (6, max(width, d, s)))
@@ -111,7 +111,7 @@ def law_stepper(
     kernel = compiled_advance_law()
     plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
-    def call(todo: int) -> int:
+    def call(todo: int, kept_alive: Any = function) -> int:
         before = work.counts[FORCES]
         code = int(kernel(
             law, constants, given, plan, todo, progress, scratch, numbers, spare, kept,
@@ -167,7 +167,7 @@ def group_law_stepper(
     """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
     system: Any = problem.system
     layout, chart = system.group.layout, method.chart.number
-    law, constants, _ = _compiled_on_group(system, chart)
+    law, constants, function = _compiled_on_group(system, chart)
     given, d = group_law_tables(method.table, step), problem.v0.size
     width = given[3].shape[1]
     scratch, spare = aligned((rows_of_group_work(d), width), (13, max(width, *work.state.shape)))
@@ -175,7 +175,7 @@ def group_law_stepper(
     kernel = compiled_advance_group_law()
     plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
-    def call(todo: int) -> int:
+    def call(todo: int, kept_alive: Any = function) -> int:
         return int(kernel(
             law, layout, chart, constants, given, plan, todo, progress, scratch, numbers,
             spare, kept,

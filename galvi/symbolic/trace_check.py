@@ -66,16 +66,19 @@ class Sample:
 
     @classmethod
     def of(cls, function: Callable[..., Any], states: States, takes: str, size: int) -> Sample:
-        """The function called at these states."""
+        """The function called at these states.
+
+        To be called before it is traced, so that an object that makes a constant in its first call
+        makes it of numbers.
+        """
         rows = [_called(function, states.arguments(k, takes), size) for k in range(len(states.t))]
         return cls(function, states, takes, np.array(rows))
 
     @property
     def holds(self) -> bool:
-        """Whether the function returns the same as before at the last state where it was finite."""
-        k = int(np.flatnonzero(np.isfinite(self.returned).all(axis=1))[-1])
-        again = _called(self.function, self.states.arguments(k, self.takes), len(self.returned[k]))
-        return bool((again == self.returned[k]).all())
+        """Whether the function returns the same as before at these states."""
+        again = Sample.of(self.function, self.states, self.takes, self.returned.shape[1])
+        return np.array_equal(again.returned, self.returned, equal_nan=True)
 
 
 def _called(function: Callable[..., Any], arguments: tuple[Any, ...], size: int) -> Array:
@@ -88,12 +91,9 @@ def _called(function: Callable[..., Any], arguments: tuple[Any, ...], size: int)
     return found if found.size == size else np.full(size, np.nan)
 
 
-def check_values(
-    function: Callable[..., Any], nodes: Sequence[Node], states: States, takes: str
-) -> Sample:
+def check_values(sample: Sample, nodes: Sequence[Node]) -> Sample:
     """`Untraceable` unless the nodes are what the function returns, up to their rounding errors."""
-    found, error = (x.T for x in evaluated(nodes, states.values))
-    sample = Sample.of(function, states, takes, len(nodes))
+    found, error = (x.T for x in evaluated(nodes, sample.states.values))
     with np.errstate(invalid="ignore"):
         off = np.abs(found - sample.returned) > ROUNDINGS * error
     known = np.all(np.isfinite(sample.returned), axis=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -66,8 +67,9 @@ def traced_lagrangian(
     states, samples = States.near(q, v, t, scales), []
 
     def find(function: Function, shape: tuple[int, ...]) -> list[Node]:
+        sample = Sample.of(function, states, takes, math.prod(shape))
         nodes = traced(function, symbols[: len(takes)], shape)
-        samples.append(check_values(function, nodes, states, takes))
+        samples.append(check_values(sample, nodes))
         return nodes
 
     L: Node | None = None

@@ -59,8 +59,9 @@ def traced_force(
     """
     takes = "qvt" if timed else "qv"
     states = States.near(q, v, t, scales)
+    sample = Sample.of(force, states, takes, q.size)
     nodes = traced(force, _symbols(q.size, takes), (q.size,))
-    return _term("force(q, v, t, c)", nodes, check_values(force, nodes, states, takes))
+    return _term("force(q, v, t, c)", nodes, check_values(sample, nodes))
 
 
 def traced_gradient(
@@ -75,12 +76,15 @@ def traced_gradient(
     states = States.near(q, np.zeros(q.size), t, scales)
     symbols = _symbols(q.size, takes)
     if gradient is None:
+        sample = Sample.of(potential, states, takes, 1)
         (V,) = traced(potential, symbols, ())
-        sample, nodes = check_values(potential, [V], states, takes), derivatives(V, symbols[0])
+        check_values(sample, [V])
+        nodes = derivatives(V, symbols[0])
         check_slopes(V, nodes, (), states, scales)
     else:
+        sample = Sample.of(gradient, states, takes, q.size)
         nodes = traced(gradient, symbols, (q.size,))
-        sample = check_values(gradient, nodes, states, takes)
+        check_values(sample, nodes)
     return _term("slopes(q, t, c)", nodes, sample)
 
 
