@@ -36,8 +36,8 @@ class Trajectory:
                   first one seen to be ruined; None on success
     counts        steps, iterations, force_evaluations, hessian_evaluations, linear_solves, and
                   for N bodies pair_evaluations, including those of two-body iterations; and
-                  newton_steps, if fixed-point iteration left some to Newton's method, as the status
-                  then says
+                  newton_steps, where fixed-point iteration left some of a Lagrangian or a body to
+                  Newton's method
     step          the step size; None for a reference that chooses its own steps
     method        the method or reference that computed it
     curves        the Galerkin curve of each step; None if not kept

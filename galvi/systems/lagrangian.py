@@ -220,8 +220,8 @@ class Lagrangian:
 
     @property
     def untraced(self) -> str:
-        """Why functions are called one state at a time; "" where they are traced or built in, and
-        before the first `Problem`."""
+        """Why functions are called one state at a time; "" where they are traced or built in, on
+        groups other than Rn, where none are traced, and before the first `Problem`."""
         return reasons(self)
 
     @property

@@ -126,6 +126,7 @@ def application(load: Load, command: str) -> typer.Typer:
                 known = narrowed(known, only, quick)
             except ValueError as error:
                 raise typer.BadParameter(f"--only: {error}") from None
+            out = OUT / "only" if out == OUT else out  # full results stay
         with joined(known, contender) as suite:
             asked = options(suite, quick, out)
             failures = [

@@ -14,10 +14,12 @@ def narrowed(suite: Suite, text: str, quick: bool) -> Suite:
 
     text  parts of their names, in any case, separated by commas
 
-    Raises ValueError where a part is in no name.
+    Raises ValueError without a part, or where one is in no name.
     """
     known = suite.problems(quick)
     asked = [word.strip() for word in text.split(",") if word.strip()]
+    if not asked:
+        raise ValueError(f"give a part of a problem's name; received {text!r}.")
     for word in asked:
         if not any(word.casefold() in name.casefold() for name in known):
             raise ValueError(

@@ -41,6 +41,7 @@ def test_times_that_are_not_kept_are_refused():
 @pytest.mark.parametrize("case", STORED_ATTITUDE.cases)
 def test_other_methods_on_other_coordinates_come_to_it(peer, tolerance, bound, case):
     problem, horizon = STORED_ATTITUDE.cases[case]
+    bound *= 1.0 if case == "heavy_top" else 0.1  # the pendulum: 2.0e-14, 2.6e-12
     samples = 40
     truth = STORED_ATTITUDE.run(problem, horizon, {"samples": samples})
     run = peer.run(problem, horizon, {"samples": samples, "tolerance": tolerance})
