@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
-from weakref import WeakKeyDictionary
 
 from galvi.symbolic.graph import Untraceable
 
@@ -36,12 +35,13 @@ class Traces:
 
 
 NONE = Traces({}, {})
-_FOUND: WeakKeyDictionary[Any, Traces] = WeakKeyDictionary()
+KEPT = "_traces"  # attribute of a system, so that both end together
 
 
 def traces(system: Any) -> Traces:
     """The traces of a system; none where they were not sought."""
-    return _FOUND.get(system, NONE)
+    found: Traces = vars(system).get(KEPT, NONE)
+    return found
 
 
 def reasons(system: Any) -> str:
@@ -57,8 +57,8 @@ def trace(
     finders  returns what finds each trace, and may raise `Untraceable`
     anew     do it again if what was found does not hold any more
     """
-    known = _FOUND.get(system)
-    if known is not None and not (anew and not known.hold):
+    known = traces(system)
+    if known is not NONE and not (anew and not known.hold):
         return
     found: dict[str, Trace] = {}
     refused: dict[str, str] = {}
@@ -67,11 +67,11 @@ def trace(
             found[name] = find()
         except Untraceable as reason:
             refused[name] = str(reason)
-    _FOUND[system] = Traces(found, refused)
+    vars(system)[KEPT] = Traces(found, refused)
 
 
 def refuse(system: Any, name: str, reason: str) -> None:
     """Forget one of the traces of a system."""
     known = traces(system)
     found = {key: value for key, value in known.found.items() if key != name}
-    _FOUND[system] = Traces(found, {**known.refused, name: reason})
+    vars(system)[KEPT] = Traces(found, {**known.refused, name: reason})

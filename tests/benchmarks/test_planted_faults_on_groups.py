@@ -49,6 +49,20 @@ def test_a_table_that_is_slightly_wrong_is_caught(claim: Claim, make: Any, quant
     assert quantity in contradicted(claim, make)
 
 
+@pytest.mark.parametrize("array", ["psi", "slope"])
+def test_a_wrong_table_of_the_general_kernel_is_caught(
+    array: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Lanes take these functions at the points from the table's integrals."""
+    integrate = galvi.integrate
+    monkeypatch.setattr(
+        galvi, "integrate", lambda *given, **how: integrate(*given, **{**how, "solver": "newton"})
+    )
+    found = contradicted(L3, faulty(**{array: 1.0 + 1e-4}))
+    assert "order from both sides, n = 4" in found
+
+
+
 def other_body(problem: Problem) -> Problem:
     """One moment larger by a millionth."""
     system: Any = problem.system
