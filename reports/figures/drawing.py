@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from benchmarks.store.atomic import write
-from benchmarks.work_precision.problem import ANGLE, ATTITUDE, POSITION
+from benchmarks.work_precision.problem import ANGLE, ATTITUDE, COORDINATES, MOTION, POSITION
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.picture import Picture, picture
 from reports.figures.study_plots.step_cost import step_cost
@@ -39,12 +39,17 @@ def slug(problem: str) -> str:
 UNITS = {
     POSITION: "In the problem's unit of length",
     ATTITUDE: "Largest entry of R - R_true",
+    COORDINATES: "Largest difference of a coordinate",
+    MOTION: "Largest difference of an entry of the attitude or of the place",
     ANGLE: "Largest of the links' angles, in radians",
 }
+NOT_COMPACT = "heyoka, where installed, without its compact mode."
 MORE = {
     POSITION: "Where a run of another code is the reference, a dotted line marks its time.",
     ATTITUDE: f"{capital(CHART_LINES)}.",
-    ANGLE: "heyoka in compact mode, which compiles in a second instead of half a minute.",
+    ANGLE: NOT_COMPACT,
+    COORDINATES: NOT_COMPACT,
+    MOTION: 'The general kernel is galvi\'s with solver="newton".',
 }
 
 

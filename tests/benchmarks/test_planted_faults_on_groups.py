@@ -62,7 +62,6 @@ def test_a_wrong_table_of_the_general_kernel_is_caught(
     assert "order from both sides, n = 4" in found
 
 
-
 def other_body(problem: Problem) -> Problem:
     """One moment larger by a millionth."""
     system: Any = problem.system

@@ -18,6 +18,7 @@ from benchmarks.work_precision.problems.applegate import applegate
 from benchmarks.work_precision.problems.kepler import kepler
 from benchmarks.work_precision.problems.outer_solar_system import outer_solar_system
 from benchmarks.work_precision.problems.solar_system import solar_system
+from reports.figures.drawing import MORE, UNITS
 
 FEW = ("galvi degree 8, Gauss 8", "Stormer-Verlet", "SciPy DOP853", "REBOUND IAS15")
 
@@ -176,3 +177,8 @@ def test_the_cost_table_counts_each_solver() -> None:
     assert oscillator["solver"].str.contains("Newton").all()
     assert (table["forces_per_step"] >= table["iterations_per_step"]).all()
     assert not math.isnan(float(table["order"].sum()))
+
+
+def test_every_quantity_has_a_figure() -> None:
+    quantities = {case.quantity for case in work_precision_problems(False)}
+    assert quantities <= set(UNITS) and quantities <= set(MORE)
