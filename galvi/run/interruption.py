@@ -6,8 +6,6 @@ It ends the run, which is returned with its status. Where no step is left to end
 
 from __future__ import annotations
 
-# As signal, which spends 3 us on making an enumeration of a handler.
-import _signal  # type: ignore[import-not-found]
 import signal
 import threading
 from collections.abc import Iterator
@@ -68,15 +66,15 @@ def defer_interrupts() -> Iterator[Interrupts]:
     interrupts = Interrupts()
     ours = (
         threading.current_thread() is threading.main_thread()
-        and _signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        and signal.getsignal(signal.SIGINT) is signal.default_int_handler
     )
     if ours:
-        _signal.signal(signal.SIGINT, interrupts.note)
+        signal.signal(signal.SIGINT, interrupts.note)
     try:
         yield interrupts
     finally:
         if ours:
-            _signal.signal(signal.SIGINT, signal.default_int_handler)
+            signal.signal(signal.SIGINT, signal.default_int_handler)
     if interrupts.lost:
         raise KeyboardInterrupt
 

@@ -39,6 +39,7 @@ from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.jit import compiled_for, jit_inline
 from galvi.kernels.lanes.body_formulas import stage_forces, stage_momenta, stage_rates
 from galvi.kernels.lanes.gravity import LANES, combine, move
+from galvi.kernels.lanes.law import curve_of
 from galvi.kernels.lanes.nbody import RECONSIDER, choose_terms, copy_rows
 from galvi.kernels.lie.chart_functions import REACHES
 from galvi.kernels.lie.groups import so3
@@ -185,17 +186,6 @@ def within_reach(chart, xi, end):
         square = xi[0, k] * xi[0, k] + xi[1, k] * xi[1, k] + xi[2, k] * xi[2, k]
         farthest = max(farthest, square)
     return farthest <= REACHES[chart] * REACHES[chart]
-
-
-@jit_inline
-def curve_of(fit, eta, out):
-    """out (3, m) <- coefficients of a step's curve from its rates eta at the stages."""
-    for i in range(3):
-        for l in range(fit.shape[0]):
-            coefficient = 0.0
-            for j in range(fit.shape[1]):
-                coefficient += fit[l, j] * eta[i, j]
-            out[i, l] = coefficient
 
 
 @jit_inline

@@ -55,7 +55,7 @@ from galvi.kernels.lanes.group_pass import (
     F,
     N,
 )
-from galvi.kernels.lanes.law import AXES, TABLES, TERMS, gather, terms_of
+from galvi.kernels.lanes.law import AXES, TABLES, TERMS, curve_of, gather, terms_of, watch_stages
 from galvi.kernels.lanes.nbody import RECONSIDER, copy_rows
 from galvi.kernels.lie import product
 from galvi.kernels.lie.chart_functions import REACHES
@@ -74,7 +74,7 @@ from galvi.kernels.nystrom.solve import (
 )
 from galvi.kernels.nystrom.step import copy_into
 from galvi.kernels.on_group.scale import grow_scale
-from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
+from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
 SAMPLE = 3  # one in so many stages is looked at for the sizes
 PULLS = 2  # corrections of an initial guess by the chart's tangent map
@@ -314,17 +314,8 @@ def advance_group_law(law, layout, chart, constants, given, plan, todo, progress
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
         record(plan, kept, step, saved[0], state[0], state[1])
         if kept.bases.shape[0] > 0:
-            for i in range(d):
-                for l in range(fit.shape[0]):
-                    coefficient = 0.0
-                    for j in range(s):
-                        coefficient += fit[l, j] * eta[i, j]
-                    kept.curves[step, i, l] = coefficient
-        row = watched_row(plan, kept, step)
-        if row >= 0 and kept.seen.shape[1] > r + d:
-            for i in range(d):
-                for j in range(s):
-                    kept.seen[row, r + d + i * s + j] = velocity[i, j]
+            curve_of(fit, eta, kept.curves[step])
+        watch_stages(plan, kept, step, r + d, velocity, s)
     copy_rows(stages, velocity)
     return SOLVED
 

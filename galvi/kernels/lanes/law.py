@@ -165,6 +165,27 @@ def terms_of(series, growth, V, out, sizes):
 
 
 @jit_inline
+def curve_of(fit, rates, out):
+    """out (d, m) <- coefficients of a step's curve from its rates (d, at least s) at the stages."""
+    for i in range(out.shape[0]):
+        for l in range(fit.shape[0]):
+            coefficient = 0.0
+            for j in range(fit.shape[1]):
+                coefficient += fit[l, j] * rates[i, j]
+            out[i, l] = coefficient
+
+
+@jit_inline
+def watch_stages(plan, kept, step, first, velocities, s):
+    """Keep the velocities (d, at least s) at the stages of a watched step from column first on."""
+    row = watched_row(plan, kept, step)
+    if row >= 0 and kept.seen.shape[1] > first:
+        for i in range(velocities.shape[0]):
+            for j in range(s):
+                kept.seen[row, first + i * s + j] = velocities[i, j]
+
+
+@jit_inline
 def advance_law(law, constants, given, plan, todo, progress, work, numbers, spare, kept):
     """Do ``todo`` more steps; returns a code. A step that fails is not done."""
     plan, kept = Plan(*plan), Kept(*kept)
@@ -173,7 +194,7 @@ def advance_law(law, constants, given, plan, todo, progress, work, numbers, spar
     d, s, h = (numbers.size - 3) // 2, kicks.shape[1], plan.step
     Q, V, F = work[0:d], work[d : 2 * d], work[2 * d : 3 * d]
     low, before, times = work[4 * d : 6 * d], work[6 * d : 7 * d], work[7 * d]
-    sizes, history, saved = spare[0], spare[1], spare[2:6]
+    sizes, history, saved = spare[0], spare[1], spare[2:6, : state.shape[1]]
     copy_rows(V, stages)
     for step in range(solver_state[DONE], solver_state[DONE] + todo):
         for k in range(times.size):
@@ -199,25 +220,14 @@ def advance_law(law, constants, given, plan, todo, progress, work, numbers, spar
         if code == SOLVED and not complete(kicks, V, F, state):
             code = NOT_FINITE
         if code != SOLVED:
-            for i in range(4):
-                for k in range(state.shape[1]):
-                    state[i, k] = saved[i, k]
+            copy_into(state, saved)
             copy_rows(stages, before)
             return code
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
         record(plan, kept, step, saved[0], state[0], state[1])
         if kept.bases.shape[0] > 0:
-            for i in range(d):
-                for l in range(fit.shape[0]):
-                    coefficient = 0.0
-                    for j in range(s):
-                        coefficient += fit[l, j] * V[i, j]
-                    kept.curves[step, i, l] = coefficient
-        row = watched_row(plan, kept, step)
-        if row >= 0 and kept.seen.shape[1] > 2 * d:
-            for i in range(d):
-                for j in range(s):
-                    kept.seen[row, 2 * d + i * s + j] = V[i, j]
+            curve_of(fit, V, kept.curves[step])
+        watch_stages(plan, kept, step, 2 * d, V, s)
     copy_rows(stages, V)
     return SOLVED
 
