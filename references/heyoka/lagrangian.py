@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
 import sympy
 
-from galvi import Problem, Trajectory
-from references.as_trajectory import as_trajectory
-from references.contender import require
+from galvi import Problem
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.elimination import solved
-from references.heyoka.engine import DEFAULT
-from references.setting import check_keys, described, sample_times
+from references.heyoka.on_coordinates import OnCoordinates, compiled
 from references.textbook.lagrange_equations import TIME, LagrangeEquations
 
 FUNCTIONS = {
@@ -28,22 +23,10 @@ OPERATIONS = (sympy.Add, sympy.Mul, sympy.Pow, sympy.Symbol, sympy.Rational)
 
 
 @dataclass(frozen=True)
-class HeyokaLagrangian:
-    """A problem of `references.textbook.lagrange_equations`, in double or quadruple precision.
-
-    precision  "double", or "real128": numbers, times and states are quadruple throughout
-
-    Setting as `references.heyoka.taylor.HeyokaTaylor`.
-    """
+class HeyokaLagrangian(OnCoordinates):
+    """A problem of `references.textbook.lagrange_equations`."""
 
     name: str = "heyoka, Lagrangians"
-    precision: str = "double"
-    exact: bool = False
-
-    @property
-    def missing(self) -> str:
-        """Why heyoka cannot be used here; empty when it can."""
-        return heyoka_engine.missing(self.precision)
 
     def supports(self, problem: Problem) -> bool:
         """A Lagrangian from SymPy, or a Canonical with a known potential or a compiled gradient
@@ -54,31 +37,12 @@ class HeyokaLagrangian:
             kind in FUNCTIONS or issubclass(kind, OPERATIONS) for kind in equations.kinds
         )
 
-    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """Adaptive steps; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, ("samples", *DEFAULT))
-        times = sample_times(problem.t0, duration, setting)
-        options = heyoka_engine.options(setting, self.precision)
-        number = heyoka_engine.kind(self.precision)
+    def integrator(self, problem: Problem, tolerance: float, accurate: bool, compact: bool) -> Any:
+        """As `OnCoordinates.integrator`."""
         equations = LagrangeEquations.of(problem)
         assert equations is not None
         began = problem.t0 if equations.timed else 0.0
-        engine = _compiled(equations, began, self.precision, *heyoka_engine.switches(options))
-        start = np.concatenate([problem.q0, problem.v0]).astype(number)
-        states, steps, failure = heyoka_engine.propagated(
-            engine, start, times - problem.t0, problem.t0, "the state is not finite."
-        )
-        q, v = np.split(states.astype(np.float64), 2, axis=1)
-        return as_trajectory(
-            problem,
-            described(self.name, {**setting, **options}, heyoka_engine.engine_name(self.precision)),
-            times,
-            q,
-            v,
-            counts={"steps": steps},
-            failure=failure,
-        )
+        return _compiled(equations, began, self.precision, tolerance, accurate, compact)
 
 
 @lru_cache(maxsize=16)
@@ -94,8 +58,7 @@ def _compiled(
     import heyoka
 
     number = heyoka_engine.kind(precision)
-    names = [*equations.q, *equations.v]
-    known = {x: heyoka.expression(str(x)) for x in names}
+    known = {x: heyoka.expression(str(x)) for x in (*equations.q, *equations.v)}
     known[TIME] = heyoka.time + heyoka.expression(number(began))
 
     def translated(expression: Any) -> Any:
@@ -105,16 +68,8 @@ def _compiled(
     pull = [translated(x) for x in equations.pull]
     if equations.mass:
         pull = solved([[translated(x) for x in row] for row in equations.mass], pull)
-    slopes = [*(known[x] for x in equations.v), *pull]
-    return heyoka.taylor_adaptive(
-        list(zip([known[x] for x in names], slopes, strict=True)),
-        np.zeros(len(names)).astype(number),
-        time=number(0.0),
-        tol=number(tolerance),
-        high_accuracy=accurate,
-        compact_mode=compact,
-        fp_type=number,
-    )
+    q, v = ([known[x] for x in names] for names in (equations.q, equations.v))
+    return compiled(q, v, pull, precision, tolerance, accurate, compact)
 
 
 def _number(x: Any, number: Any) -> Any:

@@ -6,16 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-import scipy
-
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
-from references.as_trajectory import as_trajectory
 from references.contender import require
 from references.forces.force import checked
-from references.scipy.ivp import SETTINGS, accuracy_note, solve, with_tolerances
-from references.setting import check_keys, described, sample_times
+from references.scipy.ivp import run_on_coordinates
 from references.textbook.chain_equations import ChainEquations, is_chain
 
 
@@ -39,33 +34,16 @@ class ChainIvp:
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
         require(self, problem)
-        check_keys(setting, SETTINGS)
-        times = sample_times(problem.t0, duration, setting)
         system: Any = problem.system
         equations, n = ChainEquations.of(system.function), problem.q0.size
 
-        def force(t: float, q: Array, v: Array) -> Array:
+        def accelerated(q: Array, v: Array, t: float) -> Array:
             if system.force is None:
-                return np.zeros(n)
+                return equations.acceleration(q, v)
             given = (q.copy(), v.copy(), t) if system.timed_force else (q.copy(), v.copy())
-            return checked(system.force(*given), (n,))
+            return equations.acceleration(q, v, checked(system.force(*given), (n,)))
 
-        def slope(t: float, y: Array) -> Array:
-            q, v = y[:n], y[n:]
-            return np.concatenate([v, equations.acceleration(q, v, force(t, q, v))])
-
-        start = np.concatenate([problem.q0, problem.v0])
-        states, calls, failure = solve(self.solver, slope, times, start, setting)
-        return as_trajectory(
-            problem,
-            described(self.name, with_tolerances(setting), f"scipy {scipy.__version__}"),
-            times,
-            states[:, :n],
-            states[:, n:],
-            counts={"force_evaluations": calls},
-            failure=failure,
-            note=accuracy_note(setting),
-        )
+        return run_on_coordinates(self, problem, duration, setting, accelerated)
 
 
 CHAIN_DOP853 = ChainIvp()

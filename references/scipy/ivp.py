@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,27 +45,37 @@ class ScipyIvp:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        require(self, problem)
-        check_keys(setting, SETTINGS)
-        times = sample_times(problem.t0, duration, setting)
-        d, shape, accelerated = problem.q0.size, problem.q0.shape, acceleration(problem)
+        shape, accelerated = problem.q0.shape, acceleration(problem)
+        return run_on_coordinates(
+            self, problem, duration, setting,
+            lambda q, v, t: accelerated(q.reshape(shape), v.reshape(shape), t).ravel(),
+        )  # fmt: skip
 
-        def slope(t: float, y: Array) -> Array:
-            a = accelerated(y[:d].reshape(shape), y[d:].reshape(shape), t)
-            return np.concatenate([y[d:], a.ravel()])
 
-        start = np.concatenate([problem.q0.ravel(), problem.v0.ravel()])
-        states, calls, failure = solve(self.solver, slope, times, start, setting)
-        return as_trajectory(
-            problem,
-            described(self.name, with_tolerances(setting), f"scipy {scipy.__version__}"),
-            times,
-            states[:, :d],
-            states[:, d:],
-            counts={"force_evaluations": calls},
-            failure=failure,
-            note=accuracy_note(setting),
-        )
+def run_on_coordinates(
+    contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any],
+    accelerated: Callable[[Array, Array, float], Array],
+) -> Trajectory:  # fmt: skip
+    """The run of a contender's solver on (q, v)' = (v, accelerated(q, v, t)), (d,) each."""
+    require(contender, problem)
+    check_keys(setting, SETTINGS)
+    times, d = sample_times(problem.t0, duration, setting), problem.q0.size
+
+    def slope(t: float, y: Array) -> Array:
+        return np.concatenate([y[d:], accelerated(y[:d], y[d:], t)])
+
+    start = np.concatenate([problem.q0.ravel(), problem.v0.ravel()])
+    states, calls, failure = solve(contender.solver, slope, times, start, setting)
+    return as_trajectory(
+        problem,
+        described(contender.name, with_tolerances(setting), f"scipy {scipy.__version__}"),
+        times,
+        states[:, :d],
+        states[:, d:],
+        counts={"force_evaluations": calls},
+        failure=failure,
+        note=accuracy_note(setting),
+    )
 
 
 def solve(

@@ -8,15 +8,12 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import scipy
 import sympy
 
 from galvi import Lagrangian, Problem, Trajectory
 from galvi.arrays import Array
-from references.as_trajectory import as_trajectory
 from references.contender import require
-from references.scipy.ivp import SETTINGS, accuracy_note, solve, with_tolerances
-from references.setting import check_keys, described, sample_times
+from references.scipy.ivp import run_on_coordinates
 from references.textbook.lagrange_equations import TIME, LagrangeEquations
 
 
@@ -41,27 +38,9 @@ class LagrangianIvp:
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
         require(self, problem)
-        check_keys(setting, SETTINGS)
-        times = sample_times(problem.t0, duration, setting)
         equations = LagrangeEquations.of(problem)
         assert equations is not None
-        accelerated, d = accelerations(equations), problem.q0.size
-
-        def slope(t: float, y: Array) -> Array:
-            return np.concatenate([y[d:], accelerated(y[:d], y[d:], t)])
-
-        start = np.concatenate([problem.q0, problem.v0])
-        states, calls, failure = solve(self.solver, slope, times, start, setting)
-        return as_trajectory(
-            problem,
-            described(self.name, with_tolerances(setting), f"scipy {scipy.__version__}"),
-            times,
-            states[:, :d],
-            states[:, d:],
-            counts={"force_evaluations": calls},
-            failure=failure,
-            note=accuracy_note(setting),
-        )
+        return run_on_coordinates(self, problem, duration, setting, accelerations(equations))
 
 
 @lru_cache(maxsize=16)
