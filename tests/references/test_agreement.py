@@ -41,6 +41,8 @@ GOOD: Mapping[str, tuple[dict[str, Any], float]] = {
     "REBOUND JANUS": ({"step": 0.005, "order": 8}, 1e-12),  # 4e-14
     "heyoka": ({**heyoka_taylor.BEST, "compact_mode": True}, 1e-14),  # 1e-16
     "heyoka, quadruple precision": ({}, 1e-15),  # 0
+    "heyoka, Lagrangians": ({**heyoka_taylor.BEST, "compact_mode": True}, 1e-14),
+    "heyoka, Lagrangians, quadruple precision": ({}, 1e-15),
 }
 
 
