@@ -118,8 +118,6 @@ def prepared(
     tol = ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance)
     if isinstance(problem.system, Canonical | Lagrangian):
         _trace_anew(problem, problem.system)
-        if solver != "newton":
-            _announce(problem, problem.system)
     engine = engine_for(problem, method)
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
@@ -129,6 +127,8 @@ def prepared(
             f"received {problem!r} with {method.name}{_because(problem)}. Use the solver auto."
         )
     _check_functions(problem)
+    if solver != "newton" and isinstance(problem.system, Canonical | Lagrangian):
+        _announce(problem, problem.system)
     begin = engine.start(problem, method.stages)
     start = Checkpoint(0, *begin, solver, tol, save_every, curves)
     return partial(run_steps, engine, problem, method, h, total, start)

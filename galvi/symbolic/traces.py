@@ -19,7 +19,7 @@ class Trace(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Traces:
-    """The traces of a system by what they are of: "L", "force" or "gradient".
+    """The traces of a system by what they are of: "L", "force" or "dV/dq".
 
     found    name -> what was found
     refused  name -> why nothing was

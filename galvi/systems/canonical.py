@@ -153,16 +153,16 @@ class Canonical:
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
         """As `Lagrangian.trace`: of the force, and of the potential or its gradient."""
         trace(self, lambda: self._finders(q, v, t), anew)
-        found = None if anew else traces(self).found.get("gradient")
+        found = None if anew else traces(self).found.get("dV/dq")
         if found is not None and self.gradient is None and not found.defined(q, t):
-            refuse(self, "gradient", "it is not finite at a start")
+            refuse(self, "dV/dq", "it is not finite at a start")
 
     def _finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
         scales = difference_scales(Rn(q.size), q, v)
         finders: dict[str, Function] = {**force_finder(self, q, v, t, scales)}
         written_out = self.force is not None or fits(q.size, self.mass.ndim == 2)
         if written_out and (self.gradient is not None or self._builtin is None):
-            finders["gradient"] = lambda: traced_gradient(
+            finders["dV/dq"] = lambda: traced_gradient(
                 self.potential, self.gradient, q, t, self.explicit_time, scales[0]
             )
         return finders
@@ -249,7 +249,7 @@ class Canonical:
     @property
     def lane_slopes(self) -> tuple[str, Array] | None:
         """The lines and constants of dV/dq for lanes, see galvi.symbolic.lane_force, or None."""
-        found = traces(self).found.get("gradient")
+        found = traces(self).found.get("dV/dq")
         if found is not None:
             lines, constants = found.lines, np.array(found.constants)
         elif self._builtin is not None and self.gradient is None:

@@ -88,7 +88,7 @@ def test_a_run_in_lanes_is_that_of_the_functions(name: str, mass: str) -> None:
 def test_a_function_that_branches_runs_as_before(name: str) -> None:
     """Bit by bit as by the general kernel."""
     problem = problem_of(name, wrap=opaque)
-    assert "gradient: it branches" in problem.system.untraced
+    assert "dV/dq: it branches" in problem.system.untraced
     lanes, general = both(problem, EIGHT, 0.1, 5)
     np.testing.assert_array_equal(lanes.q, general.q)
     traced = galvi.integrate(problem_of(name), EIGHT, 0.1, 5)
