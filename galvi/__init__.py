@@ -13,6 +13,8 @@ from galvi.diagnostics.momentum_balance import MomentumBalance, momentum_balance
 from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.diagnostics.round_trip import round_trip_error
 from galvi.diagnostics.symplecticity import step_derivative, symplecticity_defect
+from galvi.frames.harmonic_frame import HarmonicFrame
+from galvi.frames.kepler_frame import KeplerFrame
 from galvi.groups.matrices import nearest_rotation
 from galvi.groups.product import Product
 from galvi.groups.rn import Rn
@@ -74,6 +76,8 @@ __all__ = [
     "Fourier",
     "FreeBody",
     "Galerkin",
+    "HarmonicFrame",
+    "KeplerFrame",
     "Lagrangian",
     "LinearSpring",
     "ModifiedRodrigues",
