@@ -23,7 +23,7 @@ from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
 
 FINEST = 2.0**-60  # what passes leave where round-off is asked for
 USUAL = 100.0  # a change larger than so many times that at the start calls for further passes
-STRETCH = 0.9  # alpha of arcsin(alpha y) / arcsin(alpha), which moves nodes apart at the ends
+STRETCH = 0.6  # alpha of arcsin(alpha y) / arcsin(alpha), which moves nodes apart at the ends
 
 
 def frame_of(method: Galerkin) -> Frame:

@@ -29,13 +29,14 @@ from numba.extending import intrinsic
 from galvi.kernels.lanes.frames import universal
 from galvi.kernels.lanes.frames.collocation import OFFSET, WEIGHT
 from galvi.kernels.lanes.frames.reciprocals import Reciprocals
+from galvi.kernels.lanes.frames.several import Several
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
 
 HEAD = 2  # numbers before those of planets
 MASS, OWN, SHARE, STAR, REST, RATIO, INSIDE = range(7)
 KEPT = 10  # blocks of one row
-TERMS = 7  # of a series
+TERMS = 6  # of a series
 FIRST, LATER = 2e-2, 3e-5  # share of a step up to which a correction of X is the last one
 MOST = 12  # corrections
 NAN = math.nan
@@ -55,7 +56,7 @@ def dot(a, b):
 
 
 class Stages:
-    """The parts of a pass."""
+    """The parts of a pass; planets are done two at a time, see `Several`."""
 
     def __init__(self, context, builder, signature, values, dimension):
         self.context, self.builder, self.D = context, builder, dimension
@@ -67,152 +68,199 @@ class Stages:
         self.row = self.padded.type
         rows = builder.extract_value(arrays[2].shape, 0)
         self.n = builder.udiv(rows, self.row(2 * dimension))
-        self.first_pass = builder.fcmp_ordered("==", values[5], ir.Constant(values[5].type, 0.0))
+        real = values[5].type
+        self.first_pass = builder.fcmp_ordered("==", values[5], ir.Constant(real, 0.0))
         self.tolerance = builder.select(
-            self.first_pass, ir.Constant(values[5].type, FIRST), ir.Constant(values[5].type, LATER)
+            self.first_pass, ir.Constant(real, FIRST), ir.Constant(real, LATER)
         )
         inverse = Reciprocals(context, builder)
-        self.reciprocal, self.root = inverse.reciprocal, inverse.root
+        self.reciprocal = lambda x: x.each(inverse.reciprocal)
+        self.root = lambda x: x.each(inverse.root)
+        self.root_of = inverse.root
 
     def at(self, block, i):
         """Row i of a block of n."""
         return self.builder.add(self.builder.mul(self.n, self.row(block)), i)
 
-    def number(self, lanes, k, i):
-        """The k-th number of planet i, in all lanes."""
-        place = self.builder.add(self.at(k, i), self.row(HEAD))
-        return Lane(self.builder, lanes.spread(lanes.number(self.numbers, place)))
+    def number(self, lanes, k, planets):
+        """The k-th number of planets, in all lanes."""
 
-    def load(self, lanes, data, block, i):
-        return Lane(self.builder, lanes.load(data, self.at(block, i)))
+        def one(i):
+            place = self.builder.add(self.at(k, i), self.row(HEAD))
+            return Lane(self.builder, lanes.spread(lanes.number(self.numbers, place)))
 
-    def load_vector(self, lanes, data, block, i):
-        return [self.load(lanes, data, block + x, i) for x in range(self.D)]
+        return Several(one(i) for i in planets)
 
-    def store(self, lanes, lane, data, block, i):
-        lanes.store(lane.value, data, self.at(block, i))
+    def load(self, lanes, data, block, planets):
+        return Several(Lane(self.builder, lanes.load(data, self.at(block, i))) for i in planets)
 
-    def store_vector(self, lanes, vector, data, block, i):
-        for x, lane in enumerate(vector):
-            self.store(lanes, lane, data, block + x, i)
+    def load_vector(self, lanes, data, block, planets):
+        return [self.load(lanes, data, block + x, planets) for x in range(self.D)]
+
+    def store(self, lanes, several, data, block, planets):
+        for lane, i in zip(several.lanes, planets, strict=True):
+            lanes.store(lane.value, data, self.at(block, i))
+
+    def store_vector(self, lanes, vector, data, block, planets):
+        for x, several in enumerate(vector):
+            self.store(lanes, several, data, block + x, planets)
 
     def scalar(self, lanes, k):
         """One of the first numbers, in all lanes."""
         return Lane(self.builder, lanes.spread(lanes.number(self.numbers, self.row(k))))
 
-    def planets(self, count):
-        return cgutils.for_range(self.builder, count, intp=self.row)
+    def variables(self, lanes, values):
+        """Places for lanes, of each planet."""
+        return [[lanes.variable(lane.value) for lane in value.lanes] for value in values]
+
+    def kept(self, places):
+        """What is in such a place."""
+        return Several(Lane(self.builder, self.builder.load(place)) for place in places)
+
+    def keep(self, value, places):
+        for lane, place in zip(value.lanes, places, strict=True):
+            self.builder.store(lane.value, place)
+
+    def outwards(self, part):
+        """Do a part for all planets, in their order."""
+        builder, row = self.builder, self.row
+        pairs = builder.lshr(self.n, row(1))
+        with cgutils.for_range(builder, pairs, intp=row) as loop:
+            first = builder.shl(loop.index, row(1))
+            part((first, builder.add(first, row(1))))
+        with builder.if_then(builder.trunc(self.n, ir.IntType(1))):
+            part((builder.sub(self.n, row(1)),))
+
+    def inwards(self, part):
+        """Do a part for all planets, in the opposite order."""
+        builder, row = self.builder, self.row
+        pairs = builder.lshr(self.n, row(1))
+        with builder.if_then(builder.trunc(self.n, ir.IntType(1))):
+            part((builder.sub(self.n, row(1)),))
+        with cgutils.for_range(builder, pairs, intp=row) as loop:
+            left = builder.sub(builder.sub(pairs, row(1)), loop.index)
+            first = builder.shl(left, row(1))
+            part((builder.add(first, row(1)), first))
 
     def move(self, lanes):
         """Kepler's motions to the stages, and the places from the star."""
         builder, D = self.builder, self.D
-        t = Lane(builder, lanes.load(self.nodes, self.row(OFFSET)))
+        here = Lane(builder, lanes.load(self.nodes, self.row(OFFSET)))
         h = abs(self.scalar(lanes, 0))
         before = [lanes.variable(NOTHING) for _ in range(D)]
-        with self.planets(self.n) as loop:
-            i = loop.index
-            mu = self.number(lanes, MASS, i)
-            q, v = (self.load_vector(lanes, self.W, block, i) for block in (0, D))
+
+        def part(planets):
+            t = Several([here] * len(planets))
+            mu = self.number(lanes, MASS, planets)
+            q, v = (self.load_vector(lanes, self.W, block, planets) for block in (0, D))
             square = dot(q, q)
             inverse_0 = self.root(square)
             r0, eta = square * inverse_0, dot(q, v)
             beta = 2.0 * mu * inverse_0 - dot(v, v)
             zeta = mu - beta * r0
-            X, G = self.solved(lanes, i, mu, beta, r0, eta, zeta, t, h)
+            X, G = self.solved(lanes, planets, mu, beta, r0, eta, zeta, t, h)
             r = r0 + (eta * G[0] + zeta * G[1])
             inverse = self.reciprocal(r)
             f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
             rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
             Q = [x + (f * x + g * y) for x, y in zip(q, v, strict=True)]
             V = [y + (rate_f * x + rate_g * y) for x, y in zip(q, v, strict=True)]
-            d = [Lane(builder, builder.load(x)) for x in before]
-            share = self.number(lanes, SHARE, i)
-            for place, x, y in zip(before, d, Q, strict=True):
-                builder.store((x + share * y).value, place)
-            self.store_vector(lanes, Q, self.work, 0, i)
-            self.store_vector(lanes, V, self.work, D, i)
-            self.store_vector(lanes, d, self.work, 2 * D, i)
-            self.store_vector(lanes, [x + y for x, y in zip(Q, d, strict=True)], self.work, 3 * D, i)
-            nothing = Lane(builder, NOTHING)
-            self.store_vector(lanes, [nothing] * D, self.work, 4 * D, i)
+            share, d = self.number(lanes, SHARE, planets), []
+            for place, y in zip(before, Q, strict=True):
+                inner = [Lane(builder, builder.load(place))]
+                for one, weight in zip(y.lanes, share.lanes, strict=True):
+                    inner.append(inner[-1] + weight * one)
+                builder.store(inner[-1].value, place)
+                d.append(Several(inner[:-1]))
+            nothing = Several(Lane(builder, NOTHING) for _ in planets)
+            places = [x + y for x, y in zip(Q, d, strict=True)]
+            for block, vector in enumerate((Q, V, d, places, [nothing] * D)):
+                self.store_vector(lanes, vector, self.work, block * D, planets)
             for k, lane in enumerate((X, *G, r, inverse, inverse_0, beta)):
-                self.store(lanes, lane, self.work, 5 * D + k, i)
+                self.store(lanes, lane, self.work, 5 * D + k, planets)
 
-    def solved(self, lanes, i, mu, beta, r0, eta, zeta, t, h):
+        self.outwards(part)
+
+    def solved(self, lanes, planets, mu, beta, r0, eta, zeta, t, h):
         """X and G1 to G5 at the times t, from the last pass's X or in the first from the mean motion.
 
         NaN where Kepler's equation was not solved, or X is too large for the series.
         """
-        builder, D = self.builder, self.D
+        builder = self.builder
         mean = t * beta * self.reciprocal(mu)
-        known = self.load(lanes, self.work, 5 * D, i)
-        start = builder.select(self.first_pass, mean.value, known.value)
-        place, changed = lanes.variable(start), lanes.variable(NOTHING)
-        found = [lanes.variable(NOTHING) for _ in range(5)]
+        known = self.load(lanes, self.work, 5 * self.D, planets)
+        begin = mean.each(
+            lambda a, b: Lane(builder, builder.select(self.first_pass, a.value, b.value)), known
+        )
+        place, changed, *found = self.variables(lanes, [begin] + [begin * 0.0] * 6)
         limit = h * Lane(builder, lanes.spread(self.tolerance))
         with cgutils.for_range(builder, self.row(MOST)) as loop:
-            X = Lane(builder, builder.load(place))
+            X = self.kept(place)
             G = universal.universal(beta, X, TERMS)
             step, _r = universal.correction(beta, r0, eta, zeta, X, G, t, self.reciprocal)
             for variable, value in zip(found, G, strict=True):
-                builder.store(value.value, variable)
-            builder.store((X + step).value, place)
-            builder.store(step.value, changed)
-            small = abs(step) * r0 <= limit
+                self.keep(value, variable)
+            self.keep(X + step, place)
+            self.keep(step, changed)
+            small = (abs(step) * r0).each(lambda a: a <= limit).lanes
+            every = small[0]
+            for one in small[1:]:
+                every = builder.and_(every, one)
             every = builder.icmp_unsigned(
-                "==", builder.bitcast(small, ir.IntType(LANES)), ir.IntType(LANES)(-1)
+                "==", builder.bitcast(every, ir.IntType(LANES)), ir.IntType(LANES)(-1)
             )
             with builder.if_then(every):
                 loop.do_break()
-        X, step = (Lane(builder, builder.load(one)) for one in (place, changed))
-        G = universal.moved(beta, [Lane(builder, builder.load(one)) for one in found], step)
-        inside = abs(beta) * X * X <= 16.0 * universal.FARTHEST
-        solved = builder.and_(abs(step) * r0 <= limit, inside)
-        return X.where(solved, NAN), G
+        X, step = self.kept(place), self.kept(changed)
+        G = universal.moved(beta, [self.kept(one) for one in found], step)
+
+        def checked(x, far, r, b):
+            inside = abs(b) * x * x <= 16.0 * universal.FARTHEST
+            return x.where(builder.and_(abs(far) * r <= limit, inside), NAN)
+
+        return X.each(checked, step, r0, beta), G
 
     def pull(self, lanes):
         """p from all pairs of planets."""
         builder, D = self.builder, self.D
-        with self.planets(self.n) as outer:
-            i = outer.index
+        with cgutils.for_range(builder, self.n, intp=self.row) as outer:
+            i = (outer.index,)
             here, mass = self.load_vector(lanes, self.work, 3 * D, i), self.number(lanes, OWN, i)
-            pulled = [
-                lanes.variable(x.value) for x in self.load_vector(lanes, self.work, 4 * D, i)
-            ]
-            with self.planets(i) as inner:
-                j = inner.index
-                gap = [
-                    x - y
-                    for x, y in zip(self.load_vector(lanes, self.work, 3 * D, j), here, strict=True)
-                ]
+            pulled = self.variables(lanes, self.load_vector(lanes, self.work, 4 * D, i))
+            with cgutils.for_range(builder, outer.index, intp=self.row) as inner:
+                j = (inner.index,)
+                there = self.load_vector(lanes, self.work, 3 * D, j)
+                gap = [x - y for x, y in zip(there, here, strict=True)]
                 near = self.root(dot(gap, gap))
                 cube = near * near * near
                 onto_i, onto_j = self.number(lanes, OWN, j) * cube, mass * cube
                 for x in range(D):
                     other = self.load(lanes, self.work, 4 * D + x, j)
                     self.store(lanes, other - onto_j * gap[x], self.work, 4 * D + x, j)
-                    total = Lane(builder, builder.load(pulled[x])) + onto_i * gap[x]
-                    builder.store(total.value, pulled[x])
-            own = [Lane(builder, builder.load(x)) for x in pulled]
+                    self.keep(self.kept(pulled[x]) + onto_i * gap[x], pulled[x])
+            own = [self.kept(x) for x in pulled]
             self.store_vector(lanes, own, self.work, 4 * D, i)
 
     def finish(self, lanes):
         """What is left of the accelerations, pulled back to the step's centre."""
         builder, D = self.builder, self.D
-        star = self.scalar(lanes, 1)
-        weight = Lane(builder, lanes.load(self.nodes, self.row(WEIGHT)))
-        t = Lane(builder, lanes.load(self.nodes, self.row(OFFSET)))
+        shared = (
+            self.scalar(lanes, 1),
+            Lane(builder, lanes.load(self.nodes, self.row(WEIGHT))),
+            Lane(builder, lanes.load(self.nodes, self.row(OFFSET))),
+        )
         beyond = [lanes.variable(NOTHING) for _ in range(D)]
-        with self.planets(self.n) as loop:
-            i = builder.sub(builder.sub(self.n, self.row(1)), loop.index)
+
+        def part(planets):
+            star, weight, t = (Several([lane] * len(planets)) for lane in shared)
             Q, V, d, x, p = (
-                self.load_vector(lanes, self.work, block * D, i) for block in range(5)
+                self.load_vector(lanes, self.work, block * D, planets) for block in range(5)
             )
             X, *G, r, inverse, inverse_0, beta = (
-                self.load(lanes, self.work, 5 * D + k, i) for k in range(KEPT)
+                self.load(lanes, self.work, 5 * D + k, planets) for k in range(KEPT)
             )
             mu, own, c, rest, ratio, inside = (
-                self.number(lanes, k, i) for k in (MASS, OWN, STAR, REST, RATIO, INSIDE)
+                self.number(lanes, k, planets) for k in (MASS, OWN, STAR, REST, RATIO, INSIDE)
             )
             square = inverse * inverse
             cube = square * inverse
@@ -221,13 +269,15 @@ class Stages:
             third = root * root * root
             f = e * (3.0 + e * (3.0 + e)) * (third * third) * self.reciprocal(1.0 + third)
             pull, fall = mu * cube, star * third * cube
-            outside = [Lane(builder, builder.load(one)) for one in beyond]
-            a = [
-                pull * (rest * Q[k] + c * (f * x[k] - d[k])) + (ratio * p[k] + inside * outside[k])
-                for k in range(D)
-            ]
+            a = []
             for k, place in enumerate(beyond):
-                builder.store((outside[k] + own * (p[k] - fall * x[k])).value, place)
+                outside = [Lane(builder, builder.load(place))]
+                pulled = own * (p[k] - fall * x[k])
+                for one in pulled.lanes:
+                    outside.append(outside[-1] + one)
+                builder.store(outside[-1].value, place)
+                near = pull * (rest * Q[k] + c * (f * x[k] - d[k]))
+                a.append(near + (ratio * p[k] + inside * Several(outside[:-1])))
             along_q, along_v, rate_q, rate_v, rate_a = universal.pull_back(
                 mu, beta, X, G, Q, V, r, inverse, inverse_0, a, dot
             )
@@ -237,8 +287,10 @@ class Stages:
                 Qk, Vk, ak = Q[k], V[k], a[k]
                 place = weighted[0] * Qk + weighted[1] * Vk + weighted[2] * ak
                 speed = weighted[3] * Qk + weighted[4] * Vk + weighted[5] * ak
-                self.store(lanes, place, self.k, k, i)
-                self.store(lanes, speed, self.k, D + k, i)
+                self.store(lanes, place, self.k, k, planets)
+                self.store(lanes, speed, self.k, D + k, planets)
+
+        self.inwards(part)
 
 
 @intrinsic

@@ -9,7 +9,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from galvi.kernels.lanes.functions import sine_cosine
+from galvi.kernels.lanes.functions import sine_cosine, two_sum
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
 
@@ -47,24 +47,25 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
         largest = cgutils.alloca_once(builder, BITS)
         builder.store(ir.Constant(BITS, [0] * LANES), largest)
 
-        def do_rows(lanes, first, origin, offset, count, written_out):
+        def do_rows(lanes, first, origin, offset, count, written_out, measured):
             r = builder.add(first, offset)
             if written_out:
                 factors = [lanes.load(table.data, row(j)) for j in range(UNROLLED)]
-                totals = []
-                for i in range(count):
-                    parts = [NOTHING, NOTHING]
-                    for j, factor in enumerate(factors):
+                totals = [
+                    lanes.spread(lanes.number(origin, lanes.plus(first, i))) for i in range(count)
+                ]
+                for j, factor in enumerate(factors):
+                    for i in range(count):
                         value = lanes.spread(lanes.number(slopes.data, lanes.plus(r, i), row(j)))
-                        parts[j % 2] = lanes.add(parts[j % 2], lanes.mul(value, factor))
-                    totals.append(lanes.add(*parts))
+                        totals[i] = lanes.add(totals[i], lanes.mul(value, factor))
             else:
-                totals = lanes.sums([NOTHING] * count, table.data, row(0), slopes.data, r, stages)
-            for i, total in enumerate(totals):
-                begin = lanes.spread(lanes.number(origin, lanes.plus(first, i)))
-                moved = lanes.add(begin, total)
+                begin = [
+                    lanes.spread(lanes.number(origin, lanes.plus(first, i))) for i in range(count)
+                ]
+                totals = lanes.sums(begin, table.data, row(0), slopes.data, r, stages)
+            for i, moved in enumerate(totals):
                 this = lanes.plus(r, i)
-                with builder.if_then(values[6]):
+                if measured:
                     scale = lanes.spread(lanes.number(scales.data, this))
                     far = Lane(builder, builder.fsub(moved, lanes.load(out.data, this)))
                     bits = abs(far * Lane(builder, scale)).bits
@@ -74,7 +75,7 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
                     builder.store(builder.select(more, bits, before), largest)
                 lanes.store(moved, out.data, this)
 
-        def all_rows(written_out):
+        def all_rows(written_out, measured):
             chunks = builder.udiv(padded, row(LANES))
             with cgutils.for_range(builder, chunks, intp=row) as outer:
                 lanes = Lanes(context, builder, padded, outer.index)
@@ -83,19 +84,20 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
                     blocks = builder.udiv(rows, row(BLOCK))
                     with cgutils.for_range(builder, blocks, intp=row) as loop:
                         first = builder.mul(loop.index, row(BLOCK))
-                        do_rows(lanes, first, origin, offset, BLOCK, written_out)
+                        do_rows(lanes, first, origin, offset, BLOCK, written_out, measured)
                     done = builder.mul(blocks, row(BLOCK))
                     rest = builder.sub(rows, done)
                     with cgutils.for_range(builder, rest, intp=row) as loop:
-                        do_rows(
-                            lanes, builder.add(done, loop.index), origin, offset, 1, written_out
-                        )
+                        first = builder.add(done, loop.index)
+                        do_rows(lanes, first, origin, offset, 1, written_out, measured)
 
         with builder.if_else(builder.icmp_unsigned("==", stages, row(UNROLLED))) as (eight, other):
-            with eight:
-                all_rows(True)
-            with other:
-                all_rows(False)
+            for part, written_out in ((eight, True), (other, False)):
+                with part, builder.if_else(values[6]) as (yes, no):
+                    with yes:
+                        all_rows(written_out, True)
+                    with no:
+                        all_rows(written_out, False)
         lanes = Lanes(context, builder, padded, row(0))
         return builder.bitcast(lanes.largest(builder.load(largest)), DOUBLE)
 
@@ -119,25 +121,73 @@ def add_rows(typingctx, b, k, high, low, first, rows):
         row = padded.type
         first, rows = values[4:]
         chunks = builder.udiv(padded, row(LANES))
-        with cgutils.for_range(builder, rows, intp=row) as loop:
-            this = builder.add(first, loop.index)
-            total = cgutils.alloca_once_value(builder, NOTHING)
+
+        def products(r):
+            """Lanes whose sum is sum_j b_j k_j of a row."""
+            total = cgutils.alloca_once(builder, NOTHING.type)
+            builder.store(NOTHING, total)
             with cgutils.for_range(builder, chunks, intp=row) as inner:
                 lanes = Lanes(context, builder, padded, inner.index)
                 weight = Lane(builder, lanes.load(weights.data, row(0)))
-                product = weight * Lane(builder, lanes.load(slopes.data, this))
+                product = weight * Lane(builder, lanes.load(slopes.data, r))
                 builder.store((product + Lane(builder, builder.load(total))).value, total)
-            x = added_up(builder, builder.load(total))
-            place = builder.gep(highs.data, [loop.index])
-            place_low = builder.gep(lows.data, [loop.index])
-            high, rest = _two_sum(builder, builder.load(place), x)
-            rest = builder.fadd(rest, builder.load(place_low))
-            high, rest = _two_sum(builder, high, rest)
-            builder.store(high, place)
-            builder.store(rest, place_low)
+            return builder.load(total)
+
+        def compensated(high, low, more):
+            high, rest = two_sum(high, more)
+            return two_sum(high, rest + low)
+
+        eights = builder.udiv(rows, row(LANES))
+        with cgutils.for_range(builder, eights, intp=row) as loop:
+            begin = builder.mul(loop.index, row(LANES))
+            r = builder.add(begin, first)
+            found = [products(builder.add(r, row(i))) for i in range(LANES)]
+            places = [
+                builder.bitcast(builder.gep(array.data, [begin]), NOTHING.type.as_pointer())
+                for array in (highs, lows)
+            ]
+            state = [builder.load(place) for place in places]
+            for value in state:
+                value.align = 8
+            moved = compensated(
+                *(Lane(builder, value, ()) for value in state),
+                Lane(builder, sums_of_eight(builder, found), ()),
+            )
+            for value, place in zip(moved, places, strict=True):
+                builder.store(value.value, place).align = 8
+        done = builder.mul(eights, row(LANES))
+        with cgutils.for_range(builder, builder.sub(rows, done), intp=row) as loop:
+            this = builder.add(done, loop.index)
+            total = added_up(builder, products(builder.add(this, first)))
+            places = [builder.gep(array.data, [this]) for array in (highs, lows)]
+            high, low = (builder.load(place) for place in places)
+            high, rest = _two_sum(builder, high, total)
+            high, rest = _two_sum(builder, high, builder.fadd(rest, low))
+            builder.store(high, places[0])
+            builder.store(rest, places[1])
         return context.get_dummy_value()
 
     return signature, generate
+
+
+PAIRS = (
+    ([0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]),
+    ([0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]),
+    ([0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]),
+)
+
+
+def sums_of_eight(builder, vectors):
+    """The sums of eight vectors' lanes, as the lanes of one."""
+    kind = ir.VectorType(ir.IntType(32), LANES)
+    for pairs in PAIRS:
+        vectors = [
+            builder.fadd(
+                *(builder.shuffle_vector(a, b, ir.Constant(kind, places)) for places in pairs)
+            )
+            for a, b in zip(vectors[::2], vectors[1::2], strict=True)
+        ]
+    return vectors[0]
 
 
 def added_up(builder, vector):

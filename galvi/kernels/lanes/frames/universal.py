@@ -15,7 +15,7 @@ from fractions import Fraction
 
 from galvi.kernels.lie.arithmetic import polynomial
 
-FARTHEST = 1.3  # largest |beta X^2| 4^-halvings for which the series below are accurate
+FARTHEST = 0.9  # largest |beta X^2| 4^-halvings for which six terms err by 6e-13
 
 
 def _series(first, terms):
@@ -63,7 +63,7 @@ def moved(beta, G, step):
     below = [-(beta * G0), -(beta * G1), G0, G1, G2, G3, G4, G5]
     half, third = 0.5 * step, step * (1.0 / 3.0)
     return tuple(
-        below[n] + step * below[n - 1] + step * half * (below[n - 2] + third * below[n - 3])
+        below[n] + step * (below[n - 1] + half * (below[n - 2] + third * below[n - 3]))
         for n in range(3, 8)
     )
 
