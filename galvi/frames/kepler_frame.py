@@ -22,6 +22,7 @@ from galvi.kernels.lanes.vectors import LANES
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
+FLAT = 0.45  # half of what planets need, whose orbits may change
 ROUNDEST = 0.9  # largest eccentricity of the orbit on which nodes are placed
 CORRECTIONS = 60
 
@@ -95,7 +96,10 @@ class KeplerFrame:
         """See `Frame`."""
         found = _hierarchy(problem)
         D, functions = problem.q0.shape[1], FUNCTIONS[problem.q0.shape[1]]
-        numbers = np.concatenate([[step], found.numbers, np.array(found.bodies, dtype=float)])
+        near = min((int(np.sum(_farthest(found, step) > FLAT)) + 1) // 2, found.axes.size // 2)
+        numbers = np.concatenate(
+            [[step, found.numbers[0], near], found.numbers[1:], np.array(found.bodies, dtype=float)]
+        )
         pointers = addresses(*zip(functions, (RATES, DRIFT, LEAVE), strict=True))
         clock = EVEN if self.even else _clock(found, step)
         n = len(found.bodies) - 1
@@ -134,7 +138,8 @@ class Hierarchy(NamedTuple):
     bodies          (n + 1,) the star and the planets, among the problem's bodies
     places, speeds  (n + 1, D) of decimals: of the barycentre, then Jacobi's
     axes            (n,) semi-major axes in the frame; not positive for an orbit that is not bound
-    eccentricity, phase  of the innermost orbit, and its mean anomaly at the start over 2 pi
+    eccentricities  (n,)
+    phase           mean anomaly of the innermost orbit at the start over 2 pi
     numbers         as in galvi.kernels.lanes.frames.kepler, without h
     """
 
@@ -142,7 +147,7 @@ class Hierarchy(NamedTuple):
     places: Any
     speeds: Any
     axes: Array
-    eccentricity: float
+    eccentricities: Array
     phase: float
     numbers: Array
 
@@ -178,17 +183,24 @@ def _hierarchy(problem: Problem) -> Hierarchy:
     mu = np.array(M, dtype=float)
     r = np.linalg.norm(Q, axis=1)
     axes = 1.0 / (2.0 / r - np.sum(V**2, axis=1) / mu)
-    eta, a = float(Q[0] @ V[0]) / math.sqrt(mu[0] * abs(axes[0])), axes[0]
-    e = math.hypot(1.0 - r[0] / a, eta)
-    u = math.atan2(eta, 1.0 - r[0] / a)
-    phase = (u - e * math.sin(u)) / (2.0 * math.pi)
+    sine = np.sum(Q * V, axis=1) / np.sqrt(mu * np.abs(axes))  # e sin u, and e cos u
+    cosine = 1.0 - r / axes
+    e, u = np.hypot(sine, cosine), math.atan2(sine[0], cosine[0])
+    phase = (u - float(e[0]) * math.sin(u)) / (2.0 * math.pi)
     return Hierarchy(bodies, *jacobi, axes, e, phase, numbers)
+
+
+def _farthest(found: Hierarchy, step: float) -> Array:
+    """Bounds of |beta X^2| in half a step, (n,)."""
+    mu = found.numbers[1 : 1 + found.axes.size]
+    pace = np.sqrt(mu / found.axes**3) / np.maximum(1.0 - found.eccentricities, 0.01)
+    return (0.5 * step * pace) ** 2
 
 
 def _clock(found: Hierarchy, step: float) -> tuple[float, float, float]:
     """The clock of the innermost orbit; `EVEN` where a step is not short enough for it."""
     turns = step * math.sqrt(found.numbers[1] / found.axes[0] ** 3) / (2.0 * math.pi)
-    return turns, min(found.eccentricity, ROUNDEST), found.phase
+    return turns, min(float(found.eccentricities[0]), ROUNDEST), found.phase
 
 
 def _kepler(mu: Array, q: Array, v: Array, t: Array) -> Array:
@@ -199,7 +211,7 @@ def _kepler(mu: Array, q: Array, v: Array, t: Array) -> Array:
     X = t * beta / mu
     for _ in range(CORRECTIONS):
         G = universal.universal(beta, X, 10)
-        step, _r = universal.correction(beta, r0, eta, zeta, X, G, t, lambda r: 1.0 / r)
+        step = universal.correction(beta, r0, eta, zeta, X, G, t, lambda r: 1.0 / r)
         X = X + step
         if np.all(np.abs(step) <= 1e-15 * np.abs(X)):
             break

@@ -41,6 +41,7 @@ from galvi.kernels.lanes.frames.rows import (
     add_rows,
     place_nodes,
     place_rows,
+    spread_rows,
 )
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, NOTHING
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
@@ -71,10 +72,7 @@ def solve_step(functions, numbers, tables, nodes, state, counts, W, work, k):
     matrix, b, c, fit, clock, sizes, checks = tables
     s, last, change = matrix.shape[0], 0.0, 0.0
     wanted = int(checks[PASSES])
-    n = W.shape[0] // 2
-    for i in range(n):
-        for j in range(W.shape[1]):
-            W[i, j], W[n + i, j] = state[4, i], state[6, i]
+    spread_rows(state[4], state[6], W)
     for passes in range(1, MOST_PASSES + 1):
         call_void(functions[0], numbers, nodes, W, work, k, float(passes - 1))
         counts[ITERATIONS] += 1

@@ -11,7 +11,7 @@ with c_i = m_0 / M_(i-1), f_k = -m_0 x_k / |x_k|^3 and p_k = sum_j m_j (x_j - x_
 planets. The bracket is small, and computed without cancellation (Encke): with e = d.(2 Q + d) / |Q|^2
 and f = 1 - (1 + e)^(-3/2) it is [(1 - c) Q + c (f x - d)] / |Q|^3.
 
-numbers  h, m_0, then n each: M, m, m / M, c, 1 - c, M_i / M_(i-1), 1 / M_(i-1)
+numbers  h, m_0, pairs of near planets, for which |beta X^2| may exceed 0.9; then n each: M, m, m / M, c, 1 - c, M_i / M_(i-1), 1 / M_(i-1)
 W, k     (2 D n, P)  D rows of n places Q, D rows of n velocities
 work     (ROWS n, P), in blocks of n rows:
          Q and Q' at the stages (2 D), d (D), x (D), p (D), X, G1 to G5, r, 1 / r, 1 / r0, beta
@@ -33,7 +33,8 @@ from galvi.kernels.lanes.frames.several import Several
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
 
-HEAD = 2  # numbers before those of planets
+NEAR, HEAD = 2, 3  # a number, and numbers before those of planets
+HALVINGS = 2  # of the argument of a series, for near planets
 MASS, OWN, SHARE, STAR, REST, RATIO, INSIDE = range(7)
 KEPT = 10  # blocks of one row
 TERMS = 6  # of a series
@@ -121,15 +122,24 @@ class Stages:
         for lane, place in zip(value.lanes, places, strict=True):
             self.builder.store(lane.value, place)
 
-    def outwards(self, part):
-        """Do a part for all planets, in their order."""
+    def outwards(self, lanes, part):
+        """Do a part (planets, halvings) for all planets, in their order.
+
+        Far planets turn so little in a step that their series need no halving.
+        """
         builder, row = self.builder, self.row
         pairs = builder.lshr(self.n, row(1))
-        with cgutils.for_range(builder, pairs, intp=row) as loop:
-            first = builder.shl(loop.index, row(1))
-            part((first, builder.add(first, row(1))))
+        near = builder.fptosi(lanes.number(self.numbers, row(NEAR)), row)
+
+        def some(begin, end, halvings):
+            with cgutils.for_range(builder, builder.sub(end, begin), intp=row) as loop:
+                first = builder.shl(builder.add(begin, loop.index), row(1))
+                part((first, builder.add(first, row(1))), halvings)
+
+        some(row(0), near, HALVINGS)
+        some(near, pairs, 0)
         with builder.if_then(builder.trunc(self.n, ir.IntType(1))):
-            part((builder.sub(self.n, row(1)),))
+            part((builder.sub(self.n, row(1)),), HALVINGS)
 
     def inwards(self, part):
         """Do a part for all planets, in the opposite order."""
@@ -149,7 +159,7 @@ class Stages:
         h = abs(self.scalar(lanes, 0))
         before = [lanes.variable(NOTHING) for _ in range(D)]
 
-        def part(planets):
+        def part(planets, halvings):
             t = Several([here] * len(planets))
             mu = self.number(lanes, MASS, planets)
             q, v = (self.load_vector(lanes, self.W, block, planets) for block in (0, D))
@@ -158,7 +168,7 @@ class Stages:
             r0, eta = square * inverse_0, dot(q, v)
             beta = 2.0 * mu * inverse_0 - dot(v, v)
             zeta = mu - beta * r0
-            X, G = self.solved(lanes, planets, mu, beta, r0, eta, zeta, t, h)
+            X, G = self.solved(lanes, planets, halvings, mu, beta, r0, eta, zeta, t, h)
             r = r0 + (eta * G[0] + zeta * G[1])
             inverse = self.reciprocal(r)
             f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
@@ -179,9 +189,9 @@ class Stages:
             for k, lane in enumerate((X, *G, r, inverse, inverse_0, beta)):
                 self.store(lanes, lane, self.work, 5 * D + k, planets)
 
-        self.outwards(part)
+        self.outwards(lanes, part)
 
-    def solved(self, lanes, planets, mu, beta, r0, eta, zeta, t, h):
+    def solved(self, lanes, planets, halvings, mu, beta, r0, eta, zeta, t, h):
         """X and G1 to G5 at the times t, from the last pass's X or in the first from the mean motion.
 
         NaN where Kepler's equation was not solved, or X is too large for the series.
@@ -196,8 +206,8 @@ class Stages:
         limit = h * Lane(builder, lanes.spread(self.tolerance))
         with cgutils.for_range(builder, self.row(MOST)) as loop:
             X = self.kept(place)
-            G = universal.universal(beta, X, TERMS)
-            step, _r = universal.correction(beta, r0, eta, zeta, X, G, t, self.reciprocal)
+            G = universal.universal(beta, X, TERMS, halvings)
+            step = universal.correction(beta, r0, eta, zeta, X, G, t, self.reciprocal)
             for variable, value in zip(found, G, strict=True):
                 self.keep(value, variable)
             self.keep(X + step, place)
@@ -215,7 +225,7 @@ class Stages:
         G = universal.moved(beta, [self.kept(one) for one in found], step)
 
         def checked(x, far, r, b):
-            inside = abs(b) * x * x <= 16.0 * universal.FARTHEST
+            inside = abs(b) * x * x <= 4.0**halvings * universal.FARTHEST
             return x.where(builder.and_(abs(far) * r <= limit, inside), NAN)
 
         return X.each(checked, step, r0, beta), G
@@ -277,16 +287,14 @@ class Stages:
                     outside.append(outside[-1] + one)
                 builder.store(outside[-1].value, place)
                 near = pull * (rest * Q[k] + c * (f * x[k] - d[k]))
-                a.append(near + (ratio * p[k] + inside * Several(outside[:-1])))
+                a.append(weight * (near + (ratio * p[k] + inside * Several(outside[:-1]))))
             along_q, along_v, rate_q, rate_v, rate_a = universal.pull_back(
                 mu, beta, X, G, Q, V, r, inverse, inverse_0, a, dot
             )
             back = mu * G[2] - t
-            weighted = [weight * one for one in (along_q, along_v, back, rate_q, rate_v, rate_a)]
             for k in range(D):
-                Qk, Vk, ak = Q[k], V[k], a[k]
-                place = weighted[0] * Qk + weighted[1] * Vk + weighted[2] * ak
-                speed = weighted[3] * Qk + weighted[4] * Vk + weighted[5] * ak
+                place = along_q * Q[k] + along_v * V[k] + back * a[k]
+                speed = rate_q * Q[k] + rate_v * V[k] + rate_a * a[k]
                 self.store(lanes, place, self.k, k, planets)
                 self.store(lanes, speed, self.k, D + k, planets)
 

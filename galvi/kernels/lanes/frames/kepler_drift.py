@@ -23,7 +23,7 @@ from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
 
 TERMS = 10  # of a series
-SMALL = 3e-5  # share of a step up to which a correction of X is the last one
+SMALL = 2e-6  # share of a step up to which a correction of X is the last one
 FARTHEST = 56.0  # largest |beta X^2| for which the series are accurate: 1.2 revolutions
 BLOCKS = INSIDE + 1  # of numbers of planets
 NAN = math.nan
@@ -128,7 +128,7 @@ def _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t):
     with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST)) as loop:
         X = Lane(builder, builder.load(place))
         G = universal.universal(beta, X, TERMS, exact=True)
-        step, _r = universal.correction(beta, r0, eta, zeta, X, G, t, lambda r: 1.0 / r)
+        step = universal.correction(beta, r0, eta, zeta, X, G, t, lambda r: 1.0 / r)
         for variable, value in zip(found, G, strict=True):
             builder.store(value.value, variable)
         builder.store((X + step).value, place)

@@ -105,6 +105,28 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
 
 
 @intrinsic
+def spread_rows(typingctx, q, v, W):
+    """W <- the state in all lanes; arrays as for `place_rows`."""
+    signature = types.void(q, v, W)
+
+    def generate(context, builder, signature, values):
+        places, speeds, out = _arrays(context, builder, signature, values, range(3))
+        padded = builder.extract_value(out.shape, 1)
+        row = padded.type
+        rows = builder.udiv(builder.extract_value(out.shape, 0), row(2))
+        with cgutils.for_range(builder, builder.udiv(padded, row(LANES)), intp=row) as outer:
+            lanes = Lanes(context, builder, padded, outer.index)
+            for half, origin in enumerate((places.data, speeds.data)):
+                offset = builder.mul(rows, row(half))
+                with cgutils.for_range(builder, rows, intp=row) as loop:
+                    value = lanes.spread(lanes.number(origin, loop.index))
+                    lanes.store(value, out.data, builder.add(offset, loop.index))
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
 def add_rows(typingctx, b, k, high, low, first, rows):
     """high + low <- high + low + sum_j b_j k_j, compensated, for ``rows`` rows of k from ``first``.
 

@@ -57,28 +57,24 @@ def universal(beta, X, terms, halvings=2, exact=False):
 
 
 def moved(beta, G, step):
-    """G1 to G5 at X + step, up to the fourth power of the small step."""
+    """G1 to G5 at X + step, up to the third power of the small step."""
     G1, G2, G3, G4, G5 = G
     G0 = 1.0 - beta * G2
-    below = [-(beta * G0), -(beta * G1), G0, G1, G2, G3, G4, G5]
-    half, third = 0.5 * step, step * (1.0 / 3.0)
+    below = [-(beta * G1), G0, G1, G2, G3, G4, G5]
+    half = 0.5 * step
     return tuple(
-        below[n] + step * (below[n - 1] + half * (below[n - 2] + third * below[n - 3]))
-        for n in range(3, 8)
+        below[n] + step * (below[n - 1] + half * below[n - 2]) for n in range(2, 7)
     )
 
 
 def correction(beta, r0, eta, zeta, X, G, t, reciprocal):
-    """The change of X that solves Kepler's equation up to its fourth power, and dt/dX there."""
+    """The change of X that solves Kepler's equation up to its third power."""
     G1, G2, G3, _, _ = G
     gap = r0 * X - t + (eta * G2 + zeta * G3)
-    r = r0 + (eta * G1 + zeta * G2)
-    G0 = 1.0 - beta * G2
-    inverse = reciprocal(r)
-    first = -(gap * inverse)
-    second = 0.5 * inverse * (eta * G0 + zeta * G1)
-    third = (1.0 / 6.0) * inverse * (zeta * G0 - beta * (eta * G1))
-    return first - first * first * (second - first * (2.0 * (second * second) - third)), r
+    inverse = reciprocal(r0 + (eta * G1 + zeta * G2))
+    first = gap * inverse
+    second = 0.5 * inverse * (eta - eta * beta * G2 + zeta * G1)
+    return -(first + first * first * second)
 
 
 def pull_back(mu, beta, X, G, q, v, r, inverse, inverse_0, a, dot):
@@ -86,20 +82,17 @@ def pull_back(mu, beta, X, G, q, v, r, inverse, inverse_0, a, dot):
 
     X, G       of the motion from start to end, in time t
     q, v, r    at its end, with inverse = 1 / r; inverse_0 = 1 / r0 at its start
-    Derived from the motion back, whose X, G1, G3 and G5 have the other sign.
+
+    Returns c, with (c0 q + c1 v + (mu G3 - t) a, c2 q + c3 v + c4 a). With dg = dG(-X), from
+    dG_n/dbeta = (n G_(n+2) - X G_(n+1)) / 2.
     """
-    X, G1, G2, G3, G4, G5 = -X, -G[0], G[1], -G[2], G[3], -G[4]
-    eta, d_eta, d_beta = dot(q, v), dot(q, a), -2.0 * dot(v, a)
-    half = 0.5 * d_beta
-    G1_beta = half * (G3 - X * G2)
-    G2_beta = half * (2.0 * G4 - X * G3)
-    G3_beta = half * (3.0 * G5 - X * G4)
-    dX = -(inverse_0 * (G2 * d_eta + (r * G1_beta + eta * G2_beta + mu * G3_beta)))
-    G0 = 1.0 - beta * G2
-    dG1, dG2, dG3 = G0 * dX + G1_beta, G1 * dX + G2_beta, G2 * dX + G3_beta
-    d_r0 = eta * dG1 + G1 * d_eta + mu * dG2 - r * (G2 * d_beta + beta * dG2)
-    pace = d_r0 * inverse_0
-    along_q, along_v = -(mu * inverse) * dG2, -(mu * dG3)
-    turn = -(mu * inverse_0)
-    rate_q, rate_v = turn * inverse * (dG1 - G1 * pace), turn * (dG2 - G2 * pace)
-    return along_q, along_v, rate_q, rate_v, 1.0 + turn * G2
+    G1, G2, G3, G4, G5 = G
+    eta, d_eta, s = dot(q, v), dot(q, a), dot(v, a)
+    B1, B2, B3 = s * (X * G2 - G3), s * (X * G3 - 2.0 * G4), s * (X * G4 - 3.0 * G5)
+    dX = inverse_0 * (r * B1 - eta * B2 + mu * B3 - G2 * d_eta)
+    dg1 = dX - beta * G2 * dX - B1
+    dg2, dg3 = B2 - G1 * dX, G2 * dX - B3
+    d_r0 = eta * dg1 - G1 * d_eta + (mu - r * beta) * dg2 + 2.0 * (r * G2) * s
+    pace, turn, fall = d_r0 * inverse_0, mu * inverse_0, mu * inverse
+    rate_q = turn * inverse * (-dg1 - G1 * pace)
+    return -(fall * dg2), -(mu * dg3), rate_q, turn * (G2 * pace - dg2), 1.0 - turn * G2
