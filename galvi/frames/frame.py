@@ -22,17 +22,22 @@ class Motion:
     alive      what must exist as long as these
     numbers    (c,) their constants
     work       rows of scratch that they need
+    guesses    rows that they keep from pass to pass, which a pass at other nodes can interpolate
     sizes      (2 n,) of the places and velocities in the frame, to which changes are relative
     clock      (3,) revolutions a step of a reference orbit, its eccentricity and its mean anomaly
                at the start over 2 pi; `EVEN` for Gauss nodes
+    stretch    alpha of arcsin(alpha y) / arcsin(alpha), by which nodes y in [-1, 1] are moved towards
+               the middle
     """
 
     functions: Any
     alive: Any
     numbers: Array
     work: int
+    guesses: int
     sizes: Array
     clock: tuple[float, float, float] = EVEN
+    stretch: float = 0.0
 
 
 class Frame(Hashable, Protocol):

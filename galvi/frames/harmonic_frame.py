@@ -28,7 +28,7 @@ SOURCE = """from galvi.kernels.lanes.frames.harmonic import harmonic_rates
 whole_pass = harmonic_rates(slopes, {d})
 
 
-def rates_DIGEST(numbers, nodes, W, work, k, number):
+def rates_DIGEST(numbers, nodes, W, work, guess, k, number):
     whole_pass(numbers, nodes, W, work, k)
 """
 SMALL = 1e-13  # of the largest square of a frequency, below which it is 0
@@ -119,7 +119,7 @@ class HarmonicFrame:
             np.cos(omega * offsets).ravel(), _sine(omega, offsets).ravel(), constants,
         ])  # fmt: skip
         pointers = addresses((rates, RATES), (harmonic.drift, DRIFT), (harmonic.leave, LEAVE))
-        return Motion(pointers, rates, numbers, 2 * d, _sizes(self, problem, step))
+        return Motion(pointers, rates, numbers, 2 * d, 0, _sizes(self, problem, step))
 
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
         """See `Frame`."""

@@ -39,7 +39,8 @@ def _failure(
 def _curves(
     problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, coefficients: Array
 ) -> FrameCurves:
-    path = Path(problem, method, motion_of(problem, method, step).clock)
+    motion = motion_of(problem, method, step)
+    path = Path(problem, method, motion.clock, motion.stretch)
     first = round((t0 - problem.t0) / step)
     bases = bases.reshape(len(bases), 2, -1)
     return FrameCurves(method.space, t0, step, bases, coefficients, first, path)

@@ -7,23 +7,27 @@ from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.frames.frame import Frame, Motion, revolution
 from galvi.kernels.lanes.frames.collocation import CHANGE, MOST_PASSES, compiled_advance_frame
 from galvi.kernels.lanes.frames.rows import ECCENTRICITY, PACE, PHASE, PLACE, TURNS, TWO_PI
+from galvi.kernels.lanes.vectors import LANES
 from galvi.kernels.nystrom.advance import NOTHING
 from galvi.kernels.nystrom.solve import ITERATIONS, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.rules.gauss import gauss
 from galvi.run.engine import Call
 from galvi.run.nystrom_steppers import ROUND_OFF, aligned, stages_in_lanes
 from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
+from galvi.spaces.polynomials import Polynomials
+from galvi.tableau import tabulate
 
 FINEST = 2.0**-60  # what passes leave where round-off is asked for
 USUAL = 100.0  # a change larger than so many times that at the start calls for further passes
-STRETCH = 0.6  # alpha of arcsin(alpha y) / arcsin(alpha), which moves nodes apart at the ends
 
 
 def frame_of(method: Galerkin) -> Frame:
@@ -31,10 +35,12 @@ def frame_of(method: Galerkin) -> Frame:
     return cast(Frame, method.chart)
 
 
-def stretched(y: Array) -> tuple[Array, Array]:
+def stretched(y: Array, stretch: float) -> tuple[Array, Array]:
     """The places in [-1, 1] of Gauss nodes y that are moved, and their slopes by y."""
-    whole = np.arcsin(STRETCH)
-    return np.arcsin(STRETCH * y) / whole, STRETCH / whole / np.sqrt(1.0 - (STRETCH * y) ** 2)
+    if stretch < 1e-8:
+        return y, np.ones_like(y)
+    whole = np.arcsin(stretch)
+    return np.arcsin(stretch * y) / whole, stretch / whole / np.sqrt(1.0 - (stretch * y) ** 2)
 
 
 @lru_cache(maxsize=32)
@@ -53,7 +59,36 @@ def tables_of(motion: Motion, method: Galerkin, checks: Array) -> tuple[Array, .
         table.integral.T[:, lanes], weights, table.c[lanes], table.projection.T, motion.clock,
         1.0 / motion.sizes, checks,
     )  # fmt: skip
-    return tuple(np.array(x, dtype=np.float64, order="C") for x in numbers)
+    arrays = [np.array(x, dtype=np.float64, order="C") for x in numbers]
+    return *arrays, _coarse(table.c)
+
+
+def _coarse(c: Array) -> tuple[Any, ...]:
+    """The tables of a first pass at about half as many nodes, where that saves a row of lanes."""
+    s, width = c.size, stages_in_lanes(c.size).size
+    fewer = min(-(-width // (2 * LANES)) * LANES, s)
+    if fewer == s or width == LANES:
+        return np.zeros((0, width)), np.zeros(LANES), np.zeros(LANES), np.zeros((0, width))
+    few = tabulate(Polynomials(fewer), gauss(fewer))
+    lanes = stages_in_lanes(s)
+    legendre = legvander(2.0 * few.c - 1.0, fewer - 1)
+    values = np.linalg.solve(legendre.T, legvander(2.0 * c - 1.0, fewer - 1).T)
+    integrals = legendre_integrals(c, fewer) @ np.linalg.inv(legendre)
+    matrices = (np.ascontiguousarray(x[:, lanes]) for x in (integrals.T, values))
+    matrix, guess = matrices
+    return matrix, few.b.copy(), few.c.copy(), guess
+
+
+def legendre_integrals(c: Array, count: int) -> Array:
+    """The integrals from 0 to c of the first Legendre polynomials on [0, 1], (len(c), count)."""
+    P = legvander(2.0 * c - 1.0, count)
+    k = np.arange(1, count)
+    first = 0.5 * (P[:, 1:2] + 1.0)
+    rest = 0.5 * (P[:, 2:] - P[:, : count - 1]) / (2 * k + 1)
+    result: Array = np.hstack([first, rest])
+    return result
+
+
 
 
 def frame_stepper(
@@ -72,11 +107,15 @@ def _stepper(
     motion = motion_of(problem, method, step)
     tables = tables_of(motion, method, checks)
     rows, width = motion.sizes.size, tables[1].size
-    scratch = tuple(aligned(
-        (rows, width), (rows, width), (5, width), (motion.work, width), work.state.shape
-    ))  # fmt: skip
-    y = 2.0 * tables[2] - 1.0
-    scratch[2][PLACE], scratch[2][PACE] = stretched(y)
+    few = tables[-1][2]
+    arrays = aligned(
+        *(shape for m in (width, few.size)
+          for shape in ((rows, m), (rows, m), (5, m), (motion.guesses, m))),
+        (motion.work, LANES), work.state.shape,
+    )  # fmt: skip
+    scratch = tuple(arrays[:4]), tuple(arrays[4:8]), arrays[8], arrays[9]
+    for nodes, c in ((arrays[2], tables[2]), (arrays[6], few)):
+        nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
     kernel = compiled_advance_frame()
     plan, progress, kept = run_plan(problem, step, steps, start, work, start.tolerance)
 
@@ -120,7 +159,7 @@ def _first_step(
     numbers = np.array(checks)
     stepper, tables = _stepper(problem, method, step, 1, begin, work, numbers)
     code = stepper(1)
-    return int(work.counts[ITERATIONS]), float(tables[-1][CHANGE]), code
+    return int(work.counts[ITERATIONS]), float(tables[-2][CHANGE]), code
 
 
 @lru_cache(maxsize=32)
@@ -138,6 +177,7 @@ class Path:
     problem: Problem
     method: Galerkin
     clock: tuple[float, float, float]
+    stretch: float
 
     def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
         """See `MovingPath`: inverts what galvi.kernels.lanes.frames.rows.place_nodes does."""
@@ -152,8 +192,10 @@ class Path:
         for _ in range(50):
             u = u - (u - e * np.sin(u) - time) / (1.0 - e * np.cos(u))
         place = np.clip((2.0 * u - u_0 - u_1) / (u_1 - u_0), -1.0, 1.0)
-        y = np.sin(np.arcsin(STRETCH) * place) / STRETCH
-        pace = stretched(y)[1]
+        y = place
+        if self.stretch >= 1e-8:
+            y = np.sin(np.arcsin(self.stretch) * place) / self.stretch
+        pace = stretched(y, self.stretch)[1]
         slope = (t_1 - t_0) / ((1.0 - e * np.cos(u)) * (u_1 - u_0) * pace)
         return 0.5 * (1.0 + y), slope
 

@@ -15,9 +15,12 @@ state      (8, m)   q, its low part, v, its low part at the end of the last step
                     a step, at the next one's centre; m >= d and n
 tables     A^T (s, P); b (P,), 0 after the last stage; c (P,); coefficients of a curve from slopes,
            transposed (s, m); clock (3,) see `place_nodes`, with eccentricity -1 for equal weights;
-           1 / sizes of the rows (2 n,); checks (4,)
+           1 / sizes of the rows (2 n,); checks (4,); coarse
 checks     (4,)     passes of a step; the relative change of W before the last of them above which
                     further ones are made; what these may leave; and the last change measured
+coarse     for the first pass, whose states are all the same: at fewer nodes, their matrix to the
+           stages (s', P), weights (P',) and places (P',), and the values (s', P) of their
+           polynomials at the stages, by which guesses are interpolated; s' is 0 where the first pass is done at all nodes
 nodes      (5, P)   times, times since the step's centre, weights dt/dc, then places of the nodes in
                     [-1, 1] and their slopes, which are given
 spare      (8, m)
@@ -39,6 +42,7 @@ from galvi.kernels.lanes.frames.rows import (
     TIME,
     WEIGHT,
     add_rows,
+    interpolate_rows,
     place_nodes,
     place_rows,
     spread_rows,
@@ -47,14 +51,17 @@ from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, NOTHING
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
 
-# (numbers, nodes, W, work, k, pass): k <- weight times w' at the stages W; the pass is 0 in the first
-RATES = types.void(VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, REAL)
+# (numbers, nodes, W, work, guess, k, pass): k <- weight times w' at the stages W. work (.., LANES) is
+# scratch for eight stages, guess (.., P) is kept from pass to pass; the pass is 0 in the first
+RATES = types.void(VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, REAL)
 # (numbers, share, state): rows 4 to 7 of the state move by a share 1, 1/2 or -1/2 of a step
 DRIFT = types.void(VECTOR, REAL, MATRIX)
 # (numbers, state): rows 0 to 3 from rows 4 to 7
 LEAVE = types.void(VECTOR, MATRIX)
-TABLES = types.Tuple((MATRIX, VECTOR, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR))
-WORK = types.UniTuple(MATRIX, 5)
+COARSE = types.Tuple((MATRIX, VECTOR, VECTOR, MATRIX))
+TABLES = types.Tuple((MATRIX, VECTOR, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR, COARSE))
+STAGES = types.UniTuple(MATRIX, 4)
+WORK = types.Tuple((STAGES, STAGES, MATRIX, MATRIX))
 MOST_PASSES = 60
 PASSES, ALARM, LEFT, CHANGE = range(4)
 INFINITE = 1e300
@@ -62,19 +69,29 @@ CONTRACTS = 0.5  # largest ratio of two changes for which further passes are wor
 
 
 @jit_inline
-def solve_step(functions, numbers, tables, nodes, state, counts, W, work, k):
+def solve_step(functions, numbers, tables, state, counts, stages, coarse_stages, work):
     """k at the solution of a step's equations; returns a code.
 
     A fixed number of passes, unless the last change is larger than it was at the start of the run;
     then as many as leave no more than ``checks`` allow: changes shrink by a ratio r, and the slopes
     at the last W are r^2 of its change off.
     """
-    matrix, b, c, fit, clock, sizes, checks = tables
-    s, last, change = matrix.shape[0], 0.0, 0.0
+    matrix, b, c, fit, clock, sizes, checks, coarse = tables
+    W, k, nodes, guess = stages
+    s, last, change, first = matrix.shape[0], 0.0, 0.0, 1
     wanted = int(checks[PASSES])
     spread_rows(state[4], state[6], W)
-    for passes in range(1, MOST_PASSES + 1):
-        call_void(functions[0], numbers, nodes, W, work, k, float(passes - 1))
+    if coarse[0].shape[0] > 0:
+        few_W, few_k, few_nodes, few_guess = coarse_stages
+        spread_rows(state[4], state[6], few_W)
+        call_void(functions[0], numbers, few_nodes, few_W, work, few_guess, few_k, 0.0)
+        interpolate_rows(coarse[3], few_guess, guess)
+        counts[ITERATIONS] += 1
+        counts[FORCES] += coarse[0].shape[0]
+        change = place_rows(coarse[0], few_k, state[4], state[6], W, sizes, wanted <= 2)
+        first = 2
+    for passes in range(first, MOST_PASSES + 1):
+        call_void(functions[0], numbers, nodes, W, work, guess, k, float(passes - 1))
         counts[ITERATIONS] += 1
         counts[FORCES] += s
         checks[CHANGE] = change
@@ -115,12 +132,25 @@ def leave(functions, numbers, share, state, spare, d):
 
 
 @jit_inline
+def set_nodes(plan, clock, number, b, c, nodes):
+    """The times and weights of the nodes c of a step."""
+    for j in range(nodes.shape[1]):
+        nodes[TIME, j] = plan.t0 + (number + c[j]) * plan.step
+    if clock[ECCENTRICITY] >= 0.0:
+        place_nodes(clock, float(number), plan.step, b, nodes)
+    else:
+        for j in range(nodes.shape[1]):
+            nodes[OFFSET, j], nodes[WEIGHT, j] = (c[j] - 0.5) * plan.step, plan.step
+
+
+@jit_inline
 def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kept):
     """Do ``todo`` more steps of a run; returns a code, as galvi.kernels.nystrom.advance."""
     plan, kept = Plan(*plan), Kept(*kept)
-    matrix, b, c, fit, clock, sizes, checks = tables
+    matrix, b, c, fit, clock, sizes, checks, coarse = tables
     state, _stages, solver_state, counts, _passage = progress
-    W, k, nodes, work, spare = scratch
+    stages, coarse_stages, work, spare = scratch
+    W, k, nodes, _guess = stages
     h, n, d = plan.step, W.shape[0] // 2, kept.q.shape[1]
     if solver_state[HOLDS] == NOTHING:
         call_void(functions[1], numbers, 0.5, state)
@@ -128,14 +158,10 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
     first = solver_state[DONE]
     for step in range(first, first + todo):
         number = plan.first + step
-        for j in range(nodes.shape[1]):
-            nodes[TIME, j] = plan.t0 + (number + c[j]) * h
-        if clock[ECCENTRICITY] >= 0.0:
-            place_nodes(clock, float(number), h, b, nodes)
-        else:
-            for j in range(nodes.shape[1]):
-                nodes[OFFSET, j], nodes[WEIGHT, j] = (c[j] - 0.5) * h, h
-        code = solve_step(functions, numbers, tables, nodes, state, counts, W, work, k)
+        if coarse[0].shape[0] > 0:
+            set_nodes(plan, clock, number, coarse[1], coarse[2], coarse_stages[2])
+        set_nodes(plan, clock, number, b, c, nodes)
+        code = solve_step(functions, numbers, tables, state, counts, stages, coarse_stages, work)
         if code != SOLVED:
             if step > 0 or plan.first > 0:
                 leave(functions, numbers, -0.5, state, spare, d)

@@ -9,7 +9,7 @@ numbers  F by rows (d, d); omega^2 (d,); for a whole step, then for half of it, 
          cos(omega t) - 1, sin(omega t) / omega and -omega sin(omega t), then the low part of each;
          cos(omega t_j) (d, P), sin(omega t_j) / omega (d, P); the potential's constants
 state    rows 4 to 7: x, its low part, x' and its low part, (d,)
-work     (2 d, P)  modes and places at the stages
+work     (2 d, LANES)  modes and places at eight stages
 """
 
 from __future__ import annotations
@@ -60,12 +60,12 @@ def harmonic_rates(slopes, d):
                     rows = range(first, min(first + 4, d))
                     totals = [lanes.variable(NOTHING) for _ in rows]
                     with cgutils.for_range(builder, row(d), intp=row) as loop:
-                        here = lanes.load(scratch, builder.add(row(source), loop.index))
+                        value = lanes.load(scratch, builder.add(row(source), loop.index))
                         column = builder.mul(loop.index, row(across))
                         for i, total in zip(rows, totals, strict=True):
                             place = builder.add(column, row(i * stride))
                             factor = lanes.spread(builder.load(builder.gep(known, [place])))
-                            more = lanes.mul(factor, here)
+                            more = lanes.mul(factor, value)
                             builder.store(lanes.add(builder.load(total), more), total)
                     for i, total in zip(rows, totals, strict=True):
                         lanes.store(builder.load(total), scratch, row(target + i))
@@ -73,22 +73,23 @@ def harmonic_rates(slopes, d):
             chunks = builder.udiv(padded, row(LANES))
             with cgutils.for_range(builder, chunks, intp=row) as loop:
                 lanes = Lanes(context, builder, padded, loop.index)
+                here = Lanes(context, builder, row(LANES), row(0))
 
-                def load(data, i, lanes=lanes):
-                    return Lane(builder, lanes.load(data, row(i)))
+                def load(data, i, lanes=lanes, here=here):
+                    return Lane(builder, (here if data is scratch else lanes).load(data, row(i)))
 
                 squares = Constants(builder, lanes, known, row)
                 for i in range(d):
                     x = load(tables, i) * load(given, i) + load(tables, d + i) * load(given, d + i)
-                    lanes.store(x.value, scratch, row(i))
-                product(lanes, False, 0, d)
+                    here.store(x.value, scratch, row(i))
+                product(here, False, 0, d)
                 places = [load(scratch, d + i) for i in range(d)]
                 given_constants = From(Constants(builder, lanes, constants, row), 0)
                 found = slopes(places, load(times, 0), given_constants)
                 for i, slope in enumerate(found):
-                    lanes.store((-places[0].same(slope)).value, scratch, row(d + i))
+                    here.store((-places[0].same(slope)).value, scratch, row(d + i))
                 modes = [load(scratch, i) for i in range(d)]
-                product(lanes, True, d, 0)
+                product(here, True, d, 0)
                 weight = load(times, WEIGHT)
                 for i in range(d):
                     force = weight * (load(scratch, i) + squares[d * d + i] * modes[i])

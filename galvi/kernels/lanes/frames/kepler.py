@@ -13,7 +13,8 @@ and f = 1 - (1 + e)^(-3/2) it is [(1 - c) Q + c (f x - d)] / |Q|^3.
 
 numbers  h, m_0, pairs of near planets, for which |beta X^2| may exceed 0.9; then n each: M, m, m / M, c, 1 - c, M_i / M_(i-1), 1 / M_(i-1)
 W, k     (2 D n, P)  D rows of n places Q, D rows of n velocities
-work     (ROWS n, P), in blocks of n rows:
+guess    (n, P)     X
+work     (ROWS n, LANES), in blocks of n rows:
          Q and Q' at the stages (2 D), d (D), x (D), p (D), X, G1 to G5, r, 1 / r, 1 / r0, beta
 """
 
@@ -62,22 +63,24 @@ class Stages:
     def __init__(self, context, builder, signature, values, dimension):
         self.context, self.builder, self.D = context, builder, dimension
         arrays = [
-            context.make_array(signature.args[k])(context, builder, values[k]) for k in range(5)
+            context.make_array(signature.args[k])(context, builder, values[k]) for k in range(6)
         ]
-        self.numbers, self.nodes, self.W, self.work, self.k = (array.data for array in arrays)
+        self.numbers, self.nodes, self.W, self.work, self.guess, self.k = (
+            array.data for array in arrays
+        )
         self.padded = builder.extract_value(arrays[2].shape, 1)
         self.row = self.padded.type
         rows = builder.extract_value(arrays[2].shape, 0)
         self.n = builder.udiv(rows, self.row(2 * dimension))
-        real = values[5].type
-        self.first_pass = builder.fcmp_ordered("==", values[5], ir.Constant(real, 0.0))
+        real = values[6].type
+        self.first_pass = builder.fcmp_ordered("==", values[6], ir.Constant(real, 0.0))
         self.tolerance = builder.select(
             self.first_pass, ir.Constant(real, FIRST), ir.Constant(real, LATER)
         )
         inverse = Reciprocals(context, builder)
         self.reciprocal = lambda x: x.each(inverse.reciprocal)
         self.root = lambda x: x.each(inverse.root)
-        self.root_of = inverse.root
+        self.here = Lanes(context, builder, self.row(LANES), self.row(0))  # in the work
 
     def at(self, block, i):
         """Row i of a block of n."""
@@ -185,9 +188,10 @@ class Stages:
             nothing = Several(Lane(builder, NOTHING) for _ in planets)
             places = [x + y for x, y in zip(Q, d, strict=True)]
             for block, vector in enumerate((Q, V, d, places, [nothing] * D)):
-                self.store_vector(lanes, vector, self.work, block * D, planets)
+                self.store_vector(self.here, vector, self.work, block * D, planets)
+            self.store(lanes, X, self.guess, 0, planets)
             for k, lane in enumerate((X, *G, r, inverse, inverse_0, beta)):
-                self.store(lanes, lane, self.work, 5 * D + k, planets)
+                self.store(self.here, lane, self.work, 5 * D + k, planets)
 
         self.outwards(lanes, part)
 
@@ -198,7 +202,7 @@ class Stages:
         """
         builder = self.builder
         mean = t * beta * self.reciprocal(mu)
-        known = self.load(lanes, self.work, 5 * self.D, planets)
+        known = self.load(lanes, self.guess, 0, planets)
         begin = mean.each(
             lambda a, b: Lane(builder, builder.select(self.first_pass, a.value, b.value)), known
         )
@@ -235,21 +239,21 @@ class Stages:
         builder, D = self.builder, self.D
         with cgutils.for_range(builder, self.n, intp=self.row) as outer:
             i = (outer.index,)
-            here, mass = self.load_vector(lanes, self.work, 3 * D, i), self.number(lanes, OWN, i)
-            pulled = self.variables(lanes, self.load_vector(lanes, self.work, 4 * D, i))
+            here, mass = self.load_vector(self.here, self.work, 3 * D, i), self.number(lanes, OWN, i)
+            pulled = self.variables(lanes, self.load_vector(self.here, self.work, 4 * D, i))
             with cgutils.for_range(builder, outer.index, intp=self.row) as inner:
                 j = (inner.index,)
-                there = self.load_vector(lanes, self.work, 3 * D, j)
+                there = self.load_vector(self.here, self.work, 3 * D, j)
                 gap = [x - y for x, y in zip(there, here, strict=True)]
                 near = self.root(dot(gap, gap))
                 cube = near * near * near
                 onto_i, onto_j = self.number(lanes, OWN, j) * cube, mass * cube
                 for x in range(D):
-                    other = self.load(lanes, self.work, 4 * D + x, j)
-                    self.store(lanes, other - onto_j * gap[x], self.work, 4 * D + x, j)
+                    other = self.load(self.here, self.work, 4 * D + x, j)
+                    self.store(self.here, other - onto_j * gap[x], self.work, 4 * D + x, j)
                     self.keep(self.kept(pulled[x]) + onto_i * gap[x], pulled[x])
             own = [self.kept(x) for x in pulled]
-            self.store_vector(lanes, own, self.work, 4 * D, i)
+            self.store_vector(self.here, own, self.work, 4 * D, i)
 
     def finish(self, lanes):
         """What is left of the accelerations, pulled back to the step's centre."""
@@ -264,10 +268,10 @@ class Stages:
         def part(planets):
             star, weight, t = (Several([lane] * len(planets)) for lane in shared)
             Q, V, d, x, p = (
-                self.load_vector(lanes, self.work, block * D, planets) for block in range(5)
+                self.load_vector(self.here, self.work, block * D, planets) for block in range(5)
             )
             X, *G, r, inverse, inverse_0, beta = (
-                self.load(lanes, self.work, 5 * D + k, planets) for k in range(KEPT)
+                self.load(self.here, self.work, 5 * D + k, planets) for k in range(KEPT)
             )
             mu, own, c, rest, ratio, inside = (
                 self.number(lanes, k, planets) for k in (MASS, OWN, STAR, REST, RATIO, INSIDE)
@@ -302,7 +306,7 @@ class Stages:
 
 
 @intrinsic
-def kepler_rates(typingctx, axes, numbers, nodes, W, work, k, number):
+def kepler_rates(typingctx, axes, numbers, nodes, W, work, guess, k, number):
     """A pass for as many dimensions as ``axes`` has entries; arrays as in the module."""
     dimension = axes.count
 
@@ -317,4 +321,4 @@ def kepler_rates(typingctx, axes, numbers, nodes, W, work, k, number):
             made.finish(lanes)
         return context.get_dummy_value()
 
-    return types.void(axes, numbers, nodes, W, work, k, number), generate
+    return types.void(axes, numbers, nodes, W, work, guess, k, number), generate

@@ -50,15 +50,15 @@ def leave(numbers, state, D):
 
 
 @jit_noalloc
-def rates_in_space(numbers, nodes, W, work, k, number):
+def rates_in_space(numbers, nodes, W, work, guess, k, number):
     """RATES of galvi.kernels.lanes.frames.collocation."""
-    kepler_rates(SPACE, numbers, nodes, W, work, k, number)
+    kepler_rates(SPACE, numbers, nodes, W, work, guess, k, number)
 
 
 @jit_noalloc
-def rates_in_plane(numbers, nodes, W, work, k, number):
+def rates_in_plane(numbers, nodes, W, work, guess, k, number):
     """RATES."""
-    kepler_rates(PLANE, numbers, nodes, W, work, k, number)
+    kepler_rates(PLANE, numbers, nodes, W, work, guess, k, number)
 
 
 @jit_noalloc

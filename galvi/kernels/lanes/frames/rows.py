@@ -13,7 +13,7 @@ from galvi.kernels.lanes.functions import sine_cosine, two_sum
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
 
-UNROLLED = 8  # stages for which sums are written out
+UNROLLED = 8  # terms of a sum that are written out
 BLOCK = 4  # rows that are done together
 TIME, OFFSET, WEIGHT, PLACE, PACE = range(5)  # rows of nodes
 TURNS, ECCENTRICITY, PHASE = range(3)  # of a clock
@@ -29,7 +29,8 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
     """W <- the state + the sums of k by the rows of the matrix; returns the largest change.
 
     matrix   (s, P)         A^T of the collocation
-    k, W     (2 n, P)       slopes and states at the stages: n rows of places, n of velocities
+    k, W     (2 n, P)       slopes and states at the stages: n rows of places, n of velocities; k may
+                            have another P
     q, v     (n or more,)   the state
     sizes    (2 n,)         1 / sizes of the rows; the change is relative to them, NaN the largest
     measure  whether it is wanted; else 0
@@ -44,25 +45,36 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
         row = padded.type
         stages = builder.extract_value(table.shape, 0)
         rows = builder.udiv(builder.extract_value(out.shape, 0), row(2))
+        eights = builder.udiv(stages, row(UNROLLED))
+        written = builder.mul(eights, row(UNROLLED))
         largest = cgutils.alloca_once(builder, BITS)
         builder.store(ir.Constant(BITS, [0] * LANES), largest)
 
-        def do_rows(lanes, first, origin, offset, count, written_out, measured):
+        of_k = Lanes(context, builder, builder.extract_value(slopes.shape, 1), row(0))
+
+        def do_rows(lanes, first, origin, offset, count, measured):
             r = builder.add(first, offset)
-            if written_out:
-                factors = [lanes.load(table.data, row(j)) for j in range(UNROLLED)]
-                totals = [
-                    lanes.spread(lanes.number(origin, lanes.plus(first, i))) for i in range(count)
-                ]
-                for j, factor in enumerate(factors):
+            sums = [
+                lanes.variable(lanes.spread(lanes.number(origin, lanes.plus(first, i))))
+                for i in range(count)
+            ]
+
+            def add(stage, many):
+                totals = [builder.load(place) for place in sums]
+                for j in range(many):
+                    column = builder.add(stage, row(j))
+                    factor = lanes.load(table.data, column)
                     for i in range(count):
-                        value = lanes.spread(lanes.number(slopes.data, lanes.plus(r, i), row(j)))
+                        value = lanes.spread(of_k.number(slopes.data, lanes.plus(r, i), column))
                         totals[i] = lanes.add(totals[i], lanes.mul(value, factor))
-            else:
-                begin = [
-                    lanes.spread(lanes.number(origin, lanes.plus(first, i))) for i in range(count)
-                ]
-                totals = lanes.sums(begin, table.data, row(0), slopes.data, r, stages)
+                for total, place in zip(totals, sums, strict=True):
+                    builder.store(total, place)
+
+            with cgutils.for_range(builder, eights, intp=row) as loop:
+                add(builder.mul(loop.index, row(UNROLLED)), UNROLLED)
+            with cgutils.for_range(builder, builder.sub(stages, written), intp=row) as loop:
+                add(builder.add(written, loop.index), 1)
+            totals = [builder.load(place) for place in sums]
             for i, moved in enumerate(totals):
                 this = lanes.plus(r, i)
                 if measured:
@@ -75,7 +87,7 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
                     builder.store(builder.select(more, bits, before), largest)
                 lanes.store(moved, out.data, this)
 
-        def all_rows(written_out, measured):
+        def all_rows(measured):
             chunks = builder.udiv(padded, row(LANES))
             with cgutils.for_range(builder, chunks, intp=row) as outer:
                 lanes = Lanes(context, builder, padded, outer.index)
@@ -84,22 +96,50 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
                     blocks = builder.udiv(rows, row(BLOCK))
                     with cgutils.for_range(builder, blocks, intp=row) as loop:
                         first = builder.mul(loop.index, row(BLOCK))
-                        do_rows(lanes, first, origin, offset, BLOCK, written_out, measured)
+                        do_rows(lanes, first, origin, offset, BLOCK, measured)
                     done = builder.mul(blocks, row(BLOCK))
-                    rest = builder.sub(rows, done)
-                    with cgutils.for_range(builder, rest, intp=row) as loop:
+                    with cgutils.for_range(builder, builder.sub(rows, done), intp=row) as loop:
                         first = builder.add(done, loop.index)
-                        do_rows(lanes, first, origin, offset, 1, written_out, measured)
+                        do_rows(lanes, first, origin, offset, 1, measured)
 
-        with builder.if_else(builder.icmp_unsigned("==", stages, row(UNROLLED))) as (eight, other):
-            for part, written_out in ((eight, True), (other, False)):
-                with part, builder.if_else(values[6]) as (yes, no):
-                    with yes:
-                        all_rows(written_out, True)
-                    with no:
-                        all_rows(written_out, False)
+        with builder.if_else(values[6]) as (yes, no):
+            with yes:
+                all_rows(True)
+            with no:
+                all_rows(False)
         lanes = Lanes(context, builder, padded, row(0))
         return builder.bitcast(lanes.largest(builder.load(largest)), DOUBLE)
+
+    return signature, generate
+
+
+@intrinsic
+def interpolate_rows(typingctx, matrix, source, target):
+    """The target's rows <- those of the source times the matrix.
+
+    matrix          (s, P)   values of the polynomials of the source's nodes
+    source, target  (rows, P) each
+    """
+    signature = types.void(matrix, source, target)
+
+    def generate(context, builder, signature, values):
+        table, given, out = _arrays(context, builder, signature, values, range(3))
+        count = builder.extract_value(out.shape, 0)
+        padded = builder.extract_value(out.shape, 1)
+        row = padded.type
+        stages = builder.extract_value(table.shape, 0)
+        of_source = Lanes(context, builder, builder.extract_value(given.shape, 1), row(0))
+        with cgutils.for_range(builder, builder.udiv(padded, row(LANES)), intp=row) as outer:
+            lanes = Lanes(context, builder, padded, outer.index)
+            with cgutils.for_range(builder, count, intp=row) as loop:
+                this = loop.index
+                total = lanes.variable(NOTHING)
+                with cgutils.for_range(builder, stages, intp=row) as inner:
+                    value = lanes.spread(of_source.number(given.data, this, inner.index))
+                    term = lanes.mul(value, lanes.load(table.data, inner.index))
+                    builder.store(lanes.add(builder.load(total), term), total)
+                lanes.store(builder.load(total), out.data, this)
+        return context.get_dummy_value()
 
     return signature, generate
 
