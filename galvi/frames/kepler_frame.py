@@ -180,7 +180,7 @@ def _hierarchy(problem: Problem) -> Hierarchy:
             jacobi.append(np.array([centre, *rows]))
         M, before = inner[1:], inner[:-1]
         star_share = m[0] / before
-        blocks = [M, m[1:], m[1:] / M, star_share, (before - m[0]) / before, M / before, 1 / before]
+        blocks = [M, m[1:], m[1:] / M, star_share, (before - m[0]) / before, M / before, 1 / before, 1 / M]
         numbers = np.concatenate([rounded(m[:1]), *(rounded(block) for block in blocks)])
     Q, V = (np.array(exact[1:], dtype=float) for exact in jacobi)
     mu = np.array(M, dtype=float)

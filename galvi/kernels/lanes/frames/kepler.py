@@ -11,11 +11,12 @@ with c_i = m_0 / M_(i-1), f_k = -m_0 x_k / |x_k|^3 and p_k = sum_j m_j (x_j - x_
 planets. The bracket is small, and computed without cancellation (Encke): with e = d.(2 Q + d) / |Q|^2
 and f = 1 - (1 + e)^(-3/2) it is [(1 - c) Q + c (f x - d)] / |Q|^3.
 
-numbers  h, m_0, pairs of near planets, for which |beta X^2| may exceed 0.9; then n each: M, m, m / M, c, 1 - c, M_i / M_(i-1), 1 / M_(i-1)
+numbers  h, m_0, pairs of near planets, for which |beta X^2| may exceed 0.9; then n each: M, m, m / M, c, 1 - c, M_i / M_(i-1), 1 / M_(i-1), 1 / M
 W, k     (2 D n, P)  D rows of n places Q, D rows of n velocities
 guess    (n, P)     X
 work     (ROWS n, LANES), in blocks of n rows:
-         Q and Q' at the stages (2 D), d (D), x (D), p (D), X, G1 to G5, r, 1 / r, 1 / r0, beta
+         Q and Q' at the stages (2 D), d (D), x (D), p (D), 1 / r, r / M, 1 / r0, and G2, c
+         and M G3 - t of `universal.pull_back`
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
 
 NEAR, HEAD = 2, 3  # a number, and numbers before those of planets
 HALVINGS = 2  # of the argument of a series, for near planets
-MASS, OWN, SHARE, STAR, REST, RATIO, INSIDE = range(7)
-KEPT = 10  # blocks of one row
+MASS, OWN, SHARE, STAR, REST, RATIO, INSIDE, INVERSE = range(8)
+KEPT = 6  # blocks of one row
 TERMS = 6  # of a series
 FIRST, LATER = 2e-2, 3e-5  # share of a step up to which a correction of X is the last one
 MOST = 12  # corrections
@@ -190,7 +191,9 @@ class Stages:
             for block, vector in enumerate((Q, V, d, places, [nothing] * D)):
                 self.store_vector(self.here, vector, self.work, block * D, planets)
             self.store(lanes, X, self.guess, 0, planets)
-            for k, lane in enumerate((X, *G, r, inverse, inverse_0, beta)):
+            pace = r * self.number(lanes, INVERSE, planets)
+            lag = universal.lag(mu, X, G, t)
+            for k, lane in enumerate((inverse, pace, inverse_0, G[1], lag, -g)):
                 self.store(self.here, lane, self.work, 5 * D + k, planets)
 
         self.outwards(lanes, part)
@@ -201,7 +204,7 @@ class Stages:
         NaN where Kepler's equation was not solved, or X is too large for the series.
         """
         builder = self.builder
-        mean = t * beta * self.reciprocal(mu)
+        mean = t * beta * self.number(lanes, INVERSE, planets)
         known = self.load(lanes, self.guess, 0, planets)
         begin = mean.each(
             lambda a, b: Lane(builder, builder.select(self.first_pass, a.value, b.value)), known
@@ -261,16 +264,15 @@ class Stages:
         shared = (
             self.scalar(lanes, 1),
             Lane(builder, lanes.load(self.nodes, self.row(WEIGHT))),
-            Lane(builder, lanes.load(self.nodes, self.row(OFFSET))),
         )
         beyond = [lanes.variable(NOTHING) for _ in range(D)]
 
         def part(planets):
-            star, weight, t = (Several([lane] * len(planets)) for lane in shared)
+            star, weight = (Several([lane] * len(planets)) for lane in shared)
             Q, V, d, x, p = (
                 self.load_vector(self.here, self.work, block * D, planets) for block in range(5)
             )
-            X, *G, r, inverse, inverse_0, beta = (
+            inverse, pace, inverse_0, G2, lag, back = (
                 self.load(self.here, self.work, 5 * D + k, planets) for k in range(KEPT)
             )
             mu, own, c, rest, ratio, inside = (
@@ -292,15 +294,12 @@ class Stages:
                 builder.store(outside[-1].value, place)
                 near = pull * (rest * Q[k] + c * (f * x[k] - d[k]))
                 a.append(weight * (near + (ratio * p[k] + inside * Several(outside[:-1]))))
-            along_q, along_v, rate_q, rate_v, rate_a = universal.pull_back(
-                mu, beta, X, G, Q, V, r, inverse, inverse_0, a, dot
+            start = [self.load_vector(lanes, self.W, block, planets) for block in (0, D)]
+            changes = universal.pull_back(
+                mu, G2, lag, back, pace, inverse_0, *start, Q, V, a, dot
             )
-            back = mu * G[2] - t
-            for k in range(D):
-                place = along_q * Q[k] + along_v * V[k] + back * a[k]
-                speed = rate_q * Q[k] + rate_v * V[k] + rate_a * a[k]
-                self.store(lanes, place, self.k, k, planets)
-                self.store(lanes, speed, self.k, D + k, planets)
+            for half, vector in enumerate(changes):
+                self.store_vector(lanes, vector, self.k, half * D, planets)
 
         self.inwards(part)
 

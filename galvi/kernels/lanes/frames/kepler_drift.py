@@ -17,7 +17,7 @@ from numba.extending import intrinsic
 
 from galvi.kernels.compile.jit import jit_inline
 from galvi.kernels.lanes.frames import universal
-from galvi.kernels.lanes.frames.kepler import HEAD, INSIDE, MASS, MOST, dot
+from galvi.kernels.lanes.frames.kepler import HEAD, INVERSE, MASS, MOST, dot
 from galvi.kernels.lanes.functions import two_sum
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
@@ -25,7 +25,7 @@ from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
 TERMS = 10  # of a series
 SMALL = 2e-6  # share of a step up to which a correction of X is the last one
 FARTHEST = 56.0  # largest |beta X^2| for which the series are accurate: 1.2 revolutions
-BLOCKS = INSIDE + 1  # of numbers of planets
+BLOCKS = INVERSE + 1  # of numbers of planets
 NAN = math.nan
 
 

@@ -77,22 +77,31 @@ def correction(beta, r0, eta, zeta, X, G, t, reciprocal):
     return -(first + first * first * second)
 
 
-def pull_back(mu, beta, X, G, q, v, r, inverse, inverse_0, a, dot):
-    """D phi_-t(z) (0, a): the change of the motion's start for the change a of v at its end.
+def lag(mu, X, G, t):
+    """c = mu (3 G5 - X G4) - t G2, of `pull_back`."""
+    return mu * (3.0 * G[4] - X * G[3]) - t * G[1]
 
-    X, G       of the motion from start to end, in time t
-    q, v, r    at its end, with inverse = 1 / r; inverse_0 = 1 / r0 at its start
 
-    Returns c, with (c0 q + c1 v + (mu G3 - t) a, c2 q + c3 v + c4 a). With dg = dG(-X), from
-    dG_n/dbeta = (n G_(n+2) - X G_(n+1)) / 2.
+def pull_back(mu, G2, c, back, pace, inverse_0, q0, v0, q, v, a, dot):
+    """D phi_-t(z) (0, a): the change of (q0, v0), a motion's start, for the change a of v at its end.
+
+    G2, c      of the motion from start to end in time t; back = mu G3 - t
+    pace       |q| / mu, and inverse_0 = 1 / |q0|
+
+    The transition matrix of the motion back, from which Battin (section 9.7) has
+
+        dq0 = G2 [(q0 - q) v.a - (v0 - v) q.a] - c v.a v0 + (mu G3 - t) a
+        dv0 = (r / mu) (v0 - v) (v0 - v).a + (mu / r0^3) (G2 q.a + c v.a) q0 + (1 - mu G2 / r0) a
     """
-    G1, G2, G3, G4, G5 = G
-    eta, d_eta, s = dot(q, v), dot(q, a), dot(v, a)
-    B1, B2, B3 = s * (X * G2 - G3), s * (X * G3 - 2.0 * G4), s * (X * G4 - 3.0 * G5)
-    dX = inverse_0 * (r * B1 - eta * B2 + mu * B3 - G2 * d_eta)
-    dg1 = dX - beta * G2 * dX - B1
-    dg2, dg3 = B2 - G1 * dX, G2 * dX - B3
-    d_r0 = eta * dg1 - G1 * d_eta + (mu - r * beta) * dg2 + 2.0 * (r * G2) * s
-    pace, turn, fall = d_r0 * inverse_0, mu * inverse_0, mu * inverse
-    rate_q = turn * inverse * (-dg1 - G1 * pace)
-    return -(fall * dg2), -(mu * dg3), rate_q, turn * (G2 * pace - dg2), 1.0 - turn * G2
+    gone = [x - y for x, y in zip(q0, q, strict=True)]
+    lost = [x - y for x, y in zip(v0, v, strict=True)]
+    s, y, z = dot(v, a), dot(q, a), dot(lost, a)
+    ahead, aside, drag = G2 * s, G2 * y, c * s
+    near = mu * inverse_0
+    turned = pace * z
+    fall, slowed = near * (inverse_0 * inverse_0) * (aside + drag), 1.0 - near * G2
+    places, speeds = [], []
+    for k in range(len(a)):
+        places.append(ahead * gone[k] - aside * lost[k] + (back * a[k] - drag * v0[k]))
+        speeds.append(turned * lost[k] + fall * q0[k] + slowed * a[k])
+    return places, speeds
