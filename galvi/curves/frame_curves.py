@@ -20,7 +20,7 @@ class MovingPath(Protocol):
     def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
         """c and dc/dtau at shares tau (k,) of the steps ``number`` (k,) since the start."""
 
-    def flow(self, w: Array, t: Array) -> Array:
+    def flow(self, w: Any, t: Any) -> Any:
         """q (k, *shape) at times t (k,) after w (k, 2, m)."""
 
 
@@ -58,7 +58,7 @@ class FrameCurves:
         return velocities[0] if single else velocities
 
     def _moving(self, t: Any) -> tuple[Array, Array, Array, bool]:
-        """w (k, 2, m), dw/dt, the times (k,) since the steps' centres, and whether t is a scalar."""
+        """w (k, 2, m), dw/dt, the times (k,) since steps' centres, and whether t is a scalar."""
         index, tau, single = located(self.t0, self.step, self.coefficients, t)
         c, slope = self.path.node(self.first + index, tau)
         basis = self.space.basis(np.append(c, 0.0))[:, 1:]

@@ -18,7 +18,7 @@ EVEN = (0.0, -1.0, 0.0)  # the clock of nodes that are not moved
 class Motion:
     """A frame on a problem, for steps of one size: what the kernel of collocation takes of it.
 
-    functions  (3,) addresses of its RATES, DRIFT and LEAVE (galvi.kernels.lanes.frames.collocation)
+    functions  (3,) addresses of RATES, DRIFT and LEAVE (galvi.kernels.lanes.frames.collocation)
     alive      what must exist as long as these
     numbers    (c,) their constants
     work       rows of scratch that they need
@@ -26,8 +26,7 @@ class Motion:
     sizes      (2 n,) of the places and velocities in the frame, to which changes are relative
     clock      (3,) revolutions a step of a reference orbit, its eccentricity and its mean anomaly
                at the start over 2 pi; `EVEN` for Gauss nodes
-    stretch    alpha of arcsin(alpha y) / arcsin(alpha), by which nodes y in [-1, 1] are moved towards
-               the middle
+    stretch    alpha of arcsin(alpha y) / arcsin(alpha), to which nodes y in [-1, 1] are moved
     """
 
     functions: Any
@@ -67,7 +66,7 @@ class Frame(Hashable, Protocol):
         """The frame for steps of this size and nodes c (P,)."""
 
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
-        """q (k, *shape) at times t (k,) after w (k, 2, m); analytic in w and t, complex ones too."""
+        """q (k, *shape) at times t (k,) after w (k, 2, m), also for complex w and t: analytic."""
 
 
 def revolution(M: Array, e: float) -> tuple[Array, Array]:

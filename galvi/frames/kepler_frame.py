@@ -109,9 +109,7 @@ class KeplerFrame:
         )
         sizes = np.concatenate([np.tile(places, D), np.tile(speeds, D)])
         stretch = 0.0 if self.even else _stretch(clock[0], c)
-        return Motion(
-            pointers, functions, numbers, rows_of_kepler(D) * n, n, sizes, clock, stretch
-        )
+        return Motion(pointers, functions, numbers, rows_of_kepler(D) * n, n, sizes, clock, stretch)
 
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
         """See `Frame`."""
@@ -180,7 +178,16 @@ def _hierarchy(problem: Problem) -> Hierarchy:
             jacobi.append(np.array([centre, *rows]))
         M, before = inner[1:], inner[:-1]
         star_share = m[0] / before
-        blocks = [M, m[1:], m[1:] / M, star_share, (before - m[0]) / before, M / before, 1 / before, 1 / M]
+        blocks = [
+            M,
+            m[1:],
+            m[1:] / M,
+            star_share,
+            (before - m[0]) / before,
+            M / before,
+            1 / before,
+            1 / M,
+        ]
         numbers = np.concatenate([rounded(m[:1]), *(rounded(block) for block in blocks)])
     Q, V = (np.array(exact[1:], dtype=float) for exact in jacobi)
     mu = np.array(M, dtype=float)
@@ -190,7 +197,8 @@ def _hierarchy(problem: Problem) -> Hierarchy:
     cosine = 1.0 - r / axes
     e, u = np.hypot(sine, cosine), math.atan2(sine[0], cosine[0])
     phase = (u - float(e[0]) * math.sin(u)) / (2.0 * math.pi)
-    return Hierarchy(bodies, *jacobi, axes, e, phase, numbers)
+    places, speeds = jacobi
+    return Hierarchy(bodies, places, speeds, axes, e, phase, numbers)
 
 
 def _farthest(found: Hierarchy, step: float) -> Array:
@@ -233,6 +241,6 @@ def _kepler(mu: Array, q: Array, v: Array, t: Array) -> Array:
 
 
 def _name(problem: Problem, body: int) -> Any:
-    names = problem.parameters.get("bodies")
+    names: Any = problem.parameters.get("bodies")
     fits = isinstance(names, (tuple, list)) and len(names) == problem.q0.shape[0]
     return names[body] if fits else body

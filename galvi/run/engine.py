@@ -57,12 +57,13 @@ class Engine:
                          next step's stages from smaller steps, or None
     guess_kind           the kernels' code for the kind of that guess
     momenta              (problem, saved_v) -> conjugate momenta, (saved, ...)
-    curves               (problem, method, step, t0, bases, coefficients) -> the curves of a run that
-                         starts at t0
+    curves               (problem, method, step, t0, bases, coefficients) -> the curves of a run
+                         that starts at t0
     failure              (problem, method, step, code, solver, arrays) -> text: why the next step
                          failed, and the remedy
     solvers              that it has
-    curve_size           (problem, method) -> numbers of a curve's base, and rows of its coefficients
+    curve_size           (problem, method) -> numbers of a curve's base, and rows of its
+                         coefficients
     """
 
     start: Callable[[Problem, Galerkin], Start]

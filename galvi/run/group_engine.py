@@ -137,7 +137,7 @@ def _failure(
         if code != LEFT_CHART and turn < limit:
             what = f"{tried} did not solve a step that turns by {turn:.4g} radians, where "
         return (
-            f"{what}the chart {type(method.group_chart).__name__} ends at {limit:.4g}. Use a step of at "
+            f"{what}the chart {type(method.chart).__name__} ends at {limit:.4g}. Use a step of at "
             f"most {0.5 * abs(step) * limit / turn:.2g}{other}."
         )
     if code == NOT_FINITE:

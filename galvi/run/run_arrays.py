@@ -31,7 +31,8 @@ def check_memory(
     """ValueError when a run of each problem would keep more data than fits in memory."""
     d, m = sum(problem.q0.size for problem in problems), method.space.dimension - 1
     with_curves = save_every == 1 if curves is None else curves
-    rows = 2 * (steps / save_every + 2) + (steps * (1 + m) if with_curves else 0)
+    halves = 2 if method.in_frame else 1  # places alone, or velocities too
+    rows = 2 * (steps / save_every + 2) + (steps * halves * (1 + m) if with_curves else 0)
     needed = 8.0 * d * rows
     memory = _memory()
     if needed > memory:
@@ -112,7 +113,8 @@ class RunArrays(NamedTuple):
         return cls(
             start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
             np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_v,
-            _unknown(rows, curve_size[0]), _unknown(rows, curve_size[1], m), watch, _unknown(seen, r + d + stages), passage,
+            _unknown(rows, curve_size[0]), _unknown(rows, curve_size[1], m), watch,
+            _unknown(seen, r + d + stages), passage,
         )  # fmt: skip
 
     @property

@@ -9,10 +9,15 @@ from typing import Any, cast
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from galvi.arrays import Array, read_only
+from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.frames.frame import Frame, Motion, revolution
-from galvi.kernels.lanes.frames.collocation import CHANGE, MOST_PASSES, compiled_advance_frame
+from galvi.kernels.lanes.frames.collocation import (
+    CHANGE,
+    MOST_PASSES,
+    NOISE,
+    compiled_advance_frame,
+)
 from galvi.kernels.lanes.frames.rows import ECCENTRICITY, PACE, PHASE, PLACE, TURNS, TWO_PI
 from galvi.kernels.lanes.vectors import LANES
 from galvi.kernels.nystrom.advance import NOTHING
@@ -20,7 +25,7 @@ from galvi.kernels.nystrom.solve import ITERATIONS, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.gauss import gauss
-from galvi.run.engine import Call
+from galvi.run.engine import Call, Start, fixed
 from galvi.run.nystrom_steppers import ROUND_OFF, aligned, stages_in_lanes
 from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
 from galvi.spaces.polynomials import Polynomials
@@ -50,7 +55,7 @@ def motion_of(problem: Problem, method: Galerkin, step: float) -> Motion:
     return frame_of(method).motion(problem, step, nodes)
 
 
-def tables_of(motion: Motion, method: Galerkin, checks: Array) -> tuple[Array, ...]:
+def tables_of(motion: Motion, method: Galerkin, checks: Array) -> tuple[Any, ...]:
     """The tables of galvi.kernels.lanes.frames.collocation."""
     table, lanes = method.table, stages_in_lanes(method.stages)
     weights = np.zeros(lanes.size)
@@ -59,7 +64,7 @@ def tables_of(motion: Motion, method: Galerkin, checks: Array) -> tuple[Array, .
         table.integral.T[:, lanes], weights, table.c[lanes], table.projection.T, motion.clock,
         1.0 / motion.sizes, checks,
     )  # fmt: skip
-    arrays = [np.array(x, dtype=np.float64, order="C") for x in numbers]
+    arrays: list[Any] = [np.array(x, dtype=np.float64, order="C") for x in numbers]
     return *arrays, _coarse(table.c)
 
 
@@ -89,8 +94,6 @@ def legendre_integrals(c: Array, count: int) -> Array:
     return result
 
 
-
-
 def frame_stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
@@ -102,7 +105,7 @@ def frame_stepper(
 def _stepper(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
     checks: Array,
-) -> tuple[Call, tuple[Array, ...]]:  # fmt: skip
+) -> tuple[Call, tuple[Any, ...]]:  # fmt: skip
     """The `Call` and the tables it uses."""
     motion = motion_of(problem, method, step)
     tables = tables_of(motion, method, checks)
@@ -147,7 +150,7 @@ def checks_of(
         given = MOST_PASSES
     wanted = float(given or max(passes, 2))
     change = _first_step(problem, method, step, (wanted, np.inf, left, 0.0))[1]
-    return wanted, USUAL * change, left, 0.0
+    return wanted, max(USUAL * change, NOISE), left, 0.0
 
 
 def _first_step(
@@ -163,11 +166,11 @@ def _first_step(
 
 
 @lru_cache(maxsize=32)
-def frame_start(problem: Problem, method: Galerkin) -> tuple[Array, Array, Any]:
+def frame_start(problem: Problem, method: Galerkin) -> Start:
     """State, stages and solver_state before the first step."""
     state = frame_of(method).enter(problem)
     solver_state = np.array([NOTHING, 0, 0], dtype=np.int64)
-    return read_only(state), read_only(np.zeros((0, method.stages))), read_only(solver_state)
+    return fixed(state, np.zeros((0, method.stages)), solver_state)
 
 
 @dataclass(frozen=True, eq=False)

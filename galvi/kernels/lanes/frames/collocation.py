@@ -1,30 +1,31 @@
 """Many steps of Gauss collocation in a frame that moves with an integrable flow.
 
-The system's flow is that of H = A + B(q), where that of A, phi, is known. In the frame centred at
-the middle of a step, z = phi_t(w) with t the time since then, and w' = D phi_-t(z) (0, -dB/dq): what
-is left is slow and small. A step solves W_j = w + sum_l A_jl k_l, k_j = weight_j w'(W_j, t_j), sets
+The system's Hamiltonian is A + B(q), where the flow phi of A is known. In the frame centred at the
+middle of a step, z = phi_t(w) with t the time since then, and w' = D phi_-t(z) (0, -dB/dq): what is
+left is slow and small. A step solves W_j = w + sum_l A_jl k_l, k_j = weight_j w'(W_j, t_j), sets
 w <- w + sum_j b_j k_j and moves on to the next centre, w <- phi_h(w).
 
 n rows each for places and velocities in the frame, d coordinates of the problem, s stages padded to
 P, a multiple of LANES
 
-functions  (3,)     addresses of the frame's RATES, DRIFT and LEAVE
-numbers    (c,)     their constants, which include h
-state      (8, m)   q, its low part, v, its low part at the end of the last step, which are computed
-                    where they are kept, then the same in the frame: at the problem's start, or, after
-                    a step, at the next one's centre; m >= d and n
+functions  (3,)    addresses of the frame's RATES, DRIFT and LEAVE
+numbers    (c,)    their constants, which include h
+state      (8, m)  q, its low part, v, its low part at the end of the last step, which are computed
+                   where they are kept; then the same in the frame: at the problem's start, or,
+                   after a step, at the next one's centre; m >= d and n
 tables     A^T (s, P); b (P,), 0 after the last stage; c (P,); coefficients of a curve from slopes,
-           transposed (s, m); clock (3,) see `place_nodes`, with eccentricity -1 for equal weights;
+           transposed (s, m); clock (3,), see `place_nodes`, with eccentricity -1 for equal weights;
            1 / sizes of the rows (2 n,); checks (4,); coarse
-checks     (4,)     passes of a step; the relative change of W before the last of them above which
-                    further ones are made; what these may leave; and the last change measured
+checks     (4,)    passes of a step; the relative change of W before the last of them above which
+                   further ones are made; what these may leave; and the last change measured
 coarse     for the first pass, whose states are all the same: at fewer nodes, their matrix to the
            stages (s', P), weights (P',) and places (P',), and the values (s', P) of their
-           polynomials at the stages, by which guesses are interpolated; s' is 0 where the first pass is done at all nodes
-nodes      (5, P)   times, times since the step's centre, weights dt/dc, then places of the nodes in
-                    [-1, 1] and their slopes, which are given
+           polynomials at the stages, by which guesses are interpolated; s' is 0 where the first
+           pass is done at all nodes
+nodes      (5, P)  times, times since the step's centre, weights dt/dc, then places of the nodes in
+                   [-1, 1] and their slopes, which are given
 spare      (8, m)
-solver_state  (3,)  see galvi.kernels.nystrom.advance
+solver_state  (3,) see galvi.kernels.nystrom.advance
 """
 
 from __future__ import annotations
@@ -51,8 +52,8 @@ from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, NOTHING
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
 
-# (numbers, nodes, W, work, guess, k, pass): k <- weight times w' at the stages W. work (.., LANES) is
-# scratch for eight stages, guess (.., P) is kept from pass to pass; the pass is 0 in the first
+# (numbers, nodes, W, work, guess, k, pass): k <- weight times w' at the stages W. work (.., LANES)
+# is scratch for eight stages, guess (.., P) is kept from pass to pass; the first pass is 0
 RATES = types.void(VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, REAL)
 # (numbers, share, state): rows 4 to 7 of the state move by a share 1, 1/2 or -1/2 of a step
 DRIFT = types.void(VECTOR, REAL, MATRIX)
@@ -65,6 +66,7 @@ WORK = types.Tuple((STAGES, STAGES, MATRIX, MATRIX))
 MOST_PASSES = 60
 PASSES, ALARM, LEFT, CHANGE = range(4)
 INFINITE = 1e300
+NOISE = 2.0**-48  # relative change of W that rounding can make
 CONTRACTS = 0.5  # largest ratio of two changes for which further passes are worth their time
 
 
@@ -98,7 +100,7 @@ def solve_step(functions, numbers, tables, state, counts, stages, coarse_stages,
         if passes == wanted and change <= checks[ALARM]:
             return SOLVED
         if passes > wanted:
-            if change * change * change <= checks[LEFT] * last * last:
+            if change <= NOISE or change * change * change <= checks[LEFT] * last * last:
                 return SOLVED
             if not change < INFINITE:
                 return NOT_FINITE
@@ -151,7 +153,7 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
     state, _stages, solver_state, counts, _passage = progress
     stages, coarse_stages, work, spare = scratch
     W, k, nodes, _guess = stages
-    h, n, d = plan.step, W.shape[0] // 2, kept.q.shape[1]
+    n, d = W.shape[0] // 2, kept.q.shape[1]
     if solver_state[HOLDS] == NOTHING:
         call_void(functions[1], numbers, 0.5, state)
         solver_state[HOLDS] = LAST_STEP

@@ -1,8 +1,8 @@
 """The frame of a harmonic oscillator in its normal modes: a rotation for each mode.
 
-q = F x with F^T M F = 1 and K F = M F diag(omega^2), K the frame's stiffness; x'' = -omega^2 x is done
-exactly, and F^T (K q - dV/dq) is what is left. In a step t from its centre the rotation is
-x = cos(omega t) x_0 + sin(omega t) / omega v_0, which slopes (0, f) pull back to
+q = F x with F^T M F = 1 and K F = M F diag(omega^2), K the frame's stiffness; x'' = -omega^2 x is
+done exactly, and F^T (K q - dV/dq) is what is left. In a time t the rotation is
+x = cos(omega t) x_0 + sin(omega t) / omega v_0, and slopes (0, f) are pulled back to
 (-sin(omega t) / omega f, cos(omega t) f).
 
 numbers  F by rows (d, d); omega^2 (d,); for a whole step, then for half of it, (6, d) each:
@@ -19,7 +19,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from galvi.kernels.compile.jit import jit_noalloc
-from galvi.kernels.lanes.frames.collocation import WEIGHT
+from galvi.kernels.lanes.frames.rows import WEIGHT
 from galvi.kernels.lanes.gravity import fused
 from galvi.kernels.lanes.law_pass import Constants
 from galvi.kernels.lanes.laws import From

@@ -1,22 +1,23 @@
 """The frame of Kepler's motions in Jacobi coordinates: its slopes at the stages of a step.
 
 Planets 1 to n in the order of their orbits about the star 0, all masses times G; M_i = m_0 + .. +
-m_i. Q_i is the place of planet i relative to the barycentre of all before it, and Q_i'' = -M_i Q_i /
-|Q_i|^3 its motion in the frame. From the star, planets are at x_i = Q_i + d_i, with
-d_(i+1) = d_i + (m_i / M_i) Q_i; what is left accelerates Q_i by
+m_i. Q_i is the place of planet i relative to the barycentre of all before it, and
+Q_i'' = -M_i Q_i / |Q_i|^3 its motion in the frame. From the star, planets are at x_i = Q_i + d_i,
+with d_(i+1) = d_i + (m_i / M_i) Q_i; what is left accelerates Q_i by
 
-    M_i [Q_i / |Q_i|^3 - c_i x_i / |x_i|^3] + (M_i / M_(i-1)) p_i + sum_(k > i) m_k (p_k + f_k) / M_(i-1)
+    M_i [Q_i / |Q_i|^3 - c_i x_i / |x_i|^3] + (M_i / M_(i-1)) p_i
+    + sum_(k > i) m_k (p_k + f_k) / M_(i-1)
 
-with c_i = m_0 / M_(i-1), f_k = -m_0 x_k / |x_k|^3 and p_k = sum_j m_j (x_j - x_k) / |x_j - x_k|^3 over
-planets. The bracket is small, and computed without cancellation (Encke): with e = d.(2 Q + d) / |Q|^2
-and f = 1 - (1 + e)^(-3/2) it is [(1 - c) Q + c (f x - d)] / |Q|^3.
+    M_i [Q_i / |Q_i|^3 - c_i x_i / |x_i|^3] + (M_i / M_(i-1)) p_i
+over planets j. The bracket is small, and computed without cancellation (Encke): with
+e = d.(2 Q + d) / |Q|^2 and f = 1 - (1 + e)^(-3/2) it is [(1 - c) Q + c (f x - d)] / |Q|^3.
 
-numbers  h, m_0, pairs of near planets, for which |beta X^2| may exceed 0.9; then n each: M, m, m / M, c, 1 - c, M_i / M_(i-1), 1 / M_(i-1), 1 / M
+numbers  h, m_0, pairs of near planets, for which |beta X^2| may exceed 0.9; then n each: M, m,
+         m / M, c, 1 - c, M_i / M_(i-1), 1 / M_(i-1), 1 / M
 W, k     (2 D n, P)  D rows of n places Q, D rows of n velocities
-guess    (n, P)     X
-work     (ROWS n, LANES), in blocks of n rows:
-         Q and Q' at the stages (2 D), d (D), x (D), p (D), 1 / r, r / M, 1 / r0, and G2, c
-         and M G3 - t of `universal.pull_back`
+guess    (n, P)      X
+work     (ROWS n, LANES), in blocks of n rows: Q and Q' at the stages (2 D), d (D), x (D), p (D),
+         1 / r, r / M, 1 / r0, and G2, c and M G3 - t of `universal.pull_back`
 """
 
 from __future__ import annotations
@@ -29,8 +30,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from galvi.kernels.lanes.frames import universal
-from galvi.kernels.lanes.frames.collocation import OFFSET, WEIGHT
 from galvi.kernels.lanes.frames.reciprocals import Reciprocals
+from galvi.kernels.lanes.frames.rows import OFFSET, WEIGHT
 from galvi.kernels.lanes.frames.several import Several
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
@@ -199,7 +200,7 @@ class Stages:
         self.outwards(lanes, part)
 
     def solved(self, lanes, planets, halvings, mu, beta, r0, eta, zeta, t, h):
-        """X and G1 to G5 at the times t, from the last pass's X or in the first from the mean motion.
+        """X and G1 to G5 at the times t, from the last pass's X, at first from the mean motion.
 
         NaN where Kepler's equation was not solved, or X is too large for the series.
         """
@@ -242,7 +243,10 @@ class Stages:
         builder, D = self.builder, self.D
         with cgutils.for_range(builder, self.n, intp=self.row) as outer:
             i = (outer.index,)
-            here, mass = self.load_vector(self.here, self.work, 3 * D, i), self.number(lanes, OWN, i)
+            here, mass = (
+                self.load_vector(self.here, self.work, 3 * D, i),
+                self.number(lanes, OWN, i),
+            )
             pulled = self.variables(lanes, self.load_vector(self.here, self.work, 4 * D, i))
             with cgutils.for_range(builder, outer.index, intp=self.row) as inner:
                 j = (inner.index,)
@@ -295,9 +299,7 @@ class Stages:
                 near = pull * (rest * Q[k] + c * (f * x[k] - d[k]))
                 a.append(weight * (near + (ratio * p[k] + inside * Several(outside[:-1]))))
             start = [self.load_vector(lanes, self.W, block, planets) for block in (0, D)]
-            changes = universal.pull_back(
-                mu, G2, lag, back, pace, inverse_0, *start, Q, V, a, dot
-            )
+            changes = universal.pull_back(mu, G2, lag, back, pace, inverse_0, *start, Q, V, a, dot)
             for half, vector in enumerate(changes):
                 self.store_vector(lanes, vector, self.k, half * D, planets)
 

@@ -1,14 +1,15 @@
 """Kepler's motions of all planets over a step, in vector instructions over the planets.
 
-Numbers as in `galvi.kernels.lanes.frames.kepler`; then the places of the star and of the planets, in
-their order, among the problem's bodies (n + 1,). In rows 4 to 7 of the state: D times n entries, Q by
-coordinates, then D of the barycentre; likewise their low parts, the velocities and theirs. Rows have
-at least LANES entries more.
+Numbers as in `galvi.kernels.lanes.frames.kepler`; then the places of the star and of the planets,
+in their order, among the problem's bodies (n + 1,). In rows 4 to 7 of the state: D times n entries,
+Q by coordinates, then D of the barycentre; likewise their low parts, the velocities and theirs.
+Rows have at least LANES entries more.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from llvmlite import ir
 from numba import types
@@ -107,7 +108,7 @@ def _moved(builder, lanes, mask, mu, t, q, q_low, v, v_low):
     inverse = 1.0 / r
     f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
     rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
-    new = [[], [], [], []]
+    new: list[list[Any]] = [[], [], [], []]
     for x, x_low, y, y_low in zip(q, q_low, v, v_low, strict=True):
         far = f * x + g * y
         place, rest = two_sum(x, far + 0.0 * X)

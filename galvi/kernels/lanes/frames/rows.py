@@ -29,8 +29,8 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
     """W <- the state + the sums of k by the rows of the matrix; returns the largest change.
 
     matrix   (s, P)         A^T of the collocation
-    k, W     (2 n, P)       slopes and states at the stages: n rows of places, n of velocities; k may
-                            have another P
+    k, W     (2 n, P)       slopes and states at the stages: n rows of places, n of velocities; k
+                            may have another P
     q, v     (n or more,)   the state
     sizes    (2 n,)         1 / sizes of the rows; the change is relative to them, NaN the largest
     measure  whether it is wanted; else 0

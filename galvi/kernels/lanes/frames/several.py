@@ -1,6 +1,6 @@
 """Lanes of several planets, in which each operation is done for all of them in turn.
 
-A planet's motion is one long chain of operations that wait for each other; two of them at a time run
+A planet's motion is one long chain of operations that wait for each other; those of two planets run
 in parallel.
 """
 

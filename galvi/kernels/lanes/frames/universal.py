@@ -62,9 +62,7 @@ def moved(beta, G, step):
     G0 = 1.0 - beta * G2
     below = [-(beta * G1), G0, G1, G2, G3, G4, G5]
     half = 0.5 * step
-    return tuple(
-        below[n] + step * (below[n - 1] + half * below[n - 2]) for n in range(2, 7)
-    )
+    return tuple(below[n] + step * (below[n - 1] + half * below[n - 2]) for n in range(2, 7))
 
 
 def correction(beta, r0, eta, zeta, X, G, t, reciprocal):
@@ -83,12 +81,12 @@ def lag(mu, X, G, t):
 
 
 def pull_back(mu, G2, c, back, pace, inverse_0, q0, v0, q, v, a, dot):
-    """D phi_-t(z) (0, a): the change of (q0, v0), a motion's start, for the change a of v at its end.
+    """D phi_-t(z) (0, a): the change of a motion's start (q0, v0) for the change a of v at its end.
 
     G2, c      of the motion from start to end in time t; back = mu G3 - t
     pace       |q| / mu, and inverse_0 = 1 / |q0|
 
-    The transition matrix of the motion back, from which Battin (section 9.7) has
+    From the transition matrix of the motion back (Battin (1999), section 9.7):
 
         dq0 = G2 [(q0 - q) v.a - (v0 - v) q.a] - c v.a v0 + (mu G3 - t) a
         dv0 = (r / mu) (v0 - v) (v0 - v).a + (mu / r0^3) (G2 q.a + c v.a) q0 + (1 - mu G2 / r0) a
