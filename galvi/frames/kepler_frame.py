@@ -232,7 +232,9 @@ def _kepler(mu: Array, q: Array, v: Array, t: Array) -> Array:
     X = t * beta / mu
     for _ in range(CORRECTIONS):
         G = universal.universal(beta, X, 10)
-        step = universal.correction(beta, r0, eta, zeta, X, G, t, lambda r: 1.0 / r)
+        step = universal.far_correction(
+            beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, np.sqrt
+        )
         X = X + step
         if np.all(np.abs(step) <= 1e-15 * np.abs(X)):
             break

@@ -92,7 +92,8 @@ def harmonic_rates(slopes, d):
                 product(here, True, d, 0)
                 weight = load(times, WEIGHT)
                 for i in range(d):
-                    force = weight * (load(scratch, i) + squares[d * d + i] * modes[i])
+                    spring = modes[i].exact * squares[d * d + i]  # rounded as a built-in slope is
+                    force = weight * (load(scratch, i).exact + spring)
                     turned = -(load(tables, d + i) * force)
                     lanes.store(turned.value, out, row(i))
                     lanes.store((load(tables, i) * force).value, out, row(d + i))

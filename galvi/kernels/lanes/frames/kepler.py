@@ -8,7 +8,7 @@ with d_(i+1) = d_i + (m_i / M_i) Q_i; what is left accelerates Q_i by
     M_i [Q_i / |Q_i|^3 - c_i x_i / |x_i|^3] + (M_i / M_(i-1)) p_i
     + sum_(k > i) m_k (p_k + f_k) / M_(i-1)
 
-    M_i [Q_i / |Q_i|^3 - c_i x_i / |x_i|^3] + (M_i / M_(i-1)) p_i
+with c_i = m_0 / M_(i-1), f_k = -m_0 x_k / |x_k|^3, p_k the sum of m_j (x_j - x_k) / |x_j - x_k|^3
 over planets j. The bracket is small, and computed without cancellation (Encke): with
 e = d.(2 Q + d) / |Q|^2 and f = 1 - (1 + e)^(-3/2) it is [(1 - c) Q + c (f x - d)] / |Q|^3.
 
@@ -33,6 +33,7 @@ from galvi.kernels.lanes.frames import universal
 from galvi.kernels.lanes.frames.reciprocals import Reciprocals
 from galvi.kernels.lanes.frames.rows import OFFSET, WEIGHT
 from galvi.kernels.lanes.frames.several import Several
+from galvi.kernels.lanes.functions import square_root
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
 
@@ -218,7 +219,6 @@ class Stages:
             step = universal.correction(beta, r0, eta, zeta, X, G, t, self.reciprocal)
             for variable, value in zip(found, G, strict=True):
                 self.keep(value, variable)
-            self.keep(X + step, place)
             self.keep(step, changed)
             small = (abs(step) * r0).each(lambda a: a <= limit).lanes
             every = small[0]
@@ -229,7 +229,13 @@ class Stages:
             )
             with builder.if_then(every):
                 loop.do_break()
-        X, step = self.kept(place), self.kept(changed)
+            far = universal.far_correction(
+                beta, r0, eta, zeta, X, G, t,
+                lambda a, b: a.each(lambda x, y: x / y, b), lambda a: a.each(square_root),
+            )  # fmt: skip
+            self.keep(X + far, place)
+        step = self.kept(changed)
+        X = self.kept(place) + step
         G = universal.moved(beta, [self.kept(one) for one in found], step)
 
         def checked(x, far, r, b):

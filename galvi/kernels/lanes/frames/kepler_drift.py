@@ -19,7 +19,7 @@ from numba.extending import intrinsic
 from galvi.kernels.compile.jit import jit_inline
 from galvi.kernels.lanes.frames import universal
 from galvi.kernels.lanes.frames.kepler import HEAD, INVERSE, MASS, MOST, dot
-from galvi.kernels.lanes.functions import two_sum
+from galvi.kernels.lanes.functions import square_root, two_sum
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
 
@@ -132,7 +132,6 @@ def _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t):
         step = universal.correction(beta, r0, eta, zeta, X, G, t, lambda r: 1.0 / r)
         for variable, value in zip(found, G, strict=True):
             builder.store(value.value, variable)
-        builder.store((X + step).value, place)
         builder.store(step.value, changed)
         small = builder.or_(abs(step) * r0 <= limit, builder.not_(mask))
         every = builder.icmp_unsigned(
@@ -140,7 +139,12 @@ def _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t):
         )
         with builder.if_then(every):
             loop.do_break()
+        far = universal.far_correction(
+            beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, square_root
+        )
+        builder.store((X + far).value, place)
     X, step = (Lane(builder, builder.load(one)) for one in (place, changed))
+    X = X + step
     G = universal.moved(beta, [Lane(builder, builder.load(one)) for one in found], step)
     solved = builder.and_(abs(step) * r0 <= limit, abs(beta) * X * X <= FARTHEST)
     return X.where(solved, NAN), G

@@ -75,6 +75,15 @@ def correction(beta, r0, eta, zeta, X, G, t, reciprocal):
     return -(first + first * first * second)
 
 
+def far_correction(beta, r0, eta, zeta, X, G, t, quotient, root):
+    """The change of X by Laguerre's method of degree 5, which converges from far (Conway 1986)."""
+    G1, G2, G3, _, _ = G
+    gap = r0 * X - t + (eta * G2 + zeta * G3)
+    r = r0 + (eta * G1 + zeta * G2)
+    bend = eta - eta * beta * G2 + zeta * G1
+    return quotient(-5.0 * gap, r + root(abs(16.0 * r * r - 20.0 * gap * bend)))
+
+
 def lag(mu, X, G, t):
     """c = mu (3 G5 - X G4) - t G2, of `pull_back`."""
     return mu * (3.0 * G[4] - X * G[3]) - t * G[1]
