@@ -53,6 +53,14 @@ class Frame(Hashable, Protocol):
     def passes(self) -> int | None:
         """Passes of the iteration of a step; None: as many as the tolerance needs at the start."""
 
+    @property
+    def reversible(self) -> bool:
+        """Whether nodes are the same from every start, so that steps back cancel those forwards."""
+
+    @property
+    def keeps(self) -> str:
+        """What a step keeps exactly, once its passes have converged, as a clause."""
+
     def refusal(self, problem: Problem) -> str:
         """Why it does not apply to a problem, one sentence; "" where it does."""
 

@@ -54,6 +54,16 @@ class HarmonicFrame:
         """For titles and tables."""
         return "harmonic frame"
 
+    @property
+    def reversible(self) -> bool:
+        """See `Frame`."""
+        return True
+
+    @property
+    def keeps(self) -> str:
+        """See `Frame`."""
+        return "it keeps what is quadratic in (q, p) and kept both by its modes and by the rest"
+
     def __post_init__(self) -> None:
         if self.passes is not None:
             object.__setattr__(self, "passes", input_checks.whole("passes", self.passes))

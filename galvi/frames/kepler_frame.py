@@ -54,6 +54,16 @@ class KeplerFrame:
         """For titles and tables."""
         return "Kepler frame"
 
+    @property
+    def reversible(self) -> bool:
+        """See `Frame`."""
+        return self.even
+
+    @property
+    def keeps(self) -> str:
+        """See `Frame`."""
+        return "it keeps the linear and the angular momentum"
+
     def refusal(self, problem: Problem) -> str:
         """See `Frame`."""
         system: Any = problem.system
@@ -232,9 +242,7 @@ def _kepler(mu: Array, q: Array, v: Array, t: Array) -> Array:
     X = t * beta / mu
     for _ in range(CORRECTIONS):
         G = universal.universal(beta, X, 10)
-        step = universal.far_correction(
-            beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, np.sqrt
-        )
+        step = universal.far_correction(beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, np.sqrt)
         X = X + step
         if np.all(np.abs(step) <= 1e-15 * np.abs(X)):
             break

@@ -224,6 +224,19 @@ def test_sixteen_stages_begin_at_eight_and_end_the_same(
     assert run.counts["force_evaluations"] == 16 * passes[0] - 8 * 5
 
 
+@each_case
+def test_theory_says_what_holds_in_a_frame(case: str) -> None:
+    problem, frame, h = CASES[case]
+    used = method(frame, 3)
+    said = used.theory(problem, step=h)
+    assert said.order == used.order == 6 and "symplectic" in said.frame
+    assert said.symmetric is (None if case == "Kepler" else True)
+    assert said.fixed_point_step is None and said.exists is None and said.spectral_radius is None
+    assert said.name == used.name == f"Gauss collocation, 3 stages, in the {frame.name}"
+    assert said.frame in str(said) and used.theory().frame == said.frame
+    assert not galvi.theory(galvi.Polynomials(3), galvi.gauss(3)).frame
+
+
 def test_other_spaces_rules_solvers_and_arguments_are_refused() -> None:
     frame, chain = galvi.HarmonicFrame(), CHAIN
     for space, rule in (
@@ -278,4 +291,3 @@ def test_a_wrong_weight_or_node_is_seen_by_the_order(
 def clear() -> None:
     """Forget what was measured with other tables."""
     stepper.checks_of.cache_clear()
-

@@ -18,9 +18,7 @@ SPRINGS = np.diag([1.0, 50.0, 2500.0]) + 0.3
 
 
 def method(s: int, **given: Any) -> galvi.Galerkin:
-    return galvi.Galerkin(
-        galvi.Polynomials(s), galvi.gauss(s), chart=galvi.HarmonicFrame(**given)
-    )
+    return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), chart=galvi.HarmonicFrame(**given))
 
 
 def quartic(q: Any, t: float) -> float:
@@ -65,7 +63,9 @@ def test_an_oscillator_is_exact_at_steps_of_any_length(step: float, stiffness: f
     t = np.arange(51) * step  # as the run has it, but for the rounding of the product
     for k, (x, v) in enumerate(zip(*(a.tolist() for a in (problem.q0, problem.v0)), strict=True)):
         true = x * np.cos(omega * t) + v / omega * np.sin(omega * t)
-        assert np.max(np.abs(run.q[:, k] - true)) < 4e-16 * (10.0 + omega * t[-1]) * np.hypot(x, v / omega)
+        assert np.max(np.abs(run.q[:, k] - true)) < 4e-16 * (10.0 + omega * t[-1]) * np.hypot(
+            x, v / omega
+        )
 
 
 def test_a_long_run_of_an_oscillator_keeps_its_energy_to_rounding() -> None:
@@ -121,7 +121,5 @@ def test_what_cannot_be_traced_or_linearised_is_refused() -> None:
     with pytest.raises(ValueError, match=r"needs a finite d2V/dq2 at q = 0"):
         galvi.integrate(kepler, method(4), 0.1, 1)
     run = galvi.integrate(kepler, method(10, stiffness=np.eye(2)), 0.1, 50)
-    true = galvi.integrate(
-        kepler, galvi.Galerkin(galvi.Polynomials(10), galvi.gauss(10)), 0.1, 50
-    )
+    true = galvi.integrate(kepler, galvi.Galerkin(galvi.Polynomials(10), galvi.gauss(10)), 0.1, 50)
     assert run.success and np.allclose(run.q, true.q, rtol=0.0, atol=1e-11)

@@ -23,9 +23,7 @@ PLANETS = galvi.problems.solar_system(pluto=False)
 
 
 def method(s: int, **given: Any) -> galvi.Galerkin:
-    return galvi.Galerkin(
-        galvi.Polynomials(s), galvi.gauss(s), chart=galvi.KeplerFrame(**given)
-    )
+    return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), chart=galvi.KeplerFrame(**given))
 
 
 def dot(a: Any, b: Any) -> Any:
@@ -175,6 +173,7 @@ def test_a_passage_that_breaks_the_hierarchy_is_solved_or_named() -> None:
         run = galvi.integrate(problem, method(8), h, duration=40.0)
         assert not run.success and run.failed_step is not None
         assert run.status.startswith(f"Stopped at step {run.failed_step} of ")
+        assert "Kepler frame" in run.status and "bodies 1 and 2" in run.status
         assert np.all(np.isnan(run.q[run.failed_step :]))
         assert np.all(np.isfinite(run.q[: run.failed_step]))
 

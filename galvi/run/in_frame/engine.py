@@ -9,9 +9,11 @@ from galvi.curves.frame_curves import FrameCurves
 from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.run.encounters import encounter
 from galvi.run.engine import Engine
 from galvi.run.in_frame.stepper import Path, frame_of, frame_start, frame_stepper, motion_of
 from galvi.run.run_arrays import RunArrays
+from galvi.systems.nbody import NBody
 
 
 def refuse(problem: Problem, method: Galerkin) -> None:
@@ -25,15 +27,17 @@ def _failure(
     problem: Problem, method: Galerkin, step: float, code: int, solver: str, work: RunArrays
 ) -> str:
     frame = frame_of(method).name
-    if code == NOT_FINITE:
-        return (
-            f"the state became infinite or NaN in the {frame}, as where its flow ends or bodies "
-            f"meet. Use a smaller step, or another chart."
-        )
-    return (
-        f"the passes did not converge: what the {frame} leaves is too strong for this step. Use a "
-        f"smaller step, or another chart."
+    why = (
+        f"the state became infinite or NaN in the {frame}, as where its flow ends or bodies meet"
+        if code == NOT_FINITE
+        else f"the passes did not converge: what the {frame} leaves is too strong for this step"
     )
+    if isinstance(problem.system, NBody):
+        where = encounter(
+            problem, problem.system, method.stages, step, work.state[:4, : problem.q0.size]
+        )
+        return f"{why}. In the inertial frame, {where}"
+    return f"{why}. Use a smaller step, or another chart."
 
 
 def _curves(
