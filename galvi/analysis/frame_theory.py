@@ -28,13 +28,7 @@ def in_frame(
     reasons["spectral_radius"] = "the frame's equations are of first order, without this tableau."
     symmetric = pair["symmetric"]
     if not frame.reversible:
-        symmetric, reasons["symmetric"] = (
-            None,
-            (
-                "its nodes are placed by the orbit at the start of a run: with the same nodes forward "
-                "and backward steps cancel, from another start they differ by the error of the step."
-            ),
-        )
+        symmetric, reasons["symmetric"] = None, MOVED
     about: dict[str, Any] = {}
     if problem is not None:
         about = {

@@ -106,10 +106,11 @@ class KeplerFrame:
         """See `Frame`."""
         found = _hierarchy(problem)
         D, functions = problem.q0.shape[1], FUNCTIONS[problem.q0.shape[1]]
-        near = min((int(np.sum(_farthest(found, step) > FLAT)) + 1) // 2, found.axes.size // 2)
-        numbers = np.concatenate(
-            [[step, found.numbers[0], near], found.numbers[1:], np.array(found.bodies, dtype=float)]
-        )
+        last = max(
+            np.flatnonzero(_farthest(found, step) > FLAT), default=-1
+        )  # of those that turn far
+        head = [step, found.numbers[0], (int(last) + 2) // 2]
+        numbers = np.concatenate([head, found.numbers[1:], np.array(found.bodies, dtype=float)])
         pointers = addresses(*zip(functions, (RATES, DRIFT, LEAVE), strict=True))
         clock = EVEN if self.even else _clock(found, step)
         n = len(found.bodies) - 1

@@ -12,8 +12,8 @@ with c_i = m_0 / M_(i-1), f_k = -m_0 x_k / |x_k|^3, p_k the sum of m_j (x_j - x_
 over planets j. The bracket is small, and computed without cancellation (Encke): with
 e = d.(2 Q + d) / |Q|^2 and f = 1 - (1 + e)^(-3/2) it is [(1 - c) Q + c (f x - d)] / |Q|^3.
 
-numbers  h, m_0, pairs of near planets, for which |beta X^2| may exceed 0.9; then n each: M, m,
-         m / M, c, 1 - c, M_i / M_(i-1), 1 / M_(i-1), 1 / M
+numbers  h, m_0, pairs of near planets, for which |beta X^2| may exceed 0.9, one more for an odd
+         one; then n each: M, m, m / M, c, 1 - c, M_i / M_(i-1), 1 / M_(i-1), 1 / M
 W, k     (2 D n, P)  D rows of n places Q, D rows of n velocities
 guess    (n, P)      X
 work     (ROWS n, LANES), in blocks of n rows: Q and Q' at the stages (2 D), d (D), x (D), p (D),
@@ -42,7 +42,8 @@ HALVINGS = 2  # of the argument of a series, for near planets
 MASS, OWN, SHARE, STAR, REST, RATIO, INSIDE, INVERSE = range(8)
 KEPT = 6  # blocks of one row
 TERMS = 6  # of a series
-FIRST, LATER = 2e-2, 3e-5  # share of a step up to which a correction of X is the last one
+# Share of a step up to which a correction of X, of third order, is the last one of a pass.
+FIRST, SECOND, LATER = 2e-2, 5e-4, 3e-5
 MOST = 12  # corrections
 NAN = math.nan
 
@@ -77,9 +78,10 @@ class Stages:
         self.n = builder.udiv(rows, self.row(2 * dimension))
         real = values[6].type
         self.first_pass = builder.fcmp_ordered("==", values[6], ir.Constant(real, 0.0))
-        self.tolerance = builder.select(
-            self.first_pass, ir.Constant(real, FIRST), ir.Constant(real, LATER)
-        )
+        second_pass = builder.fcmp_ordered("==", values[6], ir.Constant(real, 1.0))
+        self.tolerance = ir.Constant(real, LATER)
+        for one, share in ((second_pass, SECOND), (self.first_pass, FIRST)):
+            self.tolerance = builder.select(one, ir.Constant(real, share), self.tolerance)
         inverse = Reciprocals(context, builder)
         self.reciprocal = lambda x: x.each(inverse.reciprocal)
         self.root = lambda x: x.each(inverse.root)
@@ -135,7 +137,9 @@ class Stages:
         """
         builder, row = self.builder, self.row
         pairs = builder.lshr(self.n, row(1))
-        near = builder.fptosi(lanes.number(self.numbers, row(NEAR)), row)
+        wanted = builder.fptosi(lanes.number(self.numbers, row(NEAR)), row)
+        all_near = builder.icmp_signed(">", wanted, pairs)
+        near = builder.select(all_near, pairs, wanted)
 
         def some(begin, end, halvings):
             with cgutils.for_range(builder, builder.sub(end, begin), intp=row) as loop:
@@ -145,7 +149,12 @@ class Stages:
         some(row(0), near, HALVINGS)
         some(near, pairs, 0)
         with builder.if_then(builder.trunc(self.n, ir.IntType(1))):
-            part((builder.sub(self.n, row(1)),), HALVINGS)
+            last = (builder.sub(self.n, row(1)),)
+            with builder.if_else(all_near) as (halved, whole):
+                with halved:
+                    part(last, HALVINGS)
+                with whole:
+                    part(last, 0)
 
     def inwards(self, part):
         """Do a part for all planets, in the opposite order."""
