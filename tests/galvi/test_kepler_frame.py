@@ -196,6 +196,10 @@ def test_a_passage_that_breaks_the_hierarchy_is_solved_or_named() -> None:
         assert "Kepler frame" in run.status and "bodies " in run.status
         assert np.all(np.isnan(run.q[run.failed_step :]))
         assert np.all(np.isfinite(run.q[: run.failed_step]))
+        last = run.checkpoint.state[0, :6].reshape(3, 2)
+        assert np.array_equal(last, run.q[run.failed_step - 1])
+        thin = galvi.integrate(problem, method(8), h, duration=40.0, save_every=1_000)
+        assert thin.failed_step == run.failed_step and thin.status == run.status
 
 
 def test_orbits_that_are_not_bound_are_refused_by_name() -> None:
