@@ -183,11 +183,16 @@ def test_a_passage_that_breaks_the_hierarchy_is_solved_or_named() -> None:
     meeting = [[0.0, 0.0], [1.0, 0.0], [1.05, 0.0]], [[0.0, 0.0], [0.0, 1.0], [0.0, -0.9]]
     problem = galvi.Problem(galvi.NBody(masses), *crossing)
     calm = galvi.integrate(problem, method(8), 0.02, 200).counts["iterations"] / 200
+    seen: set[bool] = set()
     for h, bound in ((0.02, 1e-13), (0.4, 1e-11), (1.0, 1e-6)):  # 9e-16, 8e-13, 5e-8
         run = galvi.integrate(problem, method(8), h, duration=40.0)
         energies = galvi.energy(run)
         assert run.success and np.ptp(energies) < bound * abs(energies[0])
         assert h < 0.1 or run.counts["iterations"] > (calm + 1) * run.counts["steps"]
+        further = run.counts.get("further_steps", 0)
+        assert ("three or more passes more" in run.status) == (further > 0)
+        seen |= {further > 0}
+    assert True in seen
     problem = galvi.Problem(galvi.NBody(masses), *meeting)
     for h in (0.02, 0.1, 0.4, 1.0):
         run = galvi.integrate(problem, method(8), h, duration=40.0)

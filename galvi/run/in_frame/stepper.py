@@ -134,7 +134,8 @@ def _stepper(
         if code != SOLVED:  # the steps before it once more, since the state is lost
             done, counts = work.done - before, work.counts.copy()
             work.state[:], work.solver_state[:] = state, solver_state
-            advance(done)
+            if done:
+                advance(done)
             work.counts[:] = counts
         work.counts[FORCES_IN_LANES] = work.counts[FORCES]
         return code

@@ -65,6 +65,8 @@ STAGES = types.UniTuple(MATRIX, 4)
 WORK = types.Tuple((STAGES, STAGES, MATRIX, MATRIX))
 MOST_PASSES = 60
 PASSES, ALARM, LEFT, CHANGE = range(4)
+LEFT_OVER = 5  # of counts: steps that took MANY further passes
+MANY = 3
 INFINITE = 1e300
 NOISE = 2.0**-48  # relative change of W that rounding can make
 CONTRACTS = 0.5  # largest ratio of two changes for which further passes are worth their time
@@ -101,6 +103,7 @@ def solve_step(functions, numbers, tables, state, counts, stages, coarse_stages,
             return SOLVED
         if passes > wanted:
             if change <= NOISE or change * change * change <= checks[LEFT] * last * last:
+                counts[LEFT_OVER] += passes >= wanted + MANY
                 return SOLVED
             if not change < INFINITE:
                 return NOT_FINITE
