@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.symbolic.traces import traces
@@ -57,8 +57,13 @@ def conserves_energy(system: Any) -> bool:
 
 def velocities_at_the_end(method: Galerkin, stages: Array) -> Array:
     """Velocities (..., d) at the end of steps from those at their stages (..., d, s)."""
-    result: Array = stages @ method.table.analysis.sum(axis=0)  # Legendre polynomials are 1 at 1
+    result: Array = stages @ _at_the_end(method)
     return result
+
+
+@lru_cache(maxsize=32)
+def _at_the_end(method: Galerkin) -> Array:
+    return read_only(method.table.analysis.sum(axis=0))  # Legendre polynomials are 1 at 1
 
 
 def energies(
@@ -150,11 +155,9 @@ def _of_builtin(
     system: Lagrangian, function: BuiltinLagrangian, states: States, raised: Raised | None
 ) -> tuple[Array, Array]:
     """As ``_one_by_one``, at all states at once where the velocities belong to the momenta."""
-    n, v = len(states.t), np.concatenate([states.v, np.zeros_like(states.v)])
-    values, momenta = function.at_states(
-        np.concatenate([states.q] * 2), v, np.concatenate([states.t] * 2)
-    )
-    value, momenta, rest = values[:n], momenta[:n], -values[n:]
+    n = len(states.t)
+    value, at_rest, momenta = function.at_states(states.q, states.v, states.t)
+    rest = -at_rest
     if function is not system.function:  # traced: the user's own function is asked now and then
         for k in sorted({n - 1, *range(0, n, -(-n // ASKED))}):
             with _noting(raised, k), suppress(ArithmeticError, ValueError):

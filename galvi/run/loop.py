@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
-
-from galvi.arrays import read_only
+from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves
 from galvi.kernels.nystrom.advance import HOLDS
@@ -80,6 +78,7 @@ def _trajectory(
     """The trajectory of a run whose last kernel call returned ``code``."""
     done, shape = work.done, problem.q0.shape
     end = ending(engine, problem, method, step, steps, start, work, code, found)
+    times: Array = problem.t0 + (start.first + work.saved_steps) * step
     curves = None
     if start.keeps_curves:
         curves = Curves(
@@ -92,7 +91,7 @@ def _trajectory(
         )
     return Trajectory(
         problem=problem,
-        t=read_only(problem.t0 + (start.first + np.array(work.saved_steps)) * step),
+        t=read_only(times),
         q=read_only(work.saved_q.reshape(-1, *shape)),
         p=read_only(engine.momenta(problem, work.saved_v)),
         success=end.success,
