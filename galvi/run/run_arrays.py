@@ -77,7 +77,7 @@ class RunArrays(NamedTuple):
     solver_state: npt.NDArray[np.int64]
     step_angle: Array
     counts: npt.NDArray[np.int64]
-    saved_steps: npt.NDArray[np.int64]
+    saved_steps: Any
     saved_q: Array
     saved_v: Array
     bases: Array
