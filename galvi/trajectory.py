@@ -12,6 +12,7 @@ from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves
 from galvi.problem import Problem
+from galvi.systems.velocities import velocity_at
 
 if TYPE_CHECKING:
     import pandas
@@ -43,6 +44,8 @@ class Trajectory:
     curves        the Galerkin curve of each step; None if not kept
     checkpoint    the state from which `galvi.resume` continues; None for references
     interrupted   whether Ctrl-C ended the run, which can then be resumed
+    velocities    (saved, ...) those of point masses some of which are massless, whose p is 0 at any
+                  velocity; else None. See ``v``
     """
 
     problem: Problem
@@ -58,6 +61,7 @@ class Trajectory:
     curves: Curves | None = None
     checkpoint: Checkpoint | None = None
     interrupted: bool = False
+    velocities: Array | None = None
 
     def __call__(self, t: Any) -> Array:
         """Configuration on the curve at t: shape (...) for a scalar, (k, ...) for t of shape (k,).
@@ -65,6 +69,13 @@ class Trajectory:
         NaN after a failure. Raises ValueError when t is outside the run or curves were not kept.
         """
         return self._kept_curves().position(t)
+
+    @property
+    def v(self) -> Array:
+        """Velocities at the saved times, of p's shape; on a group the body velocities."""
+        if self.velocities is not None:
+            return self.velocities
+        return velocity_at(self.problem.system, self.q, self.p, self.t, self.problem.v0)
 
     def velocity(self, t: Any) -> Array:
         """Velocity of the curve at t: dq/dt, or on a group the body velocity; raises as a call."""

@@ -58,8 +58,7 @@ def heliocentric(run: Trajectory, centre: int | None = None) -> tuple[Array, Arr
     """
     system = _nbody(run)
     centre = _centre(system, centre)
-    v = run.p / system.masses[:, None]
-    q, v = (np.delete(x - x[:, centre : centre + 1], centre, axis=1) for x in (run.q, v))
+    q, v = (np.delete(x - x[:, centre : centre + 1], centre, axis=1) for x in (run.q, run.v))
     return q, v
 
 

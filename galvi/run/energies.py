@@ -21,6 +21,7 @@ from galvi.systems.nbody import NBody
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
+from galvi.systems.velocities import kinetic_energy
 
 ASKED = 4  # states of a run at which a traced Lagrangian is compared with the function itself
 CLOSE = 0.03  # relative error of a momentum; that of the energy is of the order of its square
@@ -83,8 +84,7 @@ def energies(
         if system.builtin is not None and not sharp:
             return _of_builtin(system, system.builtin, states, raised)
         return _one_by_one(system, states, sharp, raised)
-    twice = (states.p * system.velocity(states.p)).reshape(len(states.t), -1).sum(axis=1)
-    return 0.5 * twice, _potential(system, states, raised)
+    return kinetic_energy(system, states.p), _potential(system, states, raised)
 
 
 def start_energies(problem: Problem) -> tuple[float, float]:

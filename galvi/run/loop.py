@@ -94,6 +94,7 @@ def _trajectory(
         t=read_only(times),
         q=read_only(work.saved_q.reshape(-1, *shape)),
         p=read_only(engine.momenta(problem, work.saved_v)),
+        velocities=_kept_velocities(problem, work),
         success=end.success,
         status=end.status,
         failed_step=end.failed_step,
@@ -110,13 +111,19 @@ def _trajectory(
     )  # fmt: skip
 
 
+def _kept_velocities(problem: Problem, work: RunArrays) -> Array | None:
+    """The velocities at the saved states, where momenta do not determine them."""
+    if isinstance(problem.system, NBody) and problem.system.has_massless:
+        return read_only(work.saved_v.reshape(-1, *problem.v0.shape))
+    return None
+
+
 def _counts(problem: Problem, work: RunArrays) -> dict[str, int]:
     *counted, pairs, left, in_lanes = work.counts.tolist()
     result = {"steps": work.done, **dict(zip(COUNTED, counted, strict=True))}
     forces = result["force_evaluations"]
     if isinstance(problem.system, NBody):
-        bodies = problem.system.masses.size
-        result["pair_evaluations"] = forces * (bodies * (bodies - 1) // 2) + pairs
+        result["pair_evaluations"] = forces * problem.system.pairs + pairs
     differenced = getattr(problem.system, "potential_calls_per_force", 0)
     if differenced and forces > in_lanes:
         called = forces - in_lanes
