@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -63,6 +63,11 @@ class Trajectory:
     interrupted: bool = False
     velocities: Array | None = None
 
+    # The doors stand above a run, which must not import them: registered by galvi/__init__.
+    to_rebound_of: ClassVar[Callable[..., Any]]
+    to_scipy_of: ClassVar[Callable[..., Any]]
+    plot_of: ClassVar[Callable[..., Any]]
+
     def __call__(self, t: Any) -> Array:
         """Configuration on the curve at t: shape (...) for a scalar, (k, ...) for t of shape (k,).
 
@@ -80,6 +85,22 @@ class Trajectory:
     def velocity(self, t: Any) -> Array:
         """Velocity of the curve at t: dq/dt, or on a group the body velocity; raises as a call."""
         return self._kept_curves().velocity(t)
+
+    def __len__(self) -> int:
+        """The number of saved states."""
+        return len(self.t)
+
+    def to_rebound(self, at: int = -1) -> Any:
+        """A `rebound.Simulation` at a saved state: see galvi.doors.rebound."""
+        return self.to_rebound_of(self, at)
+
+    def to_scipy(self) -> Any:
+        """The run with the fields of SciPy's solve_ivp: see galvi.doors.scipy."""
+        return self.to_scipy_of(self)
+
+    def plot(self) -> Any:
+        """A matplotlib figure of the motion and the energy: see galvi.doors.plots."""
+        return self.plot_of(self)
 
     def to_frame(self) -> pandas.DataFrame:
         """A tidy pandas frame: t, then one column for each component of q and of p."""
