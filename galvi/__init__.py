@@ -15,6 +15,7 @@ from galvi.diagnostics.round_trip import round_trip_error
 from galvi.diagnostics.symplecticity import step_derivative, symplecticity_defect
 from galvi.doors.citations import Citation, cite
 from galvi.doors.citations import galvi_version as _version
+from galvi.doors.judge import Judged, judge
 from galvi.doors.plots import plot as _plot
 from galvi.doors.rebound import from_rebound, to_rebound
 from galvi.doors.scipy import to_scipy
@@ -83,6 +84,7 @@ __all__ = [
     "Fourier",
     "FreeBody",
     "Galerkin",
+    "Judged",
     "Lagrangian",
     "LinearSpring",
     "ModifiedRodrigues",
@@ -116,6 +118,7 @@ __all__ = [
     "heliocentric",
     "integrate",
     "integrate_many",
+    "judge",
     "linear_momentum",
     "load",
     "lobatto",
