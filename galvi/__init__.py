@@ -19,6 +19,8 @@ from galvi.doors.judge import Judged, judge
 from galvi.doors.plots import plot as _plot
 from galvi.doors.rebound import from_rebound, to_rebound
 from galvi.doors.scipy import to_scipy
+from galvi.frames.harmonic_frame import HarmonicFrame
+from galvi.frames.kepler_frame import KeplerFrame
 from galvi.groups.matrices import nearest_rotation
 from galvi.groups.product import Product
 from galvi.groups.rn import Rn
@@ -84,7 +86,9 @@ __all__ = [
     "Fourier",
     "FreeBody",
     "Galerkin",
+    "HarmonicFrame",
     "Judged",
+    "KeplerFrame",
     "Lagrangian",
     "LinearSpring",
     "ModifiedRodrigues",
