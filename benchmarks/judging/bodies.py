@@ -38,7 +38,7 @@ INTEGRATORS = {  # by their names in REBOUND
 }
 ADAPTIVE = ("ias15", "bs")
 COARSEST = 6.0 + 1.0 / 3.0  # steps a revolution of the fastest body; a whole number resonates
-OURS = {8: 3.3, 12: 1.7, 16: 1.3}  # degree: the same
+OURS, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
 
 
 def shortest_period(problem: Problem) -> float:
@@ -102,9 +102,14 @@ def own_setting(problem: Problem, asked: Mapping[str, Any]) -> Own:
 def candidates(problem: Problem, duration: float) -> Iterator[list[Candidate]]:
     """For each integrator its settings from coarse to fine, or the coarsest of its steps."""
     revolutions = duration / shortest_period(problem)
-    for degree, coarsest in OURS.items():
-        steps = round(revolutions * coarsest) or 1
-        yield [Candidate(galvi_label(degree), gauss_collocation(degree), {}, steps)]
+    frame = galvi.KeplerFrame()
+    charts = [("", None, OURS)]
+    charts += [] if frame.refusal(problem) else [(", Kepler frame", frame, IN_FRAME)]
+    for words, chart, degrees in charts:
+        for degree, coarsest in degrees.items():
+            steps = round(revolutions * coarsest) or 1
+            method = gauss_collocation(degree, chart)
+            yield [Candidate(galvi_label(degree) + words, method, {}, steps)]
     kinds: list[tuple[str, Any, Mapping[str, Any]]] = [
         ("REBOUND WHFast512, corrector 17", whfast512.WHFAST512, whfast512.BEST),
         ("REBOUND WHFast, corrector 17, LAZY", whfast.WHFAST, whfast.BEST),
