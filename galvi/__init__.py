@@ -7,6 +7,7 @@ from galvi.analysis.theory import Theory, theory
 from galvi.charts.cayley import Cayley
 from galvi.charts.exponential import Exponential
 from galvi.charts.modified_rodrigues import ModifiedRodrigues
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.diagnostics.attitude import orthogonality_defect, rotations
 from galvi.diagnostics.invariants import energy, linear_momentum, momentum_map
 from galvi.diagnostics.momentum_balance import MomentumBalance, momentum_balance
@@ -43,6 +44,7 @@ from galvi.run.compilation import watch_compilation
 from galvi.run.ensemble import integrate_many
 from galvi.run.files import load, save
 from galvi.run.integrate import integrate, resume
+from galvi.run.loop import curves_of_steps
 from galvi.spaces.component_polynomials import ComponentPolynomials
 from galvi.spaces.fourier import Fourier
 from galvi.spaces.piecewise_hermite import PiecewiseHermite
@@ -66,6 +68,7 @@ from galvi.trajectory import Trajectory
 
 PendulumWeight = CosinePotential  # the old name, kept for one version
 watch_compilation()
+RedoneCurves.redo_of = staticmethod(curves_of_steps)
 Trajectory.to_rebound_of = staticmethod(to_rebound)
 Trajectory.to_scipy_of = staticmethod(to_scipy)
 Trajectory.plot_of = staticmethod(_plot)

@@ -12,6 +12,7 @@ from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves
 from galvi.curves.frame_curves import FrameCurves
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.problem import Problem
 from galvi.systems.velocities import velocity_at
 
@@ -45,6 +46,7 @@ class Trajectory:
     curves        the Galerkin curve of each step; None if not kept
     checkpoint    the state from which `galvi.resume` continues; None for references
     interrupted   whether Ctrl-C ended the run, which can then be resumed
+    again         finds the curves again where they were not kept; None for references
     velocities    (saved, ...) those of point masses some of which are massless, whose p is 0 at any
                   velocity; else None. See ``v``
     """
@@ -63,6 +65,7 @@ class Trajectory:
     checkpoint: Checkpoint | None = None
     interrupted: bool = False
     velocities: Array | None = None
+    again: RedoneCurves | None = None
 
     # The doors stand above a run, which must not import them: registered by galvi/__init__.
     to_rebound_of: ClassVar[Callable[..., Any]]
@@ -72,7 +75,9 @@ class Trajectory:
     def __call__(self, t: Any) -> Array:
         """Configuration on the curve at t: shape (...) for a scalar, (k, ...) for t of shape (k,).
 
-        NaN after a failure. Raises ValueError when t is outside the run or curves were not kept.
+        NaN after a failure. Where curves were not kept, up to 1024 steps, or a 512th of the run,
+        are done again, with the same result to the bit. Raises ValueError when t is outside the run
+        and for a run of a reference.
         """
         return self._kept_curves().position(t)
 
@@ -114,13 +119,14 @@ class Trajectory:
 
         return pandas.DataFrame({"t": self.t, **columns("q", self.q), **columns("p", self.p)})
 
-    def _kept_curves(self) -> Curves | FrameCurves:
-        if self.curves is None:
+    def _kept_curves(self) -> Curves | FrameCurves | RedoneCurves:
+        curves = self.curves if self.curves is not None else self.again
+        if curves is None:
             raise ValueError(
-                "this run has no curves to evaluate; integrate with curves=True or save_every=1 "
-                "(references keep none)."
+                "this run has no curves to evaluate, since it is that of a reference; only runs of "
+                "galvi.integrate have."
             )
-        return self.curves
+        return curves
 
     def __repr__(self) -> str:
         return (

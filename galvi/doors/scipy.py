@@ -15,7 +15,7 @@ def to_scipy(run: Trajectory) -> Any:
 
     t        (saved,)
     y        (n, saved): the entries of q, one after the other, then those of v
-    sol      t -> y on the curves, (n,) or (n, k); None where they were not kept
+    sol      t -> y on the curves, (n,) or (n, k); None for a run of a reference
     status   0 for a success, else -1; with `message` and `success`
     nfev     force evaluations; njev those of its derivative; nlu linear systems solved
     """
@@ -35,7 +35,7 @@ def to_scipy(run: Trajectory) -> Any:
     return OptimizeResult(
         t=run.t,
         y=rows(run.q, run.v, len(run.t)),
-        sol=None if run.curves is None else sol,
+        sol=None if run.curves is None and run.again is None else sol,
         t_events=None,
         y_events=None,
         nfev=counts.get("force_evaluations", 0),

@@ -160,7 +160,8 @@ def test_a_run_as_a_result_of_scipy():
         assert np.allclose(ends, found.y[rows, 1:-1], rtol=0, atol=limit)
     sparse = galvi.integrate(galvi.problems.free_rigid_body(), SIX, 0.1, 20, save_every=10)
     found = sparse.to_scipy()
-    assert found.sol is None and found.y.shape == (12, 3)
+    assert found.y.shape == (12, 3) and found.sol(0.75).shape == (12,)
+    assert IAS15.run(problem, 1.0, {"samples": 1}).to_scipy().sol is None
     failing = galvi.integrate(galvi.problems.solar_system(), SIX, 500.0, 3).to_scipy()
     assert not failing.success and failing.status == -1 and "Stopped" in failing.message
 
