@@ -181,7 +181,11 @@ def test_a_frame_can_be_saved_continued_and_thinned_to_the_bit(case: str, tmp_pa
 def test_curves_pass_through_the_states_and_follow_the_motion(case: str) -> None:
     problem, frame, h = CASES[case]
     run, true = galvi.integrate(problem, method(frame, 10), h, 8), truth(problem, 8 * h)
-    assert np.allclose(run(run.t), run.q, rtol=0.0, atol=1e-13)
+    back = galvi.integrate(problem, method(frame, 10), -h, 8)
+    for one in (run, back):
+        assert np.allclose(one(one.t), one.q, rtol=0.0, atol=1e-13)
+    before = np.linspace(back.t[-1], back.t[0], 31)
+    assert np.max(np.abs(back(before) - truth(problem, -8 * h)(before))) < 1e-8
     times = np.linspace(run.t[0], run.t[-1], 101)
     assert np.max(np.abs(run(times) - true(times))) < 1e-8
     assert np.max(np.abs(run.velocity(times) - true.velocity(times))) < 1e-6

@@ -126,7 +126,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
         *(_kept(table, quantity) for quantity in (LINEAR, ANGULAR)),
         V29.row(
             ENERGY,
-            AtMost(2e-13),
+            AtMost(2e-14),
             _value(table, ENERGY, LIGHT, 9),
             setup=f"{_setup()}; relative, at the largest",
             claimed="converged passes leave no drift",
@@ -144,7 +144,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
         ),
         V29.row(
             PLACE,
-            AtMost(1e-8),
+            AtMost(1e-9),
             _value(table, PLACE, LIGHT, 9),
             setup=f"{_setup()}; au",
             claimed="steps of a tenth of the shortest period are accurate",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -31,7 +31,8 @@ from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
 from galvi.spaces.polynomials import Polynomials
 from galvi.tableau import tabulate
 
-FINEST = 2.0**-60  # what passes leave where round-off is asked for
+FINEST = 2.0**-57  # share of the state that passes may leave in a step, for round-off
+SMALLEST = 2.0**-80  # what they leave of a step that is said to have converged
 USUAL = 100.0  # a change larger than so many times that at the start calls for further passes
 
 
@@ -138,31 +139,48 @@ def checks_of(
 ) -> tuple[float, float, float, float]:
     """Passes of a step, the usual change in the last of them, and what further ones may leave.
 
-    Measured in the first step: as many as the tolerance needs, unless the frame says how many. They
-    depend on the problem's start alone, so that they are the same in each part of a continued run.
+    Unless the frame says how many, the fewest whose first step ends within the tolerance of one
+    that has converged. They depend on the problem's start alone, so that they are the same in each
+    part of a continued run.
     """
     left = FINEST if tolerance == ROUND_OFF else tolerance
-    given = frame_of(method).passes
-    passes, _change, code = _first_step(problem, method, step, (2.0, -1.0, left, 0.0))
-    if code != SOLVED:
+    converged = _first_step(problem, method, step, (2.0, -1.0, SMALLEST, 0.0))
+    if converged.code != SOLVED:
         return 2.0, -1.0, left, 0.0  # the run finds the same, and says it
-    if given is None and passes >= MOST_PASSES:
-        given = MOST_PASSES
-    wanted = float(given or max(passes, 2))
-    change = _first_step(problem, method, step, (wanted, np.inf, left, 0.0))[1]
-    return wanted, max(USUAL * change, NOISE), left, 0.0
+    given = frame_of(method).passes
+    few = range(2, converged.passes + 1) if given is None else (min(given, MOST_PASSES),)
+    for passes in few:
+        tried = _first_step(problem, method, step, (float(passes), np.inf, left, 0.0))
+        if np.max(np.abs((tried.end - converged.end).sum(axis=0))) <= left:
+            break
+    return float(passes), max(USUAL * tried.change, NOISE), left, 0.0
+
+
+class FirstStep(NamedTuple):
+    """The first step of a run with so many passes.
+
+    change  the last one that was measured
+    code    the kernel's
+    end     (2, 2 n) the state in the frame after it and its low part, over their sizes
+    """
+
+    passes: int
+    change: float
+    code: int
+    end: Array
 
 
 def _first_step(
     problem: Problem, method: Galerkin, step: float, checks: tuple[float, ...]
-) -> tuple[int, float, int]:
-    """Passes of the first step, the last change that was measured, and the kernel's code."""
+) -> FirstStep:
     begin = Checkpoint(0, *frame_start(problem, method), "auto", ROUND_OFF, 1, False)
     work = RunArrays.of(problem, method, 1, begin, 2, (0, 0), watched=False)
-    numbers = np.array(checks)
-    stepper, tables = _stepper(problem, method, step, 1, begin, work, numbers)
-    code = stepper(1)
-    return int(work.counts[ITERATIONS]), float(tables[-2][CHANGE]), code
+    stepper, tables = _stepper(problem, method, step, 1, begin, work, np.array(checks))
+    code, sizes = stepper(1), motion_of(problem, method, step).sizes
+    n = sizes.size // 2
+    end = np.stack([work.state[row::2, :n].ravel() for row in (4, 5)])
+    change = float(tables[-2][CHANGE])
+    return FirstStep(int(work.counts[ITERATIONS]), change, code, end / sizes)
 
 
 @lru_cache(maxsize=32)
@@ -194,6 +212,7 @@ class Path:
         u = u_0 + tau * (u_1 - u_0)
         for _ in range(50):
             u = u - (u - e * np.sin(u) - time) / (1.0 - e * np.cos(u))
+            u = np.clip(u, np.minimum(u_0, u_1), np.maximum(u_0, u_1))
         place = np.clip((2.0 * u - u_0 - u_1) / (u_1 - u_0), -1.0, 1.0)
         y = place
         if self.stretch >= 1e-8:

@@ -19,7 +19,7 @@ from numba.extending import intrinsic
 from galvi.kernels.compile.jit import jit_inline
 from galvi.kernels.lanes.frames import universal
 from galvi.kernels.lanes.frames.kepler import HEAD, INVERSE, MASS, MOST, dot
-from galvi.kernels.lanes.functions import square_root, two_sum
+from galvi.kernels.lanes.functions import square_root, two_product, two_sum
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
 
@@ -108,17 +108,42 @@ def _moved(builder, lanes, mask, mu, t, q, q_low, v, v_low):
     inverse = 1.0 / r
     f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
     rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
-    new: list[list[Any]] = [[], [], [], []]
+    lost = 0.0 * X  # NaN where there is no X
+    ways, turns = [], []
     for x, x_low, y, y_low in zip(q, q_low, v, v_low, strict=True):
-        far = f * x + g * y
-        place, rest = two_sum(x, far + 0.0 * X)
-        place, rest = two_sum(place, rest.fused + (x_low + (f * x_low + g * y_low)))
-        turn = rate_f * x + rate_g * y
-        speed, other = two_sum(y, turn)
-        speed, other = two_sum(speed, other.fused + (y_low + (rate_f * x_low + rate_g * y_low)))
-        for block, lane in zip(new, (place, rest, speed, other), strict=True):
-            block.append(lane.fused)
-    return new
+        ways.append((f * x + g * y + lost, f * x_low + g * y_low))
+        turns.append((rate_f * x + rate_g * y, rate_f * x_low + rate_g * y_low))
+    places, place_change = _added(q, q_low, ways)
+    speeds, speed_change = _added(v, v_low, turns)
+    # What rounding changed in v.v / 2 - mu / r is taken from the speed: it would add up.
+    gained = 0.5 * speed_change + mu * place_change * (inverse_0 * inverse) / (r0 + r)
+    fast = [high for high, _ in speeds]
+    back = gained / dot(fast, fast)
+    speeds = [(high, low - back * high) for high, low in speeds]
+    return [
+        [high for high, _ in places], [low for _, low in places],
+        fast, [low for _, low in speeds],
+    ]  # fmt: skip
+
+
+def _added(start, start_low, changes):
+    """A vector after a change, in two parts, and the change of its square, to 1e-32 of it.
+
+    The latter is change . (start + end), whose terms nearly cancel on a circle.
+    """
+    ends: list[Any] = []
+    square: Any = None
+    square_low: Any = 0.0
+    for x, x_low, (far, far_low) in zip(start, start_low, changes, strict=True):
+        end, rest = two_sum(x, far)
+        end, rest = two_sum(end, rest.fused + (x_low + far_low))
+        both, both_low = two_sum(x, end)
+        term, term_low = two_product(both, far.exact)
+        more = far * (both_low.fused + x_low + rest.fused) + far_low * both.fused
+        square, carried = two_sum(square, term) if square is not None else (term, 0.0 * far)
+        square_low = carried.fused + (term_low.fused + more) + square_low
+        ends.append((end.fused, rest.fused))
+    return ends, square.fused + square_low
 
 
 def _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t):
