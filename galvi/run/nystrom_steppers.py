@@ -10,7 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.extended_precision import decimals, extended_precision, rounded
+from galvi.extended_precision import decimals, extended_precision, rounded, scaled
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.forces.force_kinds import BUILT_IN, SIGNATURES
@@ -146,30 +146,21 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.nbody."""
     s = table.c.size
     lanes = stages_in_lanes(s)
-    with extended_precision():
-        h = decimals(step)
-        c, b, beta, A = (
-            decimals(kept) + decimals(lost)
-            for kept, lost in zip(
-                (table.c, table.b, table.beta, table.A), table.low_parts[:4], strict=True
-            )
-        )
-        moves = _with_low_part((h * h * A)[lanes].T)
-        sums = np.stack([*_with_low_part(h * b), *_with_low_part(h * h * beta)], axis=1)
-        nodes = _with_low_part(c[lanes])
+    c, b, beta, A = map(np.stack, zip(_high_parts(table), table.low_parts[:4], strict=True))
+    moves = scaled(A, step, 2)[:, lanes].swapaxes(1, 2)
+    columns = np.zeros((s, lanes.size))
+    columns[:, :4] = np.stack([*scaled(b, step), *scaled(beta, step, 2)])[[0, 2, 1, 3]].T
     ahead = [*moves]
     with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
         for r in range(1, table.growth.size + 1):
             extrapolated = table.analysis[:r].T @ table.extrapolation[:, :r].T
             ahead += [extrapolated @ kept for kept in moves]
-    columns = np.zeros((s, lanes.size))
-    columns[:, [0, 2, 1, 3]] = sums
     numbers = (
         np.concatenate(ahead),
         table.analysis.T[:, lanes],
         table.growth,
         columns,
-        nodes,
+        c[:, lanes],
     )
     return tuple(read_only(np.array(number)) for number in numbers)
 
@@ -179,12 +170,10 @@ def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.body."""
     s = table.c.size
     lanes = stages_in_lanes(s)
-    with extended_precision():
-        h, b = decimals(step), decimals(table.b) + decimals(table.low_parts[1])
-        A = decimals(table.integral) + decimals(table.low_parts[4])
-        B = b - (A.T * b) / b[:, None]
-        moves, turns = (np.concatenate(_with_low_part((h * M)[lanes].T)) for M in (A, B))
-        kicks = _with_low_part(h * b)
+    moves, turns = (
+        np.concatenate(scaled(M, step)[:, lanes].swapaxes(1, 2)) for M in _integrals(table)
+    )
+    kicks = scaled(np.stack([table.b, table.low_parts[1]]), step)
     ahead = [
         table.analysis[:r].T @ table.extrapolation[lanes, :r].T
         for r in range(1, table.growth.size + 1)
@@ -194,6 +183,20 @@ def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
         step * table.projection,
     )  # fmt: skip
     return tuple(read_only(np.array(number)) for number in numbers)
+
+
+def _high_parts(table: Tableau) -> tuple[Array, ...]:
+    """What the first four of its low parts belong to."""
+    return table.c, table.b, table.beta, table.A
+
+
+@lru_cache(maxsize=32)
+def _integrals(table: Tableau) -> tuple[Array, Array]:
+    """The integrals of slopes, A, and of their dual, B, each with its low part: (2, s, s)."""
+    with extended_precision():
+        b = decimals(table.b) + decimals(table.low_parts[1])
+        A = decimals(table.integral) + decimals(table.low_parts[4])
+        return _with_low_part(A), _with_low_part(b - (A.T * b) / b[:, None])
 
 
 def stages_in_lanes(s: int) -> Any:
