@@ -150,13 +150,10 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     moves = scaled(A, step, 2)[:, lanes].swapaxes(1, 2)
     columns = np.zeros((s, lanes.size))
     columns[:, :4] = np.stack([*scaled(b, step), *scaled(beta, step, 2)])[[0, 2, 1, 3]].T
-    ahead = [*moves]
     with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
-        for r in range(1, table.growth.size + 1):
-            extrapolated = table.analysis[:r].T @ table.extrapolation[:, :r].T
-            ahead += [extrapolated @ kept for kept in moves]
+        ahead = np.stack([_extrapolated(table, kept) for kept in moves], axis=1)
     numbers = (
-        np.concatenate(ahead),
+        np.concatenate([moves[None], ahead]).reshape(-1, lanes.size),
         table.analysis.T[:, lanes],
         table.growth,
         columns,
@@ -174,15 +171,20 @@ def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
         np.concatenate(scaled(M, step)[:, lanes].swapaxes(1, 2)) for M in _integrals(table)
     )
     kicks = scaled(np.stack([table.b, table.low_parts[1]]), step)
-    ahead = [
-        table.analysis[:r].T @ table.extrapolation[lanes, :r].T
-        for r in range(1, table.growth.size + 1)
-    ]
+    ahead = np.concatenate(_extrapolated(table, np.eye(s)[:, lanes]))
     numbers = (
-        moves, turns, kicks, np.concatenate(ahead), table.analysis.T[:, lanes], table.growth,
+        moves, turns, kicks, ahead, table.analysis.T[:, lanes], table.growth,
         step * table.projection,
     )  # fmt: skip
     return tuple(read_only(np.array(number)) for number in numbers)
+
+
+def _extrapolated(table: Tableau, kept: Array) -> Array:
+    """A matrix (s, P) after the extrapolation to the next step's stages by 1, ..., l Legendre
+    polynomials: (l, s, P)."""
+    terms = table.extrapolation.T @ kept
+    sums: Array = np.cumsum(table.analysis[: len(terms), :, None] * terms[:, None, :], axis=0)
+    return sums
 
 
 def _high_parts(table: Tableau) -> tuple[Array, ...]:
