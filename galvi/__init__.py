@@ -13,6 +13,11 @@ from galvi.diagnostics.momentum_balance import MomentumBalance, momentum_balance
 from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.diagnostics.round_trip import round_trip_error
 from galvi.diagnostics.symplecticity import step_derivative, symplecticity_defect
+from galvi.doors.citations import Citation, cite
+from galvi.doors.citations import galvi_version as _version
+from galvi.doors.plots import plot as _plot
+from galvi.doors.rebound import from_rebound, to_rebound
+from galvi.doors.scipy import to_scipy
 from galvi.groups.matrices import nearest_rotation
 from galvi.groups.product import Product
 from galvi.groups.rn import Rn
@@ -58,6 +63,9 @@ from galvi.trajectory import Trajectory
 
 PendulumWeight = CosinePotential  # the old name, kept for one version
 watch_compilation()
+Trajectory.to_rebound_of = staticmethod(to_rebound)
+Trajectory.to_scipy_of = staticmethod(to_scipy)
+Trajectory.plot_of = staticmethod(_plot)
 Galerkin.theory_of = staticmethod(theory)  # it stands above the method, which must not import it
 
 __all__ = [
@@ -68,6 +76,7 @@ __all__ = [
     "Canonical",
     "Cayley",
     "CentralForce",
+    "Citation",
     "ComponentPolynomials",
     "CosinePotential",
     "Exponential",
@@ -98,9 +107,11 @@ __all__ = [
     "Trajectory",
     "UniformField",
     "UniformGravity",
+    "cite",
     "clenshaw_curtis",
     "composite",
     "energy",
+    "from_rebound",
     "gauss",
     "heliocentric",
     "integrate",
@@ -129,6 +140,8 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     """AttributeError with the nearest public name; pieces and problems are found in any case."""
+    if name == "__version__":
+        return _version()
     public = {word.casefold(): word for word in __all__ if word != "problems"}
     public |= {word.casefold(): f"problems.{word}" for word in problems.__all__}
     near = _close(name.casefold(), public, n=1)

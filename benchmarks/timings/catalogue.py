@@ -17,7 +17,7 @@ DOP853, BODY = "SciPy DOP853", "DOP853 on quaternions, compiled"
 CHAINS, LAGRANGIANS = "SciPy DOP853, chains", "SciPy DOP853, Lagrangians"
 THROWN, STORED_LAW = "thrown body, closed form", "stored truth, Lagrangians"
 TIGHT = 1e-13  # for DOP853
-NEAR_CIRCLE = {"eccentricity": 0.2}
+NEAR_CIRCLE, BELT = {"eccentricity": 0.2}, {"particles": 100}
 
 STEPS = (
     Case("oscillator, a step", STEP, "harmonic_oscillator", 8, 8, 2.0, 1, OSCILLATOR),
@@ -30,6 +30,8 @@ STEPS = (
     Case("solar system, degree 16, a step", STEP, "solar_system", 16, 16, 32.0, 1, IAS15),
     Case("outer planets, degree 6, a step", STEP, "outer_solar_system", 6, 6, 270.0, 1, IAS15),
     Case("outer planets, degree 12, a step", STEP, "outer_solar_system", 12, 12, 1080.0, 1, IAS15),
+    Case("outer planets and 100 massless bodies, a step", STEP, "outer_solar_system", 8, 8, 487.0,
+         1, IAS15, arguments=BELT),
     Case("Applegate, a step", STEP, "applegate", 8, 8, 1.5, 1, IAS15),
     Case("Henon-Heiles, a step", STEP, "henon_heiles", 4, 4, 0.5, 1, DOP853,
          truth_tolerance=TIGHT),
@@ -69,6 +71,8 @@ TRAJECTORIES = (
          quick=True),
     Case("outer planets, degree 12", TRAJECTORY, "outer_solar_system", 12, 12, 974.0, 3750,
          STORED),
+    Case("outer planets and 100 massless bodies", TRAJECTORY, "outer_solar_system", 8, 8, 487.0,
+         400, IAS15, arguments=BELT),
     Case("Applegate, degree 8", TRAJECTORY, "applegate", 8, 8, 1.25, 8000, STORED),
     Case("Henon-Heiles, degree 4", TRAJECTORY, "henon_heiles", 4, 4, 0.25, 2000, DOP853,
          quick=True, truth_tolerance=TIGHT),

@@ -64,6 +64,8 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         "state": end.state, "stages": end.stages, "solver_state": end.solver_state,
         "energies": end.energies, "passage": end.passage,
     }  # fmt: skip
+    if run.velocities is not None:
+        arrays["velocities"] = run.velocities
     if run.curves is not None:
         arrays |= {"bases": run.curves.bases, "coefficients": run.curves.coefficients}
     handle, partial = tempfile.mkstemp(dir=target.parent, suffix=".partial")
@@ -135,6 +137,7 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         problem, read_only(arrays["t"]), read_only(arrays["q"]), read_only(arrays["p"]),
         facts["success"], facts["status"], facts["failed_step"], facts["counts"], facts["step"],
         method, curves, end, facts["interrupted"],
+        read_only(arrays["velocities"]) if "velocities" in arrays else None,
     )  # fmt: skip
 
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
-
-from galvi.arrays import read_only
+from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves
 from galvi.kernels.nystrom.advance import HOLDS
@@ -80,6 +78,7 @@ def _trajectory(
     """The trajectory of a run whose last kernel call returned ``code``."""
     done, shape = work.done, problem.q0.shape
     end = ending(engine, problem, method, step, steps, start, work, code, found)
+    times: Array = problem.t0 + (start.first + work.saved_steps) * step
     curves = None
     if start.keeps_curves:
         curves = Curves(
@@ -92,9 +91,10 @@ def _trajectory(
         )
     return Trajectory(
         problem=problem,
-        t=read_only(problem.t0 + (start.first + np.array(work.saved_steps)) * step),
+        t=read_only(times),
         q=read_only(work.saved_q.reshape(-1, *shape)),
         p=read_only(engine.momenta(problem, work.saved_v)),
+        velocities=_kept_velocities(problem, work),
         success=end.success,
         status=end.status,
         failed_step=end.failed_step,
@@ -111,13 +111,19 @@ def _trajectory(
     )  # fmt: skip
 
 
+def _kept_velocities(problem: Problem, work: RunArrays) -> Array | None:
+    """The velocities at the saved states, where momenta do not determine them."""
+    if isinstance(problem.system, NBody) and problem.system.has_massless:
+        return read_only(work.saved_v.reshape(-1, *problem.v0.shape))
+    return None
+
+
 def _counts(problem: Problem, work: RunArrays) -> dict[str, int]:
     *counted, pairs, left, in_lanes = work.counts.tolist()
     result = {"steps": work.done, **dict(zip(COUNTED, counted, strict=True))}
     forces = result["force_evaluations"]
     if isinstance(problem.system, NBody):
-        bodies = problem.system.masses.size
-        result["pair_evaluations"] = forces * (bodies * (bodies - 1) // 2) + pairs
+        result["pair_evaluations"] = forces * problem.system.pairs + pairs
     differenced = getattr(problem.system, "potential_calls_per_force", 0)
     if differenced and forces > in_lanes:
         called = forces - in_lanes

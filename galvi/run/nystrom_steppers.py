@@ -71,7 +71,7 @@ def compiled_stepper(
         return general_stepper(*arguments)
     axes = (0,) * problem.q0.shape[-1]
     kernel = packed.compiled_advance(len(axes)) if point_masses else compiled_advance_canonical()
-    force = law[:2] if law else (axes, _masses(system))
+    force = law[:2] if law else (axes, *_masses(system))
     tables, tableau = packed_tables(method.table, step), tuple(kernel_tableau(method.table))
     tolerance = FINER if law and start.tolerance == ROUND_OFF else start.tolerance
     plan, progress, kept = run_plan(problem, step, steps, start, work, tolerance)
@@ -121,8 +121,12 @@ def _lane_force(system: Canonical, d: int, found: Traces) -> tuple[Any, Array, A
 
 
 @lru_cache(maxsize=32)
-def _masses(system: NBody) -> Array:
-    return read_only(system.G * system.masses)
+def _masses(system: NBody) -> tuple[Array, Any, Any]:
+    """G m, the bodies with a mass and the massless ones, as galvi.kernels.lanes.nbody takes it."""
+    heavy, light = (np.flatnonzero(kind) for kind in (system.masses > 0.0, system.masses == 0.0))
+    for bodies in (heavy, light):
+        bodies.setflags(write=False)
+    return read_only(system.G * system.masses), heavy, light
 
 
 @lru_cache(maxsize=32)

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-SHIPPED = {".py", ".typed", ".csv"}
+SHIPPED = {".py", ".typed", ".csv", ".bib"}
 
 
 @pytest.fixture(scope="module")
