@@ -40,7 +40,7 @@ clean: ## remove .venv, caches and build output, but not reports/out
 	    .import_linter_cache .benchmarks
 	find galvi references benchmarks reports tests -name __pycache__ -prune -exec rm -rf {} +
 
-$(STAMP): pyproject.toml constraints.txt
+$(STAMP): pyproject.toml setup.py constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	    version=$$($(PYTHON) --version 2>&1) || version='not a Python that runs'; \
 	    echo "galvi needs Python 3.11 or newer, but $(PYTHON) is $$version;" \

@@ -15,9 +15,12 @@ from galvi.diagnostics.round_trip import round_trip_error
 from galvi.diagnostics.symplecticity import step_derivative, symplecticity_defect
 from galvi.doors.citations import Citation, cite
 from galvi.doors.citations import galvi_version as _version
+from galvi.doors.judge import Judged, judge
 from galvi.doors.plots import plot as _plot
 from galvi.doors.rebound import from_rebound, to_rebound
 from galvi.doors.scipy import to_scipy
+from galvi.frames.harmonic_frame import HarmonicFrame
+from galvi.frames.kepler_frame import KeplerFrame
 from galvi.groups.matrices import nearest_rotation
 from galvi.groups.product import Product
 from galvi.groups.rn import Rn
@@ -83,6 +86,9 @@ __all__ = [
     "Fourier",
     "FreeBody",
     "Galerkin",
+    "HarmonicFrame",
+    "Judged",
+    "KeplerFrame",
     "Lagrangian",
     "LinearSpring",
     "ModifiedRodrigues",
@@ -116,6 +122,7 @@ __all__ = [
     "heliocentric",
     "integrate",
     "integrate_many",
+    "judge",
     "linear_momentum",
     "load",
     "lobatto",

@@ -75,3 +75,9 @@ def cosine(angle: Decimal) -> Decimal:
         k += 2
         term *= -angle * angle / (k * (k - 1))
     return total
+
+
+def circle(angle: Decimal) -> tuple[Decimal, Decimal]:
+    """cos(angle) and sin(angle), for any angle."""
+    rest = angle - 2 * PI * (angle / (2 * PI)).to_integral_value()
+    return cosine(rest), cosine(rest - PI / 2)

@@ -11,6 +11,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves
+from galvi.curves.frame_curves import FrameCurves
 from galvi.problem import Problem
 from galvi.systems.velocities import velocity_at
 
@@ -58,7 +59,7 @@ class Trajectory:
     counts: Mapping[str, int] = field(default_factory=dict)
     step: float | None = None
     method: Any = None
-    curves: Curves | None = None
+    curves: Curves | FrameCurves | None = None
     checkpoint: Checkpoint | None = None
     interrupted: bool = False
     velocities: Array | None = None
@@ -113,7 +114,7 @@ class Trajectory:
 
         return pandas.DataFrame({"t": self.t, **columns("q", self.q), **columns("p", self.p)})
 
-    def _kept_curves(self) -> Curves:
+    def _kept_curves(self) -> Curves | FrameCurves:
         if self.curves is None:
             raise ValueError(
                 "this run has no curves to evaluate; integrate with curves=True or save_every=1 "

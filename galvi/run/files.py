@@ -22,7 +22,6 @@ import numpy as np
 from galvi.arrays import read_only
 from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import Curves
 from galvi.groups import GROUPS
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
@@ -120,13 +119,9 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         raise ValueError(f"problem must have the system of the run in {path}; it has another one.")
     curves = None
     if facts["curves"] is not None:
-        curves = Curves(
-            method.space,
-            facts["curves"],
-            facts["step"],
-            read_only(arrays["bases"]),
-            read_only(arrays["coefficients"]),
-            engine_for(problem, method).local_chart(problem, method),
+        bases, coefficients = read_only(arrays["bases"]), read_only(arrays["coefficients"])
+        curves = engine_for(problem, method).curves(
+            problem, method, facts["step"], facts["curves"], bases, coefficients
         )
     end = Checkpoint(
         facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]),

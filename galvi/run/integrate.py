@@ -119,6 +119,11 @@ def prepared(
     if isinstance(problem.system, Canonical | Lagrangian):
         _trace_anew(problem, problem.system)
     engine = engine_for(problem, method)
+    if solver not in engine.solvers:
+        raise ValueError(
+            f"in a moving frame the solver must be one of {', '.join(engine.solvers)}; received "
+            f"{solver!r}."
+        )
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
             f"with a group, an external force or a degree for each component, the solver "
@@ -129,7 +134,7 @@ def prepared(
     _check_functions(problem)
     if solver != "newton" and isinstance(problem.system, Canonical | Lagrangian):
         _announce(problem, problem.system)
-    begin = engine.start(problem, method.stages)
+    begin = engine.start(problem, method)
     start = Checkpoint(0, *begin, solver, tol, save_every, curves)
     return partial(run_steps, engine, problem, method, h, total, start)
 

@@ -7,7 +7,6 @@ from functools import partial
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import Curves
 from galvi.kernels.nystrom.advance import HOLDS
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
@@ -43,7 +42,8 @@ def run_steps(
     With ``rescue``, a step that cannot be solved is retried once with a guess from smaller steps;
     if that fails too, the run ends. The energy of those smaller steps is not judged.
     """
-    work = RunArrays.of(problem, method, steps, start, engine.velocity_row, watched=rescue)
+    size = engine.curve_size(problem, method)
+    work = RunArrays.of(problem, method, steps, start, engine.velocity_row, size, watched=rescue)
     arguments = (problem, method, step, steps, start, work)
     substeps = partial(run_steps, engine, rescue=False)
 
@@ -81,14 +81,9 @@ def _trajectory(
     times: Array = problem.t0 + (start.first + work.saved_steps) * step
     curves = None
     if start.keeps_curves:
-        curves = Curves(
-            method.space,
-            problem.t0 + start.first * step,
-            step,
-            read_only(work.bases.reshape(-1, *shape)),
-            read_only(work.coefficients),
-            engine.local_chart(problem, method),
-        )
+        begin = problem.t0 + start.first * step
+        bases, coefficients = read_only(work.bases), read_only(work.coefficients)
+        curves = engine.curves(problem, method, step, begin, bases, coefficients)
     return Trajectory(
         problem=problem,
         t=read_only(times),
