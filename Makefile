@@ -5,6 +5,9 @@ EXTRAS ?= suite,dev
 BIN := .venv/bin
 STAMP := .venv/installed
 
+# Tests and reports start many processes, which would compile every source anew.
+export PYTHONDONTWRITEBYTECODE :=
+
 .DEFAULT_GOAL := help
 .PHONY: install test check report studies bench clean help
 

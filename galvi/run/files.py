@@ -160,6 +160,11 @@ def storable_values() -> dict[str, Any]:
     return registered | {name: kind for name, kind in public.items() if _is_frozen_dataclass(kind)}
 
 
+def _is_storable_kind(kind: type) -> bool:
+    """Whether it is one of ``storable_values``, which are not gathered for each of many values."""
+    return _is_frozen_dataclass(kind) and storable_values().get(kind.__name__) is kind
+
+
 def _is_frozen_dataclass(kind: Any) -> bool:
     parameters = getattr(kind, "__dataclass_params__", None)
     return isinstance(kind, type) and parameters is not None and parameters.frozen
@@ -167,7 +172,7 @@ def _is_frozen_dataclass(kind: Any) -> bool:
 
 def _written(value: Any) -> Any:
     kind = type(value).__name__
-    if storable_values().get(kind) is type(value):
+    if _is_storable_kind(type(value)):
         content = {
             field.name: _written(getattr(value, field.name))
             for field in fields(value)

@@ -25,4 +25,5 @@ SURVIVAL = Section(
     measure=survival_table,
     table=partial(readable_table, headings=HEADINGS),
     compared=True,
+    timed=True,
 )
