@@ -13,6 +13,7 @@ from galvi.diagnostics.momentum_balance import MomentumBalance, momentum_balance
 from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.diagnostics.round_trip import round_trip_error
 from galvi.diagnostics.symplecticity import step_derivative, symplecticity_defect
+from galvi.doors.from_mujoco import from_mujoco
 from galvi.groups.matrices import nearest_rotation
 from galvi.groups.product import Product
 from galvi.groups.rn import Rn
@@ -45,6 +46,7 @@ from galvi.systems.canonical import Canonical
 from galvi.systems.forces.rotor_drag import RotorDrag
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.systems.planar_chain import PlanarChain
 from galvi.systems.potentials.central_force import CentralForce
@@ -54,6 +56,8 @@ from galvi.systems.potentials.spring_chain import SpringChain
 from galvi.systems.potentials.uniform_field import UniformField
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
+from galvi.systems.trees.joint import Joint
+from galvi.systems.trees.link import Link
 from galvi.trajectory import Trajectory
 
 PendulumWeight = CosinePotential  # the old name, kept for one version
@@ -74,10 +78,13 @@ __all__ = [
     "Fourier",
     "FreeBody",
     "Galerkin",
+    "Joint",
     "Lagrangian",
     "LinearSpring",
+    "Link",
     "ModifiedRodrigues",
     "MomentumBalance",
+    "Multibody",
     "NBody",
     "OrbitalElements",
     "PendulumWeight",
@@ -101,6 +108,7 @@ __all__ = [
     "clenshaw_curtis",
     "composite",
     "energy",
+    "from_mujoco",
     "gauss",
     "heliocentric",
     "integrate",

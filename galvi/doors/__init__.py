@@ -1,0 +1,1 @@
+"""Models of other programs as problems, and runs for other programs."""
