@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from galvi.systems.trees.joint import Joint
 from galvi.systems.trees.link import Link
 from galvi.systems.trees.mujoco_states import POSITIONS
 
+LOGGER = logging.getLogger("galvi")
 KINDS = ("free", "ball", "slide", "hinge")  # as MuJoCo numbers them
 
 
@@ -76,6 +78,9 @@ def _model(given: Any) -> Any:
     is_text = isinstance(given, str) and "<" in given
     if not is_text and not Path(given).is_file():
         raise ValueError(f"model_or_xml must be a model or a file; there is no file {given}.")
+    what, said = "the text" if is_text else str(given), list[str]()
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)  # which would write them to a file
     try:
         if is_text:
             return mujoco.MjModel.from_xml_string(given)
@@ -83,9 +88,12 @@ def _model(given: Any) -> Any:
             return mujoco.MjModel.from_binary_path(str(given))
         return mujoco.MjModel.from_xml_path(str(given))
     except Exception as error:
-        reason = " ".join(str(error).split())
-        what = "the text" if is_text else str(given)
+        reason = " ".join(" ".join([str(error), *said]).split())
         raise ValueError(f"MuJoCo cannot read {what} as a model: {reason}.") from None
+    finally:
+        mujoco.set_mju_user_warning(before)
+        for message in said:
+            LOGGER.warning("MuJoCo says of %s: %s", what, " ".join(message.split()))
 
 
 def _disabled(model: Any, flag: str) -> bool:

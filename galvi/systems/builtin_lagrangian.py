@@ -32,7 +32,7 @@ class BuiltinLagrangian(Protocol):
 
 
 @runtime_checkable
-class KnownMass(Protocol):
+class KnownMass(BuiltinLagrangian, Protocol):
     """A `BuiltinLagrangian` of a mass that depends on the configuration alone."""
 
     def mass(self, q: Array) -> Array:

@@ -22,7 +22,7 @@ KINDS = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.lanes
 class Joint:
     """A hinge, slide, ball or free joint, in the frame of the link that it moves.
 
-    kind       "hinge": q an angle about the axis; "slide": q a length along it; "ball": q a
+    type       "hinge": q an angle about the axis; "slide": q a length along it; "ball": q a
                rotation matrix (3, 3) that turns the link about the anchor; "free": q a motion
                (4, 4) of the link's frame, of which only a link on the world can have one
     axis       (3,) of a hinge or a slide, of any length but zero
@@ -33,11 +33,11 @@ class Joint:
     rest       the coordinate at which the spring is at rest: a number, or a matrix as q
     damping    of its velocities: N m s/rad, N s/m for a slide; of a free joint both
 
-    Raises ValueError for another kind, an axis of no length, a negative armature or damping, or a
+    Raises ValueError for another type, an axis of no length, a negative armature or damping, or a
     rest that is no coordinate of the joint.
     """
 
-    kind: str
+    type: str
     axis: Any = (0.0, 0.0, 1.0)
     anchor: Any = (0.0, 0.0, 0.0)
     zero: float = 0.0
@@ -47,8 +47,8 @@ class Joint:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise ValueError(f"kind must be one of {', '.join(KINDS)}; received {self.kind!r}.")
+        if self.type not in KINDS:
+            raise ValueError(f"type must be one of {', '.join(KINDS)}; received {self.type!r}.")
         axis = input_checks.array("axis", self.axis, (3,))
         length = float(np.linalg.norm(axis))
         if not length > 0.0:
@@ -62,7 +62,7 @@ class Joint:
                 raise ValueError(f"{name} must not be negative; received {getattr(self, name)}.")
         if self.number > tree.SLIDE and self.zero != 0.0:
             raise ValueError(
-                f"zero is of a hinge or a slide; received {self.zero} for {self.kind}."
+                f"zero is of a hinge or a slide; received {self.zero} for {self.type}."
             )
         object.__setattr__(self, "rest", self._checked_rest())
 
@@ -78,7 +78,7 @@ class Joint:
     @property
     def number(self) -> int:
         """Its kind in galvi.kernels.lanes.tree."""
-        return KINDS.index(self.kind)
+        return KINDS.index(self.type)
 
     @property
     def group(self) -> Group:
@@ -103,5 +103,5 @@ class Joint:
             found[0] = self.rest
         else:
             found[:9] = self.rest[:3, :3].ravel()
-            found[9:] = self.rest[:3, 3] if self.kind == "free" else 0.0
+            found[9:] = self.rest[:3, 3] if self.type == "free" else 0.0
         return found

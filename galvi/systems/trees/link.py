@@ -49,10 +49,10 @@ class Link:
         joints = tuple(given) if isinstance(given, Iterable) else (given,)
         if not all(isinstance(joint, Joint) for joint in joints):
             raise TypeError(f"joints must be galvi.Joint values; received {self.joints!r}.")
-        if len(joints) > 1 and any(joint.kind == "free" for joint in joints):
+        if len(joints) > 1 and any(joint.type == "free" for joint in joints):
             raise ValueError(
                 f"a free joint must be the only one of its link; received "
-                f"{[joint.kind for joint in joints]}."
+                f"{[joint.type for joint in joints]}."
             )
         object.__setattr__(self, "joints", joints)
         mass = input_checks.real("mass", self.mass)

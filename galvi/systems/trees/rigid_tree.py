@@ -42,7 +42,7 @@ class RigidTree:
                 raise ValueError(
                     f"the parent of link {k} must be a link before it; received {link.parent}."
                 )
-            if link.parent is not None and any(joint.kind == "free" for joint in link.joints):
+            if link.parent is not None and any(joint.type == "free" for joint in link.joints):
                 raise ValueError(
                     f"a free joint must be between a link and the world; link {k} has one and the "
                     f"parent {link.parent}."
@@ -52,6 +52,21 @@ class RigidTree:
                 "nothing can move: no link has a joint. Give one a galvi.Joint, such as a hinge."
             )
         object.__setattr__(self, "gravity", input_checks.array("gravity", self.gravity, (3,)))
+        self._check_masses()
+
+    def _check_masses(self) -> None:
+        """ValueError for a joint that moves neither a mass nor an armature."""
+        carried = [link.mass for link in self.links]
+        for k in range(len(self.links) - 1, -1, -1):
+            link = self.links[k]
+            if not carried[k] > 0.0 and not all(joint.armature > 0.0 for joint in link.joints):
+                raise ValueError(
+                    f"link {link.name or k} has joints, and neither it nor what it carries has a "
+                    f"mass above 0; received mass {link.mass}. Give it a mass or its joints an "
+                    f"armature."
+                )
+            if link.parent is not None:
+                carried[link.parent] += carried[k]
 
     @cached_property
     def joints(self) -> tuple[Joint, ...]:
@@ -132,14 +147,14 @@ class RigidTree:
         momentum, left = self.left_slopes(q, v)
         flat, found, dof, entry = np.ravel(q), np.zeros(np.size(q)), 0, 0
         for joint in self.joints:
-            size, side = tree.ENTRIES[joint.number], 3 if joint.kind == "ball" else 4
+            size, side = tree.ENTRIES[joint.number], 3 if joint.type == "ball" else 4
             if joint.number <= tree.SLIDE:
                 found[entry] = left[dof]
             else:
                 g = flat[entry : entry + size].reshape(side, side)
                 x = np.zeros((side, side))
                 x[:3, :3] = 0.5 * np.cross(g[:3, :3], left[dof : dof + 3])
-                if joint.kind == "free":
+                if joint.type == "free":
                     x[:3, 3] = g[:3, :3] @ left[dof + 3 : dof + 6]
                 found[entry : entry + size] = x.ravel()
             dof, entry = dof + tree.DOFS[joint.number], entry + size
@@ -148,9 +163,8 @@ class RigidTree:
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
         """As `BuiltinLagrangian.at_states`."""
         entries, rates = list(q.reshape(len(q), -1).T), list(v.T)
-        momenta, potential = tree.recursion(self.numbers.tolist(), entries, rates, self.dimension)[
-            1::2
-        ]
+        numbers, d = self.numbers.tolist(), self.dimension
+        _, momenta, _, potential = tree.recursion(numbers, entries, rates, d)
         p = np.stack([np.broadcast_to(x, len(q)) for x in momenta], axis=1)
         at_rest = np.broadcast_to(-1.0 * potential, len(q))
         return 0.5 * (v * p).sum(axis=1) + at_rest, at_rest, p
