@@ -54,6 +54,9 @@ class Multibody(Lagrangian):
             object.__setattr__(self, "timed_force", True)
         super().__post_init__()
 
+    def __repr__(self) -> str:
+        return f"Multibody({len(self.links)} links, {self.group.dimension} velocities)"
+
     def __reduce__(self) -> tuple[Any, ...]:
         return Multibody, (self.links, self.gravity)
 

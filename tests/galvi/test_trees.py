@@ -95,6 +95,24 @@ def test_its_slopes_and_mass_are_derivatives_of_its_value(joints, seed):
     np.testing.assert_allclose(momenta[0], mass @ v, rtol=0, atol=1e-13 * size)
 
 
+@settings(max_examples=40)
+@given(st.integers(1, 8), st.integers(0, 2**32 - 1))
+def test_its_law_for_lanes_is_its_kernel(joints, seed):
+    """On numbers, with the numbers of its geometry that are part of it."""
+    _, problem = problem_of(random_tree(joints, seed), seed)
+    found, q, v = problem.system.tree, problem.q0, problem.v0
+    names = {}
+    exec(found.law, names)
+    tau, mu, rows = names["law"](q.ravel().tolist(), v.tolist(), 0.0, found.numbers.tolist())
+    momenta, left = found.left_slopes(q, v)
+    size = 1.0 + max(np.max(np.abs(left)), np.max(np.abs(momenta)))
+    np.testing.assert_allclose(tau, left, rtol=0, atol=1e-13 * size)
+    np.testing.assert_allclose(mu, momenta, rtol=0, atol=1e-13 * size)
+    mass = found.mass(q)
+    for i, row in enumerate(rows):
+        np.testing.assert_allclose(row, mass[i, : i + 1], rtol=0, atol=1e-13 * np.max(mass))
+
+
 @pytest.mark.parametrize(
     ("joints", "seed", "kinds"),
     [(3, 8, ("hinge", "slide")), (4, 1, ("hinge", "slide", "ball", "free"))],
