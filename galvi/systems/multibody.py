@@ -55,7 +55,7 @@ class Multibody(Lagrangian):
         super().__post_init__()
 
     def __repr__(self) -> str:
-        return f"Multibody({len(self.links)} links, {self.group.dimension} velocities)"
+        return f"Multibody(links={len(self.links)}, velocities={self.group.dimension})"
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Multibody, (self.links, self.gravity)
