@@ -13,15 +13,15 @@ from galvi.systems.trees.link import Link
 
 AXES = ((0.0, 0.0, 1.0), (1.0, 0.3, 0.0), (0.8, -0.6, 0.2))  # of the hinges
 ANGLES, RATES = (0.2, -0.4, 0.6), (1.0, -0.8, 1.5)
-MOVING = (0.3, -0.2, 0.4, 0.1, 0.0, -0.2)  # the floating body
+MOVING = (0.1, 0.0, -0.2, 0.3, -0.2, 0.4)  # the floating body
 
 
 def skew_arm(damping: float = 0.0, floating: bool = False) -> Problem:
     """Three rods of 1 kg and 0.5 m on skew hinges, the first of which is vertical.
 
     damping   of each hinge, N m s
-    floating  on a body of 5 kg that floats without weight, on SE(3) x R^3; else on the ground, with
-              gravity along -z
+    floating  on a body of 5 kg that floats without weight, on R^3 x SO(3) x R^3; else on the
+              ground, with gravity along -z
 
     Angles are 0 when the rods reach along x. Without damping the energy is conserved, and of the
     floating one the momenta. Raises ValueError for a negative damping.
@@ -45,7 +45,7 @@ def skew_arm(damping: float = 0.0, floating: bool = False) -> Problem:
     system = Multibody(links, gravity=(0.0, 0.0, 0.0 if floating else -9.81))
     q0, v0 = np.array(ANGLES), np.array(RATES)
     if isinstance(system.group, Product):
-        q0, v0 = system.group.join(np.eye(4), q0), np.array([*MOVING, *RATES])
+        q0, v0 = system.group.join(np.zeros(3), np.eye(3), q0), np.array([*MOVING, *RATES])
     return Problem(
         system=system,
         q0=q0,

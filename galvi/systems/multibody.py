@@ -24,9 +24,10 @@ class Multibody(Lagrangian):
     gravity  (3,) acceleration
 
     Configurations q are elements of ``group``, the product of the joints' groups in their order:
-    angles, lengths, rotation matrices, and motions (4, 4). Velocities (d,) are rates of angles and
-    lengths, angular velocities in the link's frame, and, of a free joint, (w, v) in it. Damping is
-    the ``force``. Raises ValueError for trees in which nothing moves, or for links out of order.
+    angles and lengths, rotation matrices, and of a free joint R^3 x SO(3). Velocities (d,) are
+    rates of angles and lengths, angular velocities in the link's frame, and of a free joint that of
+    its origin in space, then w: those of MuJoCo. Damping is the ``force``. Raises ValueError for
+    trees in which nothing moves, or for links out of order.
     """
 
     function: Function = field(init=False, repr=False, compare=False)
@@ -44,7 +45,7 @@ class Multibody(Lagrangian):
         if not all(isinstance(link, Link) for link in links):
             raise TypeError(f"links must be galvi.Link values; received {self.links!r}.")
         tree = RigidTree(links, self.gravity)
-        damping = [np.full(joint.group.dimension, joint.damping) for joint in tree.joints]
+        damping = [np.full(joint.dimension, joint.damping) for joint in tree.joints]
         object.__setattr__(self, "links", links)
         object.__setattr__(self, "gravity", tree.gravity)
         object.__setattr__(self, "function", tree)

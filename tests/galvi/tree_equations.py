@@ -22,25 +22,17 @@ def _each(system):
         entry, dof = ends
 
 
-def hat(w):
-    """The matrix of w x."""
-    return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
-
-
 def rates(system, q, v):
     """q' of the entries."""
     flat, found = q.ravel(), np.empty(q.size)
     for kind, entries, dofs in _each(system):
-        w = v[dofs]
-        if kind <= tree.SLIDE:
-            found[entries] = w
-            continue
-        side = 3 if kind == tree.BALL else 4
-        turning = np.zeros((side, side))
-        turning[:3, :3] = hat(w[:3])
-        if side == 4:
-            turning[:3, 3] = w[3:]
-        found[entries] = (flat[entries].reshape(side, side) @ turning).ravel()
+        straight = entries.stop - entries.start - 9 * (kind > tree.SLIDE)
+        first, dof = entries.start, dofs.start
+        found[first : first + straight] = v[dof : dof + straight]
+        if kind > tree.SLIDE:
+            first, w = first + straight, v[dofs.stop - 3 : dofs.stop]
+            R = flat[first : first + 9].reshape(3, 3)
+            found[first : first + 9] = np.cross(w, -R).ravel()  # R hat(w)
     return found
 
 
@@ -54,25 +46,11 @@ def terms(system, q, v):
     tree.inward(numbers, list(v.astype(complex)), work, unused, change)
     turning = np.zeros(d)
     for kind, _, dofs in _each(system):
-        w = v[dofs][:3]
-        if kind == tree.BALL:
-            turning[dofs] = np.cross(momenta[dofs], w)
-        elif kind == tree.FREE:
-            (l, f), u = momenta[dofs].reshape(2, 3), v[dofs][3:]
-            turning[dofs] = np.concatenate([np.cross(l, w) + np.cross(f, u), np.cross(f, w)])
+        if kind > tree.SLIDE:
+            turns = slice(dofs.stop - 3, dofs.stop)
+            turning[turns] = np.cross(momenta[turns], v[turns])
     force = np.zeros(d) if system.force is None else system.force(q, v, 0.0)
     return np.stack([turning, left, force, -np.imag(change) / STEP])
-
-
-def own_accelerations(system, q, v, qacc):
-    """v' from MuJoCo's: of a free joint's place in its own frame."""
-    found, flat = qacc.copy(), q.ravel()
-    for kind, entries, dofs in _each(system):
-        if kind == tree.FREE:
-            R = flat[entries].reshape(4, 4)[:3, :3]
-            drift = R.T @ qacc[dofs][:3] - np.cross(v[dofs][:3], v[dofs][3:])
-            found[dofs] = np.concatenate([qacc[dofs][3:], drift])
-    return found
 
 
 def defects(model, system, qpos, qvel):
@@ -89,7 +67,7 @@ def defects(model, system, qpos, qvel):
     mass, potential = system.tree.mass_and_potential(q)
     asked = terms(system, q, v)
     tau = asked.sum(axis=0)
-    off = np.linalg.norm(mass @ own_accelerations(system, q, v, data.qacc.copy()) - tau)
+    off = np.linalg.norm(mass @ data.qacc - tau)
     far = np.abs(data.xipos @ model.opt.gravity) @ model.body_mass + abs(data.energy[0])
     return np.array([
         off / max(np.linalg.norm(tau), 1e-300),

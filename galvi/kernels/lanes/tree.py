@@ -1,9 +1,10 @@
 """Lagrangian of a tree of rigid bodies by recursion, for lanes, numbers, arrays and kernels alike.
 
 A joint carries a frame: of a hinge and a slide, on the axis, which is its z axis; of a ball joint,
-at its centre; of a free joint, the body's own. Frame 0 is the world's. With C and r the rotation
-and the displacement from a joint's frame to that of the joint before it, S the joint's axes,
-X = (C, r), twists V = (w, v) and wrenches P = (l, f) in the joint's frame at its origin,
+at its centre; of a free joint, the body's own, with the velocity of its origin in space, then w.
+Frame 0 is the world's. With C and r the rotation and the displacement from a joint's frame to that
+of the joint before it, S the joint's axes, X = (C, r), twists V = (w, v) and wrenches P = (l, f) in
+the joint's frame at its origin,
 
     U_j = X_j^-1 V_up(j),   V_j = U_j + S_j v_j,   P_j = I_j V_j + sum over next joints of X_k P_k,
     dL/dv_j = S_j^T P_j + armature v_j,
@@ -47,7 +48,7 @@ from galvi.kernels.lanes.sparse import (
 from galvi.kernels.lie.arithmetic import generic
 
 HINGE, SLIDE, BALL, FREE = range(4)
-DOFS, ENTRIES = (1, 1, 3, 6), (1, 1, 9, 16)
+DOFS, ENTRIES = (1, 1, 3, 6), (1, 1, 9, 12)  # of a free joint: its origin, then its rotation
 HEAD, JOINT = 7, 43
 # of a joint: its kind, the joint before it (0 for none), its first velocity and entry; r and the
 # rows of C at 0; mass, mass times centre, inertia about the origin; the rest's coordinate or matrix
@@ -77,8 +78,8 @@ def place_joint(c, k, q, work, a):
         elif kind == BALL:
             row = turned_back(q, entry, row)
         else:
-            row = triple(q, entry + 4 * i)
-            work[a + R + i] = q[entry + 4 * i + 3]
+            row = triple(q, entry + 3 + 3 * i)
+            work[a + R + i] = q[entry + i]
         keep(row, work, a + C + 3 * i)
 
 
@@ -95,6 +96,8 @@ def outward(c, q, v, work):
         swept = sum_of(triple(work, up + V), cross(w, triple(work, a + R)))
         w, velocity = turned_back(work, a + C, w), turned_back(work, a + C, swept)
         keep(turned_back(work, a + C, triple(work, up + FIELD)), work, a + FIELD)
+        if kind == FREE:  # on the world, U = 0; what R turns is the velocity in space
+            velocity = turned_back(work, a + C, triple(v, dof))
         keep(w, work, a + UW)
         keep(velocity, work, a + UV)
         if kind == HINGE:
@@ -102,9 +105,7 @@ def outward(c, q, v, work):
         elif kind == SLIDE:
             velocity = velocity[0], velocity[1], plus(velocity[2], v[dof])
         else:
-            w = sum_of(w, triple(v, dof))
-            if kind == FREE:
-                velocity = sum_of(velocity, triple(v, dof + 3))
+            w = sum_of(w, triple(v, dof + DOFS[kind] - 3))
         m, h = c[k + MASS], triple(c, k + MOMENT)
         keep(w, work, a + W)
         keep(velocity, work, a + V)
@@ -132,11 +133,11 @@ def inward(c, v, work, tau, mu):
         elif kind == SLIDE:
             tau[dof], mu[dof] = force[2], f[2]
         else:
-            keep(moment, tau, dof)
-            keep(l, mu, dof)
+            keep(moment, tau, dof + DOFS[kind] - 3)
+            keep(l, mu, dof + DOFS[kind] - 3)
             if kind == FREE:
-                keep(force, tau, dof + 3)
-                keep(f, mu, dof + 3)
+                keep(scaled(m, triple(work, up + FIELD)), tau, dof)
+                keep(turned(work, a + C, f), mu, dof)
         for i in range(DOFS[kind]):
             mu[dof + i] = plus(mu[dof + i], times(c[k + ARMATURE], v[dof + i]))
         r = triple(work, a + R)
@@ -150,10 +151,10 @@ def inward(c, v, work, tau, mu):
 
 
 @generic
-def rotation_vector(q, entry, row, c, k):
-    """The rotation vector from the matrix at k of c to that of q with rows of length ``row``."""
+def rotation_vector(q, entry, c, k):
+    """The rotation vector from the matrix at k of c to that at ``entry`` of q."""
     a0, a1, a2 = triple(c, k), triple(c, k + 3), triple(c, k + 6)
-    b0, b1, b2 = triple(q, entry), triple(q, entry + row), triple(q, entry + 2 * row)
+    b0, b1, b2 = triple(q, entry), triple(q, entry + 3), triple(q, entry + 6)
     turn = (  # columns of A^T B
         sum_of(sum_of(scaled(b0[0], a0), scaled(b1[0], a1)), scaled(b2[0], a2)),
         sum_of(sum_of(scaled(b0[1], a0), scaled(b1[1], a1)), scaled(b2[1], a2)),
@@ -181,17 +182,14 @@ def springs(c, q, tau):
             tau[dof] = minus(tau[dof], pull)
             energy = plus(energy, times(0.5, times(pull, away)))
         elif is_there(stiffness):
-            turn = rotation_vector(q, entry, 3 if kind == BALL else 4, c, k + REST)
+            if kind == FREE:
+                away = less(triple(q, entry), triple(c, k + REST_PLACE))
+                keep(less(triple(tau, dof), scaled(stiffness, away)), tau, dof)
+                energy = plus(energy, times(0.5 * stiffness, dot(away, away)))
+                dof, entry = dof + 3, entry + 3
+            turn = rotation_vector(q, entry, c, k + REST)
             keep(less(triple(tau, dof), scaled(stiffness, turn)), tau, dof)
             energy = plus(energy, times(0.5 * stiffness, dot(turn, turn)))
-            if kind == FREE:
-                place = q[entry + 3], q[entry + 7], q[entry + 11]
-                away = less(place, triple(c, k + REST_PLACE))
-                first, second = triple(q, entry), triple(q, entry + 4)
-                pull = sum_of(scaled(away[0], first), scaled(away[1], second))
-                pull = sum_of(pull, scaled(away[2], triple(q, entry + 8)))
-                keep(less(triple(tau, dof + 3), scaled(stiffness, pull)), tau, dof + 3)
-                energy = plus(energy, times(0.5 * stiffness, dot(away, away)))
     return energy
 
 
@@ -220,13 +218,13 @@ def add_inertia(work, a, up):
 
 
 @generic
-def component(kind, l, f, i):
+def component(kind, work, a, l, f, i):
     """The i-th component of a wrench along a joint's axes."""
     if kind == HINGE:
         return l[2]
     if kind == SLIDE:
         return f[2]
-    return l[i] if i < 3 else f[i - 3]
+    return dot(triple(work, a + C + 3 * i), f) if kind == FREE and i < 3 else l[i % 3]
 
 
 @generic
@@ -248,14 +246,16 @@ def composite(c, work, mass):
         m, h = work[a + M], triple(work, a + H)
         for i in range(DOFS[kind]):
             row = (dof + i) * (dof + i + 1) // 2
-            if kind == SLIDE or i > 2:
-                axis = unit(i - 3 if i > 2 else 2)
+            if kind == FREE and i < 3:
+                mass[row + dof + i] = plus(m, c[k + ARMATURE])
+                continue
+            axis = unit(i % 3 if kind > SLIDE else 2)
+            if kind == SLIDE:
                 l, f = cross(h, axis), scaled(m, axis)
             else:
-                axis = unit(i if kind > SLIDE else 2)
                 l, f = symmetric(work, a + J, axis), cross(axis, h)
             for b in range(i + 1):
-                mass[row + dof + b] = component(kind, l, f, b)
+                mass[row + dof + b] = component(kind, work, a, l, f, b)
             mass[row + dof + i] = plus(mass[row + dof + i], c[k + ARMATURE])
             here = j
             for _ in range(n):
@@ -267,7 +267,7 @@ def composite(c, work, mass):
                 other = HEAD + JOINT * (before - 1)
                 type_, first = int(c[other + KIND]), int(c[other + DOF])
                 for b in range(DOFS[type_]):
-                    mass[row + first + b] = component(type_, l, f, b)
+                    mass[row + first + b] = component(type_, work, STRIDE * before, l, f, b)
                 here = before
         if int(c[k + UP]) > 0:
             add_inertia(work, a, STRIDE * int(c[k + UP]))

@@ -23,14 +23,14 @@ class Joint:
     """A hinge, slide, ball or free joint, in the frame of the link that it moves.
 
     type       "hinge": q an angle about the axis; "slide": q a length along it; "ball": q a
-               rotation matrix (3, 3) that turns the link about the anchor; "free": q a motion
-               (4, 4) of the link's frame, of which only a link on the world can have one
+               rotation matrix (3, 3) that turns the link about the anchor; "free": q the origin of
+               the link's frame, (3,), then its rotation matrix; only for a link on the world
     axis       (3,) of a hinge or a slide, of any length but zero
     anchor     (3,) a point of the axis, or the centre of a ball joint
     zero       the coordinate of a hinge or a slide at which the link is at its place
     armature   inertia that its velocities have besides, such as a motor's: kg m^2, kg for a slide
     stiffness  of a spring: N m/rad, N/m for a slide; of a free joint both
-    rest       the coordinate at which the spring is at rest: a number, or a matrix as q
+    rest       where the spring is at rest: a coordinate; (3, 3), or of a free joint a motion (4, 4)
     damping    of its velocities: N m s/rad, N s/m for a slide; of a free joint both
 
     Raises ValueError for another type, an axis of no length, a negative armature or damping, or a
@@ -69,7 +69,7 @@ class Joint:
     def _checked_rest(self) -> Any:
         if self.number <= tree.SLIDE:
             return self.zero if self.rest is None else input_checks.real("rest", self.rest)
-        group = self.group
+        group = SE3() if self.type == "free" else SO3()
         rest = np.eye(group.shape[0]) if self.rest is None else self.rest
         found = input_checks.array("rest", rest, group.shape)
         group.check("rest", found)
@@ -81,9 +81,14 @@ class Joint:
         return KINDS.index(self.type)
 
     @property
-    def group(self) -> Group:
-        """The group of its coordinates."""
-        return (Rn(1), Rn(1), SO3(), SE3())[self.number]
+    def groups(self) -> tuple[Group, ...]:
+        """The groups of its coordinates."""
+        return ((Rn(1),), (Rn(1),), (SO3(),), (Rn(3), SO3()))[self.number]
+
+    @property
+    def dimension(self) -> int:
+        """Number of its velocities."""
+        return tree.DOFS[self.number]
 
     @property
     def frame(self) -> Array:

@@ -80,7 +80,11 @@ class RigidTree:
         factors: list[Group] = []
         for scalar, some in groupby(self.joints, lambda joint: joint.number <= tree.SLIDE):
             several = list(some)
-            factors += [Rn(len(several))] if scalar else [joint.group for joint in several]
+            factors += (
+                [Rn(len(several))]
+                if scalar
+                else [factor for joint in several for factor in joint.groups]
+            )
         return factors[0] if len(factors) == 1 else Product(tuple(factors))
 
     @cached_property
@@ -148,17 +152,13 @@ class RigidTree:
         momentum, left = self.left_slopes(q, v)
         flat, found, dof, entry = np.ravel(q), np.zeros(np.size(q)), 0, 0
         for joint in self.joints:
-            size, side = tree.ENTRIES[joint.number], 3 if joint.type == "ball" else 4
-            if joint.number <= tree.SLIDE:
-                found[entry] = left[dof]
-            else:
-                g = flat[entry : entry + size].reshape(side, side)
-                x = np.zeros((side, side))
-                x[:3, :3] = 0.5 * np.cross(g[:3, :3], left[dof : dof + 3])
-                if joint.type == "free":
-                    x[:3, 3] = g[:3, :3] @ left[dof + 3 : dof + 6]
-                found[entry : entry + size] = x.ravel()
-            dof, entry = dof + tree.DOFS[joint.number], entry + size
+            straight = {"ball": 0, "free": 3}.get(joint.type, 1)
+            found[entry : entry + straight] = left[dof : dof + straight]
+            dof, entry = dof + straight, entry + straight
+            if joint.number > tree.SLIDE:
+                R = flat[entry : entry + 9].reshape(3, 3)
+                found[entry : entry + 9] = 0.5 * np.cross(R, left[dof : dof + 3]).ravel()
+                dof, entry = dof + 3, entry + 9
         return np.concatenate([momentum, found])
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
