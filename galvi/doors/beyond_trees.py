@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 Found = str | None
+SLIDE, HINGE = 2, 3  # as MuJoCo numbers joints
 
 
 def beyond_trees(model: Any) -> dict[str, str]:
@@ -84,11 +85,29 @@ def _limits(model: Any) -> Found:
     return _counted(np.count_nonzero(model.jnt_limited), "limited joint")
 
 
+def motors(model: Any, joint: int) -> list[tuple[int, float]]:
+    """The actuators on a hinge or a slide, with their gear; their armature and damping are its."""
+    import mujoco
+
+    kinds = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+    found = []
+    for k in range(model.nactuator):
+        row = int(model.actuator_outadr[k])
+        on_joint = int(model.actuator_trntype[row]) in kinds
+        if on_joint and int(model.actuator_trnid[row, 0]) == joint:
+            found.append((k, float(model.actuator_gear[row, 0])))
+    return found if int(model.jnt_type[joint]) in (HINGE, SLIDE) else []
+
+
 def _actuators(model: Any) -> Found:
-    geared = bool(np.any(model.actuator_armature)) or bool(np.any(model.actuator_damping))
-    if _disabled(model, "ACTUATION") and not geared:
-        return None
-    return _counted(int(model.nactuator), "actuator")
+    if not _disabled(model, "ACTUATION"):
+        return _counted(int(model.nactuator), "actuator")
+    own = (model.actuator_armature != 0.0) | (model.actuator_damping != 0.0)
+    for joint in range(model.njnt):
+        for k, _ in motors(model, joint):
+            own[k] = False
+    of = "with an armature or damping, not on a hinge or slide"
+    return _counted(np.count_nonzero(own), f"actuator {of}", f"actuators {of}")
 
 
 def _tendons(model: Any) -> Found:
@@ -136,8 +155,9 @@ def _springs(model: Any) -> Found:
 def _dampers(model: Any) -> Found:
     if _disabled(model, "DAMPER"):
         return None
-    own = np.any(model.dof_dampingpoly != 0.0, axis=-1)
-    return _counted(np.count_nonzero(own), "degree of freedom", "degrees of freedom")
+    own = [*np.any(model.dof_dampingpoly != 0.0, axis=-1),
+           *np.any(model.actuator_dampingpoly != 0.0, axis=-1)]  # fmt: skip
+    return _counted(np.count_nonzero(own), "damper")
 
 
 PARTS: dict[str, Callable[[Any], Found]] = {

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from galvi.arrays import Array
-from galvi.doors.beyond_trees import beyond_trees, checked_names
+from galvi.doors.beyond_trees import beyond_trees, checked_names, motors
 from galvi.kernels.lanes.tree import DOFS, SLIDE
 from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
@@ -32,7 +32,9 @@ def from_mujoco(model_or_xml: Any, ignore: Any = ()) -> Problem:
                   friction loss, gravity compensation, nonlinear springs, nonlinear damping, flexes,
                   plugins
 
-    Springs, damping and gravity that the model disables are left out. The system is a `Multibody`,
+    Springs, damping and gravity that the model disables are left out. Armature and damping of
+    actuators on hinges and slides are those of the joints, whether they are ignored or not. The
+    system is a `Multibody`,
     whose ``from_mujoco(qpos, qvel)`` and ``to_mujoco(q, v)`` convert states; other starts are
     ``problem.with_initial_state(q, v)``. Raises ValueError for a model that has more than this,
     naming it, one line each, in which nothing moves, or that is not one, and ImportError without
@@ -128,15 +130,20 @@ def _joint(model: Any, k: int) -> Joint:
     at, first = int(model.jnt_qposadr[k]), int(model.jnt_dofadr[k])
     number = ("hinge", "slide", "ball", "free").index(kind)
     rest = model.qpos_spring[at : at + POSITIONS[number]]
-    dofs = slice(first, first + DOFS[number])
+    dofs, geared = slice(first, first + DOFS[number]), motors(model, k)
     stiffness = 0.0 if _disabled(model, "SPRING") else float(model.jnt_stiffness[k])
-    damping = np.zeros(1) if _disabled(model, "DAMPER") else model.dof_damping[dofs]
+    armature, damping = model.dof_armature[dofs].copy(), model.dof_damping[dofs].copy()
+    for motor, gear in geared:
+        armature += gear**2 * model.actuator_armature[motor]
+        damping += gear**2 * model.actuator_damping[motor]
+    if _disabled(model, "DAMPER"):
+        damping[:] = 0.0
     return Joint(
         kind,
         axis=model.jnt_axis[k] if number <= SLIDE else (0.0, 0.0, 1.0),
         anchor=(0.0, 0.0, 0.0) if kind == "free" else model.jnt_pos[k],
         zero=float(model.qpos0[at]) if scalar else 0.0,
-        armature=_same(model, k, "armature", model.dof_armature[dofs]),
+        armature=_same(model, k, "armature", armature),
         stiffness=stiffness,
         rest=float(rest[0]) if scalar else _rest(rest),
         damping=_same(model, k, "damping", damping),

@@ -34,7 +34,7 @@ def test_all_that_a_model_has_beyond_a_tree_is_named_in_one_refusal():
         "  actuators: 1 actuator", "  tendons: 1 tendon", "  equality: 1 equality constraint",
         "  fluid: a medium of density 1.2 and viscosity 0", "  friction loss: 1 degree of freedom",
         "  gravity compensation: 1 compensated weight", "  nonlinear springs: 1 joint",
-        "  nonlinear damping: 1 degree of freedom",
+        "  nonlinear damping: 1 damper",
     ]  # fmt: skip
     assert lines[1:-1] == expected
     names = [line.partition(":")[0].strip() for line in expected]

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from tests.galvi.random_trees import random_state, random_tree
+from tests.galvi.random_trees import FLAGS, random_state, random_tree
 from tests.galvi.tree_equations import defects
 
 mujoco = pytest.importorskip("mujoco")
@@ -42,6 +42,17 @@ def test_200_random_trees_have_the_accelerations_energies_and_states_of_mujoco(j
     np.testing.assert_allclose(system.from_mujoco(*back)[0], q, rtol=0, atol=1e-14)
     # one quaternion or its negative
     np.testing.assert_allclose(np.abs(back[0]), np.abs(qpos), rtol=0, atol=1e-14)
+
+
+def test_the_armature_and_damping_of_motors_are_those_of_their_joints():
+    xml = random_tree(4, 2, kinds=("hinge", "slide")).replace("<joint ", '<joint name="j" ', 1)
+    motor = '<actuator><general joint="j" gear="3" armature="0.5" damping="0.2"/></actuator>'
+    flags = '<flag contact="disable" actuation="disable"/>'
+    with_motor = xml.replace("</mujoco>", f"{motor}</mujoco>").replace(FLAGS, flags)
+    model = mujoco.MjModel.from_xml_string(with_motor)
+    state = random_state(model, 1)
+    assert np.max(defects(model, galvi.from_mujoco(model).system, *state)) < SAME
+    assert np.min(defects(model, galvi.from_mujoco(xml).system, *state)[[0, 2]]) > 1e-3
 
 
 def opposite_anchor(joint):
