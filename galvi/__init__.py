@@ -16,6 +16,7 @@ from galvi.diagnostics.round_trip import round_trip_error
 from galvi.diagnostics.symplecticity import step_derivative, symplecticity_defect
 from galvi.doors.citations import Citation, cite
 from galvi.doors.citations import galvi_version as _version
+from galvi.doors.from_mujoco import from_mujoco
 from galvi.doors.judge import Judged, judge
 from galvi.doors.plots import plot as _plot
 from galvi.doors.rebound import from_rebound, to_rebound
@@ -55,6 +56,7 @@ from galvi.systems.canonical import Canonical
 from galvi.systems.forces.rotor_drag import RotorDrag
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.systems.planar_chain import PlanarChain
 from galvi.systems.potentials.central_force import CentralForce
@@ -64,6 +66,8 @@ from galvi.systems.potentials.spring_chain import SpringChain
 from galvi.systems.potentials.uniform_field import UniformField
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
+from galvi.systems.trees.joint import Joint
+from galvi.systems.trees.link import Link
 from galvi.trajectory import Trajectory
 
 PendulumWeight = CosinePotential  # the old name, kept for one version
@@ -90,12 +94,15 @@ __all__ = [
     "FreeBody",
     "Galerkin",
     "HarmonicFrame",
+    "Joint",
     "Judged",
     "KeplerFrame",
     "Lagrangian",
     "LinearSpring",
+    "Link",
     "ModifiedRodrigues",
     "MomentumBalance",
+    "Multibody",
     "NBody",
     "OrbitalElements",
     "PendulumWeight",
@@ -120,6 +127,7 @@ __all__ = [
     "clenshaw_curtis",
     "composite",
     "energy",
+    "from_mujoco",
     "from_rebound",
     "gauss",
     "heliocentric",

@@ -13,6 +13,7 @@ from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN, HEYOKA_LAGRANGIAN_QU
 from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.heyoka.taylor import HEYOKA, HEYOKA_QUADRUPLE
 from references.jpl.ephemeris import JPL_EPHEMERIS
+from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.mujoco.steps import (
     MUJOCO_DISCRETE,
     MUJOCO_EULER,
@@ -94,6 +95,7 @@ REFERENCES: tuple[Contender, ...] = (
     MUJOCO_IMPLICIT,
     MUJOCO_IMPLICITFAST,
     MUJOCO_DISCRETE,
+    MUJOCO_ACCELERATIONS,
 )
 
 

@@ -24,6 +24,7 @@ from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN, HEYOKA_LAGRANGIAN_QU
 from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.heyoka.taylor import HEYOKA, HEYOKA_QUADRUPLE
 from references.jpl.ephemeris import JPL_EPHEMERIS
+from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.mujoco.steps import (
     MUJOCO_DISCRETE,
     MUJOCO_EULER,
@@ -61,7 +62,7 @@ SPRING, ORBIT = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.3)
 SWING, TURN = galvi.problems.planar_pendulum(), galvi.problems.free_rigid_body()
 HANGING, PLANETS = galvi.problems.pendulum_3d(), galvi.problems.solar_system()
 CHAIN, SPRUNG = galvi.problems.double_pendulum(), galvi.problems.elastic_pendulum()
-THROWN = galvi.problems.free_body_se3()
+THROWN, ARM = galvi.problems.free_body_se3(), galvi.problems.skew_arm()
 OF_SECOND, OF_FIRST = "Its error of second order in its step.", "Its error of first order."
 OWN = "Its own error at this setting."
 LONG = "Rounding over 500 steps of two days."
@@ -99,6 +100,7 @@ MUJOCO = (
         MUJOCO_IMPLICITFAST, TURN, 1.0, 1e-3, setting={"step": 1e-3}, note=OF_FIRST
     ),  # 3e-4
     AgreementCase(MUJOCO_DISCRETE, TURN, 1.0, 1e-3, setting={"step": 1e-3}, note=OF_FIRST),  # 3e-4
+    AgreementCase(MUJOCO_ACCELERATIONS, ARM, 0.5, 1e-12, note=OWN),  # 1e-14
 )
 HEYOKAS = (
     AgreementCase(

@@ -29,3 +29,11 @@ class BuiltinLagrangian(Protocol):
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """Compiled function (q, v, t, constants, out (2, d)) that fills the rows dL/dv and dL/dq,
         and its constants."""
+
+
+@runtime_checkable
+class KnownMass(BuiltinLagrangian, Protocol):
+    """A `BuiltinLagrangian` of a mass that depends on the configuration alone."""
+
+    def mass(self, q: Array) -> Array:
+        """d2L/dv2 (d, d) at one configuration."""
