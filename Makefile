@@ -1,9 +1,15 @@
 # Every target that runs Python first creates .venv, and again when its requirements change.
+# MODELS: wheels kept in .venv/models for the MJCF files in them, not installed: their requirements
+# would bring a second mujoco.
 PYTHON ?= python3
 WORKERS ?= 2
 EXTRAS ?= suite,dev
+MODELS ?= gymnasium==1.4.0 dm_control==1.0.50
 BIN := .venv/bin
 STAMP := .venv/installed
+
+# Tests and reports start many processes, which would compile every source anew.
+export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
 .PHONY: install test check report studies bench clean help
@@ -37,7 +43,7 @@ clean: ## remove .venv, caches and build output, but not reports/out
 	    .import_linter_cache .benchmarks
 	find galvi references benchmarks reports tests -name __pycache__ -prune -exec rm -rf {} +
 
-$(STAMP): pyproject.toml constraints.txt
+$(STAMP): pyproject.toml setup.py constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	    version=$$($(PYTHON) --version 2>&1) || version='not a Python that runs'; \
 	    echo "galvi needs Python 3.11 or newer, but $(PYTHON) is $$version;" \
@@ -46,5 +52,7 @@ $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
 	    -e '.[$(EXTRAS)]' -c constraints.txt
+	@$(BIN)/python -m pip download --quiet --no-deps --disable-pip-version-check \
+	    -d .venv/models $(MODELS) || echo 'The models of $(MODELS) are not here: their tests are skipped.'
 	@$(BIN)/python -m compileall -qq -j 0 -x '/tests/' .venv/lib || true # as pip would, one by one
 	@touch $@

@@ -13,6 +13,7 @@ from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN, HEYOKA_LAGRANGIAN_QU
 from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.heyoka.taylor import HEYOKA, HEYOKA_QUADRUPLE
 from references.jpl.ephemeris import JPL_EPHEMERIS
+from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.mujoco.steps import (
     MUJOCO_DISCRETE,
     MUJOCO_EULER,
@@ -24,7 +25,9 @@ from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import IAS15
 from references.rebound.janus import JANUS
 from references.rebound.leapfrog import LEAPFROG
+from references.rebound.mercurius import MERCURIUS
 from references.rebound.saba import SABA
+from references.rebound.trace import TRACE
 from references.rebound.whfast import WHFAST
 from references.rebound.whfast512 import WHFAST512
 from references.scipy.chain_ivp import CHAIN_DOP853
@@ -68,6 +71,8 @@ REFERENCES: tuple[Contender, ...] = (
     WHFAST,
     WHFAST512,
     SABA,
+    MERCURIUS,
+    TRACE,
     LEAPFROG,
     JANUS,
     HEYOKA,
@@ -90,6 +95,7 @@ REFERENCES: tuple[Contender, ...] = (
     MUJOCO_IMPLICIT,
     MUJOCO_IMPLICITFAST,
     MUJOCO_DISCRETE,
+    MUJOCO_ACCELERATIONS,
 )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from galvi import Problem, Trajectory
+from galvi import NBody, Problem, Trajectory
 from galvi.arrays import Array, read_only
 from galvi.systems.velocities import momentum_at
 from galvi.trajectory import COMPLETED
@@ -59,9 +59,12 @@ def as_trajectory(
             why=f"The state at t = {t[row]:.6g} is not finite: bodies met or the step is too "
             "large. Use smaller steps, or end the run earlier.",
         )
+    system, velocities = problem.system, None
+    if isinstance(system, NBody) and system.has_massless:
+        velocities = moving
     if failure is not None:
-        q[failure.row :] = np.nan
-        p[failure.row :] = np.nan
+        for states in (q, p, moving):
+            states[failure.row :] = np.nan
     return Trajectory(
         problem=problem,
         t=read_only(t),
@@ -73,4 +76,5 @@ def as_trajectory(
         counts=dict(counts),
         step=step,
         method=method,
+        velocities=None if velocities is None else read_only(velocities),
     )

@@ -54,10 +54,11 @@ OBSTACLES = {
 def refusal_reason(contender: Contender, problem: Problem) -> str:
     """The fields without which the contender would take the problem, in words; '' for none."""
     system: Any = problem.system
+    given = {field.name for field in dataclasses.fields(system) if field.init}
     held = {
         words: cleared
         for words, cleared in OBSTACLES.items()
-        if getattr(system, next(iter(cleared)), None) is not None
+        if cleared.keys() <= given and getattr(system, next(iter(cleared))) is not None
     }
     for number in range(1, len(held) + 1):
         for words in combinations(held, number):

@@ -24,6 +24,7 @@ from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN, HEYOKA_LAGRANGIAN_QU
 from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.heyoka.taylor import HEYOKA, HEYOKA_QUADRUPLE
 from references.jpl.ephemeris import JPL_EPHEMERIS
+from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.mujoco.steps import (
     MUJOCO_DISCRETE,
     MUJOCO_EULER,
@@ -36,7 +37,9 @@ from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import IAS15
 from references.rebound.janus import JANUS
 from references.rebound.leapfrog import LEAPFROG
+from references.rebound.mercurius import MERCURIUS
 from references.rebound.saba import SABA
+from references.rebound.trace import TRACE
 from references.rebound.whfast import WHFAST
 from references.rebound.whfast512 import WHFAST512
 from references.scipy.chain_ivp import CHAIN_DOP853
@@ -59,7 +62,7 @@ SPRING, ORBIT = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.3)
 SWING, TURN = galvi.problems.planar_pendulum(), galvi.problems.free_rigid_body()
 HANGING, PLANETS = galvi.problems.pendulum_3d(), galvi.problems.solar_system()
 CHAIN, SPRUNG = galvi.problems.double_pendulum(), galvi.problems.elastic_pendulum()
-THROWN = galvi.problems.free_body_se3()
+THROWN, ARM = galvi.problems.free_body_se3(), galvi.problems.skew_arm()
 OF_SECOND, OF_FIRST = "Its error of second order in its step.", "Its error of first order."
 OWN = "Its own error at this setting."
 LONG = "Rounding over 500 steps of two days."
@@ -84,6 +87,8 @@ REBOUND = (
     AgreementCase(WHFAST, PAIR, 1.0, 1e-13, setting={"step": 0.1, **whfast.BEST}),  # 1e-15
     AgreementCase(WHFAST512, PAIR, 1.0, 1e-13, setting={"step": 0.1, **whfast512.BEST}),  # 5e-15
     AgreementCase(SABA, PAIR, 1.0, 1e-13, setting={"step": 0.1, **saba.BEST}),  # 2e-16
+    AgreementCase(MERCURIUS, PAIR, 1.0, 1e-11, setting={"step": 1e-4}, note=OF_SECOND),  # 1e-12
+    AgreementCase(TRACE, PAIR, 1.0, 1e-11, setting={"step": 1e-4}, note=OF_SECOND),  # 1e-12
     AgreementCase(LEAPFROG, PAIR, 1.0, 1e-13, setting={"step": 0.005, **leapfrog.BEST}),  # 1e-15
     AgreementCase(JANUS, PAIR, 1.0, 1e-12, setting={"step": 0.005, "order": 8}, note=OWN),  # 4e-14
 )
@@ -95,6 +100,7 @@ MUJOCO = (
         MUJOCO_IMPLICITFAST, TURN, 1.0, 1e-3, setting={"step": 1e-3}, note=OF_FIRST
     ),  # 3e-4
     AgreementCase(MUJOCO_DISCRETE, TURN, 1.0, 1e-3, setting={"step": 1e-3}, note=OF_FIRST),  # 3e-4
+    AgreementCase(MUJOCO_ACCELERATIONS, ARM, 0.5, 1e-12, note=OWN),  # 1e-14
 )
 HEYOKAS = (
     AgreementCase(

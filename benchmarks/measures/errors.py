@@ -80,7 +80,7 @@ def largest_angular_momentum_error_on_curve(run: Trajectory, truth: Any = None) 
 def _motion(run: Trajectory, t: Any) -> tuple[Array, Array]:
     """(q, v) at step ends, from (q, p), or along the curve at t (k,)."""
     if t is None:
-        return run.q, run.problem.system.velocity(run.p)
+        return run.q, run.v
     return run(t), run.velocity(t)
 
 

@@ -31,7 +31,7 @@ def extent(t: Array, q: Array, body: int, start: float, end: float) -> tuple[flo
 
 def perihelion(run: Trajectory, body: int) -> Array:
     """Vector towards the pericentre, as long as the eccentricity, at each saved state (k, 3)."""
-    v = run.problem.system.velocity(run.p)
+    v = run.v
     gm, q, v = _relative(run.problem, run.q, v, body)
     unit = q / np.linalg.norm(q, axis=-1, keepdims=True)
     vector: Array = np.cross(v, np.cross(q, v)) / gm - unit

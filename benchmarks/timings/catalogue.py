@@ -16,8 +16,10 @@ TOP, STORED_BODY = "free rigid body, closed form", "stored truth, rigid bodies"
 DOP853, BODY = "SciPy DOP853", "DOP853 on quaternions, compiled"
 CHAINS, LAGRANGIANS = "SciPy DOP853, chains", "SciPy DOP853, Lagrangians"
 THROWN, STORED_LAW = "thrown body, closed form", "stored truth, Lagrangians"
+TREES = "SciPy DOP853 on MuJoCo's accelerations"
 TIGHT = 1e-13  # for DOP853
-NEAR_CIRCLE = {"eccentricity": 0.2}
+NEAR_CIRCLE, BELT = {"eccentricity": 0.2}, {"particles": 100}
+FLOATING = {"floating": True}
 
 STEPS = (
     Case("oscillator, a step", STEP, "harmonic_oscillator", 8, 8, 2.0, 1, OSCILLATOR),
@@ -30,6 +32,8 @@ STEPS = (
     Case("solar system, degree 16, a step", STEP, "solar_system", 16, 16, 32.0, 1, IAS15),
     Case("outer planets, degree 6, a step", STEP, "outer_solar_system", 6, 6, 270.0, 1, IAS15),
     Case("outer planets, degree 12, a step", STEP, "outer_solar_system", 12, 12, 1080.0, 1, IAS15),
+    Case("outer planets and 100 massless bodies, a step", STEP, "outer_solar_system", 8, 8, 487.0,
+         1, IAS15, arguments=BELT),
     Case("Applegate, a step", STEP, "applegate", 8, 8, 1.5, 1, IAS15),
     Case("Henon-Heiles, a step", STEP, "henon_heiles", 4, 4, 0.5, 1, DOP853,
          truth_tolerance=TIGHT),
@@ -49,6 +53,9 @@ STEPS = (
     Case("double pendulum, a step", STEP, "double_pendulum", 4, 4, 0.1, 1, CHAINS,
          truth_tolerance=TIGHT),
     Case("planar chain, a step", STEP, "planar_chain", 4, 4, 0.1, 1, CHAINS,
+         truth_tolerance=TIGHT),
+    Case("skew arm, a step", STEP, "skew_arm", 6, 6, 0.02, 1, TREES, truth_tolerance=TIGHT),
+    Case("floating arm, a step", STEP, "skew_arm", 6, 6, 0.1, 1, TREES, arguments=FLOATING,
          truth_tolerance=TIGHT),
     Case("brownout, a step", STEP, "brownout", 4, 4, 0.02, 1, DOP853, truth_tolerance=TIGHT),
 )  # fmt: skip
@@ -75,6 +82,8 @@ TRAJECTORIES = (
          STORED_LAW, chart="HarmonicFrame"),
     Case("outer planets, degree 12", TRAJECTORY, "outer_solar_system", 12, 12, 974.0, 3750,
          STORED),
+    Case("outer planets and 100 massless bodies", TRAJECTORY, "outer_solar_system", 8, 8, 487.0,
+         400, IAS15, arguments=BELT),
     Case("Applegate, degree 8", TRAJECTORY, "applegate", 8, 8, 1.25, 8000, STORED),
     Case("Henon-Heiles, degree 4", TRAJECTORY, "henon_heiles", 4, 4, 0.25, 2000, DOP853,
          quick=True, truth_tolerance=TIGHT),
@@ -112,6 +121,10 @@ TRAJECTORIES = (
          quick=True, truth_tolerance=TIGHT),
     Case("planar chain, degree 4", TRAJECTORY, "planar_chain", 4, 4, 0.02, 50, CHAINS,
          truth_tolerance=TIGHT),
+    Case("skew arm, degree 4", TRAJECTORY, "skew_arm", 4, 4, 0.01, 100, TREES, quick=True,
+         truth_tolerance=TIGHT),
+    Case("floating arm, degree 6", TRAJECTORY, "skew_arm", 6, 6, 0.1, 50, TREES,
+         arguments=FLOATING, truth_tolerance=TIGHT),
     Case("brownout, degree 3", TRAJECTORY, "brownout", 3, 3, 0.02, 100, DOP853,
          truth_tolerance=TIGHT),
 )  # fmt: skip

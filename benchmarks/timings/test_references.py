@@ -16,6 +16,7 @@ from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM
 from references.closed_forms.thrown_body import THROWN_BODY
+from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.stored.attitude import STORED_ATTITUDE
 from references.stored.lagrangian import STORED_LAGRANGIAN
 from references.stored.planets import STORED_TRUTH
@@ -43,6 +44,8 @@ PROBLEMS: dict[str, tuple[galvi.Problem, float, Contender | None]] = {
     "double pendulum": (galvi.problems.double_pendulum(), 1.0, None),
     "planar chain": (galvi.problems.planar_chain(), 1.0, None),
     "brownout": (galvi.problems.brownout(), 2.0, None),
+    "skew arm": (galvi.problems.skew_arm(), 1.0, MUJOCO_ACCELERATIONS),
+    "floating arm": (galvi.problems.skew_arm(floating=True), 5.0, MUJOCO_ACCELERATIONS),
 }  # fmt: skip
 STEPS = 1000
 PAIRS = [

@@ -148,6 +148,8 @@ def _lagrangians_and_bodies(steps: int) -> Iterator[tuple[Problem, galvi.Galerki
     known = galvi.problems
     for problem, h in (
         (known.elastic_pendulum(), 0.1),
+        (known.skew_arm(), 0.02),
+        (known.skew_arm(floating=True), 0.1),
         (known.kepler_polar(), 0.5),
         (known.henon_heiles(), 1.0),
         (known.fermi_pasta_ulam_tsingou(), 2.0),

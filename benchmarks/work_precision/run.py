@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -74,7 +75,8 @@ def work_precision(
                   the slowest round. galvi's tableau, compiled kernels and MuJoCo's models are
                   prepared beforehand; building REBOUND's simulation (below a millisecond) is
                   included. For most short runs from lengthened ones, for some less those
-                  of one step, see `benchmarks.statistics.repeated_run` and `net_time` there
+                  of one step where steps are counted (SciPy does not), see
+                  `benchmarks.statistics.repeated_run` and `net_time` there
     evaluations   force evaluations; NaN when the engine does not count
     status        empty; 'truth'; a warning about the error; or why the run failed
     reference     the truth and its accuracy
@@ -115,7 +117,13 @@ def _study(case: WorkPrecisionProblem, least: float, report: Callable[[str], Non
     timings = dict(
         zip(
             map(id, timed),
-            interleaved([one.call for one in timed], ROUNDS, least, [one.warm for one in timed]),
+            interleaved(
+                [one.call for one in timed],
+                ROUNDS,
+                least,
+                [one.warm for one in timed],
+                [one.times > 1 and not case.net_time for one in timed],
+            ),
             strict=True,
         )
     )
@@ -173,6 +181,8 @@ def _row(
         error = case.distance(one.run.q[-1], truth.end)
         if error < 10.0 * truth.error and not status:
             status = "The error is below ten times that of the truth: take it as a bound."
+        if timing and math.isnan(timing.seconds):
+            status = "Not timed: its steps took no longer than what a call costs besides them."
     return {
         "problem": case.problem.name,
         "contender": one.contender,

@@ -37,8 +37,12 @@ class Curves:
     def position(self, t: Any) -> Array:
         """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
         index, tau, single = located(self.t0, self.step, self.coefficients, t)
-        places = self.chart.place(self.bases[index], self._coordinates(index, tau))
+        places = self.places(index, tau)
         return places[0] if single else places
+
+    def places(self, index: Any, tau: Array) -> Array:
+        """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
+        return self.chart.place(self.bases[index], self._coordinates(index, tau))
 
     def velocity(self, t: Any) -> Array:
         """dq/dt at t, on a group the body velocity; where two steps meet, that of the later one.
@@ -46,10 +50,14 @@ class Curves:
         ValueError outside the run.
         """
         index, tau, single = located(self.t0, self.step, self.coefficients, t)
+        velocities = self.velocities(index, tau)
+        return velocities[0] if single else velocities
+
+    def velocities(self, index: Any, tau: Array) -> Array:
+        """dq/dt (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
         slope = self.space.derivative(tau)[:, 1:]
         rate = np.einsum("kdi,ki->kd", self.coefficients[index], slope) / self.step
-        velocities = self.chart.velocity(lambda: self._coordinates(index, tau), rate)
-        return velocities[0] if single else velocities
+        return self.chart.velocity(lambda: self._coordinates(index, tau), rate)
 
     def _coordinates(self, index: Any, tau: Array) -> Array:
         """xi (k, d) at places tau (k,) of the steps ``index`` (k,)."""

@@ -46,20 +46,31 @@ class FrameCurves:
 
     def position(self, t: Any) -> Array:
         """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
-        w, _rate, since, single = self._moving(t)
-        places = self.path.flow(w, since)
+        index, tau, single = located(self.t0, self.step, self.coefficients, t)
+        places = self.places(index, tau)
         return places[0] if single else places
+
+    def places(self, index: Any, tau: Array) -> Array:
+        """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
+        w, _rate, since = self._moving(index, tau)
+        places: Array = self.path.flow(w, since)
+        return places
 
     def velocity(self, t: Any) -> Array:
         """dq/dt at t, where two steps meet that of the later one. ValueError outside the run."""
-        w, rate, since, single = self._moving(t)
-        moved = self.path.flow(w + 1j * TINY * rate, since + 1j * TINY)
-        velocities = np.imag(moved) / TINY
+        index, tau, single = located(self.t0, self.step, self.coefficients, t)
+        velocities = self.velocities(index, tau)
         return velocities[0] if single else velocities
 
-    def _moving(self, t: Any) -> tuple[Array, Array, Array, bool]:
-        """w (k, 2, m), dw/dt, the times (k,) since steps' centres, and whether t is a scalar."""
-        index, tau, single = located(self.t0, self.step, self.coefficients, t)
+    def velocities(self, index: Any, tau: Array) -> Array:
+        """dq/dt (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
+        w, rate, since = self._moving(index, tau)
+        moved = self.path.flow(w + 1j * TINY * rate, since + 1j * TINY)
+        velocities: Array = np.imag(moved) / TINY
+        return velocities
+
+    def _moving(self, index: Any, tau: Array) -> tuple[Array, Array, Array]:
+        """w (k, 2, m), dw/dt, and the times (k,) since the steps' centres."""
         c, slope = self.path.node(self.first + index, tau)
         basis = self.space.basis(np.append(c, 0.0))[:, 1:]
         ways = np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
@@ -68,4 +79,4 @@ class FrameCurves:
         n = ways.shape[1] // 2
         w[:, :, :n] += ways.reshape(-1, 2, n)
         rate[:, :, :n] = (rates * (slope / self.step)[:, None]).reshape(-1, 2, n)
-        return w, rate, (tau - 0.5) * self.step, single
+        return w, rate, (tau - 0.5) * self.step

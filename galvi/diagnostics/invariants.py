@@ -13,7 +13,7 @@ from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
-from galvi.systems.velocities import momentum_at, velocity_at
+from galvi.systems.velocities import kinetic_energy, momentum_at, velocity_at
 from galvi.trajectory import Trajectory
 
 
@@ -28,8 +28,8 @@ def energy(run: Trajectory, t: Any = None) -> Array:
         known = None if t is None else run.velocity(t)
         v = velocity_at(system, q, p, times, run.problem.v0) if known is None else known
         return system.energy(q, v, times)
-    axes = tuple(range(times.ndim, p.ndim))
-    kinetic = 0.5 * np.sum(p * system.velocity(p), axis=axes)
+    each = kinetic_energy(system, p.reshape(-1, *run.problem.v0.shape))
+    kinetic = each.reshape(times.shape)
     result: Array = kinetic + cast(VectorSystem, system).potential_energy(q, times)
     return result
 

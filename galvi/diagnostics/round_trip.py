@@ -8,7 +8,6 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.integrate import integrate
 from galvi.run.interruption import uninterrupted
-from galvi.systems.velocities import velocity_at
 
 
 def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int) -> float:
@@ -22,8 +21,6 @@ def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int
     if not there.success:
         return float("nan")
     end, t = there.q[-1], float(there.t[-1])
-    reversed_start = Problem(
-        problem.system, end, velocity_at(problem.system, end, there.p[-1], t), t
-    )
+    reversed_start = Problem(problem.system, end, there.v[-1], t)
     back = uninterrupted(integrate(reversed_start, method, -step, steps, save_every=steps))
     return float(np.max(np.abs(back.q[-1] - problem.q0)))

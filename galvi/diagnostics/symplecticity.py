@@ -65,6 +65,11 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     units = np.eye(d).reshape(d, *shape)
     mass = problem.system.momentum(units).reshape(d, d).T
     inverse = problem.system.velocity(units).reshape(d, d).T
+    if not np.all(np.isfinite(inverse)):
+        raise ValueError(
+            "symplecticity is a property of (q, p), and the p of massless bodies is always 0; "
+            "received some. Give them a small mass."
+        )
     zero = np.zeros((d, d))
     to_momentum = np.block([[np.eye(d), zero], [zero, mass]])
     to_velocity = np.block([[np.eye(d), zero], [zero, inverse]])

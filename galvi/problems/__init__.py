@@ -17,6 +17,7 @@ from galvi.problems.outer_solar_system import outer_solar_system
 from galvi.problems.pendulum_3d import pendulum_3d
 from galvi.problems.planar_chain import planar_chain
 from galvi.problems.planar_pendulum import planar_pendulum
+from galvi.problems.skew_arm import skew_arm
 from galvi.problems.solar_system import solar_system
 from galvi.problems.spherical_pendulum import spherical_pendulum
 
@@ -38,6 +39,7 @@ __all__ = [
     "pendulum_3d",
     "planar_chain",
     "planar_pendulum",
+    "skew_arm",
     "solar_system",
     "spherical_pendulum",
 ]

@@ -10,7 +10,6 @@ from galvi.arrays import Array
 from galvi.diagnostics.invariants import energy
 from galvi.recommend.recommendation import Candidate
 from galvi.recommend.scan import POWERS, Scan
-from galvi.systems.velocities import velocity_at
 from galvi.trajectory import Trajectory
 
 FARTHEST = 100.0  # largest ratio of the duration to the part over which an error is extrapolated
@@ -44,7 +43,7 @@ def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
     turns = turning_points(run.q[:part].reshape(part, -1))
     if turns < TURNS:
         return f"it contains {turns} turning points of a coordinate, and {TURNS} are needed"
-    speeds = np.linalg.norm(velocity_at(run.problem.system, run.q, run.p, run.t), axis=-1)
+    speeds = np.linalg.norm(run.v, axis=-1)
     speeds = speeds.reshape(len(run.t), -1)
     before = np.maximum(np.max(speeds[:part], axis=0), FAST * np.max(speeds))
     faster = float(np.max(np.max(speeds, axis=0) / np.where(before > 0.0, before, 1.0)))

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from galvi.arrays import Array
+from galvi.arrays import Array, read_only
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.symbolic.traces import traces
@@ -21,6 +21,7 @@ from galvi.systems.nbody import NBody
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
+from galvi.systems.velocities import kinetic_energy
 
 ASKED = 4  # states of a run at which a traced Lagrangian is compared with the function itself
 CLOSE = 0.03  # relative error of a momentum; that of the energy is of the order of its square
@@ -57,8 +58,13 @@ def conserves_energy(system: Any) -> bool:
 
 def velocities_at_the_end(method: Galerkin, stages: Array) -> Array:
     """Velocities (..., d) at the end of steps from those at their stages (..., d, s)."""
-    result: Array = stages @ method.table.analysis.sum(axis=0)  # Legendre polynomials are 1 at 1
+    result: Array = stages @ _at_the_end(method)
     return result
+
+
+@lru_cache(maxsize=32)
+def _at_the_end(method: Galerkin) -> Array:
+    return read_only(method.table.analysis.sum(axis=0))  # Legendre polynomials are 1 at 1
 
 
 def energies(
@@ -78,8 +84,7 @@ def energies(
         if system.builtin is not None and not sharp:
             return _of_builtin(system, system.builtin, states, raised)
         return _one_by_one(system, states, sharp, raised)
-    twice = (states.p * system.velocity(states.p)).reshape(len(states.t), -1).sum(axis=1)
-    return 0.5 * twice, _potential(system, states, raised)
+    return kinetic_energy(system, states.p), _potential(system, states, raised)
 
 
 def start_energies(problem: Problem) -> tuple[float, float]:
@@ -150,11 +155,9 @@ def _of_builtin(
     system: Lagrangian, function: BuiltinLagrangian, states: States, raised: Raised | None
 ) -> tuple[Array, Array]:
     """As ``_one_by_one``, at all states at once where the velocities belong to the momenta."""
-    n, v = len(states.t), np.concatenate([states.v, np.zeros_like(states.v)])
-    values, momenta = function.at_states(
-        np.concatenate([states.q] * 2), v, np.concatenate([states.t] * 2)
-    )
-    value, momenta, rest = values[:n], momenta[:n], -values[n:]
+    n = len(states.t)
+    value, at_rest, momenta = function.at_states(states.q, states.v, states.t)
+    rest = -at_rest
     if function is not system.function:  # traced: the user's own function is asked now and then
         for k in sorted({n - 1, *range(0, n, -(-n // ASKED))}):
             with _noting(raised, k), suppress(ArithmeticError, ValueError):

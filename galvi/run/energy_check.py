@@ -22,6 +22,7 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import NOTHING, Checkpoint
+from galvi.kernels.energy_errors import SMALL, energy_errors
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.energies import (
@@ -38,10 +39,7 @@ from galvi.run.engine import Engine
 from galvi.run.run_arrays import NEVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 
-SMALL = 0.01  # share of its measure below which an error is not reported
 REST = 1e-9  # share of what a step gives below which a kinetic energy is none
-ROUND_OFF = 2.0**-40  # share of |T| + |V| that is not an error
-LOWEST, HIGHEST, MEASURE, WORST = range(4)
 
 
 class Judgement(NamedTuple):
@@ -136,30 +134,12 @@ def judgement(
     floor   errors up to which are round-off
     kick    kinetic energy that the force at the start gives in a step
     """
-    lowest, highest, measure, worst = so_far.tolist()
-    error = np.abs(kinetic + potential - energy)
-    largest = float(np.maximum.reduce(error))  # NaN where an energy is unknown
-    if largest <= min(measure, SMALL * max(highest - lowest, kinetic_at_start)):
-        lowest = min(lowest, float(np.minimum.reduce(potential)))
-        highest = max(highest, float(np.maximum.reduce(potential)))
-        measure = max(measure, highest - lowest, kinetic_at_start)
-    else:
-        limits = np.maximum(floor, ROUND_OFF * (np.abs(kinetic) + np.abs(potential)))
-        error = np.where(error <= limits, 0.0, error)
-        lows = np.fmin.accumulate(np.fmin(potential, lowest))
-        highs = np.fmax.accumulate(np.fmax(potential, highest))
-        measures = np.fmax(highs - lows, kinetic_at_start)
-        known = np.append(measure, np.fmax(measure, measures[:-1]))
-        if (error <= np.minimum(SMALL * measures, known)).all():
-            measure = max(measure, float(measures[-1]))
-        else:
-            for off, reached, limit in zip(
-                error.tolist(), measures.tolist(), limits.tolist(), strict=True
-            ):
-                if off <= SMALL * reached and (off <= measure or measure <= limit):
-                    measure = max(measure, reached)
-        lowest, highest = float(lows[-1]), float(highs[-1])
-        largest = float(np.maximum.reduce(error))
+    known, error = so_far.copy(), np.empty(len(steps))
+    largest = energy_errors(
+        np.ascontiguousarray(kinetic), np.ascontiguousarray(potential), energy, kinetic_at_start,
+        floor, known, error,
+    )  # fmt: skip
+    lowest, highest, measure, worst = known.tolist()
     record = measure
     if measure <= kinetic_at_start <= REST * kick:
         measure = kick
@@ -200,7 +180,7 @@ def _kept_before(
 ) -> States:  # fmt: skip
     """The kept states between the last seen one before step ``ruined`` and that one."""
     before = max([start.first, *seen.steps[seen.steps < ruined].tolist()])
-    steps = start.first + np.array(work.saved_steps)
+    steps = start.first + work.saved_steps
     rows = np.flatnonzero((steps > before) & (steps <= min(ruined, start.first + work.done)))
     near = np.empty((0, 0))
     if _has_stages(problem):

@@ -22,12 +22,14 @@ import numpy as np
 from galvi.arrays import read_only
 from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.groups import GROUPS
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
 from galvi.trajectory import Trajectory
 
 VERSION = 2
+KNOWN = ("state", "stages", "solver_state")  # of a run before some of its steps
 WATCHED = ("energies", "passage")  # absent in files of older versions
 UNREADABLE = (KeyError, ValueError, TypeError, AttributeError, EOFError, OSError)
 
@@ -63,6 +65,13 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         "state": end.state, "stages": end.stages, "solver_state": end.solver_state,
         "energies": end.energies, "passage": end.passage,
     }  # fmt: skip
+    if run.velocities is not None:
+        arrays["velocities"] = run.velocities
+    if run.again is not None:
+        facts["again"] = {"total": run.again.total, "done": run.again.done,
+                          "known": [one.first for one in run.again.known]}  # fmt: skip
+        for name in KNOWN:
+            arrays[f"known_{name}"] = np.stack([getattr(one, name) for one in run.again.known])
     if run.curves is not None:
         arrays |= {"bases": run.curves.bases, "coefficients": run.curves.coefficients}
     handle, partial = tempfile.mkstemp(dir=target.parent, suffix=".partial")
@@ -121,6 +130,15 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         curves = engine_for(problem, method).curves(
             problem, method, facts["step"], facts["curves"], bases, coefficients
         )
+    again = None
+    if "again" in facts:
+        held = zip(*(arrays[f"known_{name}"] for name in KNOWN), strict=True)
+        known = tuple(
+            Checkpoint(first, state, stages, numbers, facts["solver"], facts["tolerance"])
+            for first, (state, stages, numbers) in zip(facts["again"]["known"], held, strict=True)
+        )
+        total, done = facts["again"]["total"], facts["again"]["done"]
+        again = RedoneCurves(problem, method, facts["step"], total, done, known)
     end = Checkpoint(
         facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]),
         arrays["solver_state"], facts["solver"], facts["tolerance"], facts["save_every"],
@@ -130,6 +148,7 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         problem, read_only(arrays["t"]), read_only(arrays["q"]), read_only(arrays["p"]),
         facts["success"], facts["status"], facts["failed_step"], facts["counts"], facts["step"],
         method, curves, end, facts["interrupted"],
+        read_only(arrays["velocities"]) if "velocities" in arrays else None, again,
     )  # fmt: skip
 
 
@@ -141,6 +160,11 @@ def storable_values() -> dict[str, Any]:
     return registered | {name: kind for name, kind in public.items() if _is_frozen_dataclass(kind)}
 
 
+def _is_storable_kind(kind: type) -> bool:
+    """Whether it is one of ``storable_values``, which are not gathered for each of many values."""
+    return _is_frozen_dataclass(kind) and storable_values().get(kind.__name__) is kind
+
+
 def _is_frozen_dataclass(kind: Any) -> bool:
     parameters = getattr(kind, "__dataclass_params__", None)
     return isinstance(kind, type) and parameters is not None and parameters.frozen
@@ -148,7 +172,7 @@ def _is_frozen_dataclass(kind: Any) -> bool:
 
 def _written(value: Any) -> Any:
     kind = type(value).__name__
-    if storable_values().get(kind) is type(value):
+    if _is_storable_kind(type(value)):
         content = {
             field.name: _written(getattr(value, field.name))
             for field in fields(value)

@@ -63,7 +63,7 @@ class RunArrays(NamedTuple):
     counts                       (7,) as in COUNTED, then evaluations of single pairs of bodies,
                                  steps that fixed-point iteration left to Newton's method, and
                                  force evaluations that called no function of the user
-    saved_steps                  numbers of the saved steps
+    saved_steps                  (saved,) numbers of the saved steps
     saved_q                      (saved, r) configurations, NaN until they are computed
     saved_v                      (saved, d) velocities, on groups momenta; NaN until computed
     bases, coefficients          (steps, r), (steps, d, m) of the curves; no rows if not kept
@@ -78,7 +78,7 @@ class RunArrays(NamedTuple):
     solver_state: npt.NDArray[np.int64]
     step_angle: Array
     counts: npt.NDArray[np.int64]
-    saved_steps: list[int]
+    saved_steps: Any
     saved_q: Array
     saved_v: Array
     bases: Array
@@ -98,7 +98,7 @@ class RunArrays(NamedTuple):
         watched     whether states are kept to judge the energy
         """
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
-        saved_steps = [*range(0, steps, start.save_every), steps]
+        saved_steps = np.append(np.arange(0, steps, start.save_every), steps)
         saved_q, saved_v = _unknown(len(saved_steps), r), _unknown(len(saved_steps), d)
         saved_q[0], saved_v[0] = start.state[0, :r], start.state[row, :d]
         solver_state = start.solver_state.copy()

@@ -8,11 +8,12 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
+from galvi.kernels.energy_errors import SMALL, WORST
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.encounters import unresolved_passage
-from galvi.run.energy_check import SMALL, WORST, Judgement, judge
+from galvi.run.energy_check import Judgement, judge
 from galvi.run.engine import Engine
 from galvi.run.interruption import Interrupts
 from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays

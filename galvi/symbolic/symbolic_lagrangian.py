@@ -44,19 +44,24 @@ class SymbolicLagrangian:
         """dL/dv and dL/dq, (2 d,)."""
         return self._in_python("law", q, v, *t)
 
-    def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array]:
-        """L (n,) and dL/dv (n, d) at n states; q and v (n, d), t (n,)."""
+    def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
+        """As `BuiltinLagrangian.at_states`."""
         if " if " in self.source or "from math" in self.source:  # code for one state
-            one_by_one = list(zip(q, v, t, strict=True))
-            values = np.array([self(*state) for state in one_by_one])
-            return values, np.stack([self.slopes(*state)[: self.dimension] for state in one_by_one])
+            rest = np.zeros(self.dimension)
+            rows = [
+                (self(*state), self(state[0], rest, state[2]), self.slopes(*state))
+                for state in zip(q, v, t, strict=True)
+            ]
+            value, at_rest, slopes = (np.array(column) for column in zip(*rows, strict=True))
+            return value, at_rest, slopes[:, : self.dimension]
         made = symbolic_code.functions(self.source)
         numbers = np.array(self.constants)
-        value, slopes = np.empty((1, len(q))), np.empty((2, self.dimension, len(q)))
+        values, found = np.empty((2, 1, len(q))), np.empty((2, self.dimension, len(q)))
         with np.errstate(all="ignore"):
-            made["value"].py_func(q.T, v.T, t, numbers, value)
-            made["law"].py_func(q.T, v.T, t, numbers, slopes)
-        return value[0], slopes[0].T
+            for out, rates in zip(values, (v, np.zeros_like(v)), strict=True):
+                made["value"].py_func(q.T, rates.T, t, numbers, out)
+            made["law"].py_func(q.T, v.T, t, numbers, found)
+        return values[0, 0], values[1, 0], found[0].T
 
     def switches(self, q: Array, v: Array, *t: Any) -> Array:
         """The values of the expressions of ``switching``."""

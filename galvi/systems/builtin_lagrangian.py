@@ -18,8 +18,8 @@ class BuiltinLagrangian(Protocol):
     def slopes(self, q: Array, v: Array, *t: Any) -> Array:
         """dL/dv and the Euclidean dL/dq in one vector, (d + entries of q,)."""
 
-    def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array]:
-        """L (n,) and dL/dv (n, d) at n states; q and v (n, d), t (n,)."""
+    def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
+        """L(q, v) and L(q, 0) (n,) each, and dL/dv (n, d), at n states; q and v (n, d), t (n,)."""
 
     @property
     def law(self) -> str:
@@ -29,3 +29,11 @@ class BuiltinLagrangian(Protocol):
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """Compiled function (q, v, t, constants, out (2, d)) that fills the rows dL/dv and dL/dq,
         and its constants."""
+
+
+@runtime_checkable
+class KnownMass(BuiltinLagrangian, Protocol):
+    """A `BuiltinLagrangian` of a mass that depends on the configuration alone."""
+
+    def mass(self, q: Array) -> Array:
+        """d2L/dv2 (d, d) at one configuration."""

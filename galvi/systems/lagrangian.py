@@ -21,7 +21,7 @@ from galvi.symbolic.from_sympy import symbolic
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.symbolic.traced_lagrangian import TracedLagrangian, traced_lagrangian
 from galvi.symbolic.traces import reasons, refuse, trace, traces
-from galvi.systems.builtin_lagrangian import BuiltinLagrangian
+from galvi.systems.builtin_lagrangian import BuiltinLagrangian, KnownMass
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
@@ -267,7 +267,10 @@ class Lagrangian:
         return self._each(one, q, v, t, 1)[..., 0]
 
     def mass(self, q: Array, v: Array, t: float) -> Array:
-        """d2L/dv2 at one state, (d, d), by differences; entries below their round-off are 0."""
+        """d2L/dv2 at one state, (d, d), by differences unless L brings it; entries below their
+        round-off are 0."""
+        if isinstance(self.function, KnownMass) and self.slopes is None:
+            return self.function.mass(q)
         mass, error = differences(
             lambda w: self._momentum(q, w, t), v, difference_scales(self.group, q, v)[1],
             weights=(0.5,), steps=STEPS[:2], noise=ROUNDING if self._slopes else COARSE,

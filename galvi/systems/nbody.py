@@ -20,10 +20,12 @@ COUPLED = 4
 class NBody:
     """L = sum m_i |v_i|^2 / 2 + sum over pairs G m_i m_j / |q_i - q_j|.
 
-    masses  (bodies,), finite and strictly positive
+    masses  (bodies,), finite, at least one positive and none negative. Massless bodies, in any
+            order, feel and do not pull; each costs as much as it has bodies that do
     G       gravitational constant in the units of the problem, finite and positive
 
-    Configurations have shape (bodies, 2) or (bodies, 3); p = masses[:, None] * v.
+    Configurations have shape (bodies, 2) or (bodies, 3); p = masses[:, None] * v. That of a
+    massless body is 0 at any velocity, which is kept as `galvi.Trajectory.v`.
     Raises ValueError for masses or shapes that do not fit and for coincident bodies.
     """
 
@@ -31,15 +33,14 @@ class NBody:
     G: float = 1.0
 
     def __post_init__(self) -> None:
-        remedy = "Give every body a mass above zero; a test particle gets a very small one."
-        masses = input_checks.array("masses", self.masses, remedy=remedy)
+        masses = input_checks.array("masses", self.masses, remedy="Give one for each body.")
         if masses.ndim != 1 or masses.size == 0:
             raise ValueError(f"masses must have shape (bodies,); received shape {masses.shape}.")
-        if np.any(masses <= 0.0):
+        if np.any(masses < 0.0) or not np.any(masses > 0.0):
             lightest = int(np.argmin(masses))
             raise ValueError(
-                f"masses must be positive; received {masses[lightest]} for body {lightest}. "
-                f"{remedy}"
+                f"masses must not be negative, and one must be positive; received "
+                f"{masses[lightest]} for body {lightest}. Massless bodies feel and do not pull."
             )
         object.__setattr__(self, "masses", masses)
         object.__setattr__(self, "G", input_checks.positive("G", self.G))
@@ -57,7 +58,8 @@ class NBody:
                 f"{bodies} masses; received shape {q.shape}."
             )
         for i in range(bodies):
-            same = np.flatnonzero(np.all(q[i + 1 :] == q[i], axis=1))
+            pulls = self.masses[i] + self.masses[i + 1 :] > 0.0
+            same = np.flatnonzero(pulls & np.all(q[i + 1 :] == q[i], axis=1))
             if same.size:
                 raise ValueError(
                     f"bodies must start at different places; received bodies {i} and "
@@ -69,8 +71,19 @@ class NBody:
         return self.masses[:, None] * v
 
     def velocity(self, p: Array) -> Array:
-        """v = p / m."""
-        return p / self.masses[:, None]
+        """v = p / m; NaN for a massless body."""
+        return p / np.where(self.masses > 0.0, self.masses, np.nan)[:, None]
+
+    @cached_property
+    def has_massless(self) -> bool:
+        """Whether some bodies are massless, so that momenta do not determine velocities."""
+        return bool(np.any(self.masses == 0.0))
+
+    @property
+    def pairs(self) -> int:
+        """Pairs of bodies that attract one another, or one the other."""
+        n, heavy = self.masses.size, int(np.count_nonzero(self.masses))
+        return heavy * (heavy - 1) // 2 + heavy * (n - heavy)
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """-sum over pairs G m_i m_j / |q_i - q_j|, for q of shape (..., bodies, dimension)."""
@@ -82,7 +95,8 @@ class NBody:
     @cached_property
     def _pairs(self) -> tuple[Any, Any, Array]:
         """The bodies i and j of each pair, and G m_i m_j."""
-        i, j = np.triu_indices(self.masses.size, 1)
+        bodies = np.flatnonzero(self.masses)
+        i, j = (bodies[k] for k in np.triu_indices(bodies.size, 1))
         return i, j, self.G * self.masses[i] * self.masses[j]
 
     def acceleration(self, q: Array, t: float) -> Array:
@@ -97,6 +111,7 @@ class NBody:
         bodies, dimension = q.shape
         gap = q[None, :, :] - q[:, None, :]
         square = np.sum(gap**2, axis=-1) + np.eye(bodies)
+        square[square == 0.0] = 1.0  # of massless bodies, which do not pull
         outer = 3.0 * gap[..., :, None] * gap[..., None, :] / square[..., None, None]
         pull = self.G * self.masses[None, :] / square**1.5 * (1.0 - np.eye(bodies))
         coupling = -pull[..., None, None] * (outer - np.eye(dimension))

@@ -68,13 +68,14 @@ class PlanarChain:
         planar_chain(np.ascontiguousarray(q), np.ascontiguousarray(v), 0.0, self.numbers, out)
         return out.ravel()
 
-    def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array]:
-        """L (n,) and dL/dv (n, d) at n states; q and v (n, d), t (n,)."""
+    def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
+        """As `BuiltinLagrangian.at_states`."""
         n = self.masses.size
         A, B = self.numbers[: n * n].reshape(n, n), self.numbers[n * n :]
-        apart = np.cos(q[:, :, None] - q[:, None, :])
-        momenta = ((A * apart) @ v[:, :, None])[:, :, 0]
-        return 0.5 * (v * momenta).sum(axis=1) + np.cos(q) @ B, momenta
+        sines, cosines = np.sin(q), np.cos(q)
+        momenta = cosines * ((cosines * v) @ A) + sines * ((sines * v) @ A)
+        at_rest = cosines @ B
+        return 0.5 * (v * momenta).sum(axis=1) + at_rest, at_rest, momenta
 
     @cached_property
     def law(self) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from galvi.arrays import Array
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.system import System
@@ -20,3 +22,13 @@ def velocity_at(system: System, q: Array, p: Array, t: Any, near: Array | None =
     near  (d,) a velocity close to the first one
     """
     return system.velocity(p, q, t, near) if isinstance(system, Lagrangian) else system.velocity(p)
+
+
+def kinetic_energy(system: System, p: Array) -> Array:
+    """p . v / 2 at momenta p (n, ...) of a system whose v is linear in p, (n,).
+
+    That of a massless body, whose p is 0, is 0.
+    """
+    twice = np.where(p == 0.0, 0.0, p * system.velocity(p)).reshape(len(p), -1).sum(axis=1)
+    result: Array = 0.5 * twice
+    return result

@@ -1,6 +1,6 @@
 """Converts a problem of one rigid body to MuJoCo: a joint with a body given by its inertia.
 
-Chains of links are in `references.mujoco.chain`.
+Chains of links are in `references.mujoco.chain`, trees in `references.mujoco.tree`.
 
 The only place that knows MuJoCo's masses, frames of inertia and joints; `mujoco_states` knows its
 coordinates.
@@ -12,26 +12,27 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from galvi import (
     Canonical,
     CosinePotential,
     FreeBody,
     Lagrangian,
+    Multibody,
     Problem,
     RigidBody,
 )
 from galvi.arrays import Array
 from references.mujoco.chain import MujocoChain, mujoco_chain
 from references.mujoco.mjcf import document, text
+from references.mujoco.principal import SLACK, principal
+from references.mujoco.tree import MujocoTree, is_tree
 from references.newton import is_forced, replaces_force
 from references.rigid_equations import has_known_weight
 from references.textbook.chain_equations import is_chain
 
 JOINTS = {RigidBody: "ball", FreeBody: "free", Canonical: "hinge"}
 DOUBLINGS = 64
-SLACK = 1e-12  # relative: below that, moments are zero, and a flat body's are flat
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +65,11 @@ class MujocoBody:
 
 
 def supports(problem: Problem) -> bool:
-    """A rigid body, free or in uniform gravity, on SO(3) or SE(3); plane pendulums in a chain."""
+    """A rigid body, free or in uniform gravity, on SO(3) or SE(3); plane pendulums in a chain; a
+    tree, its damping included."""
     system = problem.system
+    if is_tree(problem):
+        return True
     if is_forced(problem):
         return False
     if is_chain(problem):
@@ -82,8 +86,10 @@ def supports(problem: Problem) -> bool:
     )
 
 
-def mujoco_body(system: Any) -> MujocoBody | MujocoChain:
-    """The body, or the chain of bodies, of a supported problem's system."""
+def mujoco_body(system: Any) -> MujocoBody | MujocoChain | MujocoTree:
+    """The body, the chain or the tree of bodies of a supported problem's system."""
+    if isinstance(system, Multibody):
+        return MujocoTree(system)
     if isinstance(system, Lagrangian):
         return mujoco_chain(system.function)
     joint = JOINTS[type(system)]
@@ -114,19 +120,3 @@ def on_a_pivot(mass: float, centre: Array, inertia: Array) -> tuple[float, Array
         if np.min(moments) > SLACK * largest and largest <= rest * (1.0 + SLACK):
             break
     return m, r, moments, axes
-
-
-def principal(inertia: Array) -> tuple[Array, Array]:
-    """Moments, (3,), and the quaternion of their axes, (4,), with w first.
-
-    MuJoCo's own ``fullinertia`` is off by some 10 roundings, and its order of the axes is its own.
-    """
-    moments, axes = np.diag(inertia).copy(), np.eye(3)
-    if np.any(inertia != np.diag(moments)):
-        moments, axes = np.linalg.eigh(inertia)
-        axes[:, 0] *= np.linalg.det(axes)
-    k = int(np.argmax(moments))
-    rest = float(np.sum(np.delete(moments, k)))
-    if moments[k] <= rest * (1.0 + SLACK):
-        moments[k] = min(moments[k], rest)  # a flat body may be off by a rounding; MuJoCo's may not
-    return moments, Rotation.from_matrix(axes).as_quat()[[3, 0, 1, 2]]

@@ -43,10 +43,10 @@ def version() -> str:
 
 
 @lru_cache(maxsize=8)
-def compiled(system: Any) -> tuple[str, Any, Any]:
-    """The joint, and MuJoCo's model and data, made once for each system: run once before timing.
+def compiled(system: Any) -> tuple[Any, Any, Any]:
+    """The joint, or a tree's system, and MuJoCo's model and data, made once for each system.
 
-    Raises ValueError with MuJoCo's message for a body that it refuses.
+    Run once before timing. Raises ValueError with MuJoCo's message for a body that it refuses.
     """
     import mujoco
 

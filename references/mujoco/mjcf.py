@@ -10,12 +10,15 @@ OFF = (
 )  # what lone bodies have not, 4 % of a step; and the reset that would hide a failure
 
 
-def document(gravity: Any, bodies: str) -> str:
-    """The XML of a model with these bodies and gravity (3,)."""
-    flags = " ".join(f'{name}="disable"' for name in OFF)
+def document(gravity: Any, bodies: str, off: tuple[str, ...] = OFF) -> str:
+    """The XML of a model with these bodies and gravity (3,); angles are in radians.
+
+    off  names of what is disabled
+    """
+    flags = " ".join(f'{name}="disable"' for name in off)
     return (
-        f'<mujoco><option gravity="{text(gravity)}"><flag {flags}/></option>'
-        f"<worldbody>{bodies}</worldbody></mujoco>"
+        f'<mujoco><compiler angle="radian"/><option gravity="{text(gravity)}">'
+        f"<flag {flags}/></option><worldbody>{bodies}</worldbody></mujoco>"
     )
 
 

@@ -1,4 +1,4 @@
-"""Converts states between MuJoCo's coordinates and galvi's, for one body or a chain of links.
+"""Converts states between MuJoCo's coordinates and galvi's, for one body, a chain or a tree.
 
 joint   qpos                  qvel
 ball    quaternion            w
@@ -15,13 +15,16 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from galvi import Multibody
 from galvi.arrays import Array
 
 FROM_SCIPY, TO_SCIPY = [3, 0, 1, 2], [1, 2, 3, 0]  # w last there
 
 
-def to_mujoco(joint: str, q: Array, v: Array) -> tuple[Array, Array]:
+def to_mujoco(joint: str | Multibody, q: Array, v: Array) -> tuple[Array, Array]:
     """(qpos, qvel) of the state q, v; all may have leading axes."""
+    if isinstance(joint, Multibody):
+        return joint.to_mujoco(q, v)
     if joint == "hinge":
         return q, v
     if joint == "chain":
@@ -37,8 +40,10 @@ def to_mujoco(joint: str, q: Array, v: Array) -> tuple[Array, Array]:
     )
 
 
-def from_mujoco(joint: str, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+def from_mujoco(joint: str | Multibody, qpos: Array, qvel: Array) -> tuple[Array, Array]:
     """(q, v) of rows of qpos and qvel; NaN where they are not finite."""
+    if isinstance(joint, Multibody):
+        return joint.from_mujoco(qpos, qvel)
     if joint == "hinge":
         return qpos, qvel
     if joint == "chain":

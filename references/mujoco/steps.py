@@ -52,7 +52,7 @@ class MujocoSteps:
         return ""
 
     def supports(self, problem: Problem) -> bool:
-        """A rigid body, free or in uniform gravity, on SO(3) or SE(3); chains of pendulums."""
+        """A rigid body, free or in uniform gravity; chains of pendulums; trees."""
         return supports(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:

@@ -98,9 +98,12 @@ def simulation(problem: Problem, integrator: str, options: Mapping[str, Any]) ->
     q, v = np.atleast_2d(problem.q0), np.atleast_2d(problem.v0)
     if isinstance(system, NBody):
         masses = system.G * system.masses
-        heaviest = int(np.argmax(masses))
-        order = [heaviest, *(i for i in range(masses.size) if i != heaviest)]
+        rank = np.where(masses == 0.0, 2, 1)  # massless bodies last
+        rank[np.argmax(masses)] = 0
+        order = np.argsort(rank, kind="stable").tolist()
         place = np.argsort(order)
+        if system.has_massless:
+            sim.N_active = int(np.count_nonzero(masses))
     else:
         masses, order, place = np.zeros(1), [0], np.array([1])
         sim.add(m=system.potential.mu / float(system.mass))

@@ -30,9 +30,11 @@ def missing() -> str:
 
 
 def fits(problem: Problem) -> bool:
-    """2 to 9 bodies, one of them heavier than all others together."""
+    """2 to 9 bodies, none massless, one of them heavier than all others together."""
     system = problem.system
     if not isinstance(system, NBody) or not 2 <= system.masses.size <= BODIES:
+        return False
+    if system.has_massless:
         return False
     return bool(2.0 * system.masses.max() > system.masses.sum())
 

@@ -12,6 +12,7 @@ import pytest
 
 import galvi
 from benchmarks.statistics.net_time import NetTime, net_time
+from benchmarks.statistics.timing import Timing
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.cost import cost_table
 from benchmarks.work_precision.galvi_methods import gauss_collocation
@@ -127,6 +128,14 @@ def test_a_net_time_is_of_the_steps_alone() -> None:
     disturbed = Taking([4.5, 4.0, 90.0, 5.0, 4.5])
     assert NetTime(disturbed, Taking([1.0] * 5), steps=4).seconds(1) == 4.0
     assert math.isnan(NetTime(Taking([1.0] * 6), Taking([4.0] * 6), steps=4).seconds(6))
+
+
+def test_a_setting_without_a_net_time_says_so() -> None:
+    case = replace(henon_heiles(True), repeated_run=False, net_time=True)
+    one = case.participants[0]
+    measured = work_precision._first_run(case, one.label, one.contender, one.settings[0], 0.001)
+    row = work_precision._row(case, measured, case.truth(), Timing(math.nan, math.nan, math.nan))
+    assert row["error"] < 1.0 and row["status"].startswith("Not timed: its steps took no longer")
 
 
 @dataclass(frozen=True)

@@ -86,11 +86,12 @@ class Swelling:
         return np.concatenate([self.A @ v + 0.2 * s * s * v, slope * self.c])
 
     def at_states(self, q, v, t):
-        """L and dL/dv at several states."""
+        """L at v and at rest, and dL/dv, at several states."""
         s = q.reshape(len(q), -1) @ self.c
         mu = v @ self.A + 0.2 * (s * s)[:, None] * v
         kinetic = 0.5 * np.sum(v * (v @ self.A), axis=1) + 0.1 * s * s * np.sum(v * v, axis=1)
-        return kinetic - s * np.cos(t) - 0.5 * s * s, mu
+        at_rest = -s * np.cos(t) - 0.5 * s * s
+        return kinetic + at_rest, at_rest, mu
 
     def compiled(self):
         """The slopes for the general kernel."""

@@ -137,7 +137,7 @@ def test_problems_cannot_be_changed_by_accident():
         (lambda: galvi.problems.kepler(-0.1), r"eccentricity must be in \[0, 1\)"),
         (lambda: galvi.problems.kepler(float("nan")), "eccentricity must be a finite real"),
         (lambda: galvi.problems.henon_heiles(0.2), "energy must be in"),
-        (lambda: galvi.NBody([1.0, 0.0]), "masses must be positive; received 0.0 for body 1"),
+        (lambda: galvi.NBody([1.0, -1.0]), "one must be positive; received -1.0 for body 1"),
         (lambda: galvi.NBody([1.0, float("inf")]), "masses must hold finite numbers"),
         (lambda: galvi.NBody([]), r"masses must have shape \(bodies,\)"),
         (lambda: galvi.Canonical(-1.0, galvi.LinearSpring()), "mass must be positive"),

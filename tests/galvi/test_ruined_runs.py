@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from numba import njit
 
 import galvi
+from galvi.kernels.energy_errors import MEASURE
 from galvi.kernels.forces.passages import NEAR, UNRESOLVED, passage_error
-from galvi.run.energy_check import MEASURE, judgement
+from galvi.run.energy_check import judgement
 from references.rebound.ias15 import IAS15
 
 FRESH = np.array([0.0, 0.0, 0.0, 0.0])

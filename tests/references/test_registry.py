@@ -25,6 +25,7 @@ TURN = galvi.problems.free_rigid_body()
 HANGING = galvi.problems.pendulum_3d()
 CHAIN = galvi.problems.double_pendulum()
 SPRUNG = galvi.problems.elastic_pendulum()
+ARM = galvi.problems.skew_arm()
 UNKNOWN = galvi.Problem(galvi.Canonical(1.0, lambda q: float(q @ q) ** 2), [1.0], [0.0])
 ON_GROUPS = (
     TURN,
@@ -49,6 +50,8 @@ FIXED_STEP = {
     "REBOUND WHFast",
     "REBOUND WHFast512",
     "REBOUND SABA",
+    "REBOUND MERCURIUS",
+    "REBOUND TRACE",
     "REBOUND leapfrog",
     "REBOUND JANUS",
     "MuJoCo Euler",
@@ -75,7 +78,7 @@ def setting(contender: Contender, duration: float, pieces: int) -> dict[str, flo
 
 
 def solvable(contender: Contender) -> galvi.Problem:
-    known = (SPRING, ORBIT, PLANETS, BODY, SWING, TURN, HANGING, CHAIN, SPRUNG)
+    known = (SPRING, ORBIT, PLANETS, BODY, SWING, TURN, HANGING, CHAIN, SPRUNG, ARM)
     return next(problem for problem in known if contender.supports(problem))
 
 

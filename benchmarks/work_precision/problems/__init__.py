@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from benchmarks.work_precision.problem import WorkPrecisionProblem
 from benchmarks.work_precision.problems.applegate import applegate
+from benchmarks.work_precision.problems.arms import floating_arm, skew_arm
 from benchmarks.work_precision.problems.brownout import brownout
 from benchmarks.work_precision.problems.double_pendulum import double_pendulum
 from benchmarks.work_precision.problems.elastic_pendulum import elastic_pendulum
@@ -35,6 +36,8 @@ PROBLEMS = (
     fermi_pasta_ulam_tsingou,
     kepler_polar,
     brownout,
+    skew_arm,
+    floating_arm,
 )
 NOT_IN_QUICK = (applegate,)  # the planets of outer_solar_system, with other masses and states
 

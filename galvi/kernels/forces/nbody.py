@@ -2,7 +2,7 @@
 
 a_i = sum over j != i of Gm_j (q_j - q_i) / |q_j - q_i|^3
 
-constants  [dimension, Gm_1, ..., Gm_N]
+constants  [dimension, Gm_1, ..., Gm_N], Gm = 0 for bodies that do not pull
 Q          (N * dimension, s), body by body
 """
 
@@ -25,6 +25,8 @@ def accelerations(Q, t, constants, out):
         mass_i = constants[1 + i]
         for j in range(i + 1, bodies):
             mass_j = constants[1 + j]
+            if mass_i + mass_j == 0.0:
+                continue
             pull[:] = 0.0
             for x in range(dimension):
                 for k in range(stages):
@@ -73,7 +75,7 @@ def own_jacobians(Q, t, constants, out):
     for k in range(Q.shape[1]):
         for i in range(bodies):
             for j in range(bodies):
-                if i != j:
+                if i != j and constants[1 + j] > 0.0:
                     pull_slope(Q, i, j, k, dimension, constants[1 + j], slope)
                     for x in range(dimension):
                         for y in range(dimension):
@@ -93,7 +95,7 @@ def all_jacobians(Q, t, constants, out):
     for k in range(Q.shape[1]):
         for i in range(bodies):
             for j in range(bodies):
-                if i != j:
+                if i != j and constants[1 + j] > 0.0:
                     pull_slope(Q, i, j, k, dimension, constants[1 + j], slope)
                     for x in range(dimension):
                         for y in range(dimension):

@@ -20,20 +20,22 @@ __all__ = [
     "attract_pair",
     "combine",
     "drift",
+    "follow",
+    "follow_and_measure",
     "fused",
     "move",
 ]
 
 
 @intrinsic
-def attract(typingctx, axes, Q, a, masses, i, padded, chunk):
-    """Attraction between body i and all bodies j < i, in eight stages, with j descending.
+def attract(typingctx, axes, Q, a, masses, heavy, k, padded, chunk):
+    """Attraction between body heavy[k] and those before it in ``heavy``, in eight stages.
 
-    a_i += Gm_j g, a_j -= Gm_i g, g = (q_j - q_i) / |q_j - q_i|^3; rows are the axes of each body.
-    For the last body, a is initialised to zero.
+    a_i += Gm_j g, a_j -= Gm_i g, g = (q_j - q_i) / |q_j - q_i|^3, i = heavy[k], the last j first;
+    rows are the axes of each body. For the last i, a of these bodies is initialised to zero.
     """
     whole = types.intp
-    signature = types.void(axes, Q, a, masses, whole, whole, whole)
+    signature = types.void(axes, Q, a, masses, heavy, whole, whole, whole)
 
     def generate(context, builder, signature, arguments):
         _attraction(context, builder, signature, arguments, None)
@@ -43,41 +45,75 @@ def attract(typingctx, axes, Q, a, masses, i, padded, chunk):
 
 
 @intrinsic
-def attract_and_measure(typingctx, axes, Q, a, masses, i, padded, chunk, nearest):
+def attract_and_measure(typingctx, axes, Q, a, masses, heavy, k, padded, chunk, nearest):
     """As ``attract``; nearest (P,) <- the smaller of it and each squared distance, by stages."""
     whole = types.intp
-    signature = types.void(axes, Q, a, masses, whole, whole, whole, nearest)
+    signature = types.void(axes, Q, a, masses, heavy, whole, whole, whole, nearest)
 
     def generate(context, builder, signature, arguments):
-        _attraction(context, builder, signature, arguments[:7], arguments[7])
+        _attraction(context, builder, signature, arguments[:8], arguments[8])
         return context.get_dummy_value()
 
     return signature, generate
 
 
-def _attraction(context, builder, signature, arguments, nearest):
-    """The instructions of ``attract``, which measure distances if ``nearest`` is given."""
-    i, padded, chunk = arguments[4:]
+@intrinsic
+def follow(typingctx, axes, Q, a, masses, heavy, i, padded, chunk):
+    """a_i <- the attraction of a massless body i by those in ``heavy``, as in ``attract``."""
+    whole = types.intp
+    signature = types.void(axes, Q, a, masses, heavy, whole, whole, whole)
+
+    def generate(context, builder, signature, arguments):
+        _attraction(context, builder, signature, arguments, None, massless=True)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def follow_and_measure(typingctx, axes, Q, a, masses, heavy, i, padded, chunk, nearest):
+    """As ``follow``; nearest as in ``attract_and_measure``."""
+    whole = types.intp
+    signature = types.void(axes, Q, a, masses, heavy, whole, whole, whole, nearest)
+
+    def generate(context, builder, signature, arguments):
+        _attraction(context, builder, signature, arguments[:8], arguments[8], massless=True)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+def _attraction(context, builder, signature, arguments, nearest, massless=False):
+    """The instructions of ``attract``, or of ``follow`` for a ``massless`` body.
+
+    Distances are measured if ``nearest`` is given.
+    """
+    place, padded, chunk = arguments[5:]
     lanes = Lanes(context, builder, padded, chunk)
     dimension = signature.args[0].count
-    places, pulls, weights = (lanes.data(signature.args[k], arguments[k]) for k in (1, 2, 3))
-    bodies = context.make_array(signature.args[3])(context, builder, arguments[3]).nitems
-    one, step = ir.Constant(i.type, 1), ir.Constant(i.type, dimension)
-    fresh = builder.icmp_signed("==", builder.add(i, one), bodies)
+    places, pulls, weights, bodies = (
+        lanes.data(signature.args[k], arguments[k]) for k in (1, 2, 3, 4)
+    )
+    count = context.make_array(signature.args[4])(context, builder, arguments[4]).nitems
+    one, step = ir.Constant(place.type, 1), ir.Constant(place.type, dimension)
+    fresh = builder.icmp_signed("==", builder.add(place, one), count)
 
     def earlier(row):
-        return builder.select(fresh, NOTHING, lanes.load(pulls, row))
+        return NOTHING if massless else builder.select(fresh, NOTHING, lanes.load(pulls, row))
 
+    i = place if massless else lanes.number(bodies, place)
     row_i = builder.mul(i, step)
     here = [lanes.load(places, lanes.plus(row_i, x)) for x in range(dimension)]
     mass_i = lanes.spread(lanes.number(weights, i))
     pulled = [lanes.variable(earlier(lanes.plus(row_i, x))) for x in range(dimension)]
     least, zero = None, ir.Constant(i.type, 0)
     if nearest is not None:
-        squares = lanes.data(signature.args[7], nearest)
+        squares = lanes.data(signature.args[8], nearest)
         least = lanes.variable(lanes.load(squares, zero))
-    with cgutils.for_range(builder, i) as loop:
-        j = builder.sub(builder.sub(i, one), loop.index)
+    others = count if massless else place
+    with cgutils.for_range(builder, others) as loop:
+        last_first = builder.sub(builder.sub(others, one), loop.index)
+        j = lanes.number(bodies, last_first)
         row_j = builder.mul(j, step)
         gaps, square, pull = lanes.pull(places, here, row_j)
         if least is not None:
@@ -88,7 +124,8 @@ def _attraction(context, builder, signature, arguments, nearest):
         onto_j = lanes.mul(mass_i, pull)
         for x, gap in enumerate(gaps):
             row = lanes.plus(row_j, x)
-            lanes.store(lanes.sub(earlier(row), lanes.mul(onto_j, gap)), pulls, row)
+            if not massless:
+                lanes.store(lanes.sub(earlier(row), lanes.mul(onto_j, gap)), pulls, row)
             total = lanes.add(builder.load(pulled[x]), lanes.mul(onto_i, gap))
             builder.store(total, pulled[x])
     for x in range(dimension):

@@ -7,6 +7,7 @@ multiple of LANES.
 
 d = bodies * dimension rows, one for each coordinate
 masses        (bodies,)               G m
+heavy, light  whole numbers           the bodies with a mass, and the massless ones
 ahead         (2 (l + 1) s, P)        h^2 A^T and its low part; then for r = 1 .. l both of these
                                       after extrapolation to the next step with r Legendre terms
 series        (s, P)                  Legendre coefficients from stages, transposed
@@ -49,6 +50,7 @@ from galvi.kernels.nystrom.step import (
 from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
 
 GRAVITY_TABLES = types.Tuple((FIXED_MATRIX, FIXED_MATRIX, FIXED_VECTOR, FIXED_MATRIX, FIXED_MATRIX))
+FIXED_NUMBERS = types.Array(types.int64, 1, "C", readonly=True)
 RECONSIDER = 16  # steps between choices of the number of terms to extrapolate
 
 
@@ -170,7 +172,7 @@ def end_of_step(h, out, state):
 
 
 @jit_inline
-def advance(axes, masses, tableau, tables, plan, todo, progress, work, spare, kept):
+def advance(axes, masses, heavy, light, tableau, tables, plan, todo, progress, work, spare, kept):
     """Do ``todo`` more steps of a run; returns a code, as the general kernel."""
     tableau, plan, kept = NystromTableau(*tableau), Plan(*plan), Kept(*kept)
     ahead, series, growth, sums, c = tables
@@ -198,8 +200,8 @@ def advance(axes, masses, tableau, tables, plan, todo, progress, work, spare, ke
             axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q
         )
         code = iterate(
-            axes, masses, star, fastest_planet, ahead, s, state, base, low, sizes, tolerance,
-            counts, Q, new, scratch, history, nearest,
+            axes, masses, heavy, light, star, fastest_planet, ahead, s, state, base, low, sizes,
+            tolerance, counts, Q, new, scratch, history, nearest,
         )  # fmt: skip
         if code == SOLVED and not finish(axes, sums, h, new, state, scratch):
             code = NOT_FINITE
@@ -236,7 +238,7 @@ def compiled_advance(dimension):
     """``advance`` compiled or cached for bodies in the plane or in space."""
     whole = types.int64
     signature = whole(
-        types.UniTuple(whole, dimension), FIXED_VECTOR, TABLEAU, GRAVITY_TABLES, PLAN, whole,
-        PROGRESS, TENSOR3, MATRIX, KEPT,
+        types.UniTuple(whole, dimension), FIXED_VECTOR, *(FIXED_NUMBERS,) * 2, TABLEAU,
+        GRAVITY_TABLES, PLAN, whole, PROGRESS, TENSOR3, MATRIX, KEPT,
     )  # fmt: skip
     return compiled_for(advance, signature, jit_inline)

@@ -14,7 +14,15 @@ from __future__ import annotations
 import math
 
 from galvi.kernels.compile.jit import jit_inline
-from galvi.kernels.lanes.gravity import LANES, attract, attract_and_measure, attract_pair, move
+from galvi.kernels.lanes.gravity import (
+    LANES,
+    attract,
+    attract_and_measure,
+    attract_pair,
+    follow,
+    follow_and_measure,
+    move,
+)
 from galvi.kernels.nystrom.solve import (
     DIVERGED,
     FIXED_POINT_PASSES,
@@ -30,21 +38,27 @@ PAIR_PASSES = 3  # 2 and 4 are slower for some problems: CONTRIBUTING.md, 'Ideas
 
 
 @jit_inline
-def pull_all(axes, masses, Q, a):
-    """a <- accelerations at stages Q, adding the attractions of light pairs first."""
-    for body in range(masses.size - 1, -1, -1):
+def pull_all(axes, masses, heavy, light, Q, a):
+    """a <- accelerations at stages Q, adding the attractions of the last pairs first."""
+    for k in range(heavy.size - 1, -1, -1):
         for chunk in range(Q.shape[1] // LANES):
-            attract(axes, Q, a, masses, body, Q.shape[1], chunk)
+            attract(axes, Q, a, masses, heavy, k, Q.shape[1], chunk)
+    for k in range(light.size):
+        for chunk in range(Q.shape[1] // LANES):
+            follow(axes, Q, a, masses, heavy, light[k], Q.shape[1], chunk)
 
 
 @jit_inline
-def pull_and_measure(axes, masses, Q, a, nearest):
+def pull_and_measure(axes, masses, heavy, light, Q, a, nearest):
     """As ``pull_all``; nearest (P,) <- the least squared distance of two bodies at each stage."""
     for k in range(Q.shape[1]):
         nearest[k] = math.inf
-    for body in range(masses.size - 1, -1, -1):
+    for k in range(heavy.size - 1, -1, -1):
         for chunk in range(Q.shape[1] // LANES):
-            attract_and_measure(axes, Q, a, masses, body, Q.shape[1], chunk, nearest)
+            attract_and_measure(axes, Q, a, masses, heavy, k, Q.shape[1], chunk, nearest)
+    for k in range(light.size):
+        for chunk in range(Q.shape[1] // LANES):
+            follow_and_measure(axes, Q, a, masses, heavy, light[k], Q.shape[1], chunk, nearest)
 
 
 @jit_inline
@@ -90,8 +104,8 @@ def iterate_pair(
 
 
 @jit_inline
-def iterate(axes, masses, star, fastest_planet, moves, s, state, base, low, sizes, tolerance,
-            counts, Q, a, background, history, nearest):  # fmt: skip
+def iterate(axes, masses, heavy, light, star, fastest_planet, moves, s, state, base, low, sizes,
+            tolerance, counts, Q, a, background, history, nearest):  # fmt: skip
     """Fixed-point iteration from stages Q until convergence; a holds the last accelerations.
 
     ``background`` is scratch, (d, P). nearest (P,) <- least squared distances at the stages, from
@@ -101,9 +115,9 @@ def iterate(axes, masses, star, fastest_planet, moves, s, state, base, low, size
     reset_history(history)
     for passes in range(FIXED_POINT_PASSES):
         if passes == 1:
-            pull_and_measure(axes, masses, Q, a, nearest)
+            pull_and_measure(axes, masses, heavy, light, Q, a, nearest)
         else:
-            pull_all(axes, masses, Q, a)
+            pull_all(axes, masses, heavy, light, Q, a)
         with_pair = passes == 0 and masses.size > 2
         if with_pair:
             pull_pair(axes, masses, star, fastest_planet, -1.0, Q, a, background)

@@ -28,13 +28,12 @@ def history(
     first = value[t <= 0.5 * (t[0] + t[-1])]
     axes.axhspan(first.min(), first.max(), color=BAND, zorder=0)
     axes.annotate(
-        "range over the first half",
-        (1.0, first.max()),
+        "range over\nthe first half",
+        (1.0, 0.5 * (first.min() + first.max())),
         xycoords=("axes fraction", "data"),
-        xytext=(0, 3),
+        xytext=(4, 0),
         textcoords="offset points",
-        ha="right",
-        va="bottom",
+        va="center",
         fontsize=8,
         color=GUIDE,
     )

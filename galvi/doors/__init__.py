@@ -1,0 +1,1 @@
+"""From and to other packages, which are imported when a door is used and never before."""

@@ -1,0 +1,78 @@
+"""Trees of rigid bodies on joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.groups.group import Group
+from galvi.systems.lagrangian import Function, Lagrangian
+from galvi.systems.trees import mujoco_states
+from galvi.systems.trees.joint_damping import JointDamping
+from galvi.systems.trees.link import Link
+from galvi.systems.trees.rigid_tree import RigidTree
+
+
+@dataclass(frozen=True, eq=False)
+class Multibody(Lagrangian):
+    """Trees of rigid bodies on hinges, slides, ball and free joints, as a Lagrangian.
+
+    links    `Link` values, each after its parent; any number of them on the world
+    gravity  (3,) acceleration
+
+    Configurations q are elements of ``group``, the product of the joints' groups in their order:
+    angles and lengths, rotation matrices, and of a free joint R^3 x SO(3). Velocities (d,) are
+    rates of angles and lengths, angular velocities in the link's frame, and of a free joint that of
+    its origin in space, then w: those of MuJoCo. Damping is the ``force``. Raises ValueError for
+    trees in which nothing moves, or for links out of order.
+    """
+
+    function: Function = field(init=False, repr=False, compare=False)
+    group: Group = field(init=False, repr=False, compare=False)
+    slopes: Function | None = field(default=None, init=False, repr=False, compare=False)
+    force: Function | None = field(default=None, init=False, repr=False, compare=False)
+    explicit_time: bool = field(default=False, init=False, repr=False, compare=False)
+    timed_force: bool = field(default=False, init=False, repr=False, compare=False)
+    check: bool = field(default=True, init=False, repr=False, compare=False)
+    links: Any = ()
+    gravity: Any = (0.0, 0.0, -9.81)
+
+    def __post_init__(self) -> None:
+        links = (self.links,) if isinstance(self.links, Link) else tuple(self.links)
+        if not all(isinstance(link, Link) for link in links):
+            raise TypeError(f"links must be galvi.Link values; received {self.links!r}.")
+        tree = RigidTree(links, self.gravity)
+        damping = [np.full(joint.dimension, joint.damping) for joint in tree.joints]
+        object.__setattr__(self, "links", links)
+        object.__setattr__(self, "gravity", tree.gravity)
+        object.__setattr__(self, "function", tree)
+        object.__setattr__(self, "group", tree.group)
+        if np.any(np.concatenate(damping)):
+            object.__setattr__(self, "force", JointDamping(np.concatenate(damping)))
+            object.__setattr__(self, "timed_force", True)
+        super().__post_init__()
+
+    def __repr__(self) -> str:
+        return f"Multibody(links={len(self.links)}, velocities={self.group.dimension})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Multibody, (self.links, self.gravity)
+
+    @property
+    def tree(self) -> RigidTree:
+        """The Lagrangian as a function, with its exact mass and slopes."""
+        return cast(RigidTree, self.function)
+
+    def from_mujoco(self, qpos: Any, qvel: Any) -> tuple[Array, Array]:
+        """(q, v) of MuJoCo's states (..., nq) and (..., nv), of a model with these joints.
+
+        Raises ValueError for wrong shapes and for a quaternion of no length.
+        """
+        return mujoco_states.from_mujoco(self.tree.joints, self.group, qpos, qvel)
+
+    def to_mujoco(self, q: Any, v: Any) -> tuple[Array, Array]:
+        """(qpos, qvel) of states, NaN where they are not finite; ValueError for wrong shapes."""
+        return mujoco_states.to_mujoco(self.tree.joints, self.group, q, v)

@@ -1,0 +1,1 @@
+"""Parts of trees of rigid bodies."""

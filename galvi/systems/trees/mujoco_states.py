@@ -1,0 +1,108 @@
+"""States of a tree in MuJoCo's coordinates.
+
+joint         qpos                     q
+hinge, slide  coordinate               the same
+ball          quaternion               its rotation matrix
+free          place, then quaternion   the place, then its rotation matrix
+
+Quaternions have w first and take the link's frame to that before the joint. Velocities are the
+same in both: of a free joint that of its place in space, then the angular velocity in its frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from galvi.arrays import Array
+from galvi.groups.group import Group
+from galvi.kernels.lanes.tree import SLIDE
+from galvi.systems.trees.joint import Joint
+
+POSITIONS = (1, 1, 4, 7)  # entries of qpos
+FROM_SCIPY, TO_SCIPY = [3, 0, 1, 2], [1, 2, 3, 0]  # w last there
+
+
+def _places(joints: Sequence[Joint]) -> Iterator[tuple[slice, slice, int, int]]:
+    """Of each joint the coordinates of qpos and q that are the same, and where a quaternion and a
+    matrix follow, -1 for neither."""
+    at = entry = 0
+    for joint in joints:
+        same = {"ball": 0, "free": 3}.get(joint.type, 1)
+        turns = joint.number > SLIDE
+        alike = slice(at, at + same), slice(entry, entry + same)
+        at, entry = at + same, entry + same
+        yield *alike, *((at, entry) if turns else (-1, -1))
+        at, entry = at + 4 * turns, entry + 9 * turns
+
+
+def from_mujoco(joints: Sequence[Joint], group: Group, qpos: Any, qvel: Any) -> tuple[Array, Array]:
+    """(q, v) of states (..., nq) and (..., nv)."""
+    nq = sum(POSITIONS[joint.number] for joint in joints)
+    given, rates = _pair(("qpos", "qvel"), (qpos, qvel), ((nq,), (group.dimension,)))
+    lead = given.shape[:-1]
+    q = np.empty((*lead, int(np.prod(group.shape))))
+    for theirs, ours, at, entry in _places(joints):
+        q[..., ours] = given[..., theirs]
+        if at >= 0:
+            R = _rotations(given[..., at : at + 4])
+            q[..., entry : entry + 9] = R.reshape(*lead, 9)
+    return q.reshape(*lead, *group.shape), rates.copy()
+
+
+def to_mujoco(joints: Sequence[Joint], group: Group, q: Any, v: Any) -> tuple[Array, Array]:
+    """(qpos, qvel) of states (..., *group.shape) and (..., d)."""
+    places, rates = _pair(("q", "v"), (q, v), (group.shape, (group.dimension,)))
+    lead = rates.shape[:-1]
+    flat = places.reshape(*lead, -1)
+    qpos = np.empty((*lead, sum(POSITIONS[joint.number] for joint in joints)))
+    for theirs, ours, at, entry in _places(joints):
+        qpos[..., theirs] = flat[..., ours]
+        if at >= 0:
+            R = flat[..., entry : entry + 9].reshape(*lead, 3, 3)
+            qpos[..., at : at + 4] = _quaternions(R)
+    return qpos, rates.copy()
+
+
+def _rotations(quaternions: Array) -> Array:
+    """Matrices (..., 3, 3), NaN where they are not finite."""
+    flat = quaternions.reshape(-1, 4)
+    known = np.all(np.isfinite(flat), axis=1)
+    if not np.all(np.any(flat[known] != 0.0, axis=1)):
+        raise ValueError("qpos has a quaternion that is 0; it must have a length above 0.")
+    R = np.full((len(flat), 3, 3), np.nan)
+    R[known] = Rotation.from_quat(flat[known][:, TO_SCIPY]).as_matrix()
+    return R.reshape(*quaternions.shape[:-1], 3, 3)
+
+
+def _quaternions(R: Array) -> Array:
+    flat = R.reshape(-1, 3, 3)
+    known = np.all(np.isfinite(flat), axis=(1, 2))
+    found = np.full((len(flat), 4), np.nan)
+    found[known] = Rotation.from_matrix(flat[known]).as_quat(canonical=True)[:, FROM_SCIPY]
+    return found.reshape(*R.shape[:-2], 4)
+
+
+def _pair(
+    names: tuple[str, str], values: tuple[Any, Any], shapes: tuple[tuple[int, ...], ...]
+) -> tuple[Array, Array]:
+    """Both as arrays with the same leading axes; ValueError for wrong shapes."""
+    found = tuple(np.asarray(value, dtype=np.float64) for value in values)
+    leads = []
+    for name, value, shape in zip(names, found, shapes, strict=True):
+        lead = value.ndim - len(shape)
+        if lead < 0 or value.shape[lead:] != shape:
+            raise ValueError(
+                f"{name} must have shape {shape}, or that after leading axes; received shape "
+                f"{value.shape}."
+            )
+        leads.append(value.shape[:lead])
+    if leads[0] != leads[1]:
+        raise ValueError(
+            f"{names[0]} and {names[1]} must have the same leading axes; received {leads[0]} and "
+            f"{leads[1]}."
+        )
+    return found[0], found[1]

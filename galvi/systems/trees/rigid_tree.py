@@ -1,0 +1,213 @@
+"""The Lagrangian of a tree of rigid bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array, read_only
+from galvi.groups.group import Group
+from galvi.groups.product import Product
+from galvi.groups.rn import Rn
+from galvi.kernels.lanes import tree
+from galvi.systems.trees.joint import Joint
+from galvi.systems.trees.link import Link
+
+MOST = 40  # velocities in lanes; 28 of a humanoid compile in 5 s
+NOTHING = 2.0**-50  # relative size of a number of the geometry that rounding left of 0 or 1
+
+
+@dataclass(frozen=True, eq=False)
+class RigidTree:
+    """L(q, v) of links, on the product of their joints' groups.
+
+    links    each after its parent
+    gravity  (3,) acceleration
+
+    q and v hold the coordinates and velocities of all joints in their order; those of hinges and
+    slides that follow each other are one ``Rn``. The formulas are in galvi.kernels.lanes.tree.
+    """
+
+    links: tuple[Link, ...]
+    gravity: Any
+
+    def __post_init__(self) -> None:
+        for k, link in enumerate(self.links):
+            if link.parent is not None and link.parent >= k:
+                raise ValueError(
+                    f"the parent of link {k} must be a link before it; received {link.parent}."
+                )
+            if link.parent is not None and any(joint.type == "free" for joint in link.joints):
+                raise ValueError(
+                    f"a free joint must be between a link and the world; link {k} has one and the "
+                    f"parent {link.parent}."
+                )
+        if not self.joints:
+            raise ValueError(
+                "nothing can move: no link has a joint. Give one a galvi.Joint, such as a hinge."
+            )
+        object.__setattr__(self, "gravity", input_checks.array("gravity", self.gravity, (3,)))
+        self._check_masses()
+
+    def _check_masses(self) -> None:
+        """ValueError for a joint that moves neither a mass nor an armature."""
+        carried = [link.mass for link in self.links]
+        for k in range(len(self.links) - 1, -1, -1):
+            link = self.links[k]
+            if not carried[k] > 0.0 and not all(joint.armature > 0.0 for joint in link.joints):
+                raise ValueError(
+                    f"link {link.name or k} has joints, and neither it nor what it carries has a "
+                    f"mass above 0; received mass {link.mass}. Give it a mass or its joints an "
+                    f"armature."
+                )
+            if link.parent is not None:
+                carried[link.parent] += carried[k]
+
+    @cached_property
+    def joints(self) -> tuple[Joint, ...]:
+        """All joints, in the order of their coordinates."""
+        return tuple(joint for link in self.links for joint in link.joints)
+
+    @cached_property
+    def group(self) -> Group:
+        """The configuration space: one group, or a Product."""
+        factors: list[Group] = []
+        for scalar, some in groupby(self.joints, lambda joint: joint.number <= tree.SLIDE):
+            several = list(some)
+            factors += (
+                [Rn(len(several))]
+                if scalar
+                else [factor for joint in several for factor in joint.groups]
+            )
+        return factors[0] if len(factors) == 1 else Product(tuple(factors))
+
+    @cached_property
+    def numbers(self) -> Array:
+        """The constants of galvi.kernels.lanes.tree."""
+        rows, carried = (
+            np.zeros((len(self.joints), tree.JOINT)),
+            np.zeros((len(self.joints) + 1, 10)),
+        )
+        frames: list[tuple[int, Array, Array]] = []  # of the links: frame, displacement, rotation
+        node, dof, entry = 0, 0, 0
+        for link in self.links:
+            on, r, C = (0, np.zeros(3), np.eye(3)) if link.parent is None else frames[link.parent]
+            r, C = r + C @ link.place, C @ link.attitude
+            for joint in link.joints:
+                row, kind = rows[node], joint.number
+                node += 1
+                row[[tree.KIND, tree.UP, tree.DOF, tree.ENTRY]] = kind, on, dof, entry
+                anchor, frame = joint.anchor, joint.frame
+                row[tree.TURN : tree.TURN + 9] = np.eye(3).ravel()
+                if kind == tree.FREE:
+                    anchor = np.zeros(3)
+                else:
+                    row[tree.SHIFT : tree.SHIFT + 3] = _cleaned(r + C @ anchor, r, anchor)
+                    row[tree.TURN : tree.TURN + 9] = _cleaned(C @ frame, 1.0).ravel()
+                row[tree.ARMATURE], row[tree.STIFFNESS] = joint.armature, joint.stiffness
+                row[tree.ZERO] = joint.zero
+                row[tree.REST : tree.REST + 12] = joint.rest_numbers
+                on, r, C = node, -frame.T @ anchor, frame.T
+                dof, entry = dof + tree.DOFS[kind], entry + tree.ENTRIES[kind]
+            frames.append((on, r, C))
+            carried[on] += _inertia(link, r, C)
+        rows[:, tree.MASS : tree.MASS + 10] = carried[1:]
+        fixed = carried[0, 1:4]
+        return read_only(np.concatenate([[len(rows)], self.gravity, fixed, rows.ravel()]))
+
+    @cached_property
+    def dimension(self) -> int:
+        """Number of velocities."""
+        return self.group.dimension
+
+    def __call__(self, q: Array, v: Array, *t: Any) -> float:
+        mass, potential = self.mass_and_potential(q)
+        return float(0.5 * v @ mass @ v - potential)
+
+    def mass_and_potential(self, q: Array) -> tuple[Array, float]:
+        """d2L/dv2 (d, d) and the potential energy at one configuration."""
+        mass = np.empty((self.dimension, self.dimension))
+        flat = np.ascontiguousarray(q, dtype=np.float64).ravel()
+        return mass, float(tree.tree_mass(flat, self.numbers, mass))
+
+    def mass(self, q: Array) -> Array:
+        """d2L/dv2 (d, d) at one configuration."""
+        return self.mass_and_potential(q)[0]
+
+    def left_slopes(self, q: Array, v: Array) -> Array:
+        """dL/dv and the left-trivialised dL/dq, (2, d)."""
+        out = np.empty((2, self.dimension))
+        flat = np.ascontiguousarray(q, dtype=np.float64).ravel()
+        tree.tree_slopes(flat, np.ascontiguousarray(v), 0.0, self.numbers, out)
+        return out
+
+    def slopes(self, q: Array, v: Array, *t: Any) -> Array:
+        """As `BuiltinLagrangian.slopes`: R hat(x) / 2 for a left-trivialised x on rotations."""
+        momentum, left = self.left_slopes(q, v)
+        flat, found, dof, entry = np.ravel(q), np.zeros(np.size(q)), 0, 0
+        for joint in self.joints:
+            straight = {"ball": 0, "free": 3}.get(joint.type, 1)
+            found[entry : entry + straight] = left[dof : dof + straight]
+            dof, entry = dof + straight, entry + straight
+            if joint.number > tree.SLIDE:
+                R = flat[entry : entry + 9].reshape(3, 3)
+                found[entry : entry + 9] = 0.5 * np.cross(R, left[dof : dof + 3]).ravel()
+                dof, entry = dof + 3, entry + 9
+        return np.concatenate([momentum, found])
+
+    def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
+        """As `BuiltinLagrangian.at_states`."""
+        entries, rates = list(q.reshape(len(q), -1).T), list(v.T)
+        numbers, d = self.numbers.tolist(), self.dimension
+        _, momenta, _, potential = tree.recursion(numbers, entries, rates, d)
+        p = np.stack([np.broadcast_to(x, len(q)) for x in momenta], axis=1)
+        at_rest = np.broadcast_to(-1.0 * potential, len(q))
+        return 0.5 * (v * p).sum(axis=1) + at_rest, at_rest, p
+
+    @cached_property
+    def law(self) -> str:
+        """As `BuiltinLagrangian.law`; numbers 0, 1 and -1 of the geometry are part of it.
+
+        None for more than MOST velocities: compiling 62 takes 50 s.
+        """
+        if self.dimension > MOST:
+            return ""
+        known = {0: self.numbers[0]}
+        for j in range(len(self.joints)):
+            first = tree.HEAD + tree.JOINT * j
+            row = self.numbers[first : first + tree.JOINT]
+            for k, number in enumerate(row.tolist()):
+                units = (0.0, 1.0, -1.0) if tree.SHIFT <= k < tree.MASS else (0.0,)
+                if k < tree.SHIFT or number in units:
+                    known[first + k] = number
+        for k in range(1, tree.HEAD):
+            if self.numbers[k] == 0.0:
+                known[k] = 0.0
+        literals = {k: float(x) for k, x in known.items()}
+        head = "from galvi.kernels.lanes.tree import tree"
+        return f"{head}\n\nlaw = tree({self.dimension}, {literals})\n"
+
+    def compiled(self) -> tuple[Callable[..., Any], Array]:
+        """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""
+        return tree.tree_slopes, np.array(self.numbers)
+
+
+def _cleaned(values: Array, *sizes: Any) -> Array:
+    """The numbers, with 0, 1 and -1 in place of those that differ from them by rounding."""
+    size = sum(float(np.max(np.abs(x))) for x in sizes)
+    return np.where(np.abs(values - np.round(values)) <= NOTHING * size, np.round(values), values)
+
+
+def _inertia(link: Link, r: Array, C: Array) -> Array:
+    """(10,) mass, mass times centre and inertia about the origin, in the frame it is carried by."""
+    m, c = link.mass, r + C @ link.centre
+    J = C @ link.inertia @ C.T + m * (c @ c * np.eye(3) - np.outer(c, c))
+    J = np.where(np.abs(J) <= NOTHING * np.max(np.abs(J)), 0.0, J)
+    h = np.where(np.abs(c) <= NOTHING * np.max(np.abs(c)), 0.0, m * c)
+    return np.concatenate([[m], h, J[np.triu_indices(3)]])

@@ -1,0 +1,209 @@
+"""Trees of rigid bodies: accelerations, energies, states and motions against MuJoCo's."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import galvi
+from tests.galvi.random_trees import FLAGS, random_state, random_tree
+from tests.galvi.tree_equations import defects
+
+mujoco = pytest.importorskip("mujoco")
+
+SIX = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
+SAME = 1e-12  # 2e-14 of 300 trees
+
+
+def problem_of(xml, seed):
+    """MuJoCo's model, and the problem from a random state."""
+    model = mujoco.MjModel.from_xml_string(xml)
+    problem = galvi.from_mujoco(model)
+    return model, problem.with_initial_state(
+        *problem.system.from_mujoco(*random_state(model, seed))
+    )
+
+
+@settings(max_examples=200)
+@given(st.integers(1, 12), st.integers(0, 2**32 - 1))
+def test_200_random_trees_have_the_accelerations_energies_and_states_of_mujoco(joints, seed):
+    model = mujoco.MjModel.from_xml_string(random_tree(joints, seed))
+    system = galvi.from_mujoco(model).system
+    qpos, qvel = random_state(model, seed)
+    assert np.max(defects(model, system, qpos, qvel)) < SAME
+    q, v = system.from_mujoco(qpos, qvel)
+    back = system.to_mujoco(q, v)
+    np.testing.assert_allclose(back[1], qvel, rtol=0, atol=1e-13)  # 2e-15
+    np.testing.assert_allclose(system.from_mujoco(*back)[0], q, rtol=0, atol=1e-14)
+    # one quaternion or its negative
+    np.testing.assert_allclose(np.abs(back[0]), np.abs(qpos), rtol=0, atol=1e-14)
+
+
+def test_the_armature_and_damping_of_motors_are_those_of_their_joints():
+    xml = random_tree(4, 2, kinds=("hinge", "slide")).replace("<joint ", '<joint name="j" ', 1)
+    motor = '<actuator><general joint="j" gear="3" armature="0.5" damping="0.2"/></actuator>'
+    flags = '<flag contact="disable" actuation="disable"/>'
+    with_motor = xml.replace("</mujoco>", f"{motor}</mujoco>").replace(FLAGS, flags)
+    model = mujoco.MjModel.from_xml_string(with_motor)
+    state = random_state(model, 1)
+    assert np.max(defects(model, galvi.from_mujoco(model).system, *state)) < SAME
+    assert np.min(defects(model, galvi.from_mujoco(xml).system, *state)[[0, 2]]) > 1e-3
+
+
+def opposite_anchor(joint):
+    return replace(joint, anchor=-joint.anchor)
+
+
+def without_armature(joint):
+    return replace(joint, armature=0.0)
+
+
+def without_rest(joint):
+    return replace(joint, rest=None)
+
+
+@pytest.mark.parametrize(
+    ("fault", "seen"),
+    [
+        (lambda link: replace(link, joints=[opposite_anchor(j) for j in link.joints]), (0, 2, 3)),
+        (lambda link: replace(link, joints=[without_armature(j) for j in link.joints]), (0, 2)),
+        (lambda link: replace(link, joints=[without_rest(j) for j in link.joints]), (0, 3)),
+        (lambda link: replace(link, centre=-link.centre), (0, 2, 3)),
+        (lambda link: replace(link, attitude=link.attitude.T), (0, 2, 3)),
+        (lambda link: replace(link, inertia=link.inertia + 0.01 * np.eye(3)), (0, 2)),
+    ],
+    ids=["anchor", "armature", "rest", "centre", "attitude", "inertia"],
+)
+def test_a_planted_fault_of_a_tree_is_seen(fault, seen):
+    model = mujoco.MjModel.from_xml_string(random_tree(8, 5, kinds=("hinge", "slide", "ball")))
+    right = galvi.from_mujoco(model).system
+    wrong = galvi.Multibody([fault(link) for link in right.links], right.gravity)
+    state = random_state(model, 1)
+    assert np.max(defects(model, right, *state)) < SAME
+    assert np.min(defects(model, wrong, *state)[list(seen)]) > 1e-5
+
+
+@settings(max_examples=10)
+@given(st.integers(1, 5), st.integers(0, 2**32 - 1))
+def test_its_slopes_and_mass_are_derivatives_of_its_value(joints, seed):
+    _, problem = problem_of(random_tree(joints, seed), seed)
+    system, q, v = problem.system, problem.q0, problem.v0
+    differenced = galvi.Lagrangian(lambda q, v: system.function(q, v), system.group)
+    size = np.max(np.abs(system._left(q, v, 0.0)))
+    np.testing.assert_allclose(  # 2e-11
+        system._left(q, v, 0.0), differenced._left(q, v, 0.0), rtol=0, atol=1e-8 * size
+    )
+    mass = system.mass(q, v, 0.0)
+    np.testing.assert_allclose(mass @ v, system.momentum(v, q), rtol=0, atol=1e-13 * size)
+    L, at_rest, momenta = system.function.at_states(q[None], v[None], np.zeros(1))
+    assert L[0] == pytest.approx(system.value(q, v, 0.0), rel=1e-12, abs=1e-12 * size)
+    assert at_rest[0] == pytest.approx(system.value(q, 0.0 * v, 0.0), rel=1e-12, abs=1e-12 * size)
+    np.testing.assert_allclose(momenta[0], mass @ v, rtol=0, atol=1e-13 * size)
+
+
+@settings(max_examples=40)
+@given(st.integers(1, 8), st.integers(0, 2**32 - 1))
+def test_its_law_for_lanes_is_its_kernel(joints, seed):
+    """On numbers, with the numbers of its geometry that are part of it."""
+    _, problem = problem_of(random_tree(joints, seed), seed)
+    found, q, v = problem.system.tree, problem.q0, problem.v0
+    names = {}
+    exec(found.law, names)
+    tau, mu, rows = names["law"](q.ravel().tolist(), v.tolist(), 0.0, found.numbers.tolist())
+    momenta, left = found.left_slopes(q, v)
+    size = 1.0 + max(np.max(np.abs(left)), np.max(np.abs(momenta)))
+    np.testing.assert_allclose(tau, left, rtol=0, atol=1e-13 * size)
+    np.testing.assert_allclose(mu, momenta, rtol=0, atol=1e-13 * size)
+    mass = found.mass(q)
+    for i, row in enumerate(rows):
+        np.testing.assert_allclose(row, mass[i, : i + 1], rtol=0, atol=1e-13 * np.max(mass))
+
+
+@pytest.mark.parametrize(
+    ("joints", "seed", "kinds"),
+    [(3, 8, ("hinge", "slide")), (4, 1, ("hinge", "slide", "ball", "free"))],
+    ids=["hinges and slides", "all kinds"],
+)
+def test_a_motion_is_that_of_mujoco_and_the_same_in_lanes_and_in_the_general_kernel(
+    joints, seed, kinds
+):
+    model, problem = problem_of(random_tree(joints, seed, kinds=kinds), seed)
+    duration, steps = 0.4, 40
+    runs = [
+        galvi.integrate(problem, SIX, duration / steps, steps, solver=solver)
+        for solver in ("fixed_point", "newton")
+    ]
+    assert all(run.success for run in runs)
+    np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-12)  # 2e-14
+    ends = []
+    for h in (4e-4, 2e-4):
+        data = mujoco.MjData(model)
+        model.opt.timestep, model.opt.integrator = h, mujoco.mjtIntegrator.mjINT_RK4
+        data.qpos[:], data.qvel[:] = problem.system.to_mujoco(problem.q0, problem.v0)
+        mujoco.mj_step(model, data, nstep=round(duration / h))
+        ends.append(problem.system.from_mujoco(data.qpos, data.qvel)[0])
+    off, coarser = (np.max(np.abs(runs[0].q[-1] - end)) for end in reversed(ends))
+    assert off < 1e-9 and (coarser > 8.0 * off or off < 1e-12)  # MuJoCo's error, of order 4
+
+
+def test_the_momentum_of_a_free_tree_in_space_is_kept():
+    link = galvi.Link(mass=1.0, centre=(0.0, 0.0, -0.5), inertia=(0.1, 0.1, 0.01))
+    hinges = [galvi.Joint("hinge", axis=axis) for axis in ((1, 0, 0), (0, 1, 0.3))]
+    arm = [
+        galvi.Link(galvi.Joint("free"), mass=5.0, inertia=(0.5, 0.6, 0.7)),
+        replace(link, joints=hinges[0], parent=0, place=(0.2, 0.0, -0.3)),
+        replace(link, joints=hinges[1], parent=1, place=(0.0, 0.0, -1.0)),
+    ]
+    system = galvi.Multibody(arm, gravity=(0.0, 0.0, 0.0))
+    q = system.group.join(np.zeros(3), np.eye(3), np.array([0.4, -0.7]))
+    v = np.array([0.1, 0.4, -0.3, 0.3, -0.2, 0.5, 1.0, -0.8])
+    run = galvi.integrate(galvi.Problem(system, q, v), SIX, 0.05, 200)
+    assert run.success and np.ptp(galvi.energy(run)) < 1e-13  # 2e-15
+    x, R, linear = run.q[:, :3], run.q[:, 3:12].reshape(-1, 3, 3), run.p[:, :3]
+    angular = np.einsum("nij,nj->ni", R, run.p[:, 3:6]) + np.cross(x, linear)
+    assert np.max(np.ptp(linear, axis=0)) < 1e-13  # of the floating base: those of the whole
+    assert np.max(np.ptp(angular, axis=0)) < 1e-12
+
+
+def test_a_run_can_be_saved_without_its_problem_and_resumed(tmp_path):
+    joint = galvi.Joint("hinge", (0, 1, 0), stiffness=1.0, rest=0.3, damping=0.1)
+    system = galvi.Multibody(galvi.Link(joint, 1.0, (0, 0, -0.5), 0.01))
+    run = galvi.integrate(galvi.Problem(system, [1.0], [0.0]), SIX, 0.02, 30)
+    galvi.save(run, tmp_path / "run.npz")
+    loaded = galvi.load(tmp_path / "run.npz")
+    assert np.array_equal(galvi.resume(loaded, 5).q, galvi.resume(run, 5).q)
+    assert loaded.problem.system.links[0].joints[0].damping == 0.1
+    copy = pickle.loads(pickle.dumps(run.problem))
+    assert np.array_equal(galvi.integrate(copy, SIX, 0.02, 30).q, run.q)
+
+
+def energy_errors(problem):
+    """Largest error of the energy over 100,000 steps, and its drift, of the kinetic energy."""
+    run = galvi.integrate(problem, SIX, 0.005, 100_000, save_every=100)
+    assert run.success
+    error = galvi.energy(run) - galvi.energy(run)[0]
+    error /= 0.5 * np.max(np.sum(run.p * run.v, axis=1))
+    return np.max(np.abs(error)), np.polyfit(np.linspace(0.0, 1.0, error.size), error, 1)[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_energies_of_conservative_trees_do_not_drift_over_100_000_steps(seed):
+    kinds = (("hinge",), ("hinge", "slide"), ("ball", "hinge"), ("hinge", "slide", "ball"))[seed]
+    _, problem = problem_of(random_tree(3, seed, damping=False, kinds=kinds), seed)
+    largest, drift = energy_errors(problem)
+    assert largest < 1e-13 and abs(drift) < 1e-14  # 1.3e-15 and 3.3e-16
+
+
+@pytest.mark.slow
+def test_a_damping_that_takes_a_trillionth_of_the_energy_would_be_seen():
+    _, problem = problem_of(random_tree(3, 0, damping=False, kinds=("hinge",)), 0)
+    links = [replace(one, joints=[replace(joint, damping=1e-14) for joint in one.joints])
+             for one in problem.system.links]  # fmt: skip
+    braked = galvi.Problem(galvi.Multibody(links, problem.system.gravity), problem.q0, problem.v0)
+    assert energy_errors(braked)[1] < -1e-13
