@@ -135,6 +135,18 @@ def test_planets_are_where_the_stored_truth_has_them(
         assert run.success and np.max(np.abs(run.q[-1] - true)) < (100 if frame else 1) * bound
 
 
+def test_massless_bodies_feel_the_frame_and_do_not_pull() -> None:
+    masses = OUTER.system.masses * np.array([1.0, 1.0, 1.0, 0.0, 1.0, 0.0])
+    problem = galvi.Problem(galvi.NBody(masses), OUTER.q0, OUTER.v0)
+    run = galvi.integrate(problem, method(10), 400.0, 60)
+    plain = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12))
+    true = galvi.integrate(problem, plain, 200.0, 120, save_every=2)
+    assert np.max(np.abs(run.q - true.q)) < 1e-12  # 4e-14
+    assert np.max(np.abs(run.v - true.v)) < 1e-15
+    part = galvi.integrate(problem, method(10), 400.0, 25)
+    assert np.array_equal(galvi.resume(part, 35).q[-1], run.q[-1])
+
+
 def test_a_wrong_mass_in_the_frame_is_seen_by_the_stored_truth(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
