@@ -218,7 +218,7 @@ def test_sixteen_stages_begin_at_eight_and_end_the_same(
     problem, frame, h = CASES[case]
     run = galvi.integrate(problem, method(frame, 16), h, 5)
     sound = stepper._coarse
-    monkeypatch.setattr(stepper, "_coarse", lambda c: (np.zeros((0, 16)), *sound(c)[1:]))
+    monkeypatch.setattr(stepper, "_coarse", lambda s: (np.zeros((0, 16)), *sound(s)[1:]))
     clear()
     whole = galvi.integrate(problem, method(frame, 16), h, 5)
     clear()

@@ -66,12 +66,13 @@ def tables_of(motion: Motion, method: Galerkin, checks: Array) -> tuple[Any, ...
         1.0 / motion.sizes, checks,
     )  # fmt: skip
     arrays: list[Any] = [np.array(x, dtype=np.float64, order="C") for x in numbers]
-    return *arrays, _coarse(table.c)
+    return *arrays, _coarse(method.stages)
 
 
-def _coarse(c: Array) -> tuple[Any, ...]:
+@lru_cache(maxsize=32)
+def _coarse(s: int) -> tuple[Any, ...]:
     """The tables of a first pass at about half as many nodes, where that saves a row of lanes."""
-    s, width = c.size, stages_in_lanes(c.size).size
+    c, width = tabulate(Polynomials(s), gauss(s)).c, stages_in_lanes(s).size
     fewer = min(-(-width // (2 * LANES)) * LANES, s)
     if fewer == s or width == LANES:
         return np.zeros((0, width)), np.zeros(LANES), np.zeros(LANES), np.zeros((0, width))
