@@ -22,6 +22,10 @@ from galvi.trajectory import Trajectory
 Call = Callable[[int], int]  # does n more steps; returns 0, or the code of a step that failed
 Stepper = Callable[[Problem, Galerkin, float, int, Checkpoint, RunArrays], Call]
 RunCurves = Curves | FrameCurves
+BY_NEWTON = (
+    "Newton's method did {left} of {steps} steps, as accurately but more slowly, since fixed-point "
+    "iteration did not converge there. A smaller step may take less time."
+)
 Start = tuple[Array, Array, npt.NDArray[np.int64]]
 
 
@@ -62,6 +66,8 @@ class Engine:
     failure              (problem, method, step, code, solver, arrays) -> text: why the next step
                          failed, and the remedy
     solvers              that it has
+    exceptions           the name in a run's counts of steps that were done in another way, and what
+                         its status says of them
     curve_size           (problem, method) -> numbers of a curve's base, and rows of its
                          coefficients
     """
@@ -80,6 +86,7 @@ class Engine:
     curves: Callable[[Problem, Galerkin, float, float, Array, Array], RunCurves]
     failure: Callable[[Problem, Galerkin, float, int, str, RunArrays], str]
     solvers: tuple[str, ...] = ("auto", "fixed_point", "newton")
+    exceptions: tuple[str, str] = ("newton_steps", BY_NEWTON)
     curve_size: Callable[[Problem, Galerkin], tuple[int, int]] = lambda problem, method: (
         problem.q0.size, problem.v0.size,
     )  # fmt: skip

@@ -107,7 +107,7 @@ def _trajectory(
         success=end.success,
         status=end.status,
         failed_step=end.failed_step,
-        counts=_counts(problem, work),
+        counts=_counts(engine, problem, work),
         step=step,
         method=method,
         curves=curves,
@@ -144,7 +144,7 @@ def _kept_velocities(problem: Problem, work: RunArrays) -> Array | None:
     return None
 
 
-def _counts(problem: Problem, work: RunArrays) -> dict[str, int]:
+def _counts(engine: Engine, problem: Problem, work: RunArrays) -> dict[str, int]:
     *counted, pairs, left, in_lanes = work.counts.tolist()
     result = {"steps": work.done, **dict(zip(COUNTED, counted, strict=True))}
     forces = result["force_evaluations"]
@@ -155,5 +155,5 @@ def _counts(problem: Problem, work: RunArrays) -> dict[str, int]:
         called = forces - in_lanes
         result["potential_evaluations"] = called * differenced * problem.v0.size
     if left:
-        result["newton_steps"] = left
+        result[engine.exceptions[0]] = left
     return result

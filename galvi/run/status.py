@@ -60,7 +60,7 @@ def ending(
     ruined = None if found.ruined is None else max(found.ruined - start.first, 1)
     failed = ruined if done == steps else done + 1
     if done == steps:
-        status = _completed(problem, step, steps, work, found, ruined)
+        status = _completed(engine, problem, step, steps, work, found, ruined)
     else:
         where = (
             f"at step {done + 1} of {steps}, from t = {problem.t0 + (start.first + done) * step:g}"
@@ -78,8 +78,9 @@ def ending(
 
 
 def _completed(
-    problem: Problem, step: float, steps: int, work: RunArrays, found: Judgement, ruined: int | None
-) -> str:
+    engine: Engine, problem: Problem, step: float, steps: int, work: RunArrays, found: Judgement,
+    ruined: int | None,
+) -> str:  # fmt: skip
     """COMPLETED, or what the energy and the passages of point masses say against it."""
     passage = unresolved_passage(problem, step, work.passage)
     reasons = [_off(found)] if found.error > SMALL else []
@@ -94,12 +95,8 @@ def _completed(
         if found.unjudged:
             return f"Completed, but the energy {_unjudged(found)}."
         left = int(work.counts[LEFT_TO_NEWTON])
-        return COMPLETED + (
-            f" Newton's method did {left} of {steps} steps, as accurately but more slowly, since "
-            f"fixed-point iteration did not converge there. A smaller step may take less time."
-            if left
-            else ""
-        )
+        said = engine.exceptions[1].format(left=left, steps=steps)
+        return f"{COMPLETED} {said}" if left else COMPLETED
     remedy = "Use a smaller step or a higher degree"
     if _given(problem):
         remedy += ", and check that the derivatives are those of the energy"

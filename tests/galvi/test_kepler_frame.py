@@ -135,6 +135,18 @@ def test_planets_are_where_the_stored_truth_has_them(
         assert run.success and np.max(np.abs(run.q[-1] - true)) < (100 if frame else 1) * bound
 
 
+def test_massless_bodies_feel_the_frame_and_do_not_pull() -> None:
+    masses = OUTER.system.masses * np.array([1.0, 1.0, 1.0, 0.0, 1.0, 0.0])
+    problem = galvi.Problem(galvi.NBody(masses), OUTER.q0, OUTER.v0)
+    run = galvi.integrate(problem, method(10), 400.0, 60)
+    plain = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12))
+    true = galvi.integrate(problem, plain, 200.0, 120, save_every=2)
+    assert np.max(np.abs(run.q - true.q)) < 1e-12  # 4e-14
+    assert np.max(np.abs(run.v - true.v)) < 1e-15
+    part = galvi.integrate(problem, method(10), 400.0, 25)
+    assert np.array_equal(galvi.resume(part, 35).q[-1], run.q[-1])
+
+
 def test_a_wrong_mass_in_the_frame_is_seen_by_the_stored_truth(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -183,11 +195,16 @@ def test_a_passage_that_breaks_the_hierarchy_is_solved_or_named() -> None:
     meeting = [[0.0, 0.0], [1.0, 0.0], [1.05, 0.0]], [[0.0, 0.0], [0.0, 1.0], [0.0, -0.9]]
     problem = galvi.Problem(galvi.NBody(masses), *crossing)
     calm = galvi.integrate(problem, method(8), 0.02, 200).counts["iterations"] / 200
+    seen: set[bool] = set()
     for h, bound in ((0.02, 1e-13), (0.4, 1e-11), (1.0, 1e-6)):  # 9e-16, 8e-13, 5e-8
         run = galvi.integrate(problem, method(8), h, duration=40.0)
         energies = galvi.energy(run)
         assert run.success and np.ptp(energies) < bound * abs(energies[0])
         assert h < 0.1 or run.counts["iterations"] > (calm + 1) * run.counts["steps"]
+        further = run.counts.get("further_steps", 0)
+        assert ("three or more passes more" in run.status) == (further > 0)
+        seen |= {further > 0}
+    assert True in seen
     problem = galvi.Problem(galvi.NBody(masses), *meeting)
     for h in (0.02, 0.1, 0.4, 1.0):
         run = galvi.integrate(problem, method(8), h, duration=40.0)
@@ -196,6 +213,10 @@ def test_a_passage_that_breaks_the_hierarchy_is_solved_or_named() -> None:
         assert "Kepler frame" in run.status and "bodies " in run.status
         assert np.all(np.isnan(run.q[run.failed_step :]))
         assert np.all(np.isfinite(run.q[: run.failed_step]))
+        last = run.checkpoint.state[0, :6].reshape(3, 2)
+        assert np.array_equal(last, run.q[run.failed_step - 1])
+        thin = galvi.integrate(problem, method(8), h, duration=40.0, save_every=1_000)
+        assert thin.failed_step == run.failed_step and thin.status == run.status
 
 
 def test_orbits_that_are_not_bound_are_refused_by_name() -> None:

@@ -22,8 +22,9 @@ from references.stored.planets import STORED_TRUTH
 ORDER, DEFECT = "order of the error at the end", "defect of DF^T J DF = J"
 LINEAR, ANGULAR = "change of the linear momentum", "change of the angular momentum"
 ENERGY, PLACE = "error of the energy", "error of the place at the end"
+NOISE = "root mean square of the energy's error"
 EXACT = "error after 50 steps of h omega = 100"
-LIGHT, TWO = "planets", "planets, two passes"
+LIGHT, TWO, STARTS = "planets", "planets, two passes", "planets, nearby starts"
 CHAIN = galvi.problems.fermi_pasta_ulam_tsingou(masses=4, alpha=0.4, beta=0.3)
 STARS = Problem(
     galvi.NBody([1.0, 1.0, 1.0]),
@@ -40,6 +41,7 @@ DEGREES = (2, 3)
 REFINED = (1.0, 0.8, 0.625, 0.5)
 YEARS, PARTS = 3_652_500.0, 10  # 10,000 years in days
 STEP = 400.0
+SHORT, MANY, FEW = 300.0, 8, 2  # days; starts over 100,000 years, and when quick over 10,000
 CLOSE = 0.3  # of an order: 0.1 was measured
 LIMIT = 1e-11  # 1e-13 was measured, by differences
 
@@ -66,6 +68,9 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
         report(name)
         used = _method(make_method, 8, galvi.KeplerFrame(passes=passes))
         found += rows(_planets(used, quick), study=name, n=9, step=STEP)
+    report(STARTS)
+    noise = _noise(_method(make_method, 8, galvi.KeplerFrame()), quick)
+    found += rows({NOISE: noise}, study=STARTS, n=9, step=SHORT)
     return frame(found)
 
 
@@ -109,6 +114,19 @@ def _planets(method: Any, quick: bool) -> dict[str, float]:
     }
 
 
+def _noise(method: Any, quick: bool) -> float:
+    """The energy's relative error at the end, root mean square over starts that differ by 1e-9."""
+    problem, random = galvi.problems.outer_solar_system(), np.random.default_rng(5)
+    steps = round((YEARS if quick else 10.0 * YEARS) / SHORT)
+    errors = []
+    for _ in range(FEW if quick else MANY):
+        nearby = problem.q0 * (1.0 + 1e-9 * random.normal(size=problem.q0.shape))
+        start = Problem(problem.system, nearby, problem.v0)
+        first, last = galvi.energy(galvi.integrate(start, method, SHORT, steps, save_every=steps))
+        errors.append(float(last / first - 1.0))
+    return float(np.sqrt(np.mean(np.square(errors))))
+
+
 def judge(table: pd.DataFrame) -> list[Row]:
     """Orders from both sides, the symplectic form, exact oscillations, and the outer planets."""
     return [
@@ -131,6 +149,16 @@ def judge(table: pd.DataFrame) -> list[Row]:
             setup=f"{_setup()}; relative, at the largest",
             claimed="converged passes leave no drift",
             reason="Rounding errors are a random walk, and the step's own error is less.",
+            reference="the energy at the start",
+        ),
+        V29.row(
+            NOISE,
+            AtMost(2e-14),
+            _value(table, NOISE, STARTS, 9),
+            setup=f"outer planets, h = {SHORT:g} d, 8 stages; {MANY} starts that differ by 1e-9, "
+            f"after 100,000 years ({FEW} after 10,000 when quick); relative",
+            claimed="rounding errors of the energy are a random walk of less than an ulp a step",
+            reason="What rounding changes in an orbit's energy is taken from its speed.",
             reference="the energy at the start",
         ),
         V29.row(

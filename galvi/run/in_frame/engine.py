@@ -15,6 +15,11 @@ from galvi.run.in_frame.stepper import Path, frame_of, frame_start, frame_steppe
 from galvi.run.run_arrays import RunArrays
 from galvi.systems.nbody import NBody
 
+FURTHER = (
+    "{left} of {steps} steps took three or more passes more than the first, since what the frame "
+    "leaves was much stronger there. A smaller step may be needed for accuracy."
+)
+
 
 def refuse(problem: Problem, method: Galerkin) -> None:
     """ValueError where the method's frame does not apply to the problem."""
@@ -72,5 +77,6 @@ IN_FRAME = Engine(
     curves=_curves,
     failure=_failure,
     solvers=("auto", "fixed_point"),
+    exceptions=("further_steps", FURTHER),
     curve_size=_curve_size,
 )

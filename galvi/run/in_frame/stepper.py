@@ -21,7 +21,7 @@ from galvi.kernels.lanes.frames.collocation import (
 from galvi.kernels.lanes.frames.rows import ECCENTRICITY, PACE, PHASE, PLACE, TURNS, TWO_PI
 from galvi.kernels.lanes.vectors import LANES
 from galvi.kernels.nystrom.advance import NOTHING
-from galvi.kernels.nystrom.solve import ITERATIONS, SOLVED
+from galvi.kernels.nystrom.solve import FORCES, ITERATIONS, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.gauss import gauss
@@ -123,11 +123,21 @@ def _stepper(
     kernel = compiled_advance_frame()
     plan, progress, kept = run_plan(problem, step, steps, start, work, start.tolerance)
 
-    def call(todo: int, alive: Motion = motion) -> int:
-        code = int(kernel(
-            alive.functions, alive.numbers, tables, plan, todo, progress, scratch, kept
+    def advance(todo: int) -> int:
+        return int(kernel(
+            motion.functions, motion.numbers, tables, plan, todo, progress, scratch, kept
         ))  # fmt: skip
-        work.counts[FORCES_IN_LANES] = work.counts[1]
+
+    def call(todo: int) -> int:
+        state, solver_state, before = work.state.copy(), work.solver_state.copy(), work.done
+        code = advance(todo)
+        if code != SOLVED:  # the steps before it once more, since the state is lost
+            done, counts = work.done - before, work.counts.copy()
+            work.state[:], work.solver_state[:] = state, solver_state
+            if done:
+                advance(done)
+            work.counts[:] = counts
+        work.counts[FORCES_IN_LANES] = work.counts[FORCES]
         return code
 
     return call, tables

@@ -55,7 +55,7 @@ from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, w
 # (numbers, nodes, W, work, guess, k, pass): k <- weight times w' at the stages W. work (.., LANES)
 # is scratch for eight stages, guess (.., P) is kept from pass to pass; the first pass is 0
 RATES = types.void(VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, REAL)
-# (numbers, share, state): rows 4 to 7 of the state move by a share 1, 1/2 or -1/2 of a step
+# (numbers, share, state): rows 4 to 7 of the state move by a share 1 or 1/2 of a step
 DRIFT = types.void(VECTOR, REAL, MATRIX)
 # (numbers, state): rows 0 to 3 from rows 4 to 7
 LEAVE = types.void(VECTOR, MATRIX)
@@ -65,6 +65,8 @@ STAGES = types.UniTuple(MATRIX, 4)
 WORK = types.Tuple((STAGES, STAGES, MATRIX, MATRIX))
 MOST_PASSES = 60
 PASSES, ALARM, LEFT, CHANGE = range(4)
+LEFT_OVER = 5  # of counts: steps that took MANY further passes
+MANY = 3
 INFINITE = 1e300
 NOISE = 2.0**-48  # relative change of W that rounding can make
 CONTRACTS = 0.5  # largest ratio of two changes for which further passes are worth their time
@@ -101,6 +103,7 @@ def solve_step(functions, numbers, tables, state, counts, stages, coarse_stages,
             return SOLVED
         if passes > wanted:
             if change <= NOISE or change * change * change <= checks[LEFT] * last * last:
+                counts[LEFT_OVER] += passes >= wanted + MANY
                 return SOLVED
             if not change < INFINITE:
                 return NOT_FINITE
@@ -112,15 +115,15 @@ def solve_step(functions, numbers, tables, state, counts, stages, coarse_stages,
 
 
 @jit_inline
-def leave(functions, numbers, share, state, spare, d):
-    """Rows 0 to 3 of the state a share of a step after the time of w, which is in rows 4 to 7.
+def leave(functions, numbers, state, spare, d):
+    """Rows 0 to 3 of the state at the step's end from w at its centre, in rows 4 to 7.
 
     Returns whether they are finite; else they stay as they are.
     """
     for row in range(4, 8):
         for i in range(state.shape[1]):
             spare[row, i] = state[row, i]
-    call_void(functions[1], numbers, share, spare)
+    call_void(functions[1], numbers, 0.5, spare)
     call_void(functions[2], numbers, spare)
     total = 0.0
     for i in range(d):
@@ -147,7 +150,10 @@ def set_nodes(plan, clock, number, b, c, nodes):
 
 @jit_inline
 def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kept):
-    """Do ``todo`` more steps of a run; returns a code, as galvi.kernels.nystrom.advance."""
+    """Do ``todo`` more steps of a run; returns a code, as galvi.kernels.nystrom.advance.
+
+    The state is that after these steps; where one fails, it is lost.
+    """
     plan, kept = Plan(*plan), Kept(*kept)
     matrix, b, c, fit, clock, sizes, checks, coarse = tables
     state, _stages, solver_state, counts, _passage = progress
@@ -165,8 +171,6 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
         set_nodes(plan, clock, number, b, c, nodes)
         code = solve_step(functions, numbers, tables, state, counts, stages, coarse_stages, work)
         if code != SOLVED:
-            if step > 0 or plan.first > 0:
-                leave(functions, numbers, -0.5, state, spare, d)
             return code
         if kept.bases.shape[0] > 0:
             keep_curve(state, fit, k, kept.bases[step], kept.curves[step])
@@ -177,7 +181,7 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
             rest == 0 or step + 1 == first + todo or step + 1 == plan.total
             or watched_row(plan, kept, step) >= 0
         ):  # fmt: skip
-            if not leave(functions, numbers, 0.5, state, spare, d):
+            if not leave(functions, numbers, state, spare, d):
                 return NOT_FINITE
             record(plan, Kept(kept.q, kept.p, kept.bases[:0], kept.curves, kept.seen), step,
                    state[0], state[0], state[2])  # fmt: skip

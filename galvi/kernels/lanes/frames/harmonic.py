@@ -111,13 +111,11 @@ def drift(numbers, share, state):
     Its numbers have twice the digits: their error would make the modes' energies drift.
     """
     d = state.shape[1]
-    sign = 1.0 if share > 0.0 else -1.0
-    first = d * d + d + (0 if abs(share) == 1.0 else 6 * d)
+    first = d * d + d + (0 if share == 1.0 else ROTATION * d)
     for i in range(d):
         c, s, r = numbers[first + i], numbers[first + d + i], numbers[first + 2 * d + i]
         c_low, s_low = numbers[first + 3 * d + i], numbers[first + 4 * d + i]
         r_low = numbers[first + 5 * d + i]
-        s, s_low, r, r_low = sign * s, sign * s_low, sign * r, sign * r_low
         x, x_low, v, v_low = state[4, i], state[5, i], state[6, i], state[7, i]
         state[4, i], state[5, i] = turned(x, x_low, c, c_low, v, v_low, s, s_low)
         state[6, i], state[7, i] = turned(v, v_low, c, c_low, x, x_low, r, r_low)

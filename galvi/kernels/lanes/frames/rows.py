@@ -14,7 +14,7 @@ from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
 
 UNROLLED = 8  # terms of a sum that are written out
-BLOCK = 4  # rows that are done together
+BLOCKS = 12, 4, 1  # rows that are done together: chains of sums that run in parallel
 TIME, OFFSET, WEIGHT, PLACE, PACE = range(5)  # rows of nodes
 TURNS, ECCENTRICITY, PHASE = range(3)  # of a clock
 TWO_PI = 2.0 * math.pi
@@ -93,14 +93,13 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
                 lanes = Lanes(context, builder, padded, outer.index)
                 for half, origin in enumerate((places.data, speeds.data)):
                     offset = builder.mul(rows, row(half))
-                    blocks = builder.udiv(rows, row(BLOCK))
-                    with cgutils.for_range(builder, blocks, intp=row) as loop:
-                        first = builder.mul(loop.index, row(BLOCK))
-                        do_rows(lanes, first, origin, offset, BLOCK, measured)
-                    done = builder.mul(blocks, row(BLOCK))
-                    with cgutils.for_range(builder, builder.sub(rows, done), intp=row) as loop:
-                        first = builder.add(done, loop.index)
-                        do_rows(lanes, first, origin, offset, 1, measured)
+                    done = row(0)
+                    for size in BLOCKS:
+                        blocks = builder.udiv(builder.sub(rows, done), row(size))
+                        with cgutils.for_range(builder, blocks, intp=row) as loop:
+                            first = builder.add(done, builder.mul(loop.index, row(size)))
+                            do_rows(lanes, first, origin, offset, size, measured)
+                        done = builder.add(done, builder.mul(blocks, row(size)))
 
         with builder.if_else(values[6]) as (yes, no):
             with yes:
