@@ -331,3 +331,13 @@ def tree_mass(g, constants, mass):
     return springs(constants, g, out[1]) - (
         constants[1] * work[H] + constants[2] * work[H + 1] + constants[3] * work[H + 2]
     )
+
+
+@jit
+def tree_momentum(g, v, constants, out):
+    """out (6,) <- angular momentum about the origin of space, and momentum, of all bodies."""
+    d, work = v.size, np.zeros(STRIDE * (int(constants[0]) + 1))
+    outward(constants, g, v, work)
+    inward(constants, v, work, np.zeros(d), np.zeros(d))
+    for i in range(6):
+        out[i] = work[L + i]

@@ -161,6 +161,14 @@ class RigidTree:
                 dof, entry = dof + 3, entry + 9
         return np.concatenate([momentum, found])
 
+    def momenta(self, q: Array, v: Array) -> Array:
+        """Angular momentum about the origin of space and momentum of all bodies, (n, 6), at n
+        states; what an armature has besides is not among them."""
+        found = np.empty((len(v), 6))
+        for place, rate, out in zip(q.reshape(len(v), -1), v, found, strict=True):
+            tree.tree_momentum(np.array(place), np.array(rate), self.numbers, out)
+        return found
+
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
         """As `BuiltinLagrangian.at_states`."""
         entries, rates = list(q.reshape(len(q), -1).T), list(v.T)
