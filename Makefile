@@ -8,6 +8,9 @@ MODELS ?= gymnasium==1.4.0 dm_control==1.0.50
 BIN := .venv/bin
 STAMP := .venv/installed
 
+# Tests and reports start many processes, which would compile every source anew.
+export PYTHONDONTWRITEBYTECODE :=
+
 .DEFAULT_GOAL := help
 .PHONY: install test check report studies bench clean help
 
@@ -40,7 +43,7 @@ clean: ## remove .venv, caches and build output, but not reports/out
 	    .import_linter_cache .benchmarks
 	find galvi references benchmarks reports tests -name __pycache__ -prune -exec rm -rf {} +
 
-$(STAMP): pyproject.toml constraints.txt
+$(STAMP): pyproject.toml setup.py constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	    version=$$($(PYTHON) --version 2>&1) || version='not a Python that runs'; \
 	    echo "galvi needs Python 3.11 or newer, but $(PYTHON) is $$version;" \

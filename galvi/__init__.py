@@ -7,13 +7,22 @@ from galvi.analysis.theory import Theory, theory
 from galvi.charts.cayley import Cayley
 from galvi.charts.exponential import Exponential
 from galvi.charts.modified_rodrigues import ModifiedRodrigues
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.diagnostics.attitude import orthogonality_defect, rotations
 from galvi.diagnostics.invariants import energy, linear_momentum, momentum_map
 from galvi.diagnostics.momentum_balance import MomentumBalance, momentum_balance
 from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.diagnostics.round_trip import round_trip_error
 from galvi.diagnostics.symplecticity import step_derivative, symplecticity_defect
+from galvi.doors.citations import Citation, cite
+from galvi.doors.citations import galvi_version as _version
 from galvi.doors.from_mujoco import from_mujoco
+from galvi.doors.judge import Judged, judge
+from galvi.doors.plots import plot as _plot
+from galvi.doors.rebound import from_rebound, to_rebound
+from galvi.doors.scipy import to_scipy
+from galvi.frames.harmonic_frame import HarmonicFrame
+from galvi.frames.kepler_frame import KeplerFrame
 from galvi.groups.matrices import nearest_rotation
 from galvi.groups.product import Product
 from galvi.groups.rn import Rn
@@ -36,6 +45,7 @@ from galvi.run.compilation import watch_compilation
 from galvi.run.ensemble import integrate_many
 from galvi.run.files import load, save
 from galvi.run.integrate import integrate, resume
+from galvi.run.loop import curves_of_steps
 from galvi.spaces.component_polynomials import ComponentPolynomials
 from galvi.spaces.fourier import Fourier
 from galvi.spaces.piecewise_hermite import PiecewiseHermite
@@ -62,6 +72,10 @@ from galvi.trajectory import Trajectory
 
 PendulumWeight = CosinePotential  # the old name, kept for one version
 watch_compilation()
+RedoneCurves.redo_of = staticmethod(curves_of_steps)
+Trajectory.to_rebound_of = staticmethod(to_rebound)
+Trajectory.to_scipy_of = staticmethod(to_scipy)
+Trajectory.plot_of = staticmethod(_plot)
 Galerkin.theory_of = staticmethod(theory)  # it stands above the method, which must not import it
 
 __all__ = [
@@ -72,13 +86,17 @@ __all__ = [
     "Canonical",
     "Cayley",
     "CentralForce",
+    "Citation",
     "ComponentPolynomials",
     "CosinePotential",
     "Exponential",
     "Fourier",
     "FreeBody",
     "Galerkin",
+    "HarmonicFrame",
     "Joint",
+    "Judged",
+    "KeplerFrame",
     "Lagrangian",
     "LinearSpring",
     "Link",
@@ -105,14 +123,17 @@ __all__ = [
     "Trajectory",
     "UniformField",
     "UniformGravity",
+    "cite",
     "clenshaw_curtis",
     "composite",
     "energy",
     "from_mujoco",
+    "from_rebound",
     "gauss",
     "heliocentric",
     "integrate",
     "integrate_many",
+    "judge",
     "linear_momentum",
     "load",
     "lobatto",
@@ -137,6 +158,8 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     """AttributeError with the nearest public name; pieces and problems are found in any case."""
+    if name == "__version__":
+        return _version()
     public = {word.casefold(): word for word in __all__ if word != "problems"}
     public |= {word.casefold(): f"problems.{word}" for word in problems.__all__}
     near = _close(name.casefold(), public, n=1)

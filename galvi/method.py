@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 from galvi.charts.cayley import Cayley
-from galvi.charts.chart import Chart
+from galvi.charts.chart import Chart, MovingChart
 from galvi.properties.classical_methods import classical_name
 from galvi.properties.orders import orders
 from galvi.properties.symmetry import is_symmetric
+from galvi.rules.gauss import gauss
 from galvi.rules.rule import Rule
+from galvi.spaces.polynomials import Polynomials
 from galvi.spaces.space import Space
 from galvi.tableau import Tableau, tabulate
 
@@ -23,7 +25,9 @@ class Galerkin:
 
     space  e.g. ``Polynomials(8)``
     rule   e.g. ``gauss(8)``
-    chart  coordinates on a Lie group about the start of each step; unused on vector spaces
+    chart  coordinates on a Lie group about the start of each step, unused on vector spaces; or a
+           frame that moves with an integrable flow, e.g. ``KeplerFrame()``, which needs
+           ``Polynomials(s)`` with ``gauss(s)``
 
     Raises ValueError for an ill-posed pair (the free particle has no unique motion, M lemma 1) and
     for an inconsistent one (the free particle does not move in a straight line); TypeError for an
@@ -32,7 +36,7 @@ class Galerkin:
 
     space: Space
     rule: Rule
-    chart: Chart = field(default_factory=Cayley)
+    chart: Chart | MovingChart = field(default_factory=Cayley)
 
     theory_of: ClassVar[Callable[..., Any]]  # galvi.theory, registered by galvi/__init__
 
@@ -40,19 +44,36 @@ class Galerkin:
         for name, kind, example in (
             ("space", "basis", "Polynomials(8)"),
             ("rule", "exact_nodes", "gauss(8)"),
-            ("chart", "farthest", "Cayley()"),
+            ("chart", ("farthest", "flow"), "Cayley()"),
         ):
-            value = getattr(self, name)
-            if isinstance(value, type) or not hasattr(value, kind):
+            value, kinds = getattr(self, name), (kind,) if isinstance(kind, str) else kind
+            if isinstance(value, type) or not any(hasattr(value, one) for one in kinds):
                 raise TypeError(
                     f"{name} must be a {name} such as galvi.{example}; received {value!r}."
                 )
         tabulate(self.space, self.rule)
+        s = self.space.degree
+        if self.in_frame and not (self.space == Polynomials(s) and self.rule == gauss(s)):
+            raise ValueError(
+                f"a frame needs galvi.Polynomials(s) with galvi.gauss(s), collocation at Gauss "
+                f"nodes; received {self.space} with {self.rule.name}. Use as many points as the "
+                f"degree, or another chart."
+            )
+
+    @property
+    def in_frame(self) -> bool:
+        """Whether the chart is a frame that moves with an integrable flow."""
+        return hasattr(self.chart, "flow")
 
     @cached_property
     def table(self) -> Tableau:
         """The tabulated pair."""
         return tabulate(self.space, self.rule)
+
+    @property
+    def group_chart(self) -> Chart:
+        """The chart of a Lie group: the method is not in a frame there."""
+        return cast(Chart, self.chart)
 
     @property
     def stages(self) -> int:
@@ -76,6 +97,8 @@ class Galerkin:
     @cached_property
     def name(self) -> str:
         """The classical name if the tableau is a known one, else the space and the rule."""
+        if self.in_frame:
+            return f"Gauss collocation, {self.stages} stages, in the {self.chart.name}"
         known = classical_name(self.table) if self._one_degree else ""
         space = f"degree {self.space.degree}" if _polynomials(self.space) else str(self.space)
         return known or f"Galerkin {space}, {self.rule.name}"

@@ -108,7 +108,7 @@ def tabulate(space: Space, rule: Rule) -> Tableau:
     return found.table
 
 
-@lru_cache(maxsize=128)
+@lru_cache(maxsize=512)
 def assemble(space: Space, rule: Rule) -> Assembled:
     """The table of a pair and its defect; ValueError for an object that is not a space."""
     with extended_precision():

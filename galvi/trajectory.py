@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
 from galvi.curves.curves import Curves
+from galvi.curves.frame_curves import FrameCurves
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.problem import Problem
 from galvi.systems.velocities import velocity_at
 
@@ -44,6 +46,7 @@ class Trajectory:
     curves        the Galerkin curve of each step; None if not kept
     checkpoint    the state from which `galvi.resume` continues; None for references
     interrupted   whether Ctrl-C ended the run, which can then be resumed
+    again         finds the curves again where they were not kept; None for references
     velocities    (saved, ...) those of point masses some of which are massless, whose p is 0 at any
                   velocity; else None. See ``v``
     """
@@ -58,15 +61,23 @@ class Trajectory:
     counts: Mapping[str, int] = field(default_factory=dict)
     step: float | None = None
     method: Any = None
-    curves: Curves | None = None
+    curves: Curves | FrameCurves | None = None
     checkpoint: Checkpoint | None = None
     interrupted: bool = False
     velocities: Array | None = None
+    again: RedoneCurves | None = None
+
+    # The doors stand above a run, which must not import them: registered by galvi/__init__.
+    to_rebound_of: ClassVar[Callable[..., Any]]
+    to_scipy_of: ClassVar[Callable[..., Any]]
+    plot_of: ClassVar[Callable[..., Any]]
 
     def __call__(self, t: Any) -> Array:
         """Configuration on the curve at t: shape (...) for a scalar, (k, ...) for t of shape (k,).
 
-        NaN after a failure. Raises ValueError when t is outside the run or curves were not kept.
+        NaN after a failure. Where curves were not kept, up to 1024 steps, or a 512th of the run,
+        are done again, with the same result to the bit. Raises ValueError when t is outside the run
+        and for a run of a reference.
         """
         return self._kept_curves().position(t)
 
@@ -81,6 +92,22 @@ class Trajectory:
         """Velocity of the curve at t: dq/dt, or on a group the body velocity; raises as a call."""
         return self._kept_curves().velocity(t)
 
+    def __len__(self) -> int:
+        """The number of saved states."""
+        return len(self.t)
+
+    def to_rebound(self, at: int = -1) -> Any:
+        """A `rebound.Simulation` at a saved state: see galvi.doors.rebound."""
+        return self.to_rebound_of(self, at)
+
+    def to_scipy(self) -> Any:
+        """The run with the fields of SciPy's solve_ivp: see galvi.doors.scipy."""
+        return self.to_scipy_of(self)
+
+    def plot(self) -> Any:
+        """A matplotlib figure of the motion and the energy: see galvi.doors.plots."""
+        return self.plot_of(self)
+
     def to_frame(self) -> pandas.DataFrame:
         """A tidy pandas frame: t, then one column for each component of q and of p."""
         import pandas
@@ -92,13 +119,14 @@ class Trajectory:
 
         return pandas.DataFrame({"t": self.t, **columns("q", self.q), **columns("p", self.p)})
 
-    def _kept_curves(self) -> Curves:
-        if self.curves is None:
+    def _kept_curves(self) -> Curves | FrameCurves | RedoneCurves:
+        curves = self.curves if self.curves is not None else self.again
+        if curves is None:
             raise ValueError(
-                "this run has no curves to evaluate; integrate with curves=True or save_every=1 "
-                "(references keep none)."
+                "this run has no curves to evaluate, since it is that of a reference; only runs of "
+                "galvi.integrate have."
             )
-        return self.curves
+        return curves
 
     def __repr__(self) -> str:
         return (

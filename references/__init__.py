@@ -25,7 +25,9 @@ from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import IAS15
 from references.rebound.janus import JANUS
 from references.rebound.leapfrog import LEAPFROG
+from references.rebound.mercurius import MERCURIUS
 from references.rebound.saba import SABA
+from references.rebound.trace import TRACE
 from references.rebound.whfast import WHFAST
 from references.rebound.whfast512 import WHFAST512
 from references.scipy.chain_ivp import CHAIN_DOP853
@@ -69,6 +71,8 @@ REFERENCES: tuple[Contender, ...] = (
     WHFAST,
     WHFAST512,
     SABA,
+    MERCURIUS,
+    TRACE,
     LEAPFROG,
     JANUS,
     HEYOKA,

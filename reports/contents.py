@@ -23,6 +23,7 @@ from reports.sections.recommendation import RECOMMENDATION
 from reports.sections.round_off import ROUND_OFF
 from reports.sections.so3_drift import SO3_DRIFT
 from reports.sections.start_up import START_UP
+from reports.sections.survival import SURVIVAL
 from reports.sections.taxonomy import TAXONOMY
 
 CHECKS = (*CLAIMS, *AGREEMENTS)
@@ -35,6 +36,7 @@ SECTIONS = (  # in the order of the page
     TAXONOMY,
     EPHEMERIS,
     HIGH_ECCENTRICITY,
+    SURVIVAL,
     RECOMMENDATION,
     START_UP,
 )
@@ -53,7 +55,10 @@ def load() -> Suite:
         engines=engines,
         unavailable=unavailable,
         problems=problems,
-        in_workers={one.id: partial(study_claim, one.id) for one in CHECKS if not one.timed},
+        in_workers={
+            **{one.id: partial(study_claim, one.id) for one in CHECKS if not one.timed},
+            **{one.title: partial(study_section, one.name) for one in SECTIONS if not one.timed},
+        },
     )
 
 
@@ -61,3 +66,9 @@ def study_claim(name: str, quick: bool) -> pd.DataFrame:
     """Run the study of the claim with this id, without progress output; returns its frame."""
     (claim,) = (one for one in CHECKS if one.id == name)
     return claim.study(galvi.Galerkin, quick, lambda sentence: None)
+
+
+def study_section(name: str, quick: bool) -> pd.DataFrame:
+    """The frame of the section with this name, without progress output."""
+    (section,) = (one for one in SECTIONS if one.name == name)
+    return section.measure(quick, lambda sentence: None)

@@ -37,7 +37,9 @@ from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import IAS15
 from references.rebound.janus import JANUS
 from references.rebound.leapfrog import LEAPFROG
+from references.rebound.mercurius import MERCURIUS
 from references.rebound.saba import SABA
+from references.rebound.trace import TRACE
 from references.rebound.whfast import WHFAST
 from references.rebound.whfast512 import WHFAST512
 from references.scipy.chain_ivp import CHAIN_DOP853
@@ -85,6 +87,8 @@ REBOUND = (
     AgreementCase(WHFAST, PAIR, 1.0, 1e-13, setting={"step": 0.1, **whfast.BEST}),  # 1e-15
     AgreementCase(WHFAST512, PAIR, 1.0, 1e-13, setting={"step": 0.1, **whfast512.BEST}),  # 5e-15
     AgreementCase(SABA, PAIR, 1.0, 1e-13, setting={"step": 0.1, **saba.BEST}),  # 2e-16
+    AgreementCase(MERCURIUS, PAIR, 1.0, 1e-11, setting={"step": 1e-4}, note=OF_SECOND),  # 1e-12
+    AgreementCase(TRACE, PAIR, 1.0, 1e-11, setting={"step": 1e-4}, note=OF_SECOND),  # 1e-12
     AgreementCase(LEAPFROG, PAIR, 1.0, 1e-13, setting={"step": 0.005, **leapfrog.BEST}),  # 1e-15
     AgreementCase(JANUS, PAIR, 1.0, 1e-12, setting={"step": 0.005, "order": 8}, note=OWN),  # 4e-14
 )

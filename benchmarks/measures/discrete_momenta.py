@@ -76,10 +76,10 @@ def body_velocity(xi: Array, rate: Array) -> Array:
 
 
 def _hat(v: Array) -> Array:
-    x, y, z = np.moveaxis(v, -1, 0)
-    zero = np.zeros_like(x)
-    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+    X = np.zeros((*v.shape, 3), v.dtype)
+    X[..., 2, 1], X[..., 0, 2], X[..., 1, 0] = v[..., 0], v[..., 1], v[..., 2]
+    X[..., 1, 2], X[..., 2, 0], X[..., 0, 1] = -v[..., 0], -v[..., 1], -v[..., 2]
+    return X
 
 
 def _vee(X: Array) -> Array:

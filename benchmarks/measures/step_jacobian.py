@@ -24,12 +24,10 @@ def map_derivative(problem: Problem, method: Any, step: float) -> Array:
     for column, unit in enumerate(NUDGE * np.eye(2 * d)):
         for k, weight in enumerate(WEIGHTS, start=1):
             for sign in (1.0, -1.0):
-                moved = sign * k * unit
-                start = Problem(
-                    problem.system, problem.q0 + moved[:d], problem.v0 + moved[d:], problem.t0
-                )
+                q, v = (sign * k * unit).reshape(2, *problem.q0.shape)
+                start = Problem(problem.system, problem.q0 + q, problem.v0 + v, problem.t0)
                 run = galvi.integrate(start, method, step, 1)
-                end = np.concatenate([run.q[-1], run.p[-1]])
+                end = np.concatenate([run.q[-1].ravel(), run.p[-1].ravel()])
                 derivative[:, column] += sign * weight * end / NUDGE
     return derivative
 

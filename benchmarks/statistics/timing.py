@@ -17,6 +17,8 @@ from typing import Any
 from galvi import Problem, Trajectory
 from references import Contender
 
+LONG, ENOUGH = 1.0, 2  # seconds, and rounds of calls that take longer
+
 
 def call_of(
     contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any]
@@ -43,18 +45,27 @@ def interleaved(
     rounds: int,
     least: float,
     warm: Sequence[float] | None = None,
+    counted: Sequence[bool] | None = None,
 ) -> list[Timing]:
     """Time each call once per round, A B C ... A B C ..., so that disturbances affect all alike.
 
-    least  seconds for which a call is repeated within a round; the mean counts
-    warm   seconds of an earlier, warming call of each; None makes these calls here
+    least    seconds for which a call is repeated within a round; the mean counts. One that takes
+             longer than LONG is timed in two rounds at most: its own fluctuations average out
+    warm     seconds of an earlier, warming call of each; None makes these calls here
+    counted  whether that call was warm itself: where it took as long as a round, it is the first
     """
     first = [seconds_of(call, 1) for call in calls] if warm is None else list(warm)
     repeats = [max(1, round(least / max(seconds, 1e-7))) for seconds in first]
-    samples: list[list[float]] = [[] for _ in calls]
-    for _ in range(rounds):
+    taken = counted or [False] * len(calls)
+    samples = [
+        [seconds] if one and times == 1 else []
+        for one, seconds, times in zip(taken, first, repeats, strict=True)
+    ]
+    for turn in range(rounds):
         for k, call in enumerate(calls):
-            samples[k].append(seconds_of(call, repeats[k]))
+            enough = ENOUGH if turn and samples[k][0] > LONG else rounds
+            if len(samples[k]) < enough:
+                samples[k].append(seconds_of(call, repeats[k]))
     return [_timing(seconds) for seconds in samples]
 
 

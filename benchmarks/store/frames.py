@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -26,15 +27,15 @@ COLUMNS: Mapping[str, tuple[str, str]] = {
     "status": ("empty when the run succeeded, else why it ended", "object"),
     "force_evaluations": ("of the run, one for each stage and pass", "float64"),
 }
+BLANK = {name: float("nan") if kind == "float64" else "" for name, (_, kind) in COLUMNS.items()}
 
 
 def row(**values: Any) -> dict[str, Any]:
     """One observation; omitted columns are NaN, or "" for text. KeyError for an unknown column."""
-    unknown = set(values) - set(COLUMNS)
+    unknown = values.keys() - COLUMNS.keys()
     if unknown:
         raise KeyError(f"a tidy row has the columns {', '.join(COLUMNS)}; received {unknown}.")
-    blank = {name: float("nan") if kind == "float64" else "" for name, (_, kind) in COLUMNS.items()}
-    return {**blank, **values}
+    return {**BLANK, **values}
 
 
 def rows(values: Mapping[str, float], **where: Any) -> list[dict[str, Any]]:
@@ -65,11 +66,16 @@ def frame(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
 def pick(table: pd.DataFrame, **where: Any) -> pd.DataFrame:
     """The rows whose columns have these values; possibly none."""
     if table.empty:
-        return frame([])
-    chosen = pd.Series(True, index=table.index)
+        return _empty().copy()
+    chosen = np.full(len(table), True)
     for name, value in where.items():
-        chosen &= table[name] == value
+        chosen &= table[name].to_numpy() == value
     return table[chosen]
+
+
+@cache
+def _empty() -> pd.DataFrame:
+    return frame([])
 
 
 def series(table: pd.DataFrame, by: str, **where: Any) -> tuple[Array, Array]:

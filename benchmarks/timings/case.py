@@ -20,7 +20,7 @@ class Case:
     problem    name in galvi.problems, called with the arguments
     degree     of the polynomials
     points     of the rule, the name of a function of galvi
-    chart      name of a chart class of galvi on groups, "" for the default
+    chart      name of a chart class of galvi, on groups or a frame, "" for the default
     step, steps  step size and number of steps; only the ends are kept
     truth      name of a reference; "" if there is none
     truth_tolerance  its tolerance, 0.0 for its default

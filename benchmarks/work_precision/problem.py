@@ -89,6 +89,11 @@ def galvi_label(stages: int) -> str:
     return f"galvi degree {stages}, Gauss {stages}"
 
 
+def frame_label(stages: int, passes: int | None) -> str:
+    """The label of collocation in the Kepler frame, with so many passes a step."""
+    return f"galvi Kepler frame, Gauss {stages}{f', {passes} passes' if passes else ''}"
+
+
 def fixed(duration: float, steps: int) -> Setting:
     """The setting for `steps` equal steps, keeping the last state."""
     return {"step": duration / steps, "save_every": steps}

@@ -117,7 +117,13 @@ def _study(case: WorkPrecisionProblem, least: float, report: Callable[[str], Non
     timings = dict(
         zip(
             map(id, timed),
-            interleaved([one.call for one in timed], ROUNDS, least, [one.warm for one in timed]),
+            interleaved(
+                [one.call for one in timed],
+                ROUNDS,
+                least,
+                [one.warm for one in timed],
+                [one.times > 1 and not case.net_time for one in timed],
+            ),
             strict=True,
         )
     )

@@ -18,6 +18,10 @@ COORDINATES = (
     "kepler e=0.3 in polar coordinates",
 )
 MORE_POINTS = tuple(f"galvi degree {s}, Gauss {s + 1}, Cayley" for s in (6, 8, 10))
+FRAMES = "the project's targets for moving frames"
+CALM = ("galvi Kepler frame, Gauss 8", "galvi Kepler frame, Gauss 16")  # they do not drift
+FAST = tuple(f"{label}, 2 passes" for label in CALM)
+PLAIN = tuple(f"galvi degree {s}, Gauss {s}" for s in (6, 8, 12, 16))
 IAS15 = ("REBOUND IAS15", "REBOUND IAS15, GLOBAL", "REBOUND IAS15, looser")
 
 
@@ -67,6 +71,20 @@ TARGETS = (
     ),
     *_each(WHOLE, "REBOUND WHFast512", ((1e-9, 0.4),)),
     Target(WHOLE, IAS15[:1], None, None),
+    *_each(
+        WHOLE, "REBOUND WHFast512", ((1e-4, 1.3), (1e-6, 1.25), (1e-8, 1.15), (1e-9, 1.3)),
+        source=FRAMES, ours=FAST,
+    ),
+    Target(WHOLE, ("REBOUND WHFast512",), 1e-11, None, FRAMES, FAST + CALM),
+    *_each(  # "at every error": at each decade of the comparison
+        WHOLE, "REBOUND WHFast, best",
+        tuple((10.0**-k, 5.0) for k in range(5, 11)),
+        source=FRAMES, ours=CALM,
+    ),
+    *(
+        Target(OUTER, PLAIN, error, ratio, FRAMES, CALM + FAST)
+        for error, ratio in ((1e-7, 3.0), (1e-9, 1.8), (1e-10, 1.5))
+    ),
     *_each(
         FREE_BODY,
         "MuJoCo RK4",

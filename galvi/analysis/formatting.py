@@ -35,6 +35,8 @@ def _lines(theory: Any) -> Iterator[str]:
             f"C_N {theory.friedrichs:.4f}, lambda_N {theory.smallest_ratio:.4f}, "
             f"Lambda_N {theory.largest_ratio:.4f}"
         )
+    if theory.frame:
+        yield theory.frame
     if theory.problem is None:
         return
     if theory.lipschitz is None:

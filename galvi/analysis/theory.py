@@ -11,6 +11,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.analysis.formatting import sentences
+from galvi.analysis.frame_theory import in_frame
 from galvi.analysis.friedrichs import Z0
 from galvi.analysis.motion_theory import motion_theory
 from galvi.analysis.norms import norms
@@ -44,6 +45,7 @@ class Theory:
     symmetric          a step forward and a step backward cancel
     name, names        the best known classical name, "" for none; all of them
     spectral_radius    rho(A) of the Nystrom tableau
+    frame              what holds in a moving frame, a sentence; "" for other methods
 
     With a problem, in its units; the theorems ask for a K that holds everywhere:
 
@@ -103,6 +105,7 @@ class Theory:
     coercive: bool | None = None
     converges: bool | None = None
     reasons: Mapping[str, str] = field(default_factory=dict)
+    frame: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "reasons", MappingProxyType(dict(self.reasons)))
@@ -137,6 +140,8 @@ def theory(
     space, rule = _pair(method, rule)
     _check(problem, step, lipschitz)
     of_pair = _of_pair(space, rule)
+    if getattr(method, "in_frame", False):
+        return Theory(**in_frame(of_pair, method, problem, step))
     if problem is None:
         return Theory(**of_pair)
     more = motion_theory(space, rule, of_pair, problem, step, lipschitz)

@@ -1,4 +1,4 @@
-"""Interface of charts of a Lie group."""
+"""Interfaces of charts: of a Lie group, and of the flow of a frame."""
 
 from __future__ import annotations
 
@@ -24,3 +24,15 @@ class Chart(Hashable, Protocol):
     @property
     def farthest(self) -> float:
         """The largest |xi| of a rotation within a step."""
+
+
+class MovingChart(Hashable, Protocol):
+    """Coordinates that move with an integrable flow, see `galvi.frames.frame.Frame`."""
+
+    @property
+    def name(self) -> str:
+        """For titles and tables, e.g. 'harmonic frame'."""
+
+    @property
+    def passes(self) -> int | None:
+        """Passes of a step's iteration; None: as many as the tolerance needs."""

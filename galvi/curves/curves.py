@@ -36,20 +36,28 @@ class Curves:
 
     def position(self, t: Any) -> Array:
         """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
-        index, tau, single = self._locate(t)
-        places = self.chart.place(self.bases[index], self._coordinates(index, tau))
+        index, tau, single = located(self.t0, self.step, self.coefficients, t)
+        places = self.places(index, tau)
         return places[0] if single else places
+
+    def places(self, index: Any, tau: Array) -> Array:
+        """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
+        return self.chart.place(self.bases[index], self._coordinates(index, tau))
 
     def velocity(self, t: Any) -> Array:
         """dq/dt at t, on a group the body velocity; where two steps meet, that of the later one.
 
         ValueError outside the run.
         """
-        index, tau, single = self._locate(t)
+        index, tau, single = located(self.t0, self.step, self.coefficients, t)
+        velocities = self.velocities(index, tau)
+        return velocities[0] if single else velocities
+
+    def velocities(self, index: Any, tau: Array) -> Array:
+        """dq/dt (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
         slope = self.space.derivative(tau)[:, 1:]
         rate = np.einsum("kdi,ki->kd", self.coefficients[index], slope) / self.step
-        velocities = self.chart.velocity(lambda: self._coordinates(index, tau), rate)
-        return velocities[0] if single else velocities
+        return self.chart.velocity(lambda: self._coordinates(index, tau), rate)
 
     def _coordinates(self, index: Any, tau: Array) -> Array:
         """xi (k, d) at places tau (k,) of the steps ``index`` (k,)."""
@@ -57,23 +65,22 @@ class Curves:
         xi: Array = np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
         return xi
 
-    def _locate(self, t: Any) -> tuple[Any, Array, bool]:
-        """Index of the step (k,), fraction of it (k,) in [0, 1], and whether t is a scalar."""
-        times = np.asarray(t, dtype=np.float64)
-        if times.ndim > 1:
-            raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
-        steps = len(self.coefficients)
-        place = (np.atleast_1d(times) - self.t0) / self.step
-        largest = max(abs(self.t0), abs(self.t0 + steps * self.step)) / abs(self.step)
-        slack = 4.0 * EPSILON * (largest + steps) + 1e-14
-        if not np.all((place >= -slack) & (place <= steps + slack)):
-            last = self.t0 + steps * self.step
-            raise ValueError(
-                f"t must lie inside the run, from {self.t0!r} to {last!r}; received {t!r}."
-            )
-        joint = np.round(place)
-        place = np.where(np.abs(place - joint) <= slack, joint, place)
-        index = np.clip(np.floor(place).astype(np.intp), 0, steps - 1)
-        past = (place == index) & np.isnan(self.coefficients[index, 0, 0]) & (index > 0)
-        index = np.where(past, index - 1, index)  # the last state before a failure ends its curve
-        return index, place - index, times.ndim == 0
+
+def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, Array, bool]:
+    """Index of the step (k,), fraction of it (k,) in [0, 1], and whether t is a scalar."""
+    times = np.asarray(t, dtype=np.float64)
+    if times.ndim > 1:
+        raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
+    count = len(coefficients)
+    place = (np.atleast_1d(times) - t0) / step
+    largest = max(abs(t0), abs(t0 + count * step)) / abs(step)
+    slack = 4.0 * EPSILON * (largest + count) + 1e-14
+    if not np.all((place >= -slack) & (place <= count + slack)):
+        last = t0 + count * step
+        raise ValueError(f"t must lie inside the run, from {t0!r} to {last!r}; received {t!r}.")
+    joint = np.round(place)
+    place = np.where(np.abs(place - joint) <= slack, joint, place)
+    index = np.clip(np.floor(place).astype(np.intp), 0, count - 1)
+    past = (place == index) & np.isnan(coefficients[index, 0, 0]) & (index > 0)
+    index = np.where(past, index - 1, index)  # the last state before a failure ends its curve
+    return index, place - index, times.ndim == 0

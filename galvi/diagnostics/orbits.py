@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
 TURN = 2.0 * np.pi
+KEPLER_PASSES = 100
+LEAST = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +50,30 @@ class OrbitalElements:
     def mean_longitude(self) -> Array:
         """node + pericentre + mean anomaly, in [0, 2 pi)."""
         return _angle(self.node + self.pericentre + self.mean_anomaly)
+
+    def states(self, gm: Any) -> tuple[Array, Array]:
+        """Positions and velocities relative to the centre, (..., 3) each, for elements of shape
+        (...); gm = G (m_centre + m_body) of that shape, or a number.
+
+        The inverse of `orbital_elements`. NaN for a parabola, whose elements do not say where the
+        body is. Raises ValueError for an eccentricity that is negative, or does not belong to the
+        sign of the axis, and for a gm that is not positive.
+        """
+        a, e, i, node, turn, mean, mu = np.broadcast_arrays(
+            *(np.asarray(x, dtype=np.float64) for x in (
+                self.semi_major_axis, self.eccentricity, self.inclination, self.node,
+                self.pericentre, self.mean_anomaly, gm,
+            ))
+        )  # fmt: skip
+        if np.any(e < 0.0) or np.any((e < 1.0) & (a < 0.0)) or np.any((e > 1.0) & (a > 0.0)):
+            raise ValueError(
+                "an eccentricity must be at least 0, below 1 for a positive axis and above 1 for a "
+                f"negative one; received {e.tolist()} and axes {a.tolist()}."
+            )
+        if not np.all(mu > 0.0):
+            raise ValueError(f"gm must be positive; received {gm!r}.")
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            return _states(a, e, i, node, turn, mean, mu)
 
 
 def heliocentric(run: Trajectory, centre: int | None = None) -> tuple[Array, Array]:
@@ -112,6 +139,46 @@ def _elements(gm: Array, q: Array, v: Array) -> OrbitalElements:
         pericentre=_angle(latitude - nu),
         mean_anomaly=mean + lost,
     )
+
+
+def _states(
+    a: Array, e: Array, i: Array, node: Array, turn: Array, mean: Array, mu: Array
+) -> tuple[Array, Array]:
+    """As `OrbitalElements.states`; (cosine, sine) and (x, y) are in the plane of the orbit."""
+    bound = e < 1.0
+    anomaly = _anomaly(e, np.where(bound, np.remainder(mean + np.pi, TURN) - np.pi, mean), bound)
+    cosine = np.where(bound, np.cos(anomaly), np.cosh(anomaly))
+    sine = np.where(bound, np.sin(anomaly), np.sinh(anomaly))
+    root = np.sqrt(np.abs(1.0 - e) * (1.0 + e))
+    x, y = a * (cosine - e), np.abs(a) * root * sine
+    speed = np.sqrt(mu * np.abs(a)) / np.abs(a * (1.0 - e * cosine))
+    vx, vy = -speed * sine, speed * root * cosine
+    c, s = np.cos(turn), np.sin(turn)
+    C, S, ci, si = np.cos(node), np.sin(node), np.cos(i), np.sin(i)
+    ahead = np.stack([C * c - S * s * ci, S * c + C * s * ci, s * si], axis=-1)
+    left = np.stack([-C * s - S * c * ci, -S * s + C * c * ci, c * si], axis=-1)
+    q = x[..., None] * ahead + y[..., None] * left
+    return q, vx[..., None] * ahead + vy[..., None] * left
+
+
+def _anomaly(e: Array, mean: Array, bound: Any) -> Array:
+    """E of E - e sin E = M, |M| <= pi, where ``bound``, else H of e sinh H - H = M.
+
+    Newton's method from a start at which the function is convex and too large, so that it descends
+    to the root; it stops where rounding ends the descent.
+    """
+    size = np.abs(mean)
+    far = np.arcsinh(size / np.maximum(e - 1.0, LEAST))
+    near = np.cbrt(6.0 * size / np.where(bound, 1.0, e))  # sinh H - H >= H^3 / 6
+    found = np.where(bound, np.minimum(size + e, np.pi), np.minimum(far, near))
+    for _ in range(KEPLER_PASSES):
+        value = np.where(bound, found - e * np.sin(found), e * np.sinh(found) - found) - size
+        slope = np.where(bound, 1.0 - e * np.cos(found), e * np.cosh(found) - 1.0)
+        after = np.maximum(found - value / slope, 0.0)
+        found, before = np.where(after < found, after, found), found
+        if np.array_equal(found, before, equal_nan=True):
+            break
+    return np.copysign(found, mean)
 
 
 def _angle(x: Array) -> Array:

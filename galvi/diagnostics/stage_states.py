@@ -5,15 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.curves.frame_curves import FrameCurves
 from galvi.trajectory import Trajectory
 
 
 def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
     """Times (steps, s), q (steps, s, ...), velocities (steps, s, ...) and h times the weights (s,).
 
-    Raises ValueError for a run without curves, such as one by a reference.
+    Raises ValueError for a run without curves, such as one by a reference, or in a moving frame.
     """
     curves, step = run.curves, run.step
+    if isinstance(curves, FrameCurves):
+        raise ValueError(
+            "this needs curves between stages of one rule in time; a run in a moving frame has "
+            "others. Integrate with another chart."
+        )
     if curves is None or step is None:
         raise ValueError(
             "this needs the Galerkin curves of a run; integrate with curves=True or save_every=1 "

@@ -22,8 +22,13 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     On a Lie group D(eta1, mu1)/D(eta0, mu0), see `galvi.diagnostics.group_symplecticity`.
 
     At the converged stages Q, (I - h^2 A x da/dq) dQ = dq + c h dv, and the updates are linear in
-    da/dq dQ. Raises ValueError when the step itself fails.
+    da/dq dQ. Raises ValueError when the step itself fails, and for a method in a moving frame.
     """
+    if method.in_frame:
+        raise ValueError(
+            f"the derivative of a step in a moving frame is not known; received {method!r}. "
+            f"Difference the ends of steps from nearby starts, or use another chart."
+        )
     if group_system(problem, method) is not None:
         return group_step_derivative(problem, method, step)
     h, table, d = step, method.table, problem.q0.size
@@ -54,7 +59,7 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     Round-off for a symplectic method. On a Lie group, the form in left trivialisation (H 3.1.1), to
     about 1e-12. Raises as `step_derivative`.
     """
-    if group_system(problem, method) is not None:
+    if not method.in_frame and group_system(problem, method) is not None:
         return group_symplecticity_defect(problem, method, step)
     d, shape = problem.q0.size, problem.q0.shape
     units = np.eye(d).reshape(d, *shape)

@@ -1,1 +1,1 @@
-"""Models of other programs as problems, and runs for other programs."""
+"""From and to other packages, which are imported when a door is used and never before."""

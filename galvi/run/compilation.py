@@ -19,6 +19,7 @@ SECONDS = {
     "galvi.kernels.nystrom.advance.advance": 18,
     "galvi.kernels.lanes.nbody.advance": 7,
     "galvi.kernels.lanes.canonical.advance_canonical": 4,
+    "galvi.kernels.lanes.frames.collocation.advance_frame": 4,
     "galvi.kernels.lanes.body.advance_body": 6,
     "galvi.kernels.lanes.group_law.advance_group_law": 10,
     "galvi.kernels.lanes.law.advance_law": 11,

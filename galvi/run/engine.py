@@ -1,4 +1,4 @@
-"""Interface of the two engines: runs on vector spaces and runs on Lie groups."""
+"""Interface of the engines: runs on vector spaces, on Lie groups and in moving frames."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
+from galvi.curves.curves import Curves
+from galvi.curves.frame_curves import FrameCurves
 from galvi.curves.local_chart import LocalChart
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -19,6 +21,7 @@ from galvi.trajectory import Trajectory
 
 Call = Callable[[int], int]  # does n more steps; returns 0, or the code of a step that failed
 Stepper = Callable[[Problem, Galerkin, float, int, Checkpoint, RunArrays], Call]
+RunCurves = Curves | FrameCurves
 Start = tuple[Array, Array, npt.NDArray[np.int64]]
 
 
@@ -38,11 +41,11 @@ class Substeps(Protocol):
 
 @dataclass(frozen=True)
 class Engine:
-    """The functions that differ between runs on vector spaces and on groups.
+    """The functions that differ between runs on vector spaces, on groups and in moving frames.
 
-    There are two values, `NYSTROM` and `ON_GROUP`.
+    There are three values, `NYSTROM`, `ON_GROUP` and `IN_FRAME`.
 
-    start                (problem, stages) -> state, stages and solver_state before the first step,
+    start                (problem, method) -> state, stages and solver_state before the first step,
                          see `Checkpoint`; the same arrays for each run, which copies them
     velocity_row         row of the state that is saved with q: velocities or momenta
     solves_by_iteration  (problem, method) -> whether the solver fixed_point is available
@@ -54,12 +57,16 @@ class Engine:
                          next step's stages from smaller steps, or None
     guess_kind           the kernels' code for the kind of that guess
     momenta              (problem, saved_v) -> conjugate momenta, (saved, ...)
-    local_chart          (problem, method) -> chart of the coordinates of its curves
+    curves               (problem, method, step, t0, bases, coefficients) -> the curves of a run
+                         that starts at t0
     failure              (problem, method, step, code, solver, arrays) -> text: why the next step
                          failed, and the remedy
+    solvers              that it has
+    curve_size           (problem, method) -> numbers of a curve's base, and rows of its
+                         coefficients
     """
 
-    start: Callable[[Problem, int], Start]
+    start: Callable[[Problem, Galerkin], Start]
     velocity_row: int
     solves_by_iteration: Callable[[Problem, Galerkin], bool]
     is_compiled: Callable[[Problem, Galerkin], bool]
@@ -70,5 +77,21 @@ class Engine:
     ]
     guess_kind: int
     momenta: Callable[[Problem, Array], Array]
-    local_chart: Callable[[Problem, Galerkin], LocalChart]
+    curves: Callable[[Problem, Galerkin, float, float, Array, Array], RunCurves]
     failure: Callable[[Problem, Galerkin, float, int, str, RunArrays], str]
+    solvers: tuple[str, ...] = ("auto", "fixed_point", "newton")
+    curve_size: Callable[[Problem, Galerkin], tuple[int, int]] = lambda problem, method: (
+        problem.q0.size, problem.v0.size,
+    )  # fmt: skip
+
+
+def curves_in(local_chart: Callable[[Problem, Galerkin], LocalChart]) -> Any:
+    """The function ``curves`` of an engine from its chart of a problem and a method."""
+
+    def curves(
+        problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, x: Array
+    ) -> Curves:
+        shaped = bases.reshape(-1, *problem.q0.shape)
+        return Curves(method.space, t0, step, shaped, x, local_chart(problem, method))
+
+    return curves

@@ -7,9 +7,13 @@ from galvi.problem import Problem
 from galvi.run.engine import Engine
 from galvi.run.group_engine import ON_GROUP
 from galvi.run.group_system import group_system
+from galvi.run.in_frame.engine import IN_FRAME, refuse
 from galvi.run.nystrom_engine import NYSTROM
 
 
 def engine_for(problem: Problem, method: Galerkin) -> Engine:
-    """`NYSTROM` or `ON_GROUP`. Raises ValueError for component degrees that do not match."""
+    """The engine. ValueError for component degrees that do not match, or a frame that does not."""
+    if method.in_frame:
+        refuse(problem, method)
+        return IN_FRAME
     return NYSTROM if group_system(problem, method) is None else ON_GROUP

@@ -22,13 +22,14 @@ import numpy as np
 from galvi.arrays import read_only
 from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import Curves
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.groups import GROUPS
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
 from galvi.trajectory import Trajectory
 
 VERSION = 2
+KNOWN = ("state", "stages", "solver_state")  # of a run before some of its steps
 WATCHED = ("energies", "passage")  # absent in files of older versions
 UNREADABLE = (KeyError, ValueError, TypeError, AttributeError, EOFError, OSError)
 
@@ -66,6 +67,11 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     }  # fmt: skip
     if run.velocities is not None:
         arrays["velocities"] = run.velocities
+    if run.again is not None:
+        facts["again"] = {"total": run.again.total, "done": run.again.done,
+                          "known": [one.first for one in run.again.known]}  # fmt: skip
+        for name in KNOWN:
+            arrays[f"known_{name}"] = np.stack([getattr(one, name) for one in run.again.known])
     if run.curves is not None:
         arrays |= {"bases": run.curves.bases, "coefficients": run.curves.coefficients}
     handle, partial = tempfile.mkstemp(dir=target.parent, suffix=".partial")
@@ -120,14 +126,19 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         raise ValueError(f"problem must have the system of the run in {path}; it has another one.")
     curves = None
     if facts["curves"] is not None:
-        curves = Curves(
-            method.space,
-            facts["curves"],
-            facts["step"],
-            read_only(arrays["bases"]),
-            read_only(arrays["coefficients"]),
-            engine_for(problem, method).local_chart(problem, method),
+        bases, coefficients = read_only(arrays["bases"]), read_only(arrays["coefficients"])
+        curves = engine_for(problem, method).curves(
+            problem, method, facts["step"], facts["curves"], bases, coefficients
         )
+    again = None
+    if "again" in facts:
+        held = zip(*(arrays[f"known_{name}"] for name in KNOWN), strict=True)
+        known = tuple(
+            Checkpoint(first, state, stages, numbers, facts["solver"], facts["tolerance"])
+            for first, (state, stages, numbers) in zip(facts["again"]["known"], held, strict=True)
+        )
+        total, done = facts["again"]["total"], facts["again"]["done"]
+        again = RedoneCurves(problem, method, facts["step"], total, done, known)
     end = Checkpoint(
         facts["first"], read_only(arrays["state"]), read_only(arrays["stages"]),
         arrays["solver_state"], facts["solver"], facts["tolerance"], facts["save_every"],
@@ -137,7 +148,7 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         problem, read_only(arrays["t"]), read_only(arrays["q"]), read_only(arrays["p"]),
         facts["success"], facts["status"], facts["failed_step"], facts["counts"], facts["step"],
         method, curves, end, facts["interrupted"],
-        read_only(arrays["velocities"]) if "velocities" in arrays else None,
+        read_only(arrays["velocities"]) if "velocities" in arrays else None, again,
     )  # fmt: skip
 
 
@@ -149,6 +160,11 @@ def storable_values() -> dict[str, Any]:
     return registered | {name: kind for name, kind in public.items() if _is_frozen_dataclass(kind)}
 
 
+def _is_storable_kind(kind: type) -> bool:
+    """Whether it is one of ``storable_values``, which are not gathered for each of many values."""
+    return _is_frozen_dataclass(kind) and storable_values().get(kind.__name__) is kind
+
+
 def _is_frozen_dataclass(kind: Any) -> bool:
     parameters = getattr(kind, "__dataclass_params__", None)
     return isinstance(kind, type) and parameters is not None and parameters.frozen
@@ -156,7 +172,7 @@ def _is_frozen_dataclass(kind: Any) -> bool:
 
 def _written(value: Any) -> Any:
     kind = type(value).__name__
-    if storable_values().get(kind) is type(value):
+    if _is_storable_kind(type(value)):
         content = {
             field.name: _written(getattr(value, field.name))
             for field in fields(value)

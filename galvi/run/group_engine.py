@@ -22,7 +22,7 @@ from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.kernels.on_group.advance import LEFT_CHART, RATES
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.engine import Engine, Start, Substeps, fixed
+from galvi.run.engine import Engine, Start, Substeps, curves_in, fixed
 from galvi.run.group_steppers import compiled_stepper, solves_by_iteration, stepper_after_failure
 from galvi.run.group_system import group_system
 from galvi.run.run_arrays import COUNTED, RunArrays
@@ -79,7 +79,7 @@ def rates_from_substeps(
     None if no such run succeeds, if it leaves the chart, and for the solver fixed_point. Adds the
     cost to the counts and stores the largest rotation angle in ``work.step_angle``.
     """
-    group, chart = _system(problem, method).group, method.chart
+    group, chart = _system(problem, method).group, method.group_chart
     t, v = problem.t0 + (start.first + work.done) * step, work.stages[:, -1]
     work.step_angle[0] = abs(step) * farthest_turn(group, v)
     if start.solver == "fixed_point":
@@ -123,7 +123,7 @@ def _farthest_of(group: Group, path: Array) -> float:
 def _failure(
     problem: Problem, method: Galerkin, step: float, code: int, solver: str, work: RunArrays
 ) -> str:
-    turn, limit = float(work.step_angle[0]), method.chart.limit
+    turn, limit = float(work.step_angle[0]), method.group_chart.limit
     if not turn < FAR:
         return "velocities above 1e100 overflow. Use other units, or a smaller step."
     tried = "fixed-point iteration" if solver == "fixed_point" else "Newton's method"
@@ -162,7 +162,7 @@ def _is_compiled(problem: Problem, method: Galerkin) -> bool:
 
 
 ON_GROUP = Engine(
-    start=_start,
+    start=lambda problem, method: _start(problem, method.stages),
     velocity_row=1,
     solves_by_iteration=solves_by_iteration,
     is_compiled=_is_compiled,
@@ -171,6 +171,8 @@ ON_GROUP = Engine(
     guess_from_substeps=rates_from_substeps,
     guess_kind=RATES,
     momenta=lambda problem, momenta: momenta,
-    local_chart=lambda problem, method: GroupChart(_system(problem, method).group, method.chart),
+    curves=curves_in(
+        lambda problem, method: GroupChart(_system(problem, method).group, method.group_chart)
+    ),
     failure=_failure,
 )

@@ -42,7 +42,7 @@ def general_stepper(
     system: Any = group_system(problem, method)
     field, law = _law(system, traces(system))
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
-    layout, chart = system.group.layout, method.chart
+    layout, chart = system.group.layout, method.group_chart
     basis = _basis(method.table, degrees_of(method, system.group.dimension))
     plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
 
@@ -157,7 +157,7 @@ def body_stepper(
     finest: float,
 ) -> Call:  # fmt: skip
     """A `Call` of the kernel for rigid bodies: does n more steps and returns its code."""
-    system, chart = cast(RigidBody, problem.system), method.chart.number
+    system, chart = cast(RigidBody, problem.system), method.group_chart.number
     with_weight = int(system.potential is not None)
     numbers, force = _body(system)
     body = numbers.copy()

@@ -119,6 +119,11 @@ def prepared(
     if isinstance(problem.system, Canonical | Lagrangian):
         _trace_anew(problem, problem.system)
     engine = engine_for(problem, method)
+    if solver not in engine.solvers:
+        raise ValueError(
+            f"in a moving frame the solver must be one of {', '.join(engine.solvers)}; received "
+            f"{solver!r}."
+        )
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
             f"with a group, an external force or a degree for each component, the solver "
@@ -129,7 +134,7 @@ def prepared(
     _check_functions(problem)
     if solver != "newton" and isinstance(problem.system, Canonical | Lagrangian):
         _announce(problem, problem.system)
-    begin = engine.start(problem, method.stages)
+    begin = engine.start(problem, method)
     start = Checkpoint(0, *begin, solver, tol, save_every, curves)
     return partial(run_steps, engine, problem, method, h, total, start)
 
@@ -139,12 +144,15 @@ def resume(
     steps: int | None = None,
     *,
     duration: float | None = None,
+    until: float | None = None,
     save_every: int | None = None,
     curves: bool | None = None,
     progress: bool | None = None,
 ) -> Trajectory:
     """Continue a run from its end, with its step, method, solver and tolerance.
 
+    until               the time at which to end, a whole number of steps from the problem's start;
+                        instead of steps or duration
     save_every, curves  as for `galvi.integrate`; None: as in ``run``
     others              as for `galvi.integrate`
 
@@ -164,7 +172,14 @@ def resume(
         start = replace(start, save_every=input_checks.whole("save_every", save_every))
     if curves is not None:
         start = replace(start, curves=curves)
-    total = number_of_steps(run.step, steps, duration)
+    if isinstance(problem.system, Canonical | Lagrangian):
+        _trace_anew(problem, problem.system)
+    if until is None:
+        total = number_of_steps(run.step, steps, duration)
+    elif steps is None and duration is None:
+        total = steps_until(until, problem.t0, run.step, start.first)
+    else:
+        raise ValueError("give one of steps, duration and until; received until and another.")
     check_memory((problem,), method, total, start.save_every, start.curves)
     return run_steps(
         engine_for(problem, method), problem, method, run.step, total, start, progress=progress
@@ -190,6 +205,18 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
             f"{length / abs(step):.6g} steps. Choose step = duration / n."
         )
     return whole
+
+
+def steps_until(until: float, t0: float, step: float, done: int) -> int:
+    """Steps from step number ``done`` to the time ``until``; ValueError unless a whole number."""
+    ratio = (input_checks.real("until", until) - t0) / step
+    whole = round(ratio) if abs(ratio) <= input_checks.LARGEST else 0
+    if whole <= done or abs(whole - ratio) > 1e-9 * whole:
+        raise ValueError(
+            f"until must be a whole number of steps after t = {t0 + done * step!r}, where the run "
+            f"ends; received {until!r} with step {step!r}. Choose {t0!r} + n * {step!r}."
+        )
+    return whole - done
 
 
 def _trace_anew(problem: Problem, system: Canonical | Lagrangian) -> None:

@@ -166,7 +166,7 @@ def group_law_stepper(
 ) -> Call:  # fmt: skip
     """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
     system: Any = problem.system
-    layout, chart = system.group.layout, method.chart.number
+    layout, chart = system.group.layout, method.group_chart.number
     law, constants, function = _compiled_on_group(system, chart)
     given, d = group_law_tables(method.table, step), problem.v0.size
     width = given[3].shape[1]

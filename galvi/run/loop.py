@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import Curves
+from galvi.curves.redone_curves import RedoneCurves
 from galvi.kernels.nystrom.advance import HOLDS
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.batches import step_in_batches
 from galvi.run.energy_check import Judgement
-from galvi.run.engine import Engine
-from galvi.run.interruption import Interrupted, defer_interrupts
+from galvi.run.engine import Engine, RunCurves
+from galvi.run.engine_choice import engine_for
+from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.run_arrays import COUNTED, RunArrays
 from galvi.run.status import ending, judged
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
+
+APART, MOST_KNOWN = 1024, 512  # steps between states from which curves can be found again
 
 
 def run_steps(
@@ -43,7 +47,8 @@ def run_steps(
     With ``rescue``, a step that cannot be solved is retried once with a guess from smaller steps;
     if that fails too, the run ends. The energy of those smaller steps is not judged.
     """
-    work = RunArrays.of(problem, method, steps, start, engine.velocity_row, watched=rescue)
+    size = engine.curve_size(problem, method)
+    work = RunArrays.of(problem, method, steps, start, engine.velocity_row, size, watched=rescue)
     arguments = (problem, method, step, steps, start, work)
     substeps = partial(run_steps, engine, rescue=False)
 
@@ -62,10 +67,16 @@ def run_steps(
         return code
 
     call = engine.stepper(*arguments)
+    known, apart = [start], 0
+    if rescue and not start.keeps_curves:
+        apart = max(APART, -(-steps // MOST_KNOWN))
     with defer_interrupts() as pressed:
-        code = step_in_batches(call, recover, work, steps, progress, interrupted or pressed)
+        code = step_in_batches(
+            call, recover, work, steps, progress, interrupted or pressed, apart,
+            lambda: known.append(_checkpoint(start, work)),
+        )  # fmt: skip
         found, unheard = judged(engine, *arguments, pressed)
-        run = _trajectory(engine, *arguments, code, found)
+        run = _trajectory(engine, *arguments, code, found, known)
         if (pressed() or unheard) and not run.interrupted:
             raise Interrupted(run)
     return run
@@ -73,7 +84,7 @@ def run_steps(
 
 def _trajectory(
     engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
-    start: Checkpoint, work: RunArrays, code: int, found: Judgement,
+    start: Checkpoint, work: RunArrays, code: int, found: Judgement, known: list[Checkpoint],
 ) -> Trajectory:  # fmt: skip
     """The trajectory of a run whose last kernel call returned ``code``."""
     done, shape = work.done, problem.q0.shape
@@ -81,14 +92,12 @@ def _trajectory(
     times: Array = problem.t0 + (start.first + work.saved_steps) * step
     curves = None
     if start.keeps_curves:
-        curves = Curves(
-            method.space,
-            problem.t0 + start.first * step,
-            step,
-            read_only(work.bases.reshape(-1, *shape)),
-            read_only(work.coefficients),
-            engine.local_chart(problem, method),
-        )
+        begin = problem.t0 + start.first * step
+        bases, coefficients = read_only(work.bases), read_only(work.coefficients)
+        curves = engine.curves(problem, method, step, begin, bases, coefficients)
+    again = None
+    if curves is None:
+        again = RedoneCurves(problem, method, step, steps, done, tuple(known))
     return Trajectory(
         problem=problem,
         t=read_only(times),
@@ -102,6 +111,7 @@ def _trajectory(
         step=step,
         method=method,
         curves=curves,
+        again=again,
         checkpoint=Checkpoint(
             start.first + done, read_only(work.state), read_only(work.stages), work.solver_state,
             start.solver, start.tolerance, start.save_every, start.curves, end.energies,
@@ -109,6 +119,22 @@ def _trajectory(
         ),
         interrupted=done < steps and code == SOLVED,
     )  # fmt: skip
+
+
+def _checkpoint(start: Checkpoint, work: RunArrays) -> Checkpoint:
+    """The current state of a run."""
+    state = (work.state.copy(), work.stages.copy(), work.solver_state.copy())
+    return Checkpoint(start.first + work.done, *state, start.solver, start.tolerance)
+
+
+def curves_of_steps(
+    problem: Problem, method: Galerkin, step: float, start: Checkpoint, count: int
+) -> RunCurves:
+    """The curves of ``count`` steps from a state within a run, for `RedoneCurves`."""
+    engine, begin = engine_for(problem, method), replace(start, save_every=1, curves=True)
+    run = uninterrupted(run_steps(engine, problem, method, step, count, begin))
+    assert run.curves is not None
+    return run.curves
 
 
 def _kept_velocities(problem: Problem, work: RunArrays) -> Array | None:

@@ -15,7 +15,7 @@ from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.encounters import encounter
-from galvi.run.engine import Engine, Start, Substeps, fixed
+from galvi.run.engine import Engine, Start, Substeps, curves_in, fixed
 from galvi.run.nystrom_steppers import compiled_stepper
 from galvi.run.run_arrays import RunArrays
 from galvi.systems.nbody import NBody
@@ -98,7 +98,7 @@ def _momenta(problem: Problem, velocities: Array) -> Array:
 
 
 NYSTROM = Engine(
-    start=_start,
+    start=lambda problem, method: _start(problem, method.stages),
     velocity_row=2,
     solves_by_iteration=lambda problem, method: True,
     is_compiled=_is_compiled,
@@ -107,6 +107,6 @@ NYSTROM = Engine(
     guess_from_substeps=accelerations_from_substeps,
     guess_kind=GUESS,
     momenta=_momenta,
-    local_chart=lambda problem, method: IdentityChart(problem.q0.shape),
+    curves=curves_in(lambda problem, method: IdentityChart(problem.q0.shape)),
     failure=_failure,
 )

@@ -10,7 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.extended_precision import decimals, extended_precision, rounded
+from galvi.extended_precision import decimals, extended_precision, rounded, scaled
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.forces.force_kinds import BUILT_IN, SIGNATURES
@@ -150,30 +150,18 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.nbody."""
     s = table.c.size
     lanes = stages_in_lanes(s)
-    with extended_precision():
-        h = decimals(step)
-        c, b, beta, A = (
-            decimals(kept) + decimals(lost)
-            for kept, lost in zip(
-                (table.c, table.b, table.beta, table.A), table.low_parts[:4], strict=True
-            )
-        )
-        moves = _with_low_part((h * h * A)[lanes].T)
-        sums = np.stack([*_with_low_part(h * b), *_with_low_part(h * h * beta)], axis=1)
-        nodes = _with_low_part(c[lanes])
-    ahead = [*moves]
-    with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
-        for r in range(1, table.growth.size + 1):
-            extrapolated = table.analysis[:r].T @ table.extrapolation[:, :r].T
-            ahead += [extrapolated @ kept for kept in moves]
+    c, b, beta, A = map(np.stack, zip(_high_parts(table), table.low_parts[:4], strict=True))
+    moves = scaled(A, step, 2)[:, lanes].swapaxes(1, 2)
     columns = np.zeros((s, lanes.size))
-    columns[:, [0, 2, 1, 3]] = sums
+    columns[:, :4] = np.stack([*scaled(b, step), *scaled(beta, step, 2)])[[0, 2, 1, 3]].T
+    with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
+        ahead = np.stack([_extrapolated(table, kept) for kept in moves], axis=1)
     numbers = (
-        np.concatenate(ahead),
+        np.concatenate([moves[None], ahead]).reshape(-1, lanes.size),
         table.analysis.T[:, lanes],
         table.growth,
         columns,
-        nodes,
+        c[:, lanes],
     )
     return tuple(read_only(np.array(number)) for number in numbers)
 
@@ -183,21 +171,38 @@ def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.body."""
     s = table.c.size
     lanes = stages_in_lanes(s)
-    with extended_precision():
-        h, b = decimals(step), decimals(table.b) + decimals(table.low_parts[1])
-        A = decimals(table.integral) + decimals(table.low_parts[4])
-        B = b - (A.T * b) / b[:, None]
-        moves, turns = (np.concatenate(_with_low_part((h * M)[lanes].T)) for M in (A, B))
-        kicks = _with_low_part(h * b)
-    ahead = [
-        table.analysis[:r].T @ table.extrapolation[lanes, :r].T
-        for r in range(1, table.growth.size + 1)
-    ]
+    moves, turns = (
+        np.concatenate(scaled(M, step)[:, lanes].swapaxes(1, 2)) for M in _integrals(table)
+    )
+    kicks = scaled(np.stack([table.b, table.low_parts[1]]), step)
+    ahead = np.concatenate(_extrapolated(table, np.eye(s)[:, lanes]))
     numbers = (
-        moves, turns, kicks, np.concatenate(ahead), table.analysis.T[:, lanes], table.growth,
+        moves, turns, kicks, ahead, table.analysis.T[:, lanes], table.growth,
         step * table.projection,
     )  # fmt: skip
     return tuple(read_only(np.array(number)) for number in numbers)
+
+
+def _extrapolated(table: Tableau, kept: Array) -> Array:
+    """A matrix (s, P) after the extrapolation to the next step's stages by 1, ..., l Legendre
+    polynomials: (l, s, P)."""
+    terms = table.extrapolation.T @ kept
+    sums: Array = np.cumsum(table.analysis[: len(terms), :, None] * terms[:, None, :], axis=0)
+    return sums
+
+
+def _high_parts(table: Tableau) -> tuple[Array, ...]:
+    """What the first four of its low parts belong to."""
+    return table.c, table.b, table.beta, table.A
+
+
+@lru_cache(maxsize=32)
+def _integrals(table: Tableau) -> tuple[Array, Array]:
+    """The integrals of slopes, A, and of their dual, B, each with its low part: (2, s, s)."""
+    with extended_precision():
+        b = decimals(table.b) + decimals(table.low_parts[1])
+        A = decimals(table.integral) + decimals(table.low_parts[4])
+        return _with_low_part(A), _with_low_part(b - (A.T * b) / b[:, None])
 
 
 def stages_in_lanes(s: int) -> Any:

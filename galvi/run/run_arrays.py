@@ -31,7 +31,8 @@ def check_memory(
     """ValueError when a run of each problem would keep more data than fits in memory."""
     d, m = sum(problem.q0.size for problem in problems), method.space.dimension - 1
     with_curves = save_every == 1 if curves is None else curves
-    rows = 2 * (steps / save_every + 2) + (steps * (1 + m) if with_curves else 0)
+    halves = 2 if method.in_frame else 1  # places alone, or velocities too
+    rows = 2 * (steps / save_every + 2) + (steps * halves * (1 + m) if with_curves else 0)
     needed = 8.0 * d * rows
     memory = _memory()
     if needed > memory:
@@ -89,11 +90,12 @@ class RunArrays(NamedTuple):
     @classmethod
     def of(
         cls, problem: Problem, method: Galerkin, steps: int, start: Checkpoint, row: int,
-        watched: bool = True,
+        curve_size: tuple[int, int], watched: bool = True,
     ) -> RunArrays:  # fmt: skip
         """Arrays for ``steps`` steps from ``start``; ``row`` of its state is the first saved_v.
 
-        watched  whether states are kept to judge the energy
+        curve_size  numbers of a curve's base, and rows of its coefficients
+        watched     whether states are kept to judge the energy
         """
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
         saved_steps = np.append(np.arange(0, steps, start.save_every), steps)
@@ -110,8 +112,9 @@ class RunArrays(NamedTuple):
             passage = start.passage.copy() if start.passage.size else np.zeros(5)
         return cls(
             start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
-            np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_v, _unknown(rows, r),
-            _unknown(rows, d, m), watch, _unknown(seen, r + d + stages), passage,
+            np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_v,
+            _unknown(rows, curve_size[0]), _unknown(rows, curve_size[1], m), watch,
+            _unknown(seen, r + d + stages), passage,
         )  # fmt: skip
 
     @property

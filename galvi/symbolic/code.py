@@ -25,7 +25,7 @@ from galvi.kernels.compile.jit import jit
 from galvi.kernels.forces import lagrangian_derivatives
 
 POWER = "power"  # of galvi.kernels.lanes.elementary
-KEPT = 200  # most expressions whose code is kept on disk
+KEPT = 1000  # most expressions whose code is kept on disk, 60 kB each
 FOLDER = "galvi-expressions"
 FROM_MATH = {"erf", "erfc", "gamma", "lgamma"}
 FROM_NUMPY = {

@@ -50,7 +50,7 @@ def build(suite: Suite, options: Options) -> tuple[Verified, Compared, list[Sect
 def _build(
     suite: Suite, options: Options, cache: BuildCache
 ) -> tuple[Verified, Compared, list[SectionResult]]:
-    verified = verify(suite, options, cache)
+    verified = verify(suite, options, cache, [one.title for one in suite.sections])
     compared = compare(suite, options, cache)
     sections = measure_sections(suite, options, suite.sections, cache)
     write_sections(sections, suite, options)

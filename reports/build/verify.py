@@ -54,18 +54,25 @@ class Verified:
         return summary(self.checked).as_expected and not self.engines.wanting
 
 
-def verify(suite: Suite, options: Options, cache: BuildCache | None = None) -> Verified:
+def verify(
+    suite: Suite,
+    options: Options,
+    cache: BuildCache | None = None,
+    beside: Sequence[str] = (),
+) -> Verified:
     """Check the selected claims, or all; write, print and return the results.
 
-    cache  the build's result cache; None stores nothing
+    cache   the build's result cache; None stores nothing
+    beside  titles of sections to measure for the build as well
 
-    Claims without timings run in two processes.
+    Claims and sections without timings run in two processes.
     """
+    cache = cache or BuildCache()
     chosen = [claim for claim in suite.claims if not options.claims or claim.id in options.claims]
     engines = Engines(suite.engines(), options.require)
     checked = check(
         chosen, suite.make_method, options.quick, suite.unavailable(), cache,
-        _in_workers(suite, options.quick),
+        _in_workers(suite, options.quick, cache, beside),
     )  # fmt: skip
     found = Verified(tuple(checked), engines, tuple(_write(checked, suite, options)))
     seen = summary(checked)
@@ -79,10 +86,15 @@ def verify(suite: Suite, options: Options, cache: BuildCache | None = None) -> V
     return found
 
 
-def _in_workers(suite: Suite, quick: bool) -> Elsewhere:
+def _in_workers(suite: Suite, quick: bool, cache: BuildCache, beside: Sequence[str]) -> Elsewhere:
     def study(names: Sequence[str]) -> Generator[Finished, None, None]:
-        known = {name: suite.in_workers[name] for name in names if name in suite.in_workers}
-        return study_in_workers(known, quick)
+        wanted = (*names, *(title for title in beside if title not in cache.taken))
+        known = {name: suite.in_workers[name] for name in wanted if name in suite.in_workers}
+        for name, frame, seconds in study_in_workers(known, quick):
+            if name in beside:
+                cache.ready[name] = cache.keep(name, frame, seconds)
+            else:
+                yield name, frame, seconds
 
     return study
 

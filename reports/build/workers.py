@@ -1,4 +1,8 @@
-"""Run studies without timings in two parallel processes."""
+"""Run studies without timings in two parallel processes.
+
+One takes them from the front and the other from the back: neighbours need the same kernels, and
+where these are not compiled yet a process would wait for the other one.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +10,12 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Generator, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor
+from concurrent.futures import wait as first_of
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 
@@ -16,6 +24,7 @@ import pandas as pd
 from galvi.run.ensemble import processors
 
 WORKERS = 2
+THREADS = "OPENBLAS_NUM_THREADS"
 FEWEST = 4  # fewer studies do not repay the start of the processes
 
 
@@ -29,19 +38,51 @@ def study_in_workers(
     """
     if len(studies) < FEWEST or processors() < WORKERS:
         return
-    others = active_children()
-    with ProcessPoolExecutor(WORKERS, get_context("spawn"), _begin) as executor:
+    others, left = active_children(), deque(studies)
+    running: dict[Future[tuple[pd.DataFrame, float] | None], tuple[str, ProcessPoolExecutor]] = {}
+    with ExitStack() as stack:
+        front, back = (
+            stack.enter_context(ProcessPoolExecutor(1, get_context("spawn"), _begin))
+            for _ in range(WORKERS)
+        )
+
+        def begin(worker: ProcessPoolExecutor) -> None:
+            """Its next study, if there is one; after its death the rest is left out, or the
+            other's."""
+            if left:
+                name = left.popleft() if worker is front else left.pop()
+                with suppress(BrokenProcessPool):
+                    running[worker.submit(_timed, studies[name], quick)] = name, worker
+
         try:
-            futures = {executor.submit(_timed, one, quick): name for name, one in studies.items()}
-            for future in as_completed(futures):
-                result = None if future.exception() else future.result()
-                if result is not None:
-                    yield futures[future], *result
+            with _one_thread_each():
+                begin(front)
+                begin(back)
+            while running:
+                for future in first_of(running, return_when=FIRST_COMPLETED).done:
+                    name, worker = running.pop(future)
+                    begin(worker)
+                    result = None if future.exception() else future.result()
+                    if result is not None:
+                        yield name, *result
         except BaseException:  # the iterator is closed, or the build is interrupted
             for process in active_children():
                 if process not in others:
                     process.kill()
             raise
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """OpenBLAS in processes that begin in this context has one thread: both have a processor."""
+    before = os.environ.get(THREADS)
+    os.environ[THREADS] = "1"
+    try:
+        yield
+    finally:
+        del os.environ[THREADS]
+        if before is not None:
+            os.environ[THREADS] = before
 
 
 def _timed(study: Callable[[bool], pd.DataFrame], quick: bool) -> tuple[pd.DataFrame, float] | None:

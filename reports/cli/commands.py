@@ -211,6 +211,25 @@ def application(load: Load, command: str) -> typer.Typer:
         options(suite, quick, out)  # rejects an --out that is not a folder
         return track_command(out, suite.provenance(command), against, only, quick, isolate)
 
+    @app.command(
+        "judge", help="How wrong a model's own run is, and what reaches an error cheapest."
+    )
+    def judge_model(
+        file: Path = typer.Argument(..., metavar="FILE", help="A file of REBOUND's."),
+        duration: float = typer.Option(None, "--duration", metavar="T", help="In its time."),
+        error: float = typer.Option(
+            None, "--error", metavar="E", help="Asked for; exit 1 when the own run is worse."
+        ),
+        own: str = typer.Option(
+            "", "--own", metavar="integrator=whfast,dt=0.1", help="Else as in the file."
+        ),
+        snapshot: int = typer.Option(-1, "--snapshot", metavar="N", help="Of an archive."),
+        out: Path = typer.Option(OUT / "judge", "--out", metavar="DIR", help="Output folder."),
+    ) -> int:
+        from reports.cli.judge import judge_command
+
+        return judge_command(file, duration, error, own, snapshot, out, command)
+
     @app.command("warm", help="Compile every kernel in advance: about two minutes, once.")
     def warm_kernels() -> int:
         from reports.build.warm import warm

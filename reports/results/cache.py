@@ -42,6 +42,7 @@ class BuildCache:
     run      start date of this run
     sources  digest of the current sources
     taken    results of interrupted runs
+    ready    results of this run that were measured before their turn
     edited   whether the sources changed since this run began; nothing is stored from then on
     """
 
@@ -49,6 +50,7 @@ class BuildCache:
     run: str = ""
     sources: Callable[[], str] = str
     taken: dict[str, CachedResult] = field(default_factory=dict)
+    ready: dict[str, CachedResult] = field(default_factory=dict)
     edited: bool = False
 
     def __post_init__(self) -> None:
@@ -56,8 +58,9 @@ class BuildCache:
 
     def result(self, name: str, measure: Callable[[], pd.DataFrame]) -> CachedResult:
         """The stored result of this name, or measure and store it; exceptions propagate."""
-        if name in self.taken:
-            return self.taken[name]
+        for known in (self.taken, self.ready):
+            if name in known:
+                return known[name]
         start = time.perf_counter()
         frame = measure()
         return self.keep(name, frame, time.perf_counter() - start)

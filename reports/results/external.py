@@ -37,8 +37,10 @@ def joined(suite: Suite, paths: Sequence[str]) -> Iterator[Suite]:
             if external.name in [one.name for one in externals]:
                 raise typer.BadParameter(f"--contender: two are called {external.name!r}.")
             externals.append(external)
+        open_to_them = {section.title for section in suite.sections if section.open}
         yield replace(
             suite,
+            in_workers={k: v for k, v in suite.in_workers.items() if k not in open_to_them},
             claims=(*suite.claims, *contender_checks(externals)),
             work_precision=partial(suite.work_precision, externals=externals),
             sections=tuple(_with_externals(section, externals) for section in suite.sections),

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-OUT = Path("reports/out")
+from benchmarks.store.provenance import ROOT
+
+OUT = Path("reports/out" if (ROOT / "galvi").is_dir() else "galvi-out")  # in a checkout, or not
 
 
 @dataclass(frozen=True)

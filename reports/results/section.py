@@ -41,6 +41,7 @@ class Section:
     long_form  None when it has none
     open       whether external integrators take part
     compared   whether `compare` measures it too
+    timed      whether it measures times; a report measures all others beside its claims
     """
 
     name: str
@@ -52,3 +53,4 @@ class Section:
     long_form: LongForm | None = None
     open: bool = False
     compared: bool = False
+    timed: bool = False

@@ -51,8 +51,12 @@ def _measured(
 ) -> SectionResult:
     frames, note, failure = [], "", ""
     try:
-        with studies("study", section.title) as report:
-            result = cache.result(section.title, lambda: section.measure(options.quick, report))
+        result = cache.ready.get(section.title)
+        if result is None:
+            with studies("study", section.title) as report:
+                result = cache.result(section.title, lambda: section.measure(options.quick, report))
+        else:
+            studies.finished("study", section.title, result.seconds)
         frames.append(_dated(result.frame, suite, options, result.run))
     except Exception as error:
         failure = f"{section.title}: not run ({type(error).__name__}: {error})."

@@ -27,7 +27,8 @@ class Suite:
     unavailable     the messages of contenders whose engine is missing
     faults          sentences on the faults of external integrators so far
     provenance      command -> versions, commit, machine, date
-    in_workers      claims without timings by id: (quick) -> frame, importable in another process
+    in_workers      claims and sections without timings, by id and title: (quick) -> frame,
+                    importable in another process
     """
 
     claims: tuple[Claim, ...]

@@ -86,4 +86,5 @@ NUMBER_OF_BODIES = Section(
     ),
     table=scaling_table,
     open=True,
+    timed=True,
 )

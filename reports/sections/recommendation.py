@@ -29,4 +29,5 @@ RECOMMENDATION = Section(
     measure=recommendation_table,
     table=partial(readable_table, headings=HEADINGS),
     compared=True,
+    timed=True,
 )

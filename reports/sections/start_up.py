@@ -26,4 +26,5 @@ START_UP = Section(
     measure=start_up_table,
     table=partial(readable_table, headings=HEADINGS),
     compared=True,
+    timed=True,
 )

@@ -1,7 +1,7 @@
 """The table "Adding something" of CONTRIBUTING.md, followed in a copy of the sources.
 
 Charts and groups are added in tests/galvi/test_new_chart_and_group.py; studies, figures and columns
-in tests/reports/test_additions.py.
+in tests/reports/test_additions.py; tests/galvi/test_frames.py has a case of every frame.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 ELSEWHERE = {
     "chart",
+    "frame",
     "group",
     "study",
     "figure of a claim",

@@ -27,6 +27,7 @@ TOP_LEVEL = {
     "docs",
     "galvi",
     "pyproject.toml",
+    "setup.py",
     "references",
     "reports",
     "tests",

@@ -108,9 +108,8 @@ def by_hand(
             start = turn @ after - mu if moving else found[-2] + mu
             return np.vstack([found[:-2], start]).ravel()
 
-        x = fsolve(residual, x.ravel(), xtol=1e-8).reshape(n - 1, 3)
-        for _ in range(2):  # down to round-off
-            x = polished(residual, x)
+        x = fsolve(residual, x.ravel(), xtol=1e-8)
+        x = polished(residual, x, 2).reshape(n - 1, 3)  # down to round-off
         turn, after = arrival(x, variations(x))
         q.append(q[-1] @ turn)
         p.append(after)
@@ -119,11 +118,12 @@ def by_hand(
     return Run(problem, times, np.array(q), np.array(p), pieces)
 
 
-def polished(residual: Callable[[Any], Any], x: Any) -> Any:
-    """One step of Newton's method."""
-    flat, nudge = x.ravel(), 1e-6
+def polished(residual: Callable[[Any], Any], x: Any, steps: int) -> Any:
+    """Steps of Newton's method with the derivative at the start."""
+    nudge = 1e-6
     columns = [
-        (residual(flat + nudge * e) - residual(flat - nudge * e)) / (2.0 * nudge)
-        for e in np.eye(flat.size)
+        (residual(x + nudge * e) - residual(x - nudge * e)) / (2.0 * nudge) for e in np.eye(x.size)
     ]
-    return (flat - np.linalg.solve(np.stack(columns, axis=1), residual(flat))).reshape(x.shape)
+    for _ in range(steps):
+        x = x - np.linalg.solve(np.stack(columns, axis=1), residual(x))
+    return x

@@ -15,12 +15,14 @@ from benchmarks.claims.vector_spaces import v14_curves_between_ends as v14
 from benchmarks.claims.vector_spaces import v15_noether_quantities as v15
 from benchmarks.claims.vector_spaces import v16_symplecticity as v16
 from benchmarks.claims.vector_spaces import v22_best_approximation as v22
+from benchmarks.claims.vector_spaces import v29_moving_frames as v29
 from benchmarks.claims.vector_spaces.v14_curves_between_ends import V14
 from benchmarks.claims.vector_spaces.v15_noether_quantities import V15
 from benchmarks.claims.vector_spaces.v16_symplecticity import V16
 from benchmarks.claims.vector_spaces.v17_oscillator_order import V17
 from benchmarks.claims.vector_spaces.v18_oscillator_convergence_in_degree import V18
 from benchmarks.claims.vector_spaces.v22_best_approximation import V22
+from benchmarks.claims.vector_spaces.v29_moving_frames import V29
 from benchmarks.measures.space_rule_pairs import kinds
 from benchmarks.store.frames import frame, row
 from tests.benchmarks.planted_tables import contradicted, faulty
@@ -46,6 +48,10 @@ from tests.benchmarks.planted_tables import contradicted, faulty
          {"order of error along the path, smooth, N = 4",
           "order of the one-step error, Gauss N, N = 4",
           "order of the one-step error, Lobatto N + 1, N = 4"}),
+        (V29, faulty(integral=1.5),
+         {v29.ANGULAR, v29.ENERGY, v29.PLACE,
+          *(f"{v29.DEFECT}, {name}" for name in ("harmonic frame", "Kepler frame")),
+          *(f"{v29.ORDER}, {name}, {k} stages" for name in v29.FRAMES for k in (2, 3))}),
     ],
     ids=lambda value: getattr(value, "id", None),
 )  # fmt: skip

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.work_precision.fronts import NOT_REACHED
 from benchmarks.work_precision.problems import work_precision_problems
-from benchmarks.work_precision.targets import ORBITS, TARGETS, TURNS, VECTORS, Target
+from benchmarks.work_precision.targets import FRAMES, ORBITS, TARGETS, TURNS, VECTORS, Target
 from benchmarks.work_precision.targets_met import COLUMNS, MET, MISSED, NOT_RUN, targets_met
 
 GALVI, PEER = "galvi degree 8, Gauss 8", "peer"
@@ -140,5 +140,5 @@ def test_every_target_names_contenders_that_take_part(quick: bool) -> None:
         assert target.source == VECTORS or target.problem in {
             one.problem for one in TARGETS if one.error is None
         }
-    assert {target.source for target in TARGETS} == {ORBITS, TURNS, VECTORS}
+    assert {target.source for target in TARGETS} == {FRAMES, ORBITS, TURNS, VECTORS}
     assert "N bodies" in ORBITS and "rigid bodies" in TURNS

@@ -166,6 +166,15 @@ def test_calls_take_turns_and_short_ones_are_repeated(monkeypatch: pytest.Monkey
     assert "".join(order) == "ABBABBABB"
     assert (timings[0].low, timings[0].seconds, timings[0].high) == (1.0, 3.0, 5.0)
     assert timings[1].seconds == pytest.approx(0.5)
+    order.clear()
+    calls = [call("A", [2.0, 4.0]), call("B", [1.0, 0.5]), call("C", [0.5] * 6)]
+    long, known, short = timing.interleaved(
+        calls, 3, 1.0, warm=[9.0, 0.9, 0.5], counted=[False, True, True]
+    )
+    assert "".join(order) == "ABCCABCCCC"  # two rounds of A; B's warm call is its first
+    assert (long.low, long.seconds, long.high) == (2.0, 3.0, 4.0)
+    assert (known.low, known.seconds, known.high) == (0.5, 0.9, 1.0)
+    assert (short.low, short.high) == (0.5, 0.5)
 
 
 def test_the_cost_table_counts_each_solver() -> None:

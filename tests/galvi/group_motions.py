@@ -41,7 +41,9 @@ def coupled_function(q, v):
 
 def coupled_slopes(q, v):
     out = np.zeros(17)
-    out[:4] = MASSES @ v
+    for i in range(4):
+        for j in range(4):
+            out[i] += MASSES[i, j] * v[j]
     out[4], out[4 + 2], out[4 + 8], out[4 + 12] = q[8], 0.5, q[0], -q[12]
     return out
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from decimal import Decimal
 from typing import Any
 
 import mpmath as mp
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 import galvi
 from benchmarks.statistics.growth import Growth, growth
 from galvi.arrays import read_only
+from galvi.extended_precision import extended_precision, scaled
 from galvi.kernels.lanes import potentials
 from galvi.run import engine_choice, nystrom_steppers
 from galvi.run.nystrom_engine import NYSTROM
@@ -239,6 +241,23 @@ def test_the_energy_error_is_a_random_walk(name: str, steps: int, members: int) 
     assert not found.drifts, found.sigmas
     assert found.exponent < 0.85
     assert found.final < 5e-17 * steps**0.5
+
+
+NUMBERS = st.floats(-1e3, 1e3).filter(lambda x: x == 0.0 or abs(x) > 1e-100)
+
+
+@given(NUMBERS, st.floats(-1.0, 1.0), st.floats(1e-30, 1e30), st.sampled_from((-1.0, 1.0)))
+def test_a_table_times_a_step_is_rounded_to_a_hundred_bits(
+    high: float, share: float, step: float, sign: float
+) -> None:
+    low = 0.49 * share * float(np.spacing(high)) if high else 0.0
+    for power in (1, 2):
+        kept, lost = scaled(np.array([high, low]), sign * step, power)
+        with extended_precision():
+            exact = (Decimal(high) + Decimal(low)) * Decimal(sign * step) ** power
+            missing = abs(exact - Decimal(float(kept)) - Decimal(float(lost)))
+            assert missing <= abs(exact) * Decimal(2.0**-98)
+        assert abs(lost) <= 0.51 * np.spacing(abs(kept))
 
 
 def test_a_table_rounded_to_float64_drifts_and_is_seen_to(monkeypatch: Any) -> None:

@@ -17,6 +17,7 @@ from galvi.run import integrate as integrating
 from galvi.run.engine import Engine
 from galvi.run.engine_choice import engine_for
 from galvi.run.group_engine import ON_GROUP
+from galvi.run.in_frame.engine import IN_FRAME
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_engine import NYSTROM
 from tests.galvi.lagrangians import opaque
@@ -33,7 +34,7 @@ def lagrangian(q, v):
 ON_RN = galvi.Problem(galvi.Lagrangian(opaque(lagrangian), galvi.Rn(2)), KEPLER.q0, KEPLER.v0)
 
 
-def test_there_are_exactly_two_engines():
+def test_there_are_exactly_three_engines():
     modules = [
         importlib.import_module(found.name)
         for found in pkgutil.walk_packages(galvi.__path__, "galvi.")
@@ -44,7 +45,7 @@ def test_there_are_exactly_two_engines():
         for value in vars(module).values()
         if isinstance(value, Engine)
     }
-    assert set(values) == {id(NYSTROM), id(ON_GROUP)}
+    assert set(values) == {id(NYSTROM), id(ON_GROUP), id(IN_FRAME)}
 
 
 def test_one_module_chooses_between_them():

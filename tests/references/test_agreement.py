@@ -37,6 +37,8 @@ GOOD: Mapping[str, tuple[dict[str, Any], float]] = {
     "REBOUND WHFast": ({"step": 0.1, **whfast.BEST}, 1e-13),  # 5e-15
     "REBOUND WHFast512": ({"step": 0.1, **whfast512.BEST}, 1e-13),  # 5e-15
     "REBOUND SABA": ({"step": 0.1, **saba.BEST}, 1e-13),  # 8e-16
+    "REBOUND MERCURIUS": ({"step": 1e-4}, 1e-11),  # 1e-12
+    "REBOUND TRACE": ({"step": 1e-4}, 1e-11),  # 1e-12
     "REBOUND leapfrog": ({"step": 0.005, **leapfrog.BEST}, 1e-12),  # 4e-15
     "REBOUND JANUS": ({"step": 0.005, "order": 8}, 1e-12),  # 4e-14
     "heyoka": ({**heyoka_taylor.BEST, "compact_mode": True}, 1e-14),  # 1e-16

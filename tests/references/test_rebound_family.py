@@ -17,7 +17,9 @@ from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import IAS15
 from references.rebound.janus import JANUS
 from references.rebound.leapfrog import LEAPFROG
+from references.rebound.mercurius import MERCURIUS
 from references.rebound.saba import SABA
+from references.rebound.trace import TRACE
 from references.rebound.whfast import WHFAST
 from references.rebound.whfast512 import WHFAST512
 from references.stored.planets import STORED_TRUTH
@@ -60,6 +62,40 @@ def test_saba_at_its_best_is_better_than_whfast_at_the_same_step():
     step = SPAN / 146
     best = error(SABA, step=step, **saba.BEST)
     assert best < 1e-9 < error(WHFAST, step=step, **whfast.DEFAULT)  # 7e-14, 2e-7
+
+
+@pytest.mark.parametrize("contender", [MERCURIUS, TRACE])
+def test_hybrids_are_of_order_two_without_encounters(contender):
+    counts = np.array([146, 292, 584])
+    errors = [error(contender, step=SPAN / n) for n in counts]
+    assert abs(slope(SPAN / counts, errors) - 2.0) < 0.05
+
+
+def test_hybrids_survive_encounters_that_whfast_does_not():
+    planets = galvi.problems.outer_solar_system()
+    masses = np.append(planets.system.masses[0], 50.0 * planets.system.masses[1:])
+    heavy = galvi.Problem(galvi.NBody(masses), planets.q0, planets.v0)
+    span, left = 365.25 * 600, {}
+    for contender in (WHFAST, MERCURIUS, TRACE):
+        run = contender.run(heavy, span, {"step": span / 21_915, "save_every": 219})
+        energy = galvi.energy(run)
+        left[contender.name] = np.max(np.abs(energy / energy[0] - 1.0))
+    # 1.9, 5e-3, 6e-5
+    assert left["REBOUND TRACE"] < 1e-3 < 0.1 < left["REBOUND WHFast"]
+    assert left["REBOUND MERCURIUS"] < 0.05
+
+
+@pytest.mark.parametrize(
+    ("contender", "option"),
+    [(MERCURIUS, {"r_crit_hill": 8.0}), (TRACE, {"peri_mode": "FULL_IAS15"})],
+)
+def test_options_of_hybrids_reach_the_engine(contender, option):
+    planets = galvi.problems.outer_solar_system()
+    masses = np.append(planets.system.masses[0], 50.0 * planets.system.masses[1:])
+    heavy = galvi.Problem(galvi.NBody(masses), planets.q0, planets.v0)
+    setting = {"step": 30.0, "save_every": 1000}
+    ends = [contender.run(heavy, 30_000.0, {**setting, **more}).q[-1] for more in ({}, option)]
+    assert ends[0].tobytes() != ends[1].tobytes()
 
 
 @pytest.mark.parametrize("order", [2, 4, 6, 8])

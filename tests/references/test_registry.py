@@ -50,6 +50,8 @@ FIXED_STEP = {
     "REBOUND WHFast",
     "REBOUND WHFast512",
     "REBOUND SABA",
+    "REBOUND MERCURIUS",
+    "REBOUND TRACE",
     "REBOUND leapfrog",
     "REBOUND JANUS",
     "MuJoCo Euler",

@@ -7,6 +7,8 @@ import time
 
 import pandas as pd
 
+from benchmarks.store.frames import frame
+
 
 def quiet(seconds: float, quick: bool) -> pd.DataFrame:
     """The number of its process, after a while."""
@@ -17,3 +19,8 @@ def quiet(seconds: float, quick: bool) -> pd.DataFrame:
 
 def broken(quick: bool) -> pd.DataFrame:
     raise RuntimeError("no engine here")
+
+
+def nothing(quick: bool) -> pd.DataFrame:
+    """The frame of a claim's study that measured nothing."""
+    return frame([])

@@ -9,21 +9,29 @@ import sqlite3
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from benchmarks.claims import CLAIMS
+from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.store.provenance import ROOT
 from benchmarks.store.result_cache import FOLDER, ResultCache
+from reports.build.verify import verify
 from reports.build.workers import WORKERS, processors, study_in_workers
-from reports.contents import CHECKS, load
+from reports.contents import CHECKS, SECTIONS, load
 from reports.results.cache import BuildCache
 from reports.results.claim_results import check
-from tests.reports.small_studies import broken, quiet
+from reports.results.external import joined
+from reports.results.options import Options
+from reports.results.section_result import measure_sections
+from tests.reports.conftest import SKY
+from tests.reports.small_studies import broken, nothing, quiet
 
 FRAMES = (
     pd.DataFrame({"x": [0.1 + 0.2, -0.0, np.nan, np.inf, -np.inf, 5e-324, 1e308]}),
@@ -85,7 +93,7 @@ def test_a_result_that_cannot_be_kept_is_used_all_the_same(tmp_path, monkeypatch
     assert f"V1 is not kept for a build that is resumed: {error}." in capsys.readouterr().err
 
 
-def test_claims_that_take_times_say_so():
+def test_claims_and_sections_that_take_times_say_so():
     """They are not studied beside others."""
     for claim in CLAIMS:
         source = inspect.getsource(sys.modules[claim.study.__module__])
@@ -93,7 +101,47 @@ def test_claims_that_take_times_say_so():
             "benchmarks.statistics.timing" in source or "import time" in source
         ), claim.id
     assert "V24" in {claim.id for claim in CLAIMS if claim.timed}
-    assert set(load().in_workers) == {claim.id for claim in CHECKS if not claim.timed}
+    for section in SECTIONS:
+        measure = section.measure
+        source = inspect.getsource(sys.modules[measure.__module__])
+        assert section.timed == (
+            "benchmarks.statistics.timing" in source
+            or "\nimport time" in source
+            or "perf_counter" in source
+        ), section.name
+    assert {"start_up", "recommendation"} < {one.name for one in SECTIONS if one.timed}
+    beside = {claim.id for claim in CHECKS if not claim.timed}
+    beside |= {section.title for section in SECTIONS if not section.timed}
+    assert set(load().in_workers) == beside
+
+
+def test_a_build_measures_sections_beside_its_claims_and_only_once(
+    make_suite, make_claim, tmp_path
+):
+    def never(quick, report):
+        raise AssertionError("measured in its turn")
+
+    section = replace(SKY, measure=never)
+    names = [f"V{k}" for k in range(1, 5)]
+    studies = {**dict.fromkeys(names, nothing), section.title: partial(quiet, 0.0)}
+    suite = make_suite(*map(make_claim, names), sections=(section,), in_workers=studies)
+    cache = BuildCache()
+    found = verify(suite, Options(True, out=tmp_path), cache, [section.title])
+    assert [one.claim.id for one in found.checked] == names
+    (result,) = measure_sections(suite, Options(True, out=tmp_path), suite.sections, cache)
+    assert not result.failure and list(result.frame) == list(quiet(0.0, True))
+    assert measure_sections(suite, Options(out=tmp_path), suite.sections)[0].failure
+
+
+def test_sections_open_to_external_integrators_are_then_measured_with_them(monkeypatch):
+    mine = Mock()
+    mine.name = "mine"
+    monkeypatch.setattr(ExternalIntegrator, "open", lambda path: mine)
+    with joined(load(), ["mine:Mine"]) as suite:
+        here = {
+            section.title for section in suite.sections if section.title not in suite.in_workers
+        }
+    assert here == {section.title for section in SECTIONS if section.open or section.timed}
 
 
 def test_claims_that_other_processes_finish_are_kept_and_the_rest_is_studied_here(
@@ -116,9 +164,9 @@ def test_claims_that_other_processes_finish_are_kept_and_the_rest_is_studied_her
 
 @pytest.mark.skipif(processors() < WORKERS, reason="one processor")
 def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd):
-    studies = {name: partial(quiet, 0.3) for name in "abc"} | {"d": broken}
+    studies = {name: broken if name == "b" else partial(quiet, 0.3) for name in "abcd"}
     found = {name: (frame, seconds) for name, frame, seconds in study_in_workers(studies, True)}
-    assert set(found) == {"a", "b", "c"} and capfd.readouterr() == ("", "")
+    assert set(found) == {"a", "c", "d"} and capfd.readouterr() == ("", "")
     processes = {int(frame["process"][0]) for frame, _ in found.values()}
     assert len(processes) == 2 and os.getpid() not in processes
     assert all(seconds >= 0.3 and frame["quick"].all() for frame, seconds in found.values())

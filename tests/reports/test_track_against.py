@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -182,8 +183,7 @@ def test_each_worker_has_the_galvi_of_its_own_checkout(checkout: Path) -> None:
         for side, iterations in ((base, 5), (head, 7)):
             with Worker(side) as one:
                 assert one.run(CASE)["counts"]["iterations"] == iterations
-        (base.folder / "galvi" / "__init__.py").unlink()
-        (base.folder / "galvi").rmdir()
+        shutil.rmtree(base.folder / "galvi")
         with Worker(base) as one, pytest.raises(Failed, match="not that of its own checkout"):
             one.run(CASE)
 

@@ -1,0 +1,196 @@
+"""What a judgement of point masses needs: truths, integrators, errors, encounters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, cast
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.judging.candidate import Candidate, Own, Source
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.problem import galvi_label
+from galvi import NBody, Problem, Trajectory, input_checks
+from galvi.arrays import Array
+from references.heyoka.taylor import HEYOKA
+from references.rebound import bulirsch_stoer, ias15, janus, leapfrog, saba, whfast, whfast512
+from references.rebound.mercurius import MERCURIUS
+from references.rebound.trace import TRACE
+from references.scipy.ivp import DOP853, TIGHT
+
+ORBITS = 100  # revolutions of the fastest body, where no duration is asked for
+NEAR = 3.0  # mutual Hill radii within which a passage is an encounter
+PER_ORBIT = 48  # states of the truth a revolution of the fastest body, to find encounters
+MOST_STATES = 20_000
+INTEGRATORS = {  # by their names in REBOUND
+    "ias15": ias15.IAS15,
+    "bs": bulirsch_stoer.BULIRSCH_STOER,
+    "whfast": whfast.WHFAST,
+    "whfast512": whfast512.WHFAST512,
+    "saba": saba.SABA,
+    "leapfrog": leapfrog.LEAPFROG,
+    "janus": janus.JANUS,
+    "mercurius": MERCURIUS,
+    "trace": TRACE,
+}
+ADAPTIVE = ("ias15", "bs")
+COARSEST = 6.0 + 1.0 / 3.0  # steps a revolution of the fastest body; a whole number resonates
+OURS, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
+
+
+def shortest_period(problem: Problem) -> float:
+    """The shortest period of an orbit about the heaviest body; of no orbit, a passage's time."""
+    run = Trajectory(problem, np.zeros(1), problem.q0[None], problem.p0[None],
+                     velocities=problem.v0[None])  # fmt: skip
+    axes = galvi.orbital_elements(run).semi_major_axis[0]
+    masses = cast(NBody, problem.system).masses
+    centre = int(np.argmax(masses))
+    gm = cast(NBody, problem.system).G * np.delete(masses[centre] + masses, centre)
+    with np.errstate(invalid="ignore"):
+        periods = 2.0 * math.pi * np.sqrt(np.abs(axes) ** 3 / gm)
+    bound = periods[(axes > 0.0) & np.isfinite(periods)]
+    return float(np.min(bound)) if bound.size else float(np.nanmin(periods))
+
+
+def default_duration(problem: Problem) -> float:
+    """``ORBITS`` revolutions of the fastest body."""
+    return ORBITS * shortest_period(problem)
+
+
+def states(problem: Problem, duration: float) -> int:
+    """How many states of the truth are needed to find encounters."""
+    return min(math.ceil(PER_ORBIT * duration / shortest_period(problem)), MOST_STATES)
+
+
+def sources(problem: Problem) -> list[Source]:
+    """Solvers that are no galvi's and fit to be the truth, the best first."""
+    found = [
+        Source("REBOUND IAS15", ias15.IAS15, dict(ias15.DEFAULT)),
+        Source("REBOUND IAS15, epsilon 1e-10", ias15.IAS15, {**ias15.DEFAULT, "epsilon": 1e-10}),
+        Source("SciPy DOP853, rtol 3e-14", DOP853, dict(TIGHT)),
+        Source("heyoka", HEYOKA, {}),
+    ]
+    return [one for one in found if not one.contender.missing and one.contender.supports(problem)]
+
+
+def own_setting(problem: Problem, asked: Mapping[str, Any]) -> Own:
+    """The user's own integrator and step, as asked for or as the simulation has them.
+
+    Raises ValueError for an integrator that is unknown, and for a fixed step that is not given.
+    """
+    kept = {key: problem.parameters[key] for key in ("integrator", "dt")
+            if key in problem.parameters}  # fmt: skip
+    given = {**kept, **asked}
+    name = str(given.pop("integrator", "ias15")).lower()
+    if name not in INTEGRATORS:
+        raise ValueError(
+            f"own integrator must be one of {', '.join(INTEGRATORS)}; received {name!r}."
+        )
+    step = given.pop("dt", None)
+    contender = INTEGRATORS[name]
+    if name in ADAPTIVE:
+        return Own(f"{contender.name}, as it is", contender, given, None)
+    if step is None:
+        raise ValueError(f"own integrator {name} takes equal steps: give dt=... with it.")
+    step = input_checks.positive("own dt", step)
+    return Own(f"{contender.name}, dt = {step:g}", contender, given, step)
+
+
+def candidates(problem: Problem, duration: float) -> Iterator[list[Candidate]]:
+    """For each integrator its settings from coarse to fine, or the coarsest of its steps."""
+    revolutions = duration / shortest_period(problem)
+    frame = galvi.KeplerFrame()
+    charts = [("", None, OURS)]
+    charts += [] if frame.refusal(problem) else [(", Kepler frame", frame, IN_FRAME)]
+    for words, chart, degrees in charts:
+        for degree, coarsest in degrees.items():
+            steps = round(revolutions * coarsest) or 1
+            method = gauss_collocation(degree, chart)
+            yield [Candidate(galvi_label(degree) + words, method, {}, steps)]
+    kinds: list[tuple[str, Any, Mapping[str, Any]]] = [
+        ("REBOUND WHFast512, corrector 17", whfast512.WHFAST512, whfast512.BEST),
+        ("REBOUND WHFast, corrector 17, LAZY", whfast.WHFAST, whfast.BEST),
+        ("REBOUND WHFast, default", whfast.WHFAST, whfast.DEFAULT),
+        ("REBOUND SABA(10,6,4)", saba.SABA, saba.BEST),
+        ("REBOUND MERCURIUS", MERCURIUS, {}),
+        ("REBOUND TRACE", TRACE, {}),
+        ("REBOUND leapfrog", leapfrog.LEAPFROG, {}),
+    ]
+    for label, contender, options in kinds:
+        if not contender.missing and contender.supports(problem):
+            yield [Candidate(label, contender, {**options}, round(revolutions * COARSEST) or 1)]
+    yield [
+        Candidate("REBOUND IAS15", ias15.IAS15, {**ias15.GLOBAL, "epsilon": epsilon}, None)
+        for epsilon in (1e-2, 1e-3, 1e-5, 1e-7)
+    ] + [Candidate("REBOUND IAS15", ias15.IAS15, dict(ias15.DEFAULT), None)]
+
+
+def errors(run: Trajectory, truth: Trajectory) -> Array:
+    """The distance of each body from its true place, (saved, bodies)."""
+    found: Array = np.linalg.norm(run.q - truth.q, axis=-1)
+    return found
+
+
+def unit(problem: Problem, kind: str) -> str:
+    """The unit of length or time with a space before it, where REBOUND knows it; else ""."""
+    words = [part.split(" ") for part in problem.units.split(", ")]
+    return next((f" {word[1]}" for word in words if len(word) == 2 and word[0] == kind), "")
+
+
+def names(problem: Problem) -> list[str]:
+    """The names of the bodies."""
+    known = problem.parameters.get("bodies", ())
+    count = problem.q0.shape[0]
+    return [str(known[k]) if k < len(known) else str(k) for k in range(count)]
+
+
+def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:
+    """Of each body, its largest and its last error, and by how much of a turn it is ahead."""
+    off = errors(run, truth)
+    system = cast(NBody, run.problem.system)
+    centre = int(np.argmax(system.masses))
+    lead = np.zeros(off.shape[1])
+    turned = [galvi.orbital_elements(one).mean_longitude[-1] for one in (run, truth)]
+    lead[np.arange(lead.size) != centre] = np.angle(np.exp(1j * (turned[0] - turned[1])))
+    return pd.DataFrame({
+        "body": names(run.problem), "largest_error": off.max(axis=0), "last_error": off[-1],
+        "phase_error": lead,
+    })  # fmt: skip
+
+
+def encounters(truth: Trajectory, most: int = 50) -> pd.DataFrame:
+    """Passages of two bodies within ``NEAR`` mutual Hill radii, the closest first.
+
+    time, distance  of the nearest point, from the relative velocity at the nearest state
+    hill_radii      that distance over the mutual Hill radius
+    """
+    system = cast(NBody, truth.problem.system)
+    masses, centre = system.masses, int(np.argmax(system.masses))
+    labels, rows = names(truth.problem), []
+    reach = np.linalg.norm(truth.q - truth.q[:, centre : centre + 1], axis=2)
+    gap_time = np.diff(truth.t).max()
+    for i in np.flatnonzero(masses > 0.0):
+        for j in range(masses.size):
+            if j == i or centre in (i, j) or (masses[j] > 0.0 and j < i):
+                continue
+            hill = 0.5 * (reach[:, i] + reach[:, j]) * np.cbrt(
+                (masses[i] + masses[j]) / (3.0 * masses[centre])
+            )  # fmt: skip
+            gap, speed = truth.q[:, j] - truth.q[:, i], truth.v[:, j] - truth.v[:, i]
+            moving = np.sum(speed * speed, axis=1)
+            after = np.clip(
+                -np.sum(gap * speed, axis=1) / np.where(moving > 0.0, moving, 1.0),
+                -gap_time, gap_time,
+            )  # fmt: skip
+            near = np.linalg.norm(gap + after[:, None] * speed, axis=1) / hill
+            inside = near < NEAR
+            edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
+            for first, last in zip(edges[::2], edges[1::2], strict=True):
+                k = first + int(np.argmin(near[first:last]))
+                rows.append((truth.t[k] + after[k], f"{labels[i]} and {labels[j]}",
+                             near[k] * hill[k], near[k]))  # fmt: skip
+    found = pd.DataFrame(rows, columns=["time", "bodies", "distance", "hill_radii"])
+    return found.sort_values("hill_radii", kind="stable").head(most).reset_index(drop=True)

@@ -1,0 +1,236 @@
+"""Judge a model: the error of its own integrator and step, and what reaches an error cheapest."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.judging import bodies
+from benchmarks.judging.candidate import Candidate, Own
+from benchmarks.judging.neighbours import growth, horizons
+from benchmarks.judging.truth import Agreement, agreements
+from galvi import NBody, Problem, Trajectory, input_checks
+from galvi.arrays import Array
+
+SAMPLES = 100  # states of the user's own run and of the candidates
+PIECES = 20  # times at which sources of the truth are compared
+REPEATED = 0.05  # seconds below which a run is timed several times
+REPEATS = 3
+PATIENCE = 3.0  # seconds for the settings of one integrator
+SLOWER = 20.0  # times as long as one that reaches the error: not tried any further
+MOST_RUNS = 12  # of one integrator
+LEAST, MOST = 1.4, 4.0  # factors between the steps of two runs
+COLUMNS = ("integrator", "setting", "error", "seconds", "energy_error", "reached", "status")
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """What is found of a model.
+
+    problem      the model, and its duration
+    error        that is asked for, largest distance from the truth of any part at any time
+    agreements   of the truth with other sources
+    own          the user's setting: label, error, seconds, energy_error, momentum_error, status
+    own_errors   t, error: of the user's run
+    parts        the errors of each part in that run
+    table        the candidates that were tried, those that reach the error first, by their time
+    encounters   passages that no fixed step resolves
+    horizons     until when a start known to so many digits predicts the motion to ``error``
+    truth        the trajectory of the truth
+    """
+
+    problem: Problem
+    duration: float
+    error: float
+    agreements: tuple[Agreement, ...]
+    own: Mapping[str, Any]
+    own_errors: pd.DataFrame
+    parts: pd.DataFrame
+    table: pd.DataFrame
+    encounters: pd.DataFrame
+    horizons: pd.DataFrame
+    truth: Trajectory
+
+    @property
+    def truth_agreement(self) -> float:
+        """The largest distance between two sources of the truth; NaN with one source only."""
+        return max((one.largest for one in self.agreements), default=math.nan)
+
+    @property
+    def recommended(self) -> Mapping[str, Any] | None:
+        """The cheapest candidate that reaches the error; None where none does."""
+        reached = self.table[self.table["reached"]]
+        return None if reached.empty else reached.iloc[0].to_dict()
+
+    @property
+    def passed(self) -> bool:
+        """Whether the user's own run reaches the error."""
+        return bool(self.own["error"] <= self.error)
+
+
+def judge(
+    problem: Problem,
+    duration: float | None = None,
+    error: float | None = None,
+    own: Mapping[str, Any] | None = None,
+    report: Callable[[str], None] = lambda sentence: None,
+) -> Judgement:
+    """Judge a model of point masses.
+
+    duration  in the model's time; None: 100 revolutions of its fastest body. It is lengthened to a
+              whole number of the own integrator's steps
+    error     None: that of the user's own run, or of the truth if that is larger
+    own       the user's integrator by its engine's name, dt, and its options; what is not given is
+              as in the model
+
+    Raises ValueError for a model of another kind, and for an own integrator that is not known;
+    RuntimeError where no source of the truth can be run.
+    """
+    if not isinstance(problem.system, NBody):
+        raise ValueError(
+            f"judge takes a model of point masses; received a {type(problem.system).__name__}."
+        )
+    mine = bodies.own_setting(problem, own or {})
+    span = bodies.default_duration(problem) if duration is None else (
+        input_checks.positive("duration", duration)
+    )  # fmt: skip
+    if mine.step is not None:
+        span = math.ceil(span / (SAMPLES * mine.step) - 1e-9) * SAMPLES * mine.step
+    if error is not None:
+        error = input_checks.positive("error", error)
+    sources = bodies.sources(problem)
+    if not sources:
+        raise RuntimeError("no source of the truth can be run: install rebound.")
+    dense = -(-bodies.states(problem, span) // SAMPLES)
+    for first in sources:
+        report(f"truth: {first.label}")
+        truth = first.contender.run(problem, span, {"samples": SAMPLES * dense, **first.setting})
+        if truth.success:
+            break
+    else:
+        raise RuntimeError(f"no source of the truth reaches the end: {truth.status}")
+    others = [one for one in sources if one is not first]
+    thin = _thinned(truth, dense)
+    checks = agreements(thin, first.label, others, bodies.errors, PIECES, report)
+    report(f"own: {mine.label}")
+    found, parts, over_time = _own(mine, problem, span, thin)
+    known = max((one.largest for one in checks), default=0.0)
+    wanted = max(found["error"], known) if error is None else error
+    report("neighbouring starts")
+    grown = growth(first, thin, bodies.errors)
+    table = _scan(bodies.candidates(problem, span), problem, span, thin, wanted, report)
+    return Judgement(
+        problem, span, wanted, tuple(checks), found, over_time, parts, table,
+        bodies.encounters(truth), horizons(thin.t, grown, wanted), truth,
+    )  # fmt: skip
+
+
+def _thinned(truth: Trajectory, every: int) -> Trajectory:
+    rows = slice(None, None, every)
+    return Trajectory(
+        truth.problem, truth.t[rows], truth.q[rows], truth.p[rows], velocities=truth.v[rows],
+        method=truth.method,
+    )  # fmt: skip
+
+
+def _own(
+    own: Own, problem: Problem, span: float, truth: Trajectory
+) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]:
+    """The findings of the user's setting, by part, and over time."""
+    steps = None if own.step is None else round(span / own.step)
+    run, seconds = _timed(Candidate(own.label, own.contender, own.options, steps), problem, span)
+    off = bodies.errors(run, truth)
+    worst = off.max(axis=1)
+    found = {
+        "integrator": own.label,
+        "error": float(np.max(worst)),
+        "seconds": seconds,
+        "energy_error": _relative(galvi.energy(run)),
+        "momentum_error": _relative(galvi.momentum_map(run)),
+        "status": run.status,
+    }
+    over_time = pd.DataFrame({"t": run.t, "error": worst})
+    return found, bodies.by_part(run, truth), over_time
+
+
+def _timed(candidate: Candidate, problem: Problem, span: float) -> tuple[Trajectory, float]:
+    """A run with SAMPLES states, and its seconds, the least of several where it is short."""
+    seconds, run = math.inf, None
+    for _ in range(1 + REPEATS):
+        clock = time.perf_counter()
+        run = candidate.run(problem, span, SAMPLES)
+        seconds = min(seconds, time.perf_counter() - clock)
+        if seconds > REPEATED:
+            break
+    assert run is not None
+    return run, seconds
+
+
+def _scan(
+    kinds: Iterable[Sequence[Candidate]], problem: Problem, span: float, truth: Trajectory,
+    wanted: float, report: Callable[[str], None],
+) -> pd.DataFrame:  # fmt: skip
+    """Each integrator from coarse to fine until it reaches the error, or takes far longer than one
+    that does; the rows in order of usefulness."""
+    rows: list[tuple[Any, ...]] = []
+    best = math.inf
+    for settings in kinds:
+        report(settings[0].label)
+        begun = time.perf_counter()
+        waiting, last = list(settings), math.nan
+        for _ in range(MOST_RUNS):
+            if not waiting:
+                break
+            candidate = waiting.pop(0)
+            try:
+                run, seconds = _timed(candidate, problem, span)
+            except ValueError as refused:
+                rows.append((candidate.label, "", math.nan, math.nan, math.nan, False, refused))
+                break
+            off = float(np.max(bodies.errors(run, truth))) if run.success else math.nan
+            reached = bool(off <= wanted)
+            text = ("adaptive" if candidate.steps is None
+                    else f"dt = {candidate.setting(span, SAMPLES)['step']:.4g}")  # fmt: skip
+            extra = ", ".join(f"{k} = {v:g}" for k, v in candidate.options.items()
+                              if k == "epsilon")  # fmt: skip
+            change = _relative(galvi.energy(run)) if run.success else math.nan
+            rows.append((candidate.label, f"{text} {extra}".strip(), off, seconds, change, reached,
+                         "" if run.success else run.status))  # fmt: skip
+            best = min(best, seconds) if reached else best
+            if reached or seconds > SLOWER * best or time.perf_counter() - begun > PATIENCE:
+                break
+            if candidate.steps is not None:
+                finer = _factor(off, last, wanted)
+                if finer * seconds > PATIENCE:
+                    break
+                done = candidate.setting(span, SAMPLES)["save_every"] * SAMPLES
+                waiting.append(replace(candidate, steps=math.ceil(finer * done)))
+            last = off
+    table = pd.DataFrame(rows, columns=list(COLUMNS))
+    keys = [~table["reached"], table["seconds"].where(table["reached"], table["error"])]
+    return table.iloc[np.lexsort(keys[::-1])].reset_index(drop=True)
+
+
+def _factor(error: float, before: float, wanted: float) -> float:
+    """By how many times more steps to take next: what the order asks for that the errors of the
+    last two runs, one with MOST times fewer steps at most, suggest; cautiously where it is low."""
+    if not (math.isfinite(error) and error > 0.0):
+        return 2.0
+    order = 2.0
+    if math.isfinite(before) and before > error:
+        order = max(order, math.log(before / error) / math.log(MOST))
+    return min(max((error / wanted) ** (1.0 / order), LEAST), MOST)
+
+
+def _relative(values: Array) -> float:
+    """The largest change from the first, over its size."""
+    change = np.abs(values - values[0]).reshape(len(values), -1).max(axis=1)
+    size = float(np.max(np.abs(values[0]))) or 1.0
+    return float(np.max(change)) / size

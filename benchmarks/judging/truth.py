@@ -1,0 +1,67 @@
+"""The truth of a judgement, from two sources that are not galvi, and their agreement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.judging.candidate import Source
+from galvi import Problem, Trajectory
+from galvi.arrays import Array
+
+Errors = Callable[[Trajectory, Trajectory], Array]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """The largest distance of a part of the model between two sources, at some times.
+
+    between  their labels
+    t        (times,)
+    apart    (times,)
+    """
+
+    between: tuple[str, str]
+    t: Array
+    apart: Array
+
+    @property
+    def largest(self) -> float:
+        """Over all times."""
+        return float(np.max(self.apart))
+
+
+def in_pieces(source: Source, problem: Problem, duration: float, pieces: int) -> Trajectory:
+    """A run whose states are the ends of runs, not interpolated between steps."""
+    t, q, v = [problem.t0], [problem.q0], [problem.v0]
+    here = problem
+    for k in range(pieces):
+        end = problem.t0 + duration * ((k + 1) / pieces)
+        run = source.contender.run(here, end - here.t0, {"samples": 1, **source.setting})
+        if not run.success:
+            raise RuntimeError(f"{source.label} stopped: {run.status}")
+        t, q, v = [*t, end], [*q, run.q[-1]], [*v, run.v[-1]]
+        here = Problem(problem.system, run.q[-1], run.v[-1], end)
+    places, speeds = np.stack(q), np.stack(v)
+    momenta = problem.system.momentum(speeds)
+    return Trajectory(problem, np.array(t), places, momenta, velocities=speeds)
+
+
+def agreements(
+    truth: Trajectory, label: str, others: Sequence[Source], errors: Errors, pieces: int,
+    report: Callable[[str], None],
+) -> list[Agreement]:  # fmt: skip
+    """Of the truth with each other source, at ``pieces`` times among its states."""
+    problem, every = truth.problem, (len(truth.t) - 1) // pieces
+    rows = np.arange(0, every * pieces + 1, every)
+    thinned = Trajectory(problem, truth.t[rows], truth.q[rows], truth.p[rows],
+                         velocities=truth.v[rows])  # fmt: skip
+    found = []
+    for source in others:
+        report(f"truth: {source.label}")
+        run = in_pieces(source, problem, float(thinned.t[-1] - problem.t0), pieces)
+        apart = errors(run, thinned).reshape(len(rows), -1).max(axis=1)
+        found.append(Agreement((label, source.label), thinned.t, apart))
+    return found

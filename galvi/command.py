@@ -1,0 +1,32 @@
+"""The command ``galvi``: the suite that stands around the integrators.
+
+In a wheel the suite's folders lie in ``galvi/_suite``, in a checkout beside ``galvi``. That place
+comes first on the path, so that a user's own folders of these names are not imported instead.
+"""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+SUITE = HERE / "_suite"
+
+
+def main() -> int:
+    """Run the suite's command line; returns its exit status, 2 where a package is missing."""
+    place = str(SUITE if SUITE.is_dir() else HERE.parent)
+    sys.path[:] = [place, *(one for one in sys.path if one != place)]
+    try:
+        runpy.run_module("reports", run_name="__main__", alter_sys=True)
+    except ModuleNotFoundError as error:
+        print(
+            f"the command needs the packages of the suite, of which {error.name} is not installed. "
+            f"Install them: pip install 'galvi[suite]'.",
+            file=sys.stderr,
+        )
+        return 2
+    except SystemExit as ended:
+        return ended.code if isinstance(ended.code, int) else int(ended.code is not None)
+    return 0

@@ -1,0 +1,82 @@
+"""The curves of a run in a moving frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.curves.curves import located
+from galvi.spaces.space import Space
+
+TINY = 1e-100  # imaginary increments of complex steps
+
+
+class MovingPath(Protocol):
+    """The frame of a run."""
+
+    def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
+        """c and dc/dtau at shares tau (k,) of the steps ``number`` (k,) since the start."""
+
+    def flow(self, w: Any, t: Any) -> Any:
+        """q (k, *shape) at times t (k,) after w (k, 2, m)."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameCurves:
+    """q = phi_t(w) with w = base + sum_i coefficients[k, :, i] psi_i(c), t since a step's centre.
+
+    space         psi_i are its basis functions after the constant, minus their values at 0
+    t0, step      start of the first curve and the length h of each
+    bases         (steps, 2, m) the state in the frame before each step
+    coefficients  (steps, 2 n, dimension - 1): n rows of places, and n of velocities
+    first         number of the first step since the problem's start
+    path          the frame
+    """
+
+    space: Space
+    t0: float
+    step: float
+    bases: Array
+    coefficients: Array
+    first: int
+    path: MovingPath
+
+    def position(self, t: Any) -> Array:
+        """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
+        index, tau, single = located(self.t0, self.step, self.coefficients, t)
+        places = self.places(index, tau)
+        return places[0] if single else places
+
+    def places(self, index: Any, tau: Array) -> Array:
+        """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
+        w, _rate, since = self._moving(index, tau)
+        places: Array = self.path.flow(w, since)
+        return places
+
+    def velocity(self, t: Any) -> Array:
+        """dq/dt at t, where two steps meet that of the later one. ValueError outside the run."""
+        index, tau, single = located(self.t0, self.step, self.coefficients, t)
+        velocities = self.velocities(index, tau)
+        return velocities[0] if single else velocities
+
+    def velocities(self, index: Any, tau: Array) -> Array:
+        """dq/dt (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
+        w, rate, since = self._moving(index, tau)
+        moved = self.path.flow(w + 1j * TINY * rate, since + 1j * TINY)
+        velocities: Array = np.imag(moved) / TINY
+        return velocities
+
+    def _moving(self, index: Any, tau: Array) -> tuple[Array, Array, Array]:
+        """w (k, 2, m), dw/dt, and the times (k,) since the steps' centres."""
+        c, slope = self.path.node(self.first + index, tau)
+        basis = self.space.basis(np.append(c, 0.0))[:, 1:]
+        ways = np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
+        rates = np.einsum("kdi,ki->kd", self.coefficients[index], self.space.derivative(c)[:, 1:])
+        w, rate = self.bases[index].copy(), np.zeros_like(self.bases[index])
+        n = ways.shape[1] // 2
+        w[:, :, :n] += ways.reshape(-1, 2, n)
+        rate[:, :, :n] = (rates * (slope / self.step)[:, None]).reshape(-1, 2, n)
+        return w, rate, (tau - 0.5) * self.step

@@ -1,0 +1,85 @@
+"""What to cite for a run: the method, the codes and the data that it used."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+
+from galvi.method import Galerkin
+from galvi.trajectory import Trajectory
+
+# The words in the name of a method or the source of a problem, and what they call for.
+CODES = {
+    "REBOUND": ("ReinLiu2012",),
+    "IAS15": ("ReinSpiegel2015",),
+    "WHFast": ("ReinTamayo2015",),
+    "SABA": ("ReinTamayoBrown2019",),
+    "MERCURIUS": ("Rein2019",),
+    "TRACE": ("Lu2024",),
+    "JANUS": ("ReinTamayo2018",),
+    "MuJoCo": ("Todorov2012",),
+    "heyoka": ("BiscaniIzzo2021",),
+    "SciPy": ("Virtanen2020",),
+    "DOP853": ("Virtanen2020",),
+}
+
+
+@cache
+def entries() -> dict[str, str]:
+    """The entries of citations.bib by their keys."""
+    text = files("galvi.doors").joinpath("citations.bib").read_text(encoding="utf-8")
+    found = ["@" + entry.strip().lstrip("@") for entry in text.split("\n@")]
+    return {entry[entry.index("{") + 1 : entry.index(",")]: entry for entry in found}
+
+
+@dataclass(frozen=True)
+class Citation:
+    """A sentence with keys in square brackets, and their entries for BibTeX."""
+
+    sentence: str
+    bibtex: str
+
+    def __str__(self) -> str:
+        return f"{self.sentence}\n\n{self.bibtex}"
+
+
+def galvi_version() -> str:
+    """The version that is installed; "unknown" in a folder that was not installed."""
+    try:
+        return version("galvi")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def cite(run: Trajectory) -> Citation:
+    """What to cite for exactly what a run used: its method, other codes, and its data.
+
+    Raises TypeError for anything but a run.
+    """
+    if not isinstance(run, Trajectory):
+        raise TypeError(f"run must be a galvi.Trajectory; received {run!r}.")
+    method, problem = run.method, run.problem
+    if isinstance(method, Galerkin):
+        keys, done = ["Hall2013", "Miglio2016"], f"with {method.name}"
+        text = f"{_named(problem.name)} was integrated {done}, a Galerkin variational integrator"
+    else:
+        found = [key for word, all_keys in CODES.items() if word in str(method) for key in all_keys]
+        keys, text = found, f"{_named(problem.name)} was integrated with {method}"
+    text += f" {_keys(keys)}" if keys else ""
+    text += f", using galvi {galvi_version()} [galvi]"
+    keys = [*keys, "galvi"]
+    if "DE421" in str(problem.parameters.get("source", "")) + problem.units:
+        keys.append("Folkner2009")
+        text += ", from the states of JPL's ephemeris DE421 [Folkner2009]"
+    bibtex = "\n\n".join(entries()[key] for key in dict.fromkeys(keys))
+    return Citation(f"{text}.", bibtex.replace("VERSION", galvi_version()))
+
+
+def _named(name: str) -> str:
+    return f"The problem '{name}'" if name else "The problem"
+
+
+def _keys(keys: list[str]) -> str:
+    return f"[{', '.join(dict.fromkeys(keys))}]"

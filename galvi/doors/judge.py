@@ -1,0 +1,106 @@
+"""Judge a model from Python: the command ``galvi judge`` in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from galvi.doors.rebound import from_rebound
+
+if TYPE_CHECKING:
+    import pandas
+
+
+@dataclass(frozen=True)
+class Judged:
+    """How wrong a model's own run is, and what reaches an error cheapest.
+
+    found  what ``judge.json`` holds; `summary` says it in sentences
+    page   the page as HTML, which notebooks show
+    """
+
+    found: Mapping[str, Any]
+    page: str
+
+    @property
+    def summary(self) -> list[str]:
+        """The findings in sentences."""
+        return list(self.found["summary"])
+
+    @property
+    def own(self) -> Mapping[str, Any]:
+        """Of the user's own setting: integrator, error, seconds, energy_error, momentum_error."""
+        own: Mapping[str, Any] = self.found["own"]
+        return own
+
+    @property
+    def truth_agreement(self) -> float:
+        """The largest distance between two sources of the truth; NaN with one only."""
+        agreement = self.found["truth_agreement"]
+        return float("nan") if agreement is None else float(agreement)
+
+    @property
+    def recommended(self) -> Mapping[str, Any] | None:
+        """The cheapest integrator and setting that reach the error; None where none does."""
+        best: Mapping[str, Any] | None = self.found["recommended"]
+        return best
+
+    @property
+    def table(self) -> pandas.DataFrame:
+        """Everything that was tried: what reaches the error first, by its time."""
+        import pandas
+
+        return pandas.DataFrame(self.found["table"])
+
+    def __repr__(self) -> str:
+        return " ".join(self.summary)
+
+    def _repr_html_(self) -> str:
+        return self.page
+
+
+def judge(
+    source: Any,
+    duration: float | None = None,
+    error: float | None = None,
+    own: Mapping[str, Any] | None = None,
+    snapshot: int = -1,
+) -> Judged:
+    """Judge a simulation of REBOUND, or a file of one.
+
+    source    as of `galvi.from_rebound`
+    duration  in the simulation's time; None: 100 revolutions of its fastest body
+    error     largest distance of a body from its true place; None: that of the own run
+    own       {"integrator": "whfast", "dt": 0.1, ...}; what is not given is as in the simulation
+
+    Raises what `galvi.from_rebound` raises, ValueError for what the command refuses, and
+    ModuleNotFoundError without the suite's packages.
+    """
+    from_rebound(source, snapshot)  # what cannot be judged is refused here
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "model.bin"
+        if isinstance(source, str | os.PathLike):
+            file = Path(source)
+        else:
+            source.save_to_file(str(file))
+        arguments = [str(file), "--snapshot", str(snapshot), "--out", folder]
+        for name, value in (("--duration", duration), ("--error", error)):
+            arguments += [] if value is None else [name, repr(float(value))]
+        if own:
+            arguments += ["--own", ",".join(f"{key}={value}" for key, value in own.items())]
+        done = subprocess.run(
+            [sys.executable, "-m", "galvi", "judge", *arguments], capture_output=True, text=True,
+        )  # fmt: skip
+        result = Path(folder) / "judge.json"
+        if not result.is_file():
+            kind = ModuleNotFoundError if "not installed" in done.stderr else ValueError
+            raise kind(done.stderr.strip() or f"the command ended with {done.returncode}.")
+        page = (Path(folder) / "judge.html").read_text(encoding="utf-8")
+        return Judged(json.loads(result.read_text()), page)

@@ -1,0 +1,107 @@
+"""A picture of a run: its motion, and the error of its energy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.diagnostics.invariants import energy
+from galvi.run.energies import conserves_energy
+from galvi.systems.canonical import Canonical
+from galvi.systems.nbody import NBody
+from galvi.trajectory import Trajectory
+
+MOST_NAMES = 10  # bodies or coordinates that are named
+PER_STEP = 16  # points of each curve
+MOST_POINTS = 20_000
+
+
+def plot(run: Trajectory) -> Any:
+    """A matplotlib figure of a run.
+
+    On the left orbits in the plane of x and y, the path of one body in the plane, the axes of a
+    rotating body on the sphere, the place
+    of a moving one, or each coordinate against time; with the curves where they were kept. On the
+    right the change of the energy, or the coordinates' momenta where it is not conserved.
+
+    Raises ModuleNotFoundError without matplotlib.
+    """
+    try:
+        from matplotlib import pyplot
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "matplotlib is not installed. Install it: pip install matplotlib.", name="matplotlib"
+        ) from error
+    shape = run.problem.q0.shape
+    on_sphere = shape == (3, 3) and not isinstance(run.problem.system, NBody)
+    figure = pyplot.figure(figsize=(10.0, 4.2), layout="constrained")
+    motion = figure.add_subplot(1, 2, 1, **({"projection": "3d"} if on_sphere else {}))
+    t, q = _motion(run)
+    if on_sphere:
+        _sphere(motion, q)
+    elif isinstance(run.problem.system, NBody):
+        _orbits(motion, run, q)
+    elif shape == (2,) and isinstance(run.problem.system, Canonical):
+        motion.plot(q[:, 0], q[:, 1])
+        motion.set(xlabel="$q_0$", ylabel="$q_1$", aspect="equal")
+    else:
+        places = q[:, :3, 3] if shape == (4, 4) else q.reshape(len(t), -1)
+        names = "xyz" if shape == (4, 4) else [f"$q_{{{k}}}$" for k in range(places.shape[1])]
+        _against_time(motion, t, places, names)
+    _invariant(figure.add_subplot(1, 2, 2), run)
+    figure.suptitle(run.problem.name or type(run.problem.system).__name__)
+    return figure
+
+
+def _motion(run: Trajectory) -> tuple[Array, Array]:
+    """Times and places, on the curves if there are any."""
+    if run.curves is None or len(run.t) < 2:
+        return run.t, run.q
+    points = min(PER_STEP * (len(run.t) - 1), MOST_POINTS) + 1
+    times = np.linspace(run.t[0], run.t[-1], points)
+    return times, run(times)
+
+
+def _orbits(axes: Any, run: Trajectory, q: Array) -> None:
+    names = run.problem.parameters.get("bodies", [str(k) for k in range(q.shape[1])])
+    for k, name in enumerate(names):
+        label = name if k < MOST_NAMES else None
+        (line,) = axes.plot(q[:, k, 0], q[:, k, 1], linewidth=0.8)
+        axes.plot(*run.q[-1, k, :2], "o", color=line.get_color(), markersize=4, label=label)
+    axes.set(xlabel="$x$", ylabel="$y$")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.legend(fontsize=8)
+
+
+def _sphere(axes: Any, rotations: Array) -> None:
+    for k in range(3):
+        axes.plot(*rotations[:, :, k].T, linewidth=0.8, label=f"$e_{k + 1}$")
+    turn, height = np.linspace(0.0, 2 * np.pi, 25), np.linspace(0.0, np.pi, 13)
+    axes.plot_wireframe(
+        np.outer(np.cos(turn), np.sin(height)), np.outer(np.sin(turn), np.sin(height)),
+        np.outer(np.ones(25), np.cos(height)), color="0.8", linewidth=0.3,
+    )  # fmt: skip
+    axes.set(xlabel="$x$", ylabel="$y$", zlabel="$z$")
+    axes.set_box_aspect((1, 1, 1))
+    axes.legend(fontsize=8, title="body axes", loc="upper left", bbox_to_anchor=(-0.1, 1.0))
+
+
+def _against_time(axes: Any, t: Array, values: Array, names: Any) -> None:
+    for k, name in enumerate(names):
+        axes.plot(t, values[:, k], linewidth=0.9, label=name if k < MOST_NAMES else None)
+    axes.set(xlabel="$t$")
+    axes.legend(fontsize=8)
+
+
+def _invariant(axes: Any, run: Trajectory) -> None:
+    if not conserves_energy(run.problem.system):
+        p = run.p.reshape(len(run.t), -1)
+        _against_time(axes, run.t, p, [f"$p_{{{k}}}$" for k in range(p.shape[1])])
+        return
+    found = energy(run)
+    scale = abs(found[0]) or 1.0
+    axes.plot(run.t, (found - found[0]) / scale, ".-", markersize=2, linewidth=0.6)
+    relative = "relative change" if found[0] else "change"
+    axes.set(xlabel="$t$", ylabel=f"{relative} of the energy")

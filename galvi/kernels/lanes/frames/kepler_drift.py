@@ -1,0 +1,181 @@
+"""Kepler's motions of all planets over a step, in vector instructions over the planets.
+
+Numbers as in `galvi.kernels.lanes.frames.kepler`; then the places of the star and of the planets,
+in their order, among the problem's bodies (n + 1,). In rows 4 to 7 of the state: D times n entries,
+Q by coordinates, then D of the barycentre; likewise their low parts, the velocities and theirs.
+Rows have at least LANES entries more.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from galvi.kernels.compile.jit import jit_inline
+from galvi.kernels.lanes.frames import universal
+from galvi.kernels.lanes.frames.kepler import HEAD, INVERSE, MASS, MOST, dot
+from galvi.kernels.lanes.functions import square_root, two_product, two_sum
+from galvi.kernels.lanes.values import Lane
+from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
+
+TERMS = 10  # of a series
+SMALL = 2e-6  # share of a step up to which a correction of X is the last one
+FARTHEST = 56.0  # largest |beta X^2| for which the series are accurate: 1.2 revolutions
+BLOCKS = INVERSE + 1  # of numbers of planets
+NAN = math.nan
+
+
+@intrinsic
+def kepler_drift(typingctx, axes, numbers, share, state):
+    """The planets of rows 4 to 7 of the state, in as many dimensions as ``axes`` has entries.
+
+    The steps of Q and v are added with their rounding errors.
+    """
+    D = axes.count
+
+    def generate(context, builder, signature, values):
+        known, rows = (
+            context.make_array(signature.args[k])(context, builder, values[k]) for k in (1, 3)
+        )
+        width = builder.extract_value(rows.shape, 1)
+        row = width.type
+        size = builder.extract_value(known.shape, 0)
+        n = builder.udiv(builder.sub(size, row(HEAD + 1)), row(BLOCKS + 1))
+        chunks = builder.udiv(builder.add(n, row(LANES - 1)), row(LANES))
+        h = builder.load(builder.gep(known.data, [row(0)]))
+        with cgutils.for_range(builder, chunks, intp=row) as loop:
+            first = builder.mul(loop.index, row(LANES))
+            left = builder.sub(n, first)
+            lanes = Lanes(context, builder, width, row(0))
+
+            def address(data, place):
+                place = builder.gep(data, [place])
+                return builder.bitcast(place, NOTHING.type.as_pointer())
+
+            def load(data, place):
+                value = builder.load(address(data, place))
+                value.align = 8
+                return Lane(builder, value)
+
+            def entry(r, x):
+                begin = builder.add(builder.mul(width, row(r)), first)
+                return builder.add(begin, builder.mul(n, row(x)))
+
+            mask = _below(builder, left)
+            t = Lane(builder, lanes.spread(builder.fmul(values[2], h)))
+            mu = load(known.data, builder.add(first, row(HEAD + MASS)))
+            parts = [[load(rows.data, entry(r, x)) for x in range(D)] for r in range(4, 8)]
+            moved = _moved(builder, lanes, mask, mu, t, *parts)
+            whole = builder.icmp_unsigned(">=", left, row(LANES))
+            for r, vector in zip(range(4, 8), moved, strict=True):
+                for x, lane in enumerate(vector):
+                    with builder.if_else(whole) as (together, one_by_one):
+                        with together:
+                            store = builder.store(lane.value, address(rows.data, entry(r, x)))
+                            store.align = 8
+                        with one_by_one, cgutils.for_range(builder, left, intp=row) as inner:
+                            number = builder.extract_element(lane.value, inner.index)
+                            place = builder.add(entry(r, x), inner.index)
+                            builder.store(number, builder.gep(rows.data, [place]))
+        return context.get_dummy_value()
+
+    return types.void(axes, numbers, share, state), generate
+
+
+def _below(builder, count):
+    """The lanes whose number is below a count."""
+    numbers = ir.Constant(ir.VectorType(count.type, LANES), list(range(LANES)))
+    undefined = ir.Constant(numbers.type, ir.Undefined)
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
+    one = builder.insert_element(undefined, count, ir.Constant(ir.IntType(32), 0))
+    return builder.icmp_signed("<", numbers, builder.shuffle_vector(one, undefined, zeros))
+
+
+def _moved(builder, lanes, mask, mu, t, q, q_low, v, v_low):
+    """q, its low part, v and its low part after the time t."""
+    square = dot(q, q)
+    r0 = square.call("sqrt")
+    inverse_0, eta = 1.0 / r0, dot(q, v)
+    beta = 2.0 * mu / r0 - dot(v, v)
+    zeta = mu - beta * r0
+    X, G = _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t)
+    r = r0 + (eta * G[0] + zeta * G[1])
+    inverse = 1.0 / r
+    f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
+    rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
+    lost = 0.0 * X  # NaN where there is no X
+    ways, turns = [], []
+    for x, x_low, y, y_low in zip(q, q_low, v, v_low, strict=True):
+        ways.append((f * x + g * y + lost, f * x_low + g * y_low))
+        turns.append((rate_f * x + rate_g * y, rate_f * x_low + rate_g * y_low))
+    places, place_change = _added(q, q_low, ways)
+    speeds, speed_change = _added(v, v_low, turns)
+    # What rounding changed in v.v / 2 - mu / r is taken from the speed: it would add up.
+    gained = 0.5 * speed_change + mu * place_change * (inverse_0 * inverse) / (r0 + r)
+    fast = [high for high, _ in speeds]
+    back = gained / dot(fast, fast)
+    speeds = [(high, low - back * high) for high, low in speeds]
+    return [
+        [high for high, _ in places], [low for _, low in places],
+        fast, [low for _, low in speeds],
+    ]  # fmt: skip
+
+
+def _added(start, start_low, changes):
+    """A vector after a change, in two parts, and the change of its square, to 1e-32 of it.
+
+    The latter is change . (start + end), whose terms nearly cancel on a circle.
+    """
+    ends: list[Any] = []
+    square: Any = None
+    square_low: Any = 0.0
+    for x, x_low, (far, far_low) in zip(start, start_low, changes, strict=True):
+        end, rest = two_sum(x, far)
+        end, rest = two_sum(end, rest.fused + (x_low + far_low))
+        both, both_low = two_sum(x, end)
+        term, term_low = two_product(both, far.exact)
+        more = far * (both_low.fused + x_low + rest.fused) + far_low * both.fused
+        square, carried = two_sum(square, term) if square is not None else (term, 0.0 * far)
+        square_low = carried.fused + (term_low.fused + more) + square_low
+        ends.append((end.fused, rest.fused))
+    return ends, square.fused + square_low
+
+
+def _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t):
+    """X and G1 to G5 after the time t; X is NaN where it was not found, or is too large."""
+    place, changed = lanes.variable((t * beta / mu).value), lanes.variable(NOTHING)
+    found = [lanes.variable(NOTHING) for _ in range(5)]
+    limit = abs(t) * SMALL
+    with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST)) as loop:
+        X = Lane(builder, builder.load(place))
+        G = universal.universal(beta, X, TERMS, exact=True)
+        step = universal.correction(beta, r0, eta, zeta, X, G, t, lambda r: 1.0 / r)
+        for variable, value in zip(found, G, strict=True):
+            builder.store(value.value, variable)
+        builder.store(step.value, changed)
+        small = builder.or_(abs(step) * r0 <= limit, builder.not_(mask))
+        every = builder.icmp_unsigned(
+            "==", builder.bitcast(small, ir.IntType(LANES)), ir.IntType(LANES)(-1)
+        )
+        with builder.if_then(every):
+            loop.do_break()
+        far = universal.far_correction(
+            beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, square_root
+        )
+        builder.store((X + far).value, place)
+    X, step = (Lane(builder, builder.load(one)) for one in (place, changed))
+    X = X + step
+    G = universal.moved(beta, [Lane(builder, builder.load(one)) for one in found], step)
+    solved = builder.and_(abs(step) * r0 <= limit, abs(beta) * X * X <= FARTHEST)
+    return X.where(solved, NAN), G
+
+
+@jit_inline
+def planets_of(numbers):
+    """n."""
+    return (numbers.size - HEAD - 1) // (BLOCKS + 1)

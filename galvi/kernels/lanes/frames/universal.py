@@ -1,0 +1,114 @@
+"""Kepler's motion by universal variables, for lanes and arrays alike (Battin (1999), section 4.5).
+
+q'' = -mu q / |q|^3 from (q, v) at distance r0, with eta = q.v, beta = 2 mu / r0 - v.v, zeta = mu -
+beta r0 and G_n(X) = X^n sum_k (-beta X^2)^k / (n + 2 k)!, so that dG_n/dX = G_(n-1):
+
+    t = r0 X + eta G2 + zeta G3,  r = r0 + eta G1 + zeta G2
+    q(t) = f q + g v,  f = 1 - mu G2 / r0,  g = t - mu G3
+    v(t) = f' q + g' v,  f' = -mu G1 / (r r0),  g' = 1 - mu G2 / r
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+from galvi.kernels.lie.arithmetic import polynomial
+
+FARTHEST = 0.9  # largest |beta X^2| 4^-halvings for which six terms err by 6e-13
+
+
+def _series(first, terms):
+    return tuple((-1.0) ** k / math.factorial(first + 2 * k) for k in range(terms))
+
+
+FOURTH, FIFTH = _series(4, 10), _series(5, 10)
+SIXTH = 1.0 / 6.0
+# What rounding lost of 1 / 6, 1 / 24 and 1 / 120.
+LOST = tuple(float(Fraction(1, n) - Fraction(1.0 / n)) for n in (6, 24, 120))
+
+
+def universal(beta, X, terms, halvings=2, exact=False):
+    """G1 to G5 at X, from series at X / 2^halvings by the formulas for twice the argument.
+
+    terms  of each series
+    exact  whether what rounding lost of the first coefficients is added, so that errors are random
+    """
+    X = X * 0.5**halvings
+    square = X * X
+    z = beta * square
+    cube = square * X
+    fourth, fifth = polynomial(FOURTH[1:terms], z) * z, polynomial(FIFTH[1:terms], z) * z
+    lost_cube = 0.0
+    if exact:
+        fourth, fifth, lost_cube = fourth + LOST[1], fifth + LOST[2], cube * LOST[0]
+    G4 = square * square * (FOURTH[0] + fourth)
+    G5 = square * cube * (FIFTH[0] + fifth)
+    G3 = cube * SIXTH - (beta * G5 - lost_cube)
+    G2 = square * 0.5 - beta * G4
+    G1 = X - beta * G3
+    for _ in range(halvings):
+        G5 = 2.0 * (G5 + X * G4 + G2 * G3)
+        G4 = 4.0 * G4 + 2.0 * (G2 * G2)
+        G3 = 2.0 * (G3 + G1 * G2)
+        G1, G2 = 2.0 * ((1.0 - beta * G2) * G1), 2.0 * (G1 * G1)
+        X = 2.0 * X
+    return G1, G2, G3, G4, G5
+
+
+def moved(beta, G, step):
+    """G1 to G5 at X + step, up to the third power of the small step."""
+    G1, G2, G3, G4, G5 = G
+    G0 = 1.0 - beta * G2
+    below = [-(beta * G1), G0, G1, G2, G3, G4, G5]
+    half = 0.5 * step
+    return tuple(below[n] + step * (below[n - 1] + half * below[n - 2]) for n in range(2, 7))
+
+
+def correction(beta, r0, eta, zeta, X, G, t, reciprocal):
+    """The change of X that solves Kepler's equation up to its third power."""
+    G1, G2, G3, _, _ = G
+    gap = r0 * X - t + (eta * G2 + zeta * G3)
+    inverse = reciprocal(r0 + (eta * G1 + zeta * G2))
+    first = gap * inverse
+    second = 0.5 * inverse * (eta - eta * beta * G2 + zeta * G1)
+    return -(first + first * first * second)
+
+
+def far_correction(beta, r0, eta, zeta, X, G, t, quotient, root):
+    """The change of X by Laguerre's method of degree 5, which converges from far (Conway 1986)."""
+    G1, G2, G3, _, _ = G
+    gap = r0 * X - t + (eta * G2 + zeta * G3)
+    r = r0 + (eta * G1 + zeta * G2)
+    bend = eta - eta * beta * G2 + zeta * G1
+    return quotient(-5.0 * gap, r + root(abs(16.0 * r * r - 20.0 * gap * bend)))
+
+
+def lag(mu, X, G, t):
+    """c = mu (3 G5 - X G4) - t G2, of `pull_back`."""
+    return mu * (3.0 * G[4] - X * G[3]) - t * G[1]
+
+
+def pull_back(mu, G2, c, back, pace, inverse_0, q0, v0, q, v, a, dot):
+    """D phi_-t(z) (0, a): the change of a motion's start (q0, v0) for the change a of v at its end.
+
+    G2, c      of the motion from start to end in time t; back = mu G3 - t
+    pace       |q| / mu, and inverse_0 = 1 / |q0|
+
+    From the transition matrix of the motion back (Battin (1999), section 9.7):
+
+        dq0 = G2 [(q0 - q) v.a - (v0 - v) q.a] - c v.a v0 + (mu G3 - t) a
+        dv0 = (r / mu) (v0 - v) (v0 - v).a + (mu / r0^3) (G2 q.a + c v.a) q0 + (1 - mu G2 / r0) a
+    """
+    gone = [x - y for x, y in zip(q0, q, strict=True)]
+    lost = [x - y for x, y in zip(v0, v, strict=True)]
+    s, y, z = dot(v, a), dot(q, a), dot(lost, a)
+    ahead, aside, drag = G2 * s, G2 * y, c * s
+    near = mu * inverse_0
+    turned = pace * z
+    fall, slowed = near * (inverse_0 * inverse_0) * (aside + drag), 1.0 - near * G2
+    places, speeds = [], []
+    for k in range(len(a)):
+        places.append(ahead * gone[k] - aside * lost[k] + (back * a[k] - drag * v0[k]))
+        speeds.append(turned * lost[k] + fall * q0[k] + slowed * a[k])
+    return places, speeds

@@ -1,0 +1,1 @@
+"""Runs in a frame that moves with an integrable flow."""

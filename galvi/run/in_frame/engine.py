@@ -1,0 +1,76 @@
+"""Runs in a moving frame: the third engine, for methods whose chart is a frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from galvi.arrays import Array
+from galvi.curves.frame_curves import FrameCurves
+from galvi.kernels.nystrom.solve import NOT_FINITE
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.encounters import encounter
+from galvi.run.engine import Engine
+from galvi.run.in_frame.stepper import Path, frame_of, frame_start, frame_stepper, motion_of
+from galvi.run.run_arrays import RunArrays
+from galvi.systems.nbody import NBody
+
+
+def refuse(problem: Problem, method: Galerkin) -> None:
+    """ValueError where the method's frame does not apply to the problem."""
+    refusal = frame_of(method).refusal(problem)
+    if refusal:
+        raise ValueError(refusal)
+
+
+def _failure(
+    problem: Problem, method: Galerkin, step: float, code: int, solver: str, work: RunArrays
+) -> str:
+    frame = frame_of(method).name
+    why = (
+        f"the state became infinite or NaN in the {frame}, as where its flow ends or bodies meet"
+        if code == NOT_FINITE
+        else f"the passes did not converge: what the {frame} leaves is too strong for this step"
+    )
+    if isinstance(problem.system, NBody):
+        where = encounter(
+            problem, problem.system, method.stages, step, work.state[:4, : problem.q0.size]
+        )
+        return f"{why}. In the inertial frame, {where}"
+    return f"{why}. Use a smaller step, or another chart."
+
+
+def _curves(
+    problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, coefficients: Array
+) -> FrameCurves:
+    motion = motion_of(problem, method, step)
+    path = Path(problem, method, motion.clock, motion.stretch)
+    first = round((t0 - problem.t0) / step)
+    bases = bases.reshape(len(bases), 2, -1)
+    return FrameCurves(method.space, t0, step, bases, coefficients, first, path)
+
+
+def _curve_size(problem: Problem, method: Galerkin) -> tuple[int, int]:
+    start = frame_start(problem, method)[0]
+    return 2 * start.shape[1], 2 * frame_of(method).rows(problem)
+
+
+def _nothing(*arguments: Any) -> None:
+    """No second attempt: further passes have been made."""
+
+
+IN_FRAME = Engine(
+    start=frame_start,
+    velocity_row=2,
+    solves_by_iteration=lambda problem, method: True,
+    is_compiled=lambda problem, method: True,
+    stepper=frame_stepper,
+    stepper_from_guess=frame_stepper,
+    guess_from_substeps=_nothing,
+    guess_kind=0,
+    momenta=lambda problem, v: problem.system.momentum(v.reshape(-1, *problem.q0.shape)),
+    curves=_curves,
+    failure=_failure,
+    solvers=("auto", "fixed_point"),
+    curve_size=_curve_size,
+)

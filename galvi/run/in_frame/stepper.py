@@ -1,0 +1,226 @@
+"""Steps in a moving frame, in vector instructions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+
+from galvi.arrays import Array
+from galvi.checkpoint import Checkpoint
+from galvi.frames.frame import Frame, Motion, revolution
+from galvi.kernels.lanes.frames.collocation import (
+    CHANGE,
+    MOST_PASSES,
+    NOISE,
+    compiled_advance_frame,
+)
+from galvi.kernels.lanes.frames.rows import ECCENTRICITY, PACE, PHASE, PLACE, TURNS, TWO_PI
+from galvi.kernels.lanes.vectors import LANES
+from galvi.kernels.nystrom.advance import NOTHING
+from galvi.kernels.nystrom.solve import ITERATIONS, SOLVED
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.rules.gauss import gauss
+from galvi.run.engine import Call, Start, fixed
+from galvi.run.nystrom_steppers import ROUND_OFF, aligned, stages_in_lanes
+from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
+from galvi.spaces.polynomials import Polynomials
+from galvi.tableau import tabulate
+
+FINEST = 2.0**-57  # share of the state that passes may leave in a step, for round-off
+SMALLEST = 2.0**-80  # what they leave of a step that is said to have converged
+USUAL = 100.0  # a change larger than so many times that at the start calls for further passes
+
+
+def frame_of(method: Galerkin) -> Frame:
+    """The method's frame."""
+    return cast(Frame, method.chart)
+
+
+def stretched(y: Array, stretch: float) -> tuple[Array, Array]:
+    """The places in [-1, 1] of Gauss nodes y that are moved, and their slopes by y."""
+    if stretch < 1e-8:
+        return y, np.ones_like(y)
+    whole = np.arcsin(stretch)
+    return np.arcsin(stretch * y) / whole, stretch / whole / np.sqrt(1.0 - (stretch * y) ** 2)
+
+
+@lru_cache(maxsize=32)
+def motion_of(problem: Problem, method: Galerkin, step: float) -> Motion:
+    """The frame of a method, for steps of this size."""
+    nodes = method.table.c[stages_in_lanes(method.stages)]
+    return frame_of(method).motion(problem, step, nodes)
+
+
+def tables_of(motion: Motion, method: Galerkin, checks: Array) -> tuple[Any, ...]:
+    """The tables of galvi.kernels.lanes.frames.collocation."""
+    table, lanes = method.table, stages_in_lanes(method.stages)
+    weights = np.zeros(lanes.size)
+    weights[: table.b.size] = table.b
+    numbers = (
+        table.integral.T[:, lanes], weights, table.c[lanes], table.projection.T, motion.clock,
+        1.0 / motion.sizes, checks,
+    )  # fmt: skip
+    arrays: list[Any] = [np.array(x, dtype=np.float64, order="C") for x in numbers]
+    return *arrays, _coarse(table.c)
+
+
+def _coarse(c: Array) -> tuple[Any, ...]:
+    """The tables of a first pass at about half as many nodes, where that saves a row of lanes."""
+    s, width = c.size, stages_in_lanes(c.size).size
+    fewer = min(-(-width // (2 * LANES)) * LANES, s)
+    if fewer == s or width == LANES:
+        return np.zeros((0, width)), np.zeros(LANES), np.zeros(LANES), np.zeros((0, width))
+    few = tabulate(Polynomials(fewer), gauss(fewer))
+    lanes = stages_in_lanes(s)
+    legendre = legvander(2.0 * few.c - 1.0, fewer - 1)
+    values = np.linalg.solve(legendre.T, legvander(2.0 * c - 1.0, fewer - 1).T)
+    integrals = legendre_integrals(c, fewer) @ np.linalg.inv(legendre)
+    matrices = (np.ascontiguousarray(x[:, lanes]) for x in (integrals.T, values))
+    matrix, guess = matrices
+    return matrix, few.b.copy(), few.c.copy(), guess
+
+
+def legendre_integrals(c: Array, count: int) -> Array:
+    """The integrals from 0 to c of the first Legendre polynomials on [0, 1], (len(c), count)."""
+    P = legvander(2.0 * c - 1.0, count)
+    k = np.arange(1, count)
+    first = 0.5 * (P[:, 1:2] + 1.0)
+    rest = 0.5 * (P[:, 2:] - P[:, : count - 1]) / (2 * k + 1)
+    result: Array = np.hstack([first, rest])
+    return result
+
+
+def frame_stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
+) -> Call:
+    """A `Call` of the kernel: does n more steps and returns its code."""
+    checks = np.array(checks_of(problem, method, step, start.tolerance))
+    return _stepper(problem, method, step, steps, start, work, checks)[0]
+
+
+def _stepper(
+    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
+    checks: Array,
+) -> tuple[Call, tuple[Any, ...]]:  # fmt: skip
+    """The `Call` and the tables it uses."""
+    motion = motion_of(problem, method, step)
+    tables = tables_of(motion, method, checks)
+    rows, width = motion.sizes.size, tables[1].size
+    few = tables[-1][2]
+    arrays = aligned(
+        *(shape for m in (width, few.size)
+          for shape in ((rows, m), (rows, m), (5, m), (motion.guesses, m))),
+        (motion.work, LANES), work.state.shape,
+    )  # fmt: skip
+    scratch = tuple(arrays[:4]), tuple(arrays[4:8]), arrays[8], arrays[9]
+    for nodes, c in ((arrays[2], tables[2]), (arrays[6], few)):
+        nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
+    kernel = compiled_advance_frame()
+    plan, progress, kept = run_plan(problem, step, steps, start, work, start.tolerance)
+
+    def call(todo: int, alive: Motion = motion) -> int:
+        code = int(kernel(
+            alive.functions, alive.numbers, tables, plan, todo, progress, scratch, kept
+        ))  # fmt: skip
+        work.counts[FORCES_IN_LANES] = work.counts[1]
+        return code
+
+    return call, tables
+
+
+@lru_cache(maxsize=32)
+def checks_of(
+    problem: Problem, method: Galerkin, step: float, tolerance: float
+) -> tuple[float, float, float, float]:
+    """Passes of a step, the usual change in the last of them, and what further ones may leave.
+
+    Unless the frame says how many, the fewest whose first step ends within the tolerance of one
+    that has converged. They depend on the problem's start alone, so that they are the same in each
+    part of a continued run.
+    """
+    left = FINEST if tolerance == ROUND_OFF else tolerance
+    converged = _first_step(problem, method, step, (2.0, -1.0, SMALLEST, 0.0))
+    if converged.code != SOLVED:
+        return 2.0, -1.0, left, 0.0  # the run finds the same, and says it
+    given = frame_of(method).passes
+    few = range(2, converged.passes + 1) if given is None else (min(given, MOST_PASSES),)
+    for passes in few:
+        tried = _first_step(problem, method, step, (float(passes), np.inf, left, 0.0))
+        if np.max(np.abs((tried.end - converged.end).sum(axis=0))) <= left:
+            break
+    return float(passes), max(USUAL * tried.change, NOISE), left, 0.0
+
+
+class FirstStep(NamedTuple):
+    """The first step of a run with so many passes.
+
+    change  the last one that was measured
+    code    the kernel's
+    end     (2, 2 n) the state in the frame after it and its low part, over their sizes
+    """
+
+    passes: int
+    change: float
+    code: int
+    end: Array
+
+
+def _first_step(
+    problem: Problem, method: Galerkin, step: float, checks: tuple[float, ...]
+) -> FirstStep:
+    begin = Checkpoint(0, *frame_start(problem, method), "auto", ROUND_OFF, 1, False)
+    work = RunArrays.of(problem, method, 1, begin, 2, (0, 0), watched=False)
+    stepper, tables = _stepper(problem, method, step, 1, begin, work, np.array(checks))
+    code, sizes = stepper(1), motion_of(problem, method, step).sizes
+    n = sizes.size // 2
+    end = np.stack([work.state[row::2, :n].ravel() for row in (4, 5)])
+    change = float(tables[-2][CHANGE])
+    return FirstStep(int(work.counts[ITERATIONS]), change, code, end / sizes)
+
+
+@lru_cache(maxsize=32)
+def frame_start(problem: Problem, method: Galerkin) -> Start:
+    """State, stages and solver_state before the first step."""
+    state = frame_of(method).enter(problem)
+    solver_state = np.array([NOTHING, 0, 0], dtype=np.int64)
+    return fixed(state, np.zeros((0, method.stages)), solver_state)
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """The curves' frame, see `galvi.curves.frame_curves.MovingPath`."""
+
+    problem: Problem
+    method: Galerkin
+    clock: tuple[float, float, float]
+    stretch: float
+
+    def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
+        """See `MovingPath`: inverts what galvi.kernels.lanes.frames.rows.place_nodes does."""
+        turns, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
+        if e < 0.0:
+            return tau, np.ones_like(tau)
+        begin = turns * number + phase
+        begin -= np.floor(begin)
+        (u_0, u_1), (t_0, t_1) = revolution(TWO_PI * np.stack([begin, begin + turns]), e)
+        time = t_0 + tau * (t_1 - t_0)
+        u = u_0 + tau * (u_1 - u_0)
+        for _ in range(50):
+            u = u - (u - e * np.sin(u) - time) / (1.0 - e * np.cos(u))
+            u = np.clip(u, np.minimum(u_0, u_1), np.maximum(u_0, u_1))
+        place = np.clip((2.0 * u - u_0 - u_1) / (u_1 - u_0), -1.0, 1.0)
+        y = place
+        if self.stretch >= 1e-8:
+            y = np.sin(np.arcsin(self.stretch) * place) / self.stretch
+        pace = stretched(y, self.stretch)[1]
+        slope = (t_1 - t_0) / ((1.0 - e * np.cos(u)) * (u_1 - u_0) * pace)
+        return 0.5 * (1.0 + y), slope
+
+    def flow(self, w: Array, t: Array) -> Array:
+        """See `MovingPath`."""
+        return frame_of(self.method).flow(self.problem, w, t)

@@ -1,0 +1,62 @@
+"""The command that judges a model: sentences on the terminal, a page, JSON, and a status."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import typer
+
+import galvi
+from benchmarks.judging.judgement import judge
+from benchmarks.store.provenance import provenance
+from reports.judge.page import write
+from reports.judge.sentences import sentences
+
+
+def judge_command(
+    file: Path, duration: float | None, error: float | None, own: str, snapshot: int, out: Path,
+    command: str,
+) -> int:  # fmt: skip
+    """0, or 1 when an error was asked for that the user's own run does not reach."""
+    try:
+        problem = galvi.from_rebound(file, snapshot)
+        found = judge(problem, duration, error, read_own(own), _progress)
+    except (ValueError, FileNotFoundError, ModuleNotFoundError, RuntimeError) as refused:
+        raise typer.BadParameter(str(refused)) from None
+    page = write(found, file.name, provenance(command), out)
+    for sentence in sentences(found):
+        print(sentence)
+    print(f"See {page}.")
+    return int(error is not None and not found.passed)
+
+
+def read_own(text: str) -> dict[str, Any]:
+    """{"integrator": "whfast", "dt": 0.1} from integrator=whfast,dt=0.1; numbers where they are.
+
+    Raises ValueError for a part that is not name=value.
+    """
+    result: dict[str, Any] = {}
+    for part in filter(None, (word.strip() for word in text.split(","))):
+        name, equals, value = part.partition("=")
+        if not (name and equals and value):
+            raise ValueError(f"--own expects name=value, separated by commas; received {part!r}.")
+        result[name.strip()] = _number(value.strip())
+    return result
+
+
+def _number(text: str) -> Any:
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
+def _progress(sentence: str) -> None:
+    if sys.stderr.isatty():
+        print(f"\r\033[K{sentence}", end="", file=sys.stderr, flush=True)
+        if sentence == "":
+            print(file=sys.stderr)

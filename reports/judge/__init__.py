@@ -1,0 +1,1 @@
+"""A judgement of a user's model, as sentences, a page and JSON."""

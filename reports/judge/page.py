@@ -1,0 +1,99 @@
+"""One page for a judgement, and its numbers as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from markupsafe import Markup
+
+from benchmarks.judging.judgement import Judgement
+from reports.judge.pictures import pictures
+from reports.judge.sentences import sentences
+from reports.page.grid import grid
+from reports.page.render import page_environment, style
+from reports.tables.number_format import readable, seconds
+
+HERE = Path(__file__).parent
+MOST_PARTS = 30
+NUMBER = "number"
+
+
+def write(found: Judgement, name: str, facts: Mapping[str, Any], folder: Path) -> Path:
+    """Write judge.html, judge.json and the tables; returns the page."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "judge.json").write_text(json.dumps(as_json(found), indent=1) + "\n")
+    found.table.to_csv(folder / "integrators.csv", index=False)
+    found.parts.to_csv(folder / "bodies.csv", index=False)
+    page = folder / "judge.html"
+    page.write_text(rendered(found, name, facts), encoding="utf-8")
+    return page
+
+
+def as_json(found: Judgement) -> dict[str, Any]:
+    """The findings as plain values; null for what is not a finite number."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, pd.DataFrame):
+            return [plain(row) for row in value.to_dict("records")]
+        if isinstance(value, Mapping):
+            return {str(key): plain(one) for key, one in value.items()}
+        if isinstance(value, bool) or (hasattr(value, "dtype") and value.dtype == bool):
+            return bool(value)
+        if isinstance(value, int | float) or hasattr(value, "dtype"):
+            return float(value) if math.isfinite(value) else None
+        return str(value)
+
+    return {
+        "model": found.problem.name,
+        "duration": found.duration,
+        "error": found.error,
+        "passed": found.passed,
+        "truth_agreement": plain(found.truth_agreement),
+        "sources": [{"between": list(one.between), "largest": plain(one.largest)}
+                    for one in found.agreements],
+        "own": plain(found.own),
+        "own_errors": plain(found.own_errors),
+        "parts": plain(found.parts),
+        "table": plain(found.table),
+        "recommended": None if found.recommended is None else plain(found.recommended),
+        "encounters": plain(found.encounters),
+        "horizons": plain(found.horizons),
+        "summary": sentences(found),
+    }  # fmt: skip
+
+
+def rendered(found: Judgement, name: str, facts: Mapping[str, Any]) -> str:
+    """The page."""
+    best = found.table.drop_duplicates("integrator")  # the first is the best of each
+    tried = best.assign(
+        error=best["error"].map(readable),
+        seconds=best["seconds"].map(seconds),
+        energy_error=best["energy_error"].map(readable),
+        reached=best["reached"].map({True: "yes", False: "no"}),
+    ).rename(columns={"energy_error": "energy", "seconds": "time"})
+    parts = found.parts.sort_values("largest_error", ascending=False).head(MOST_PARTS)
+    parts = parts.assign(**{
+        column: parts[column].map(readable) for column in parts.columns[1:]
+    }).rename(columns=lambda text: text.replace("_", " "))  # fmt: skip
+    meetings = found.encounters.assign(
+        time=found.encounters["time"].map("{:.6g}".format),
+        distance=found.encounters["distance"].map(readable),
+        hill_radii=found.encounters["hill_radii"].map(readable),
+    ).rename(columns={"hill_radii": "Hill radii"})
+    ends = found.horizons.assign(
+        start_known_to=found.horizons["start_known_to"].map("{:g}".format),
+        until=found.horizons["until"].map(lambda t: f"{t:.6g}" if t == t else "beyond the end"),
+    ).rename(columns={"start_known_to": "start known to", "until": "predicts until t ="})
+    numbers = dict.fromkeys(("error", "time", "energy", "distance", "Hill radii"), NUMBER)
+    return page_environment(HERE).get_template("judge.html.j2").render(
+        css=style(), name=name, sentences=sentences(found),
+        picture=Markup(pictures(found).decode().partition("<svg")[2].join(["<svg", ""])),
+        tried=grid(tried, numbers), parts=grid(parts, dict.fromkeys(parts.columns[1:], NUMBER)),
+        meetings=grid(meetings, numbers), ends=grid(ends),
+        left_out=max(0, len(found.parts) - MOST_PARTS), facts=facts,
+    )  # fmt: skip

@@ -1,0 +1,64 @@
+"""The pictures of a judgement: the motion, and the errors over time."""
+
+from __future__ import annotations
+
+import io
+
+import matplotlib
+import matplotlib.style
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure as Canvas
+
+from benchmarks.judging.bodies import names
+from benchmarks.judging.judgement import Judgement
+from reports.figures.picture import STYLE
+from reports.figures.style.palette import COLOURS, GUIDE
+
+NAMED = 7  # bodies in colour
+POINTS = 1500
+
+
+def pictures(found: Judgement) -> bytes:
+    """An SVG: orbits in the plane of x and y on the left, errors over time on the right."""
+    matplotlib.use("Agg")
+    with matplotlib.style.context(STYLE):
+        canvas = Canvas(figsize=(9.6, 4.2), layout="constrained")
+        FigureCanvasAgg(canvas)
+        motion, errors = canvas.subplots(1, 2)
+        _motion(motion, found)
+        _errors(errors, found)
+        svg = io.BytesIO()
+        nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+        canvas.savefig(svg, format="svg", metadata=nothing)
+    return svg.getvalue()
+
+
+def _motion(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
+    q, labels = found.truth.q, names(found.problem)
+    rows = slice(0, None, max(1, len(q) // POINTS))
+    heavy = np.argsort(-found.problem.system.masses, kind="stable")[:NAMED]  # type: ignore[attr-defined]
+    for k in range(q.shape[1]):
+        if k not in heavy:
+            axes.plot(*q[-1, k, :2], ".", color=GUIDE, markersize=2, zorder=0)
+    for place, k in enumerate(heavy):
+        color = COLOURS[place % len(COLOURS)]
+        axes.plot(q[rows, k, 0], q[rows, k, 1], color=color, linewidth=0.5, alpha=0.7)
+        axes.plot(*q[-1, k, :2], "o", color=color, markersize=4, label=labels[k])
+    axes.set(xlabel="$x$", ylabel="$y$", title="the motion")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.legend(fontsize=7)
+
+
+def _errors(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
+    shown = found.own_errors[found.own_errors["error"] > 0.0]
+    axes.semilogy(shown["t"], shown["error"], color=COLOURS[1], label="your run")
+    for k, one in enumerate(found.agreements):
+        positive = one.apart > 0.0
+        axes.semilogy(
+            one.t[positive], one.apart[positive], color=COLOURS[(0, 2, 3, 4)[k % 4]], linewidth=0.9,
+            label=f"truth against {one.between[1]}",
+        )  # fmt: skip
+    axes.axhline(found.error, color=GUIDE, linestyle=(0, (4, 2)), label="error asked for")
+    axes.set(xlabel="$t$", ylabel="largest distance of a body", title="errors")
+    axes.legend(fontsize=7)

@@ -1,0 +1,136 @@
+"""Judging a model: what is said of its own run is true, and what is recommended is enough."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks.judging import bodies, neighbours
+from benchmarks.judging.candidate import Source
+from benchmarks.judging.judgement import judge
+from benchmarks.judging.truth import agreements, in_pieces
+from galvi import Problem
+from references.closed_forms.kepler import KEPLER
+from references.rebound.ias15 import IAS15
+
+pytest.importorskip("rebound")
+
+YEAR = 2.0 * math.pi
+
+
+def planet(eccentricity: float = 0.2, **own) -> Problem:
+    """A star and a massless planet, whose motion is known."""
+    gap, speed = 1.0 - eccentricity, math.sqrt((1.0 + eccentricity) / (1.0 - eccentricity))
+    q, v = np.zeros((2, 3)), np.zeros((2, 3))
+    q[1, 0], v[1, 1] = gap, speed
+    parameters = {"integrator": "leapfrog", "dt": YEAR / 200, **own}
+    return Problem(galvi.NBody([1.0, 0.0]), q, v, name="planet", parameters=parameters)
+
+
+def planets(**own) -> Problem:
+    """Jupiter and Saturn around the Sun, nearly."""
+    outer = galvi.problems.outer_solar_system()
+    system = galvi.NBody(outer.system.masses[:3])
+    parameters = {
+        "integrator": "whfast",
+        "dt": 200.0,
+        "bodies": ("Sun", "Jupiter", "Saturn"),
+        **own,
+    }
+    return Problem(system, outer.q0[:3], outer.v0[:3], parameters=parameters)
+
+
+def test_the_own_error_is_that_against_the_closed_form():
+    found = judge(planet(), duration=10 * YEAR, error=1e-3)
+    assert found.duration == pytest.approx(10 * YEAR)  # a whole number of its steps
+    exact = KEPLER.run(planet(), found.duration, {"samples": 100})
+    mine = bodies.INTEGRATORS["leapfrog"].run(
+        planet(), found.duration, {"step": YEAR / 200, "save_every": 20}
+    )
+    off = np.linalg.norm(mine.q - exact.q, axis=-1).max()
+    assert found.own["error"] == pytest.approx(off, rel=1e-9)
+    assert not found.passed and found.truth_agreement < 1e-10
+    assert found.parts["largest_error"].iloc[1] == found.own["error"]
+    # A leapfrog is ahead of or behind its planet by what its error is along the orbit.
+    assert 0.5 < abs(found.parts["phase_error"].iloc[1]) / off < 2.0
+
+
+def test_what_is_recommended_reaches_the_error_and_nothing_cheaper_that_was_tried_does():
+    found = judge(planets(), duration=80_000.0, error=1e-6)
+    best = found.recommended
+    assert best is not None and best["reached"] and best["error"] <= 1e-6
+    reached = found.table[found.table["reached"]]
+    assert best["seconds"] == reached["seconds"].min()
+    assert (found.table.loc[~found.table["reached"], "error"].dropna() > 1e-6).all()
+    assert {"galvi degree 8, Gauss 8", "REBOUND WHFast, default", "REBOUND IAS15"} <= set(
+        found.table["integrator"]
+    )
+    alone = judge(planets(), duration=40_000.0)
+    assert alone.error == alone.own["error"] and alone.passed
+
+
+def test_a_source_of_truth_that_is_wrong_is_seen():
+    """Planted: a loose tolerance for the second source."""
+    problem, span = planets(), 40_000.0
+    truth = IAS15.run(problem, span, {"samples": 40})
+    loose = Source("loose", IAS15, {"adaptive_mode": "GLOBAL", "epsilon": 1e-1})
+    sound = bodies.sources(problem)[1]
+    silent = lambda sentence: None  # noqa: E731
+    bad, good = (
+        agreements(truth, "truth", [one], bodies.errors, 10, silent)[0] for one in (loose, sound)
+    )
+    assert good.largest < 1e-10 < 1e-9 < bad.largest
+    assert good.t[0] == problem.t0 and good.t[-1] == span
+    whole = in_pieces(sound, problem, span, 10)
+    assert np.array_equal(whole.q[0], problem.q0) and len(whole.t) == 11
+
+
+def test_encounters_are_found_and_timed():
+    """Two planets on the same circle in opposite directions meet twice in a period."""
+    q = np.array([[0, 0, 0], [1, 0, 0], [-1.005, 0, 0], [0, 3, 0]], dtype=float)
+    v = np.array([[0, 0, 0], [0, 1, 0], [0, 1.005**-0.5, 0], [-(3**-0.5), 0, 0]], dtype=float)
+    meeting = galvi.NBody([1.0, 1e-6, 1e-6, 0.0])
+    problem = Problem(meeting, q, v, parameters={"integrator": "ias15"})
+    found = judge(problem, duration=YEAR).encounters
+    assert len(found) == 2 and set(found["bodies"]) == {"1 and 2"}
+    assert np.allclose(np.sort(found["time"]), [0.25 * YEAR, 0.75 * YEAR], atol=0.02)
+    assert np.all(found["hill_radii"] < bodies.NEAR)
+
+
+def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos():
+    problem, span = planet(), 40 * YEAR
+    truth = IAS15.run(problem, span, {"samples": 40})
+    grown = neighbours.growth(bodies.sources(problem)[0], truth, bodies.errors)
+    assert 30.0 < grown[40] / grown[1] < 60.0
+    ends = neighbours.horizons(truth.t, grown, 1e-6)
+    assert ends["until"].iloc[0] <= 1.01 * YEAR and math.isnan(ends["until"].iloc[-1])
+    starts = galvi.Problem(  # the Pythagorean problem
+        galvi.NBody([3.0, 4.0, 5.0]), [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]], np.zeros((3, 2))
+    )
+    wild = IAS15.run(starts, 62.0, {"samples": 40})
+    chaos = neighbours.growth(bodies.sources(starts)[0], wild, bodies.errors)
+    assert chaos.max() > 1e4 * grown.max()
+
+
+@pytest.mark.parametrize(
+    ("own", "sentence"),
+    [
+        ({"integrator": "wfast"}, "own integrator must be one of"),
+        ({"integrator": "saba", "dt": None}, "saba takes equal steps"),
+    ],
+)
+def test_an_unknown_own_integrator_is_refused(own, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        judge(planets(), own=own)
+
+
+def test_other_models_are_refused():
+    with pytest.raises(ValueError, match="judge takes a model of point masses"):
+        judge(galvi.problems.pendulum_3d())
+    with pytest.raises(ValueError, match="duration must be"):
+        judge(planets(), duration=-1.0)
+    with pytest.raises(ValueError, match="error must be"):
+        judge(planets(), error=0.0)

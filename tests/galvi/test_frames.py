@@ -1,0 +1,297 @@
+"""What every frame does: runs, curves, orders, symplecticity, refusals; and planted faults."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks.measures.step_jacobian import canonical_defect
+from benchmarks.measures.symplectic_form import WEIGHTS
+from galvi.frames import FRAMES, kepler_frame
+from galvi.run.in_frame import stepper
+
+CHAIN = galvi.problems.fermi_pasta_ulam_tsingou(masses=4, alpha=0.4, beta=0.3)
+MASSES = np.array([0.02, 1.0, 0.03])  # the star is not the first body
+THREE = galvi.Problem(
+    galvi.NBody(MASSES, G=1.3),
+    [[1.0, 0.1], [0.0, 0.0], [-0.2, 2.3]],
+    [[0.1, 1.1], [0.01, -0.02], [-0.75, 0.0]],
+    t0=0.3,
+    name="three bodies",
+)
+CASES: dict[str, tuple[galvi.Problem, Any, float]] = {
+    "harmonic": (CHAIN, galvi.HarmonicFrame(), 0.8),
+    "Kepler": (THREE, galvi.KeplerFrame(), 0.8),
+    "Kepler, even": (THREE, galvi.KeplerFrame(even=True), 0.8),
+}
+each_case = pytest.mark.parametrize("case", CASES)
+
+
+def method(frame: Any, s: int) -> galvi.Galerkin:
+    return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), chart=frame)
+
+
+def truth(problem: galvi.Problem, duration: float) -> Any:
+    """The run of the general method with 16 stages, in small steps."""
+    fine = galvi.Galerkin(galvi.Polynomials(16), galvi.gauss(16))
+    steps = max(1, round(abs(duration) / 0.2))
+    return galvi.integrate(problem, fine, duration / steps, steps)
+
+
+def distance(run: Any, other: Any) -> float:
+    gaps = (run.q[-1] - other.q[-1], run.p[-1] - other.p[-1])
+    return max(float(np.max(np.abs(gap))) for gap in gaps)
+
+
+def order_of(case: str, s: int, steps: tuple[float, ...], duration: float = 4.8) -> float:
+    """The slope of the errors at the end."""
+    problem, frame, _ = CASES[case]
+    true = truth(problem, duration)
+    errors = [
+        distance(galvi.integrate(problem, method(frame, s), h, duration=duration), true)
+        for h in steps
+    ]
+    return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+
+
+def defect(problem: galvi.Problem, used: galvi.Galerkin, step: float) -> float:
+    """That of DF^T J DF = J for F: (q0, p0) -> (q1, p1) of two steps, by central differences."""
+    d, shape, system = problem.q0.size, problem.q0.shape, problem.system
+    start = np.concatenate([problem.q0.ravel(), problem.p0.ravel()])
+    nudges = np.repeat([2.0**-9, 2.0**-9 * float(np.max(np.abs(problem.p0)) or 1.0)], d)
+    DF = np.zeros((2 * d, 2 * d))
+    for column, nudge in enumerate(nudges):
+        for k, weight in enumerate(WEIGHTS, start=1):
+            for sign in (1.0, -1.0):
+                moved = start.copy()
+                moved[column] += sign * k * nudge
+                q, p = moved[:d].reshape(shape), moved[d:].reshape(shape)
+                near = galvi.Problem(system, q, system.velocity(p), problem.t0)
+                run = galvi.integrate(near, used, step, 2)
+                end = np.concatenate([run.q[-1].ravel(), run.p[-1].ravel()])
+                DF[:, column] += sign * weight * end / nudge
+    scale = np.repeat([1.0, float(np.max(np.abs(problem.p0)) or 1.0)], d)
+    return canonical_defect(DF * scale / scale[:, None])
+
+
+def test_every_frame_has_a_case_and_is_exported_and_stored() -> None:
+    assert {type(frame) for frame in FRAMES} == {type(frame) for _, frame, _ in CASES.values()}
+    for frame in FRAMES:
+        assert getattr(galvi, type(frame).__name__) is type(frame)
+        assert repr(method(frame, 4)) == (
+            f"Galerkin(Polynomials(degree=4), Rule('Gauss 4'), {frame!r})"
+        )
+
+
+@each_case
+def test_a_frame_agrees_with_the_general_method_forwards_and_backwards(case: str) -> None:
+    problem, frame, h = CASES[case]
+    for step in (h, -h):
+        run = galvi.integrate(problem, method(frame, 12), step, 10)
+        assert run.success and run.status == "Completed."
+        assert distance(run, truth(problem, 10 * step)) < 2e-12, step  # 3e-13
+        energies = galvi.energy(run)
+        assert np.ptp(energies) < 1e-12 * np.max(np.abs(energies))  # 2e-13
+
+
+@pytest.mark.parametrize(
+    ("case", "s", "steps"),
+    [
+        ("harmonic", 1, (0.1, 0.075, 0.05)),
+        ("harmonic", 2, (0.3, 0.24, 0.2)),
+        ("harmonic", 3, (0.6, 0.48, 0.4)),
+        ("Kepler, even", 1, (0.08, 0.06, 0.04)),
+        ("Kepler, even", 2, (0.2, 0.16, 0.12)),
+        ("Kepler, even", 3, (0.24, 0.2, 0.16)),
+        ("Kepler", 2, (0.2, 0.16, 0.12)),
+        ("Kepler", 3, (0.24, 0.2, 0.16)),
+    ],
+)
+def test_the_order_is_twice_the_number_of_stages(
+    case: str, s: int, steps: tuple[float, ...]
+) -> None:
+    assert method(CASES[case][1], s).order == 2 * s
+    assert abs(order_of(case, s, steps) - 2 * s) < 0.35
+
+
+@each_case
+def test_two_steps_are_symplectic_and_a_wrong_table_is_not(
+    case: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem, frame, h = CASES[case]
+    clock = kepler_frame._clock(kepler_frame._hierarchy(problem), h) if "K" in case else None
+    if clock is not None:  # nodes depend on the start, which differences move
+        monkeypatch.setattr(kepler_frame, "_clock", lambda found, step: clock)
+    assert defect(problem, method(frame, 3), h) < 1e-12  # 1e-13
+    sound = stepper.tables_of
+
+    def wrong(*given: Any) -> Any:
+        tables = sound(*given)
+        tables[0][0] *= 2.0
+        return tables
+
+    monkeypatch.setattr(stepper, "tables_of", wrong)
+    clear()
+    assert defect(problem, method(frame, 3), h) > 1e-8  # 1e-7, of the square of what is left
+    clear()
+
+
+@each_case
+def test_steps_forwards_and_backwards_cancel_where_nodes_are_the_same(case: str) -> None:
+    problem, frame, h = CASES[case]
+    there = galvi.integrate(problem, method(frame, 3), h, 6)
+    v = problem.system.velocity(there.p[-1])
+    turned = galvi.Problem(problem.system, there.q[-1], v, float(there.t[-1]))
+    back = galvi.integrate(turned, method(frame, 3), -h, 6)
+    error = float(np.max(np.abs(back.q[-1] - problem.q0)))
+    forwards = distance(there, truth(problem, 6 * h))
+    assert forwards > 1e-6
+    if case == "Kepler":  # its nodes follow the orbit at each start
+        assert error < forwards
+    else:
+        assert error < 1e-13  # 2e-14
+
+
+@each_case
+def test_a_frame_can_be_saved_continued_and_thinned_to_the_bit(case: str, tmp_path: Path) -> None:
+    problem, frame, h = CASES[case]
+    used = method(frame, 4)
+    whole = galvi.integrate(problem, used, h, 30)
+    part = galvi.integrate(problem, used, h, 13)
+    galvi.save(part, tmp_path / "run.npz")
+    loaded = galvi.load(tmp_path / "run.npz")
+    times = np.linspace(part.t[0], part.t[-1], 17)
+    assert np.array_equal(loaded(times), part(times)) and loaded.method == used
+    rest = galvi.resume(loaded, 17)
+    assert np.array_equal(rest.q, whole.q[13:]) and np.array_equal(rest.p, whole.p[13:])
+    later = np.linspace(rest.t[0] + 0.1, rest.t[-1], 11)
+    assert np.allclose(rest(later), whole(later), rtol=0.0, atol=1e-13)  # t - t0 is rounded
+    for name in ("bases", "coefficients"):
+        assert np.array_equal(getattr(rest.curves, name), getattr(whole.curves, name)[13:])
+    thin = galvi.integrate(problem, used, h, 30, save_every=7)
+    assert np.array_equal(thin.q[:-1], whole.q[::7]) and np.array_equal(thin.q[-1], whole.q[-1])
+
+
+@each_case
+def test_curves_pass_through_the_states_and_follow_the_motion(case: str) -> None:
+    problem, frame, h = CASES[case]
+    run, true = galvi.integrate(problem, method(frame, 10), h, 8), truth(problem, 8 * h)
+    back = galvi.integrate(problem, method(frame, 10), -h, 8)
+    for one in (run, back):
+        assert np.allclose(one(one.t), one.q, rtol=0.0, atol=1e-13)
+    before = np.linspace(back.t[-1], back.t[0], 31)
+    assert np.max(np.abs(back(before) - truth(problem, -8 * h)(before))) < 1e-8
+    times = np.linspace(run.t[0], run.t[-1], 101)
+    assert np.max(np.abs(run(times) - true(times))) < 1e-8
+    assert np.max(np.abs(run.velocity(times) - true.velocity(times))) < 1e-6
+    near = 1e-5
+    inside = times[1:-1]
+    slope = (run(inside + near) - run(inside - near)) / (2 * near)
+    joints = np.min(np.abs(inside[:, None] - run.t), axis=1) < 2 * near
+    assert np.max(np.abs(slope - run.velocity(inside))[~joints]) < 1e-8
+
+
+@each_case
+def test_more_passes_than_needed_change_nothing_and_fewer_do(case: str) -> None:
+    problem, frame, h = CASES[case]
+    runs = {
+        passes: galvi.integrate(problem, method(replace(frame, passes=passes), 6), h, 20)
+        for passes in (2, None, 30)
+    }
+    assert distance(runs[None], runs[30]) < 1e-13
+    assert distance(runs[2], runs[30]) > 1e-12
+    assert runs[2].counts["iterations"] <= 2 * 20 < runs[None].counts["iterations"]
+    loose = galvi.integrate(problem, method(frame, 6), h, 20, tolerance=1e-8)
+    assert loose.counts["iterations"] < runs[None].counts["iterations"]
+    assert distance(loose, runs[30]) < 1e-6
+
+
+@each_case
+def test_sixteen_stages_begin_at_eight_and_end_the_same(
+    case: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem, frame, h = CASES[case]
+    run = galvi.integrate(problem, method(frame, 16), h, 5)
+    sound = stepper._coarse
+    monkeypatch.setattr(stepper, "_coarse", lambda c: (np.zeros((0, 16)), *sound(c)[1:]))
+    clear()
+    whole = galvi.integrate(problem, method(frame, 16), h, 5)
+    clear()
+    assert distance(run, whole) < 1e-13
+    passes = [one.counts["iterations"] for one in (run, whole)]
+    assert whole.counts["force_evaluations"] == 16 * passes[1]
+    assert run.counts["force_evaluations"] == 16 * passes[0] - 8 * 5
+
+
+@each_case
+def test_theory_says_what_holds_in_a_frame(case: str) -> None:
+    problem, frame, h = CASES[case]
+    used = method(frame, 3)
+    said = used.theory(problem, step=h)
+    assert said.order == used.order == 6 and "symplectic" in said.frame
+    assert said.symmetric is (None if case == "Kepler" else True)
+    assert said.fixed_point_step is None and said.exists is None and said.spectral_radius is None
+    assert said.name == used.name == f"Gauss collocation, 3 stages, in the {frame.name}"
+    assert said.frame in str(said) and used.theory().frame == said.frame
+    assert not galvi.theory(galvi.Polynomials(3), galvi.gauss(3)).frame
+
+
+def test_other_spaces_rules_solvers_and_arguments_are_refused() -> None:
+    frame, chain = galvi.HarmonicFrame(), CHAIN
+    for space, rule in (
+        (galvi.Polynomials(4), galvi.gauss(5)),
+        (galvi.Polynomials(4), galvi.lobatto(5)),
+        (galvi.PolynomialFourier(1, 2), galvi.gauss(16)),
+    ):
+        with pytest.raises(ValueError, match=r"a frame needs galvi\.Polynomials\(s\)"):
+            galvi.Galerkin(space, rule, chart=frame)
+    with pytest.raises(ValueError, match="in a moving frame the solver must be one of auto"):
+        galvi.integrate(chain, method(frame, 4), 0.1, 1, solver="newton")
+    with pytest.raises(ValueError, match="passes must be"):
+        galvi.KeplerFrame(passes=0)
+    with pytest.raises(ValueError, match="stiffness must be a symmetric matrix"):
+        galvi.HarmonicFrame(stiffness=[[1.0, 2.0], [0.0, 1.0]])
+    with pytest.raises(ValueError, match=r"must be \(4, 4\)"):
+        galvi.integrate(chain, method(galvi.HarmonicFrame([[1.0]]), 4), 0.1, 1)
+    with pytest.raises(ValueError, match="needs a Canonical system without an external force"):
+        galvi.integrate(THREE, method(frame, 4), 0.1, 1)
+    with pytest.raises(ValueError, match="needs an NBody system of at least two bodies"):
+        galvi.integrate(chain, method(galvi.KeplerFrame(), 4), 0.1, 1)
+    free = galvi.problems.free_rigid_body()
+    with pytest.raises(ValueError, match="needs an NBody system"):
+        galvi.integrate(free, method(galvi.KeplerFrame(), 4), 0.1, 1)
+    for function in (galvi.step_derivative, galvi.symplecticity_defect):
+        with pytest.raises(ValueError, match="moving frame"):
+            function(chain, method(frame, 4), 0.1)
+    spring = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(2.0)), [1.0, 0.0], [0.0, 1.0])
+    run = galvi.integrate(spring, method(frame, 4), 0.1, 2)
+    with pytest.raises(ValueError, match="moving frame"):
+        galvi.momentum_balance(run)
+
+
+@pytest.mark.parametrize("row", [0, 1])
+def test_a_wrong_weight_or_node_is_seen_by_the_order(
+    row: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The planted faults of the orders, at the sizes of a rounding to single precision."""
+    sound = stepper.tables_of
+
+    def wrong(*given: Any) -> Any:
+        tables = sound(*given)
+        tables[1 + row][0] *= 1.0 + 1e-4
+        return tables
+
+    monkeypatch.setattr(stepper, "tables_of", wrong)
+    clear()
+    assert abs(order_of("Kepler, even", 3, (0.24, 0.2, 0.16)) - 6) > 0.35
+    clear()
+
+
+def clear() -> None:
+    """Forget what was measured with other tables."""
+    stepper.checks_of.cache_clear()

@@ -1,0 +1,125 @@
+"""The harmonic frame: exact where it holds everything, and any splitting leaves the equations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import galvi
+from galvi.frames import harmonic_frame
+
+SIX = np.random.default_rng(3).normal(size=(3, 3))
+MASS = SIX @ SIX.T + np.eye(3)
+SPRINGS = np.diag([1.0, 50.0, 2500.0]) + 0.3
+
+
+def method(s: int, **given: Any) -> galvi.Galerkin:
+    return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), chart=galvi.HarmonicFrame(**given))
+
+
+def quartic(q: Any, t: float) -> float:
+    """Stiff springs, and a weak, slowly driven coupling."""
+    return 0.5 * q @ SPRINGS @ q + 0.05 * (q[0] * q[1] * q[2] + q[0] ** 4) + 0.01 * q[1] * np.sin(t)
+
+
+STIFF = galvi.Problem(
+    galvi.Canonical(MASS, quartic, explicit_time=True), [0.5, 0.1, -0.02], [0.3, 0.0, 0.5], t0=0.2
+)
+
+
+@given(
+    alpha=st.floats(-0.5, 0.5),
+    beta=st.floats(-0.5, 0.5),
+    seed=st.integers(0, 1000),
+    h=st.floats(0.1, 0.6),
+)
+@settings(max_examples=20)
+def test_chains_agree_with_the_general_method(
+    alpha: float, beta: float, seed: int, h: float
+) -> None:
+    random = np.random.default_rng(seed)
+    system = galvi.Canonical(1.3, galvi.SpringChain(alpha, beta))
+    start = 0.3 * random.normal(size=(2, 4))
+    problem = galvi.Problem(system, *start)
+    run = galvi.integrate(problem, method(10), h, 12)
+    plain = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12))
+    true = galvi.integrate(problem, plain, h / 2, 24, save_every=2)
+    assert run.success
+    assert np.allclose(run.q, true.q, rtol=0.0, atol=1e-11)
+    assert np.allclose(run.p, true.p, rtol=0.0, atol=1e-11)
+
+
+@given(step=st.floats(0.5, 500.0), stiffness=st.floats(0.1, 1e4))
+@settings(max_examples=25)
+def test_an_oscillator_is_exact_at_steps_of_any_length(step: float, stiffness: float) -> None:
+    system = galvi.Canonical(1.0, galvi.LinearSpring(stiffness))
+    problem = galvi.Problem(system, [1.0, -0.5], [0.0, 2.0])
+    run = galvi.integrate(problem, method(1), step, 50)
+    omega = stiffness**0.5
+    t = np.arange(51) * step  # as the run has it, but for the rounding of the product
+    for k, (x, v) in enumerate(zip(*(a.tolist() for a in (problem.q0, problem.v0)), strict=True)):
+        true = x * np.cos(omega * t) + v / omega * np.sin(omega * t)
+        assert np.max(np.abs(run.q[:, k] - true)) < 4e-16 * (10.0 + omega * t[-1]) * np.hypot(
+            x, v / omega
+        )
+
+
+def test_a_long_run_of_an_oscillator_keeps_its_energy_to_rounding() -> None:
+    """A rotation rounded to double precision would change it by 1e-11 in a million steps."""
+    problem = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(9.0)), [1.0], [0.0])
+    run = galvi.integrate(problem, method(1), 0.7, 1_000_000, save_every=10_000)
+    assert np.max(np.abs(galvi.energy(run) / galvi.energy(run)[0] - 1.0)) < 2e-15  # 4e-16
+    assert np.allclose(run.q[:, 0], np.cos(3.0 * run.t), rtol=0.0, atol=1e-9)
+
+
+def test_a_full_mass_stiff_springs_and_explicit_time_in_steps_beyond_the_fast_period() -> None:
+    """h omega = 25 for the fastest mode, where the general method needs fifty times more steps."""
+    plain = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12))
+    true = galvi.integrate(STIFF, plain, 0.01, duration=10.0, save_every=10)
+    errors = {}
+    for s, h in ((8, 0.5), (8, 0.25), (12, 0.5)):
+        run = galvi.integrate(STIFF, method(s), h, duration=10.0)
+        assert run.success
+        errors[s, h] = float(np.max(np.abs(run.q[-1] - true.q[-1])))
+    assert errors[8, 0.5] < 1e-4
+    assert errors[8, 0.25] < 1e-5 and errors[12, 0.5] < 1e-4
+
+
+@pytest.mark.parametrize("stiffness", [np.zeros((3, 3)), np.eye(3), 2.0 * SPRINGS, -np.eye(3)])
+def test_any_stiffness_gives_the_same_motion(stiffness: Any) -> None:
+    runs = [
+        galvi.integrate(STIFF, method(12, **given), 0.02, 50)
+        for given in ({}, {"stiffness": stiffness})
+    ]
+    assert all(run.success for run in runs)
+    assert np.max(np.abs(runs[0].q - runs[1].q)) < 1e-11
+
+
+def test_a_wrong_frequency_of_the_rotation_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The planted fault: the frame turns by another frequency than what is left knows."""
+    sound = harmonic_frame._rotation
+    monkeypatch.setattr(
+        harmonic_frame, "_rotation", lambda squares, t: sound(squares * (1 + 1e-9), t)
+    )
+    problem = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(4.0)), [1.0], [0.0])
+    run = galvi.integrate(problem, method(1), 0.9, 1000)
+    assert np.max(np.abs(run.q[:, 0] - np.cos(2.0 * run.t))) > 1e-9
+
+
+def test_what_cannot_be_traced_or_linearised_is_refused() -> None:
+    def branching(q: Any) -> Any:
+        return 0.5 * q @ q if q[0] > 0.0 else 0.6 * q @ q
+
+    blind = galvi.Problem(galvi.Canonical(1.0, branching, check=False), [1.0], [0.0])
+    with pytest.raises(ValueError, match="needs a gradient that is built in or could be traced"):
+        galvi.integrate(blind, method(4), 0.1, 1)
+    kepler = galvi.problems.kepler(0.1)
+    with pytest.raises(ValueError, match=r"needs a finite d2V/dq2 at q = 0"):
+        galvi.integrate(kepler, method(4), 0.1, 1)
+    run = galvi.integrate(kepler, method(10, stiffness=np.eye(2)), 0.1, 50)
+    true = galvi.integrate(kepler, galvi.Galerkin(galvi.Polynomials(10), galvi.gauss(10)), 0.1, 50)
+    assert run.success and np.allclose(run.q, true.q, rtol=0.0, atol=1e-11)

@@ -1,0 +1,75 @@
+"""Curves of runs that kept none: the same to the bit as those of runs that did."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.run import loop
+
+
+def gauss(degree, chart=None):
+    charts = {} if chart is None else {"chart": chart}
+    return galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree), **charts)
+
+
+CASES = {
+    "canonical": (galvi.problems.kepler(0.3), gauss(8), 0.3),
+    "point masses": (galvi.problems.outer_solar_system(particles=2), gauss(8), 300.0),
+    "a law": (galvi.problems.double_pendulum(), gauss(6), 0.02),
+    "a body": (galvi.problems.free_rigid_body(), gauss(6), 0.2),
+    "a frame": (galvi.problems.outer_solar_system(), gauss(8, galvi.KeplerFrame()), 400.0),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_curve_that_was_not_kept_is_the_same_to_the_bit(name, backwards, tmp_path, monkeypatch):
+    monkeypatch.setattr(loop, "APART", 64)
+    problem, method, h = CASES[name]
+    h = -h if backwards else h
+    whole = galvi.integrate(problem, method, h, 200)
+    thin = galvi.integrate(problem, method, h, 200, save_every=70)
+    assert [one.first for one in thin.again.known] == [0, 64, 128, 192]
+    joints = h * np.array([0, 1, 63, 64, 65, 128, 199, 200])
+    times = np.append(joints, h * np.random.default_rng(3).uniform(0.0, 200.0, 12))
+    galvi.save(thin, tmp_path / "thin.npz")
+    runs = [thin, galvi.load(tmp_path / "thin.npz"), pickle.loads(pickle.dumps(thin))]
+    runs.append(galvi.integrate(problem, method, h, 200, curves=False))
+    for run in runs:
+        assert run.curves is None
+        assert np.array_equal(run(times), whole(times))
+        assert np.array_equal(run.velocity(times), whole.velocity(times))
+    assert np.array_equal(thin(times[9]), whole(times[9]))
+    half = galvi.integrate(problem, method, h, 90)
+    rest, kept = (galvi.resume(half, 110, save_every=k) for k in (50, 1))
+    later = times[times / h > 90.0]
+    assert np.array_equal(rest(later), kept(later))
+    with pytest.raises(ValueError, match="t must lie inside the run"):
+        rest(times[1])
+
+
+def test_past_a_failure_there_is_nothing(monkeypatch):
+    monkeypatch.setattr(loop, "APART", 4)
+    falling = galvi.Problem(
+        galvi.Canonical(1.0, lambda q: -1.0 / q[0], lambda q: 1.0 / q**2), [1.0], [0.0]
+    )
+    failed = galvi.integrate(falling, gauss(4), 0.1, 40, save_every=40)
+    kept = galvi.integrate(falling, gauss(4), 0.1, 40)
+    assert not failed.success and failed.failed_step == kept.failed_step
+    end = 0.1 * (kept.counts["steps"])
+    times = np.array([0.0, 0.5 * end, end, end + 0.05, 4.0])
+    assert np.array_equal(failed(times), kept(times), equal_nan=True)
+    assert np.isnan(failed(4.0)).all() and np.isfinite(failed(end)).all()
+
+
+def test_states_are_few_in_a_long_run():
+    run = galvi.integrate(galvi.problems.harmonic_oscillator(), gauss(2), 0.1, 10**6,
+                          save_every=10**6)  # fmt: skip
+    apart = np.diff([one.first for one in run.again.known])
+    assert len(run.again.known) <= loop.MOST_KNOWN + 1 and set(apart) == {1954}
+    calls = galvi.integrate(galvi.problems.harmonic_oscillator(), gauss(2), 0.1, 10)
+    assert calls.again is None

@@ -1,0 +1,114 @@
+"""The command that judges a model, and the same from Python."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import galvi
+from reports.cli.commands import run
+from reports.cli.judge import read_own
+
+rebound = pytest.importorskip("rebound")
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory) -> Path:
+    """A star with two planets, integrated with WHFast at 1/20 of a year."""
+    sim = rebound.Simulation()
+    sim.units = ("AU", "yr", "Msun")
+    sim.add(m=1.0, name="Star")
+    sim.add(m=1e-4, a=1.0, e=0.05, name="Inner")
+    sim.add(m=1e-4, a=1.7, e=0.02, f=2.0, name="Outer")
+    sim.move_to_com()
+    sim.integrator = "whfast"
+    sim.dt = 0.05
+    path = tmp_path_factory.mktemp("model") / "model.bin"
+    sim.save_to_file(str(path))
+    return path
+
+
+def galvi_command(*arguments, cwd):
+    return subprocess.run(
+        [sys.executable, "-m", "galvi", *map(str, arguments)], cwd=cwd, capture_output=True,
+        text=True, env={"PYTHONPATH": str(ROOT), "PATH": "", "HOME": str(cwd)},
+    )  # fmt: skip
+
+
+def test_the_command_answers_and_its_status_says_whether_the_error_is_reached(model, tmp_path):
+    (tmp_path / "benchmarks").mkdir()  # a user's own, which must not be imported
+    (tmp_path / "benchmarks" / "__init__.py").write_text("raise SystemExit('the wrong one')\n")
+    done = galvi_command("judge", model, "--error", 1e-7, "--out", "out", cwd=tmp_path)
+    assert done.returncode == 1, done.stderr
+    assert done.stdout.startswith("Your run (REBOUND WHFast, dt = 0.05) is wrong by up to 2.")
+    assert " au over a time of 1" in done.stdout and "The cheapest that reaches" in done.stdout
+    found = json.loads((tmp_path / "out" / "judge.json").read_text())
+    assert found["passed"] is False and found["recommended"]["error"] <= 1e-7
+    assert found["truth_agreement"] < 1e-9 < 1e-5 < found["own"]["error"]
+    page = (tmp_path / "out" / "judge.html").read_text()
+    for word in ("Inner", "<svg", "What reaches the error", "REBOUND SABA", "rebound"):
+        assert word in page
+    assert ">nan<" not in page.lower()
+    enough = galvi_command("judge", model, "--error", 1.0, "--duration", 5.0, "--out", "out",
+                           cwd=tmp_path)  # fmt: skip
+    assert enough.returncode == 0, enough.stderr
+
+
+def test_the_same_from_python(model):
+    sim = rebound.Simulation(str(model))
+    found = galvi.judge(sim, duration=20.0, error=1e-6, own={"integrator": "ias15"})
+    assert found.own["error"] < 1e-6 and found.own["integrator"].startswith("REBOUND IAS15")
+    assert found.recommended is not None and found.table.iloc[0]["reached"]
+    assert found.truth_agreement < 1e-9 and "<svg" in found._repr_html_()
+    assert repr(found).startswith("Your run (REBOUND IAS15")
+    sim.softening = 0.1
+    with pytest.raises(ValueError, match="softening"):
+        galvi.judge(sim)
+    with pytest.raises(ValueError, match="Own integrator must be one of"):
+        galvi.judge(model, own={"integrator": "none"})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["absent.bin"], "There is no file absent.bin"),
+        ([__file__], "must be a file of REBOUND's"),
+        ([], "FILE"),
+        (["FILE", "--own", "whfast"], "expects name=value"),
+        (["FILE", "--own", "integrator=saba,dt=-1"], "Own dt must be"),
+        (["FILE", "--own", "integrator=saba,dt=0.1,kind=3"], "Did you mean"),
+    ],
+)
+def test_what_cannot_be_judged_is_refused_in_a_sentence(
+    arguments, sentence, model, tmp_path, capsys
+):
+    given = [str(model) if one == "FILE" else one for one in arguments]
+    assert run(None, ["judge", *given, "--out", str(tmp_path)]) == 2
+    assert sentence in capsys.readouterr().err
+
+
+def test_the_own_setting_is_read():
+    assert read_own("integrator=whfast, dt=0.1,corrector=17") == {
+        "integrator": "whfast", "dt": 0.1, "corrector": 17,
+    }  # fmt: skip
+    assert read_own("") == {}
+    with pytest.raises(ValueError, match="--own expects name=value"):
+        read_own("whfast")
+
+
+def test_the_command_without_the_suite_says_what_to_install(tmp_path):
+    code = (
+        "import sys; sys.modules['typer'] = None\n"
+        "from galvi.command import main\n"
+        "sys.argv = ['galvi', 'verify']\n"
+        "sys.exit(main())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert "pip install 'galvi[suite]'" in done.stderr and math.isfinite(done.returncode)
