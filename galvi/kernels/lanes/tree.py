@@ -334,10 +334,20 @@ def tree_mass(g, constants, mass):
 
 
 @jit
-def tree_momentum(g, v, constants, out):
-    """out (6,) <- angular momentum about the origin of space, and momentum, of all bodies."""
-    d, work = v.size, np.zeros(STRIDE * (int(constants[0]) + 1))
-    outward(constants, g, v, work)
-    inward(constants, v, work, np.zeros(d), np.zeros(d))
-    for i in range(6):
-        out[i] = work[L + i]
+def tree_states(places, rates, constants, value, at_rest, momenta, in_space):
+    """At n states: value and at_rest (n,) <- L and L without velocities, momenta (n, d) <- dL/dv,
+    in_space (n, 6) <- angular momentum about the origin of space, and momentum, of all bodies."""
+    n, d = rates.shape
+    tau, frames = np.zeros(d), STRIDE * (int(constants[0]) + 1)
+    for k in range(n):
+        work, mu = np.zeros(frames), momenta[k]
+        outward(constants, places[k], rates[k], work)
+        inward(constants, rates[k], work, tau, mu)
+        at_rest[k] = (
+            constants[1] * work[H] + constants[2] * work[H + 1] + constants[3] * work[H + 2]
+        ) - springs(constants, places[k], tau)
+        value[k] = at_rest[k]
+        for i in range(d):
+            value[k] += 0.5 * rates[k, i] * mu[i]
+        for i in range(6):
+            in_space[k, i] = work[L + i]
