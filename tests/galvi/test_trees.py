@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import galvi
 from tests.galvi.random_trees import FLAGS, random_state, random_tree
-from tests.galvi.tree_equations import defects
+from tests.galvi.tree_equations import defects, terms
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -116,6 +116,17 @@ def test_its_slopes_and_mass_are_derivatives_of_its_value(joints, seed):
     assert L[0] == pytest.approx(system.value(q, v, 0.0), rel=1e-12, abs=1e-12 * size)
     assert at_rest[0] == pytest.approx(system.value(q, 0.0 * v, 0.0), rel=1e-12, abs=1e-12 * size)
     np.testing.assert_allclose(momenta[0], mass @ v, rtol=0, atol=1e-13 * size)
+
+
+@settings(max_examples=40)
+@given(st.integers(1, 8), st.integers(0, 2**32 - 1))
+def test_its_accelerations_by_newton_and_euler_are_those_of_its_lagrangian(joints, seed):
+    _, problem = problem_of(random_tree(joints, seed), seed)
+    system, q, v = problem.system, problem.q0, problem.v0
+    given = terms(system, q, v)
+    size = np.linalg.norm(given, axis=1).sum()
+    off = system.mass(q, v, 0.0) @ system.acceleration(q, v) - given.sum(axis=0)
+    assert np.linalg.norm(off) < 1e-12 * size  # 3e-15
 
 
 @settings(max_examples=40)

@@ -140,6 +140,13 @@ class RigidTree:
         """d2L/dv2 (d, d) at one configuration."""
         return self.mass_and_potential(q)[0]
 
+    def forces(self, q: Array, v: Array) -> Array:
+        """What the mass times v' equals without an external force, (d,)."""
+        found = np.zeros(self.dimension)
+        flat = np.ascontiguousarray(q, dtype=np.float64).ravel()
+        tree.tree_forces(flat, np.ascontiguousarray(v, dtype=np.float64), self.numbers, found)
+        return found
+
     def left_slopes(self, q: Array, v: Array) -> Array:
         """dL/dv and the left-trivialised dL/dq, (2, d)."""
         out = np.empty((2, self.dimension))
