@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.judging.candidate import Candidate, Own, Source
+from benchmarks.judging.candidate import Candidate, Source
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import galvi_label
-from galvi import NBody, Problem, Trajectory, input_checks
+from galvi import NBody, Problem, Trajectory
 from galvi.arrays import Array
 from references.heyoka.taylor import HEYOKA
 from references.rebound import bulirsch_stoer, ias15, janus, leapfrog, saba, whfast, whfast512
@@ -37,22 +37,22 @@ INTEGRATORS = {  # by their names in REBOUND
     "trace": TRACE,
 }
 ADAPTIVE = ("ias15", "bs")
+PART, ENGINE = "body", "rebound"
 COARSEST = 6.0 + 1.0 / 3.0  # steps a revolution of the fastest body; a whole number resonates
 OURS, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
 
 
 def shortest_period(problem: Problem) -> float:
-    """The shortest period of an orbit about the heaviest body; of no orbit, a passage's time."""
-    run = Trajectory(problem, np.zeros(1), problem.q0[None], problem.p0[None],
-                     velocities=problem.v0[None])  # fmt: skip
-    axes = galvi.orbital_elements(run).semi_major_axis[0]
-    masses = cast(NBody, problem.system).masses
-    centre = int(np.argmax(masses))
-    gm = cast(NBody, problem.system).G * np.delete(masses[centre] + masses, centre)
-    with np.errstate(invalid="ignore"):
-        periods = 2.0 * math.pi * np.sqrt(np.abs(axes) ** 3 / gm)
-    bound = periods[(axes > 0.0) & np.isfinite(periods)]
-    return float(np.min(bound)) if bound.size else float(np.nanmin(periods))
+    """The shortest period of a bound orbit about the heaviest body; of none, that of a circle."""
+    system = cast(NBody, problem.system)
+    centre = int(np.argmax(system.masses))
+    gm = system.G * np.delete(system.masses[centre] + system.masses, centre)
+    gap, speed = (np.delete(x - x[centre], centre, axis=0) for x in (problem.q0, problem.v0))
+    r = np.linalg.norm(gap, axis=1)
+    inverse_axes = 2.0 / r - np.sum(speed**2, axis=1) / gm
+    bound = inverse_axes > 0.0
+    axes = 1.0 / inverse_axes[bound] if np.any(bound) else r
+    return float(np.min(2.0 * math.pi * np.sqrt(axes**3 / (gm[bound] if np.any(bound) else gm))))
 
 
 def default_duration(problem: Problem) -> float:
@@ -65,38 +65,18 @@ def states(problem: Problem, duration: float) -> int:
     return min(math.ceil(PER_ORBIT * duration / shortest_period(problem)), MOST_STATES)
 
 
-def sources(problem: Problem) -> list[Source]:
-    """Solvers that are no galvi's and fit to be the truth, the best first."""
+def sources(problem: Problem, duration: float) -> list[Source]:
+    """Solvers that are fit to be the truth, the best first; opinions last."""
     found = [
         Source("REBOUND IAS15", ias15.IAS15, dict(ias15.DEFAULT)),
         Source("REBOUND IAS15, epsilon 1e-10", ias15.IAS15, {**ias15.DEFAULT, "epsilon": 1e-10}),
         Source("SciPy DOP853, rtol 3e-14", DOP853, dict(TIGHT)),
         Source("heyoka", HEYOKA, {}),
+        Source(
+            "galvi degree 16", gauss_collocation(16), {}, 0.125 * shortest_period(problem), True
+        ),
     ]
     return [one for one in found if not one.contender.missing and one.contender.supports(problem)]
-
-
-def own_setting(problem: Problem, asked: Mapping[str, Any]) -> Own:
-    """The user's own integrator and step, as asked for or as the simulation has them.
-
-    Raises ValueError for an integrator that is unknown, and for a fixed step that is not given.
-    """
-    kept = {key: problem.parameters[key] for key in ("integrator", "dt")
-            if key in problem.parameters}  # fmt: skip
-    given = {**kept, **asked}
-    name = str(given.pop("integrator", "ias15")).lower()
-    if name not in INTEGRATORS:
-        raise ValueError(
-            f"own integrator must be one of {', '.join(INTEGRATORS)}; received {name!r}."
-        )
-    step = given.pop("dt", None)
-    contender = INTEGRATORS[name]
-    if name in ADAPTIVE:
-        return Own(f"{contender.name}, as it is", contender, given, None)
-    if step is None:
-        raise ValueError(f"own integrator {name} takes equal steps: give dt=... with it.")
-    step = input_checks.positive("own dt", step)
-    return Own(f"{contender.name}, dt = {step:g}", contender, given, step)
 
 
 def candidates(problem: Problem, duration: float) -> Iterator[list[Candidate]]:
@@ -126,6 +106,12 @@ def candidates(problem: Problem, duration: float) -> Iterator[list[Candidate]]:
         Candidate("REBOUND IAS15", ias15.IAS15, {**ias15.GLOBAL, "epsilon": epsilon}, None)
         for epsilon in (1e-2, 1e-3, 1e-5, 1e-7)
     ] + [Candidate("REBOUND IAS15", ias15.IAS15, dict(ias15.DEFAULT), None)]
+
+
+def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
+    """The problem from places that differ by this amount of themselves."""
+    signs = signs[: problem.q0.size].reshape(problem.q0.shape)
+    return problem.with_initial_state(problem.q0 * (1.0 + amount * signs), problem.v0)
 
 
 def errors(run: Trajectory, truth: Trajectory) -> Array:

@@ -1,22 +1,40 @@
-"""The parts of a judgement: sources of truth, the user's own setting, and candidates."""
+"""The parts of a judgement: sources of truth, own setting, candidates, kinds of model."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
+
+import pandas as pd
 
 from galvi import Problem, Trajectory
+from galvi.arrays import Array
 from references import Contender
 
 
 @dataclass(frozen=True)
 class Source:
-    """A contender whose runs may be the truth, at this setting."""
+    """A contender whose runs may be the truth, at this setting.
+
+    step     largest step; None where it chooses its own
+    opinion  whether it is galvi's, which is not counted as a source
+    """
 
     label: str
     contender: Contender
     setting: Mapping[str, Any]
+    step: float | None = None
+    opinion: bool = False
+
+    def run(self, problem: Problem, duration: float, samples: int) -> Trajectory:
+        """The run with so many states after the start."""
+        if self.step is None:
+            return self.contender.run(problem, duration, {"samples": samples, **self.setting})
+        every = math.ceil(duration / (samples * self.step))
+        setting = {"step": duration / (samples * every), "save_every": every, **self.setting}
+        return self.contender.run(problem, duration, setting)
 
 
 @dataclass(frozen=True)
@@ -39,7 +57,7 @@ class Candidate:
     steps: int | None
 
     def setting(self, duration: float, samples: int) -> dict[str, Any]:
-        """With so many states, or a divisor of it; steps are rounded up to a multiple of that."""
+        """With so many states; steps are rounded up to a multiple of that."""
         if self.steps is None:
             return {"samples": samples, **self.options}
         count = -(-self.steps // samples) * samples
@@ -48,3 +66,39 @@ class Candidate:
     def run(self, problem: Problem, duration: float, samples: int) -> Trajectory:
         """The run with these states."""
         return self.contender.run(problem, duration, self.setting(duration, samples))
+
+
+class Kind(Protocol):
+    """What a judgement needs to know of a kind of model: a module."""
+
+    INTEGRATORS: Mapping[str, Contender]  # by their names in the user's engine
+    ADAPTIVE: Sequence[str]  # those that choose their steps
+    PART: str  # what a part of the model is called
+    ENGINE: str  # to install where no source of the truth can be run
+
+    def default_duration(self, problem: Problem) -> float:
+        """Where none is asked for."""
+
+    def states(self, problem: Problem, duration: float) -> int:
+        """How many states of the truth are needed."""
+
+    def sources(self, problem: Problem, duration: float) -> list[Source]:
+        """Solvers that are fit to be the truth, the best first; opinions last."""
+
+    def candidates(self, problem: Problem, duration: float) -> Iterator[list[Candidate]]:
+        """For each integrator its settings from coarse to fine, or the coarsest of its steps."""
+
+    def shifted(self, problem: Problem, amount: float, signs: Any) -> Problem:
+        """The problem from a start whose coordinates differ by this amount, relatively.
+
+        signs  (m,) random signs, at least as many as coordinates
+        """
+
+    def errors(self, run: Trajectory, truth: Trajectory) -> Array:
+        """How far each part is from the truth, (saved, parts)."""
+
+    def by_part(self, run: Trajectory, truth: Trajectory) -> pd.DataFrame:
+        """Of each part, its largest and its last error, and more."""
+
+    def encounters(self, truth: Trajectory) -> pd.DataFrame:
+        """What no fixed step resolves; no columns where there is no such thing."""

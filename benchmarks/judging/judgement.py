@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.judging import bodies
-from benchmarks.judging.candidate import Candidate, Own
+from benchmarks.judging import bodies, trees
+from benchmarks.judging.candidate import Candidate, Kind, Own
 from benchmarks.judging.neighbours import growth, horizons
 from benchmarks.judging.truth import Agreement, agreements
-from galvi import NBody, Problem, Trajectory, input_checks
+from galvi import Multibody, NBody, Problem, Trajectory, input_checks
 from galvi.arrays import Array
+from galvi.run.energies import conserves_energy
 
 SAMPLES = 100  # states of the user's own run and of the candidates
 PIECES = 20  # times at which sources of the truth are compared
@@ -34,6 +35,7 @@ COLUMNS = ("integrator", "setting", "error", "seconds", "energy_error", "reached
 class Judgement:
     """What is found of a model.
 
+    kind         of model
     problem      the model, and its duration
     error        that is asked for, largest distance from the truth of any part at any time
     agreements   of the truth with other sources
@@ -46,6 +48,7 @@ class Judgement:
     truth        the trajectory of the truth
     """
 
+    kind: Kind
     problem: Problem
     duration: float
     error: float
@@ -61,7 +64,8 @@ class Judgement:
     @property
     def truth_agreement(self) -> float:
         """The largest distance between two sources of the truth; NaN with one source only."""
-        return max((one.largest for one in self.agreements), default=math.nan)
+        counted = (one.largest for one in self.agreements if not one.opinion)
+        return max(counted, default=math.nan)
 
     @property
     def recommended(self) -> Mapping[str, Any] | None:
@@ -82,54 +86,72 @@ def judge(
     own: Mapping[str, Any] | None = None,
     report: Callable[[str], None] = lambda sentence: None,
 ) -> Judgement:
-    """Judge a model of point masses.
+    """Judge a model of point masses, or a tree of rigid bodies.
 
-    duration  in the model's time; None: 100 revolutions of its fastest body. It is lengthened to a
-              whole number of the own integrator's steps
-    error     None: that of the user's own run, or of the truth if that is larger
+    duration  in the model's time; None: 100 revolutions of its fastest body, or 10 for a tree. It
+              is lengthened to a whole number of the own integrator's steps
+    error     None: that of the user's own run, or ten times that of the truth if that is larger
     own       the user's integrator by its engine's name, dt, and its options; what is not given is
               as in the model
 
     Raises ValueError for a model of another kind, and for an own integrator that is not known;
     RuntimeError where no source of the truth can be run.
     """
-    if not isinstance(problem.system, NBody):
-        raise ValueError(
-            f"judge takes a model of point masses; received a {type(problem.system).__name__}."
-        )
-    mine = bodies.own_setting(problem, own or {})
-    span = bodies.default_duration(problem) if duration is None else (
+    kind = kind_of(problem)
+    mine = own_setting(kind, problem, own or {})
+    span = kind.default_duration(problem) if duration is None else (
         input_checks.positive("duration", duration)
     )  # fmt: skip
     if mine.step is not None:
         span = math.ceil(span / (SAMPLES * mine.step) - 1e-9) * SAMPLES * mine.step
     if error is not None:
         error = input_checks.positive("error", error)
-    sources = bodies.sources(problem)
+    every = kind.sources(problem, span)
+    sources = [one for one in every if not one.opinion]
     if not sources:
-        raise RuntimeError("no source of the truth can be run: install rebound.")
-    dense = -(-bodies.states(problem, span) // SAMPLES)
+        raise RuntimeError(f"no source of the truth can be run: install {kind.ENGINE}.")
+    dense = -(-kind.states(problem, span) // SAMPLES)
     for first in sources:
         report(f"truth: {first.label}")
-        truth = first.contender.run(problem, span, {"samples": SAMPLES * dense, **first.setting})
+        truth = first.run(problem, span, SAMPLES * dense)
         if truth.success:
             break
     else:
         raise RuntimeError(f"no source of the truth reaches the end: {truth.status}")
-    others = [one for one in sources if one is not first]
+    if np.array_equal(truth.q[-1], problem.q0):
+        raise ValueError("nothing moves from this start: choose another, such as a keyframe.")
     thin = _thinned(truth, dense)
-    checks = agreements(thin, first.label, others, bodies.errors, PIECES, report)
+    others = [one for one in every if one is not first]
+    checks = agreements(thin, first.label, others, kind.errors, PIECES, report)
     report(f"own: {mine.label}")
-    found, parts, over_time = _own(mine, problem, span, thin)
-    known = max((one.largest for one in checks), default=0.0)
-    wanted = max(found["error"], known) if error is None else error
+    found, over_time, parts = _own(kind, mine, problem, span, thin)
+    known = max((one.largest for one in checks if not one.opinion), default=0.0)
+    wanted = np.fmax(found["error"], 10.0 * known) if error is None else error
     report("neighbouring starts")
-    grown = growth(first, thin, bodies.errors)
-    table = _scan(bodies.candidates(problem, span), problem, span, thin, wanted, report)
+    grown = growth(kind, first, thin)
+    table = _scan(kind, problem, span, thin, wanted, report)
     return Judgement(
-        problem, span, wanted, tuple(checks), found, over_time, parts, table,
-        bodies.encounters(truth), horizons(thin.t, grown, wanted), truth,
+        kind, problem, span, wanted, tuple(checks), found, over_time, parts, table,
+        kind.encounters(truth), horizons(thin.t, grown, wanted), truth,
     )  # fmt: skip
+
+
+def kind_of(problem: Problem) -> Kind:
+    """What is known of a kind of model; ValueError for one that cannot be judged."""
+    if isinstance(problem.system, NBody):
+        return cast(Kind, bodies)
+    if isinstance(problem.system, Multibody):
+        return cast(Kind, trees)
+    raise ValueError(
+        f"judge takes a model of point masses or a tree of rigid bodies; received a "
+        f"{type(problem.system).__name__}."
+    )
+
+
+def _until(run: Trajectory, states: int) -> Trajectory:
+    """The first states of a run."""
+    velocities = None if run.velocities is None else run.velocities[:states]
+    return replace(run, t=run.t[:states], q=run.q[:states], p=run.p[:states], velocities=velocities)
 
 
 def _thinned(truth: Trajectory, every: int) -> Trajectory:
@@ -140,24 +162,47 @@ def _thinned(truth: Trajectory, every: int) -> Trajectory:
     )  # fmt: skip
 
 
+def own_setting(kind: Kind, problem: Problem, asked: Mapping[str, Any]) -> Own:
+    """The user's own integrator and step, as asked for or as the model has them.
+
+    Raises ValueError for an integrator that is unknown, and for a fixed step that is not given.
+    """
+    kept = {key: problem.parameters[key] for key in ("integrator", "dt")
+            if key in problem.parameters}  # fmt: skip
+    given = {**kept, **asked}
+    name = str(given.pop("integrator", next(iter(kind.INTEGRATORS)))).lower()
+    if name not in kind.INTEGRATORS:
+        raise ValueError(
+            f"own integrator must be one of {', '.join(kind.INTEGRATORS)}; received {name!r}."
+        )
+    step = given.pop("dt", None)
+    contender = kind.INTEGRATORS[name]
+    if name in kind.ADAPTIVE:
+        return Own(f"{contender.name}, as it is", contender, given, None)
+    if step is None:
+        raise ValueError(f"own integrator {name} takes equal steps: give dt=... with it.")
+    step = input_checks.positive("own dt", step)
+    return Own(f"{contender.name}, dt = {step:g}", contender, given, step)
+
+
 def _own(
-    own: Own, problem: Problem, span: float, truth: Trajectory
+    kind: Kind, own: Own, problem: Problem, span: float, truth: Trajectory
 ) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]:
     """The findings of the user's setting, by part, and over time."""
     steps = None if own.step is None else round(span / own.step)
     run, seconds = _timed(Candidate(own.label, own.contender, own.options, steps), problem, span)
-    off = bodies.errors(run, truth)
-    worst = off.max(axis=1)
+    worst = kind.errors(run, truth).max(axis=1)
+    whole = np.flatnonzero(np.isfinite(worst))  # up to where it failed
     found = {
         "integrator": own.label,
         "error": float(np.max(worst)),
         "seconds": seconds,
-        "energy_error": _relative(galvi.energy(run)),
-        "momentum_error": _relative(galvi.momentum_map(run)),
+        "energy_error": _energy_error(run),
+        "momentum_error": _momentum_error(run),
         "status": run.status,
     }
     over_time = pd.DataFrame({"t": run.t, "error": worst})
-    return found, bodies.by_part(run, truth), over_time
+    return found, over_time, kind.by_part(_until(run, len(whole)), _until(truth, len(whole)))
 
 
 def _timed(candidate: Candidate, problem: Problem, span: float) -> tuple[Trajectory, float]:
@@ -174,14 +219,14 @@ def _timed(candidate: Candidate, problem: Problem, span: float) -> tuple[Traject
 
 
 def _scan(
-    kinds: Iterable[Sequence[Candidate]], problem: Problem, span: float, truth: Trajectory,
+    kind: Kind, problem: Problem, span: float, truth: Trajectory,
     wanted: float, report: Callable[[str], None],
 ) -> pd.DataFrame:  # fmt: skip
     """Each integrator from coarse to fine until it reaches the error, or takes far longer than one
     that does; the rows in order of usefulness."""
     rows: list[tuple[Any, ...]] = []
     best = math.inf
-    for settings in kinds:
+    for settings in kind.candidates(problem, span):
         report(settings[0].label)
         begun = time.perf_counter()
         waiting, last = list(settings), math.nan
@@ -194,13 +239,13 @@ def _scan(
             except ValueError as refused:
                 rows.append((candidate.label, "", math.nan, math.nan, math.nan, False, refused))
                 break
-            off = float(np.max(bodies.errors(run, truth))) if run.success else math.nan
+            off = float(np.max(kind.errors(run, truth))) if run.success else math.nan
             reached = bool(off <= wanted)
             text = ("adaptive" if candidate.steps is None
                     else f"dt = {candidate.setting(span, SAMPLES)['step']:.4g}")  # fmt: skip
             extra = ", ".join(f"{k} = {v:g}" for k, v in candidate.options.items()
                               if k == "epsilon")  # fmt: skip
-            change = _relative(galvi.energy(run)) if run.success else math.nan
+            change = _energy_error(run) if run.success else math.nan
             rows.append((candidate.label, f"{text} {extra}".strip(), off, seconds, change, reached,
                          "" if run.success else run.status))  # fmt: skip
             best = min(best, seconds) if reached else best
@@ -227,6 +272,19 @@ def _factor(error: float, before: float, wanted: float) -> float:
     if math.isfinite(before) and before > error:
         order = max(order, math.log(before / error) / math.log(MOST))
     return min(max((error / wanted) ** (1.0 / order), LEAST), MOST)
+
+
+def _energy_error(run: Trajectory) -> float:
+    """The largest relative change of the energy; NaN where it is not conserved."""
+    return _relative(galvi.energy(run)) if conserves_energy(run.problem.system) else math.nan
+
+
+def _momentum_error(run: Trajectory) -> float:
+    """The largest relative change of the angular momentum; NaN where there is none."""
+    try:
+        return _relative(galvi.momentum_map(run))
+    except ValueError:
+        return math.nan
 
 
 def _relative(values: Array) -> float:

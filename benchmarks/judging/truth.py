@@ -10,6 +10,7 @@ import numpy as np
 from benchmarks.judging.candidate import Source
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
+from galvi.systems.velocities import momentum_at
 
 Errors = Callable[[Trajectory, Trajectory], Array]
 
@@ -21,11 +22,13 @@ class Agreement:
     between  their labels
     t        (times,)
     apart    (times,)
+    opinion  whether the other one is galvi, which does not count
     """
 
     between: tuple[str, str]
     t: Array
     apart: Array
+    opinion: bool = False
 
     @property
     def largest(self) -> float:
@@ -39,14 +42,15 @@ def in_pieces(source: Source, problem: Problem, duration: float, pieces: int) ->
     here = problem
     for k in range(pieces):
         end = problem.t0 + duration * ((k + 1) / pieces)
-        run = source.contender.run(here, end - here.t0, {"samples": 1, **source.setting})
+        run = source.run(here, end - here.t0, 1)
         if not run.success:
             raise RuntimeError(f"{source.label} stopped: {run.status}")
         t, q, v = [*t, end], [*q, run.q[-1]], [*v, run.v[-1]]
         here = Problem(problem.system, run.q[-1], run.v[-1], end)
     places, speeds = np.stack(q), np.stack(v)
-    momenta = problem.system.momentum(speeds)
-    return Trajectory(problem, np.array(t), places, momenta, velocities=speeds)
+    times = np.array(t)
+    momenta = momentum_at(problem.system, places, speeds, times)
+    return Trajectory(problem, times, places, momenta, velocities=speeds)
 
 
 def agreements(
@@ -63,5 +67,5 @@ def agreements(
         report(f"truth: {source.label}")
         run = in_pieces(source, problem, float(thinned.t[-1] - problem.t0), pieces)
         apart = errors(run, thinned).reshape(len(rows), -1).max(axis=1)
-        found.append(Agreement((label, source.label), thinned.t, apart))
+        found.append(Agreement((label, source.label), thinned.t, apart, source.opinion))
     return found

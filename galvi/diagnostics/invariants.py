@@ -10,6 +10,7 @@ from galvi.arrays import Array
 from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
@@ -38,11 +39,13 @@ def momentum_map(run: Trajectory, t: Any = None) -> Array:
     """Angular momentum about the origin: (...,) in the plane, (..., 3) in space.
 
     For a Canonical system of one body in the plane or in space, the sum over the bodies of an NBody
-    system, a RigidBody (about its fixed point, R p) or a FreeBody (about the origin). Raises
-    ValueError for a system on which rotations of space do not act.
+    system or a Multibody, a RigidBody (about its fixed point, R p) or a FreeBody (about the
+    origin). Raises ValueError for a system on which rotations of space do not act.
     """
     times, q, p = _states(run, t)
     system = run.problem.system
+    if isinstance(system, Multibody):
+        return _of_tree(run, times, q, p, t)[..., :3]
     if isinstance(system, RigidBody):
         return np.einsum("...ij,...j->...i", q, p)
     if isinstance(system, FreeBody):
@@ -60,10 +63,20 @@ def momentum_map(run: Trajectory, t: Any = None) -> Array:
 def linear_momentum(run: Trajectory, t: Any = None) -> Array:
     """Total linear momentum, (..., 2 or 3); for systems as in `momentum_map`."""
     times, q, p = _states(run, t)
+    if isinstance(run.problem.system, Multibody):
+        return _of_tree(run, times, q, p, t)[..., 3:]
     if isinstance(run.problem.system, FreeBody):
         return np.einsum("...ij,...j->...i", q[..., :3, :3], p[..., 3:])
     _require_space(run)
     return p if p.ndim == times.ndim + 1 else np.sum(p, axis=-2)
+
+
+def _of_tree(run: Trajectory, times: Array, q: Array, p: Array, t: Any) -> Array:
+    """Angular momentum and momentum (..., 6) of a Multibody."""
+    system = cast(Multibody, run.problem.system)
+    v = velocity_at(system, q, p, times, run.problem.v0) if t is None else run.velocity(t)
+    found = system.tree.momenta(q.reshape(-1, run.problem.q0.size), v.reshape(-1, v.shape[-1]))
+    return found.reshape(*times.shape, 6)
 
 
 def _states(run: Trajectory, t: Any) -> tuple[Array, Array, Array]:

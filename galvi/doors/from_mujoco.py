@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from galvi import input_checks
 from galvi.arrays import Array
 from galvi.doors.beyond_trees import beyond_trees, checked_names, motors
 from galvi.kernels.lanes.tree import DOFS, SLIDE
@@ -23,7 +24,7 @@ LOGGER = logging.getLogger("galvi")
 KINDS = ("free", "ball", "slide", "hinge")  # as MuJoCo numbers them
 
 
-def from_mujoco(model_or_xml: Any, ignore: Any = ()) -> Problem:
+def from_mujoco(model_or_xml: Any, ignore: Any = (), key: int | None = None) -> Problem:
     """The motion of a MuJoCo model's joints, from its reference configuration at rest.
 
     model_or_xml  a ``mujoco.MjModel``, the text of an MJCF or URDF model, or the path of one, or
@@ -31,6 +32,8 @@ def from_mujoco(model_or_xml: Any, ignore: Any = ()) -> Problem:
     ignore        what to leave out, by name: contacts, limits, actuators, tendons, equality, fluid,
                   friction loss, gravity compensation, nonlinear springs, nonlinear damping, flexes,
                   plugins
+
+    key           number of the keyframe at which to start; None: the reference configuration
 
     Springs, damping and gravity that the model disables are left out. Armature and damping of
     actuators on hinges and slides are those of the joints, whether they are ignored or not. The
@@ -54,12 +57,30 @@ def from_mujoco(model_or_xml: Any, ignore: Any = ()) -> Problem:
     links = [_link(model, body) for body in range(1, model.nbody)]
     gravity = np.zeros(3) if _disabled(model, "GRAVITY") else np.array(model.opt.gravity)
     system = Multibody(links, gravity)
-    q, v = system.from_mujoco(model.qpos0, np.zeros(model.nv))
+    start = (model.qpos0, np.zeros(model.nv))
+    if key is not None:
+        if model.nkey == 0:
+            raise ValueError(f"the model has no keyframes; received key {key}.")
+        number = input_checks.whole("key", key, 0, model.nkey - 1)
+        start = (model.key_qpos[number], model.key_qvel[number])
+    q, v = system.from_mujoco(*start)
     name = bytes(model.names).partition(b"\0")[0].decode()
     return Problem(
-        system, q, v, name=name, parameters={"ignored": tuple(sorted(left_out))},
+        system, q, v, name=name, parameters={
+            "ignored": tuple(sorted(left_out)),
+            "integrator": _integrator(model),
+            "dt": float(model.opt.timestep),
+        },
         units="those of the model; MuJoCo's are m, kg, s and radians",
     )  # fmt: skip
+
+
+def _integrator(model: Any) -> str:
+    """The name of the model's integrator, as in MJCF."""
+    import mujoco
+
+    name = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
+    return name if name == "RK4" else name.capitalize() if name == "EULER" else name.lower()
 
 
 def _model(given: Any) -> Any:

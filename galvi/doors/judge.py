@@ -7,15 +7,18 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from galvi.doors.from_mujoco import from_mujoco
 from galvi.doors.rebound import from_rebound
 
 if TYPE_CHECKING:
     import pandas
+
+MODELS = (".xml", ".mjb", ".urdf")  # MuJoCo's
 
 
 @dataclass(frozen=True)
@@ -72,27 +75,41 @@ def judge(
     error: float | None = None,
     own: Mapping[str, Any] | None = None,
     snapshot: int = -1,
+    ignore: Sequence[str] = (),
+    key: int | None = None,
 ) -> Judged:
-    """Judge a simulation of REBOUND, or a file of one.
+    """Judge a simulation of REBOUND or a model of MuJoCo, or a file of one.
 
-    source    as of `galvi.from_rebound`
-    duration  in the simulation's time; None: 100 revolutions of its fastest body
-    error     largest distance of a body from its true place; None: that of the own run
-    own       {"integrator": "whfast", "dt": 0.1, ...}; what is not given is as in the simulation
+    source       as of `galvi.from_rebound`, with ``snapshot``, or of `galvi.from_mujoco`, with
+                 ``ignore`` and ``key``: a model itself, or a file .xml, .mjb or .urdf
+    duration     in its time; None: 100 revolutions of the fastest body, or 10 for a model
+    error        largest error of a body or of a joint at any time; None: that of the own run
+    own          {"integrator": "whfast", "dt": 0.1, ...}; what is not given is as in the source
 
-    Raises what `galvi.from_rebound` raises, ValueError for what the command refuses, and
-    ModuleNotFoundError without the suite's packages.
+    Raises what these raise, ValueError for what the command refuses, and ModuleNotFoundError
+    without the suite's packages.
     """
-    from_rebound(source, snapshot)  # what cannot be judged is refused here
+    is_file = isinstance(source, str | os.PathLike)
+    of_mujoco = type(source).__module__.startswith("mujoco")
+    if of_mujoco or (is_file and Path(source).suffix in MODELS):
+        from_mujoco(source, ignore, key)  # what cannot be judged is refused here
+    else:
+        from_rebound(source, snapshot)
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "model.bin"
-        if isinstance(source, str | os.PathLike):
+        if is_file:
             file = Path(source)
+        elif of_mujoco:
+            import mujoco
+
+            file = Path(folder) / "model.mjb"
+            mujoco.mj_saveModel(source, str(file), None)
         else:
+            file = Path(folder) / "model.bin"
             source.save_to_file(str(file))
         arguments = [str(file), "--snapshot", str(snapshot), "--out", folder]
-        for name, value in (("--duration", duration), ("--error", error)):
-            arguments += [] if value is None else [name, repr(float(value))]
+        arguments += ["--ignore", ",".join(ignore)] if ignore else []
+        for name, value in (("--duration", duration), ("--error", error), ("--key", key)):
+            arguments += [] if value is None else [name, repr(value)]
         if own:
             arguments += ["--own", ",".join(f"{key}={value}" for key, value in own.items())]
         done = subprocess.run(

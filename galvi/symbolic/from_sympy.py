@@ -8,6 +8,7 @@ from typing import Any
 from galvi.symbolic import code as symbolic_code
 from galvi.symbolic import kinks, lane_law
 from galvi.symbolic.force import SymbolicForce, symbolic_force
+from galvi.symbolic.lagranges_method import is_lagranges_method, read_lagranges_method
 from galvi.symbolic.parsing import Expressions, expressions
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
 
@@ -21,6 +22,15 @@ def symbolic(
     Lagrangian that is not twice differentiable somewhere.
     """
     sympy = sympy_module()
+    if is_lagranges_method(L):
+        if not (q is None and v is None and force is None):
+            raise ValueError(
+                "a LagrangesMethod brings its coordinates and forces; give only parameters, and t "
+                "when it depends on the time."
+            )
+        L, q, force = read_lagranges_method(L)
+    elif q is None:
+        raise TypeError("q must hold the coordinates of the expression; received none.")
     given = expressions(L, q, v, t, parameters, force)
     surfaces = kinks.surfaces(given.L, {*given.q, *given.v, given.t})
     found = SymbolicLagrangian(

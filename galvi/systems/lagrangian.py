@@ -90,10 +90,13 @@ class Lagrangian:
 
     @classmethod
     def from_sympy(
-        cls, L: Any, q: Any, v: Any = None, t: Any = None, parameters: Any = None, force: Any = None
-    ) -> Lagrangian:
+        cls, L: Any, q: Any = None, v: Any = None, t: Any = None, parameters: Any = None,
+        force: Any = None,
+    ) -> Lagrangian:  # fmt: skip
         """A Lagrangian from a SymPy expression; its derivatives are symbolic and compiled.
 
+        L           the expression, or a `sympy.physics.mechanics.LagrangesMethod` without
+                    constraints, which brings its coordinates and loads
         q, v        symbols of coordinates and velocities; without v, q are functions of the time,
                     such as SymPy's dynamicsymbols, and velocities are their derivatives
         t           the symbol of the time, when L or a force depends on it

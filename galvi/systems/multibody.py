@@ -9,6 +9,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
+from galvi.systems.forces.external_force import force_at
 from galvi.systems.lagrangian import Function, Lagrangian
 from galvi.systems.trees import mujoco_states
 from galvi.systems.trees.joint_damping import JointDamping
@@ -65,6 +66,12 @@ class Multibody(Lagrangian):
     def tree(self) -> RigidTree:
         """The Lagrangian as a function, with its exact mass and slopes."""
         return cast(RigidTree, self.function)
+
+    def acceleration(self, q: Any, v: Any, t: float = 0.0) -> Array:
+        """v' at one state, (d,), by Newton's and Euler's equations apart from L."""
+        q, v = (np.array(x, dtype=np.float64) for x in (q, v))
+        total = self.tree.forces(q, v) + force_at(self, q, v, t)
+        return np.asarray(np.linalg.solve(self.tree.mass(q), total), dtype=np.float64)
 
     def from_mujoco(self, qpos: Any, qvel: Any) -> tuple[Array, Array]:
         """(q, v) of MuJoCo's states (..., nq) and (..., nv), of a model with these joints.

@@ -215,7 +215,9 @@ def application(load: Load, command: str) -> typer.Typer:
         "judge", help="How wrong a model's own run is, and what reaches an error cheapest."
     )
     def judge_model(
-        file: Path = typer.Argument(..., metavar="FILE", help="A file of REBOUND's."),
+        file: Path = typer.Argument(
+            ..., metavar="FILE", help="A file of REBOUND's, or a model of MuJoCo's (.xml, .mjb)."
+        ),
         duration: float = typer.Option(None, "--duration", metavar="T", help="In its time."),
         error: float = typer.Option(
             None, "--error", metavar="E", help="Asked for; exit 1 when the own run is worse."
@@ -224,11 +226,18 @@ def application(load: Load, command: str) -> typer.Typer:
             "", "--own", metavar="integrator=whfast,dt=0.1", help="Else as in the file."
         ),
         snapshot: int = typer.Option(-1, "--snapshot", metavar="N", help="Of an archive."),
+        key: int = typer.Option(
+            None, "--key", metavar="N", help="Keyframe of a model to start at."
+        ),
+        ignore: str = typer.Option(
+            "", "--ignore", metavar="contacts,limits", help="What of a model to leave out."
+        ),
         out: Path = typer.Option(OUT / "judge", "--out", metavar="DIR", help="Output folder."),
     ) -> int:
         from reports.cli.judge import judge_command
 
-        return judge_command(file, duration, error, own, snapshot, out, command)
+        start = {"snapshot": snapshot, "key": key, "ignore": ignore}
+        return judge_command(file, duration, error, own, start, out, command)
 
     @app.command("warm", help="Compile every kernel in advance: about two minutes, once.")
     def warm_kernels() -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,25 +12,36 @@ import typer
 import galvi
 from benchmarks.judging.judgement import judge
 from benchmarks.store.provenance import provenance
+from galvi import Problem
+from galvi.doors.judge import MODELS
 from reports.judge.page import write
 from reports.judge.sentences import sentences
 
 
 def judge_command(
-    file: Path, duration: float | None, error: float | None, own: str, snapshot: int, out: Path,
+    file: Path, duration: float | None, error: float | None, own: str,
+    start: Mapping[str, Any], out: Path,
     command: str,
 ) -> int:  # fmt: skip
     """0, or 1 when an error was asked for that the user's own run does not reach."""
     try:
-        problem = galvi.from_rebound(file, snapshot)
+        problem = read_model(file, **start)
         found = judge(problem, duration, error, read_own(own), _progress)
-    except (ValueError, FileNotFoundError, ModuleNotFoundError, RuntimeError) as refused:
+    except (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError) as refused:
         raise typer.BadParameter(str(refused)) from None
     page = write(found, file.name, provenance(command), out)
     for sentence in sentences(found):
         print(sentence)
     print(f"See {page}.")
     return int(error is not None and not found.passed)
+
+
+def read_model(file: Path, snapshot: int, key: int | None, ignore: str) -> Problem:
+    """The problem of a file: of MuJoCo's by its suffix, else of REBOUND's. Raises what they do."""
+    if file.suffix in MODELS:
+        left_out = tuple(filter(None, (word.strip() for word in ignore.split(","))))
+        return galvi.from_mujoco(file, left_out, key)
+    return galvi.from_rebound(file, snapshot)
 
 
 def read_own(text: str) -> dict[str, Any]:

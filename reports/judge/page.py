@@ -28,7 +28,7 @@ def write(found: Judgement, name: str, facts: Mapping[str, Any], folder: Path) -
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "judge.json").write_text(json.dumps(as_json(found), indent=1) + "\n")
     found.table.to_csv(folder / "integrators.csv", index=False)
-    found.parts.to_csv(folder / "bodies.csv", index=False)
+    found.parts.to_csv(folder / "parts.csv", index=False)
     page = folder / "judge.html"
     page.write_text(rendered(found, name, facts), encoding="utf-8")
     return page
@@ -80,11 +80,13 @@ def rendered(found: Judgement, name: str, facts: Mapping[str, Any]) -> str:
     parts = parts.assign(**{
         column: parts[column].map(readable) for column in parts.columns[1:]
     }).rename(columns=lambda text: text.replace("_", " "))  # fmt: skip
-    meetings = found.encounters.assign(
-        time=found.encounters["time"].map("{:.6g}".format),
-        distance=found.encounters["distance"].map(readable),
-        hill_radii=found.encounters["hill_radii"].map(readable),
-    ).rename(columns={"hill_radii": "Hill radii"})
+    meetings = found.encounters
+    if len(meetings):
+        meetings = meetings.assign(
+            time=meetings["time"].map("{:.6g}".format),
+            distance=meetings["distance"].map(readable),
+            hill_radii=meetings["hill_radii"].map(readable),
+        ).rename(columns={"hill_radii": "Hill radii"})
     ends = found.horizons.assign(
         start_known_to=found.horizons["start_known_to"].map("{:g}".format),
         until=found.horizons["until"].map(lambda t: f"{t:.6g}" if t == t else "beyond the end"),
@@ -95,5 +97,6 @@ def rendered(found: Judgement, name: str, facts: Mapping[str, Any]) -> str:
         picture=Markup(pictures(found).decode().partition("<svg")[2].join(["<svg", ""])),
         tried=grid(tried, numbers), parts=grid(parts, dict.fromkeys(parts.columns[1:], NUMBER)),
         meetings=grid(meetings, numbers), ends=grid(ends),
+        part=found.kind.PART, can_meet=len(found.encounters.columns) > 0,
         left_out=max(0, len(found.parts) - MOST_PARTS), facts=facts,
     )  # fmt: skip

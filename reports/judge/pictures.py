@@ -12,6 +12,7 @@ from matplotlib.figure import Figure as Canvas
 
 from benchmarks.judging.bodies import names
 from benchmarks.judging.judgement import Judgement
+from galvi import Multibody
 from reports.figures.picture import STYLE
 from reports.figures.style.palette import COLOURS, GUIDE
 
@@ -20,7 +21,7 @@ POINTS = 1500
 
 
 def pictures(found: Judgement) -> bytes:
-    """An SVG: orbits in the plane of x and y on the left, errors over time on the right."""
+    """An SVG: orbits in the plane of x and y, or joints, on the left, errors on the right."""
     matplotlib.use("Agg")
     with matplotlib.style.context(STYLE):
         canvas = Canvas(figsize=(9.6, 4.2), layout="constrained")
@@ -35,6 +36,22 @@ def pictures(found: Judgement) -> bytes:
 
 
 def _motion(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
+    if isinstance(found.problem.system, Multibody):
+        _joints(axes, found)
+    else:
+        _orbits(axes, found)
+
+
+def _joints(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
+    system, truth = found.problem.system, found.truth
+    qpos, _ = system.to_mujoco(truth.q, np.zeros((len(truth.t), found.problem.v0.size)))  # type: ignore[attr-defined]
+    for k in range(qpos.shape[1]):
+        axes.plot(truth.t, qpos[:, k], linewidth=0.9, label=f"{k}" if k < NAMED else None)
+    axes.set(xlabel="$t$", ylabel="entries of qpos", title="the motion")
+    axes.legend(fontsize=7, ncols=2)
+
+
+def _orbits(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
     q, labels = found.truth.q, names(found.problem)
     rows = slice(0, None, max(1, len(q) // POINTS))
     heavy = np.argsort(-found.problem.system.masses, kind="stable")[:NAMED]  # type: ignore[attr-defined]
@@ -60,5 +77,5 @@ def _errors(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
             label=f"truth against {one.between[1]}",
         )  # fmt: skip
     axes.axhline(found.error, color=GUIDE, linestyle=(0, (4, 2)), label="error asked for")
-    axes.set(xlabel="$t$", ylabel="largest distance of a body", title="errors")
+    axes.set(xlabel="$t$", ylabel=f"largest error of a {found.kind.PART}", title="errors")
     axes.legend(fontsize=7)

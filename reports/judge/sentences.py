@@ -16,20 +16,26 @@ def sentences(found: Judgement) -> list[str]:
     own, worst = found.own, found.parts.iloc[found.parts["largest_error"].argmax()]
     length, time = (unit(found.problem, kind) for kind in ("length", "time"))
     asked = f"an error of {readable(found.error)}{length}"
-    result = [
-        f"Your run ({own['integrator']}) is wrong by up to {readable(own['error'])}{length} over a "
-        f"time of {readable(found.duration)}{time}, most for {worst.iloc[0]}; the energy changes "
-        f"by {readable(own['energy_error'])} of itself. It takes {seconds(own['seconds'])}."
-    ]
-    if own["status"] != "Completed.":
-        result.append(f"Its status: {own['status']}")
+    if math.isnan(own["error"]):
+        result = [f"Your run ({own['integrator']}) does not reach the end. {own['status']}"]
+    else:
+        changed = f"the energy changes by {readable(own['energy_error'])} of itself"
+        if math.isnan(own["energy_error"]):
+            changed = "its energy is not conserved, as it is damped"
+        result = [
+            f"Your run ({own['integrator']}) is wrong by up to {readable(own['error'])}{length} "
+            f"over a time of {readable(found.duration)}{time}, most for {worst.iloc[0]}; "
+            f"{changed}. It takes {seconds(own['seconds'])}."
+        ]
+        result += [] if own["status"] == "Completed." else [f"Its status: {own['status']}"]
     result.append(_truth(found))
     best = found.recommended
     if best is None:
         result.append(f"Nothing that was tried reaches {asked}.")
     else:
         faster = own["seconds"] / best["seconds"]
-        compared = f", {faster:.2g} times as fast as your run" if faster > 1.0 else ""
+        whole = faster > 1.0 and not math.isnan(own["error"])
+        compared = f", {faster:.2g} times as fast as your run" if whole else ""
         result.append(
             f"The cheapest that reaches {asked} is {best['integrator']}, "
             f"{best['setting']}: {readable(best['error'])} in {seconds(best['seconds'])}{compared}."
@@ -46,13 +52,11 @@ def sentences(found: Judgement) -> list[str]:
 
 
 def _truth(found: Judgement) -> str:
-    if not found.agreements:
-        return "The truth is of one engine only: no second one is installed."
     first = found.agreements[0].between[0]
-    others = " and ".join(
-        f"{one.between[1]} to {readable(one.largest)}" for one in found.agreements
-    )
-    text = f"The truth is {first}, with which agree {others}."
+    others = "; ".join(f"{one.between[1]}, to {readable(one.largest)}" for one in found.agreements)
+    text = f"The truth is {first}. With it agree {others}."
+    if found.kind.ENGINE == "mujoco-core":
+        text += " All but galvi's are accelerations of one engine, MuJoCo."
     if found.truth_agreement > TRUSTED * found.error:
         text += " That is not far below the error asked for: errors near it are bounds."
     return text

@@ -77,7 +77,7 @@ def test_a_source_of_truth_that_is_wrong_is_seen():
     problem, span = planets(), 40_000.0
     truth = IAS15.run(problem, span, {"samples": 40})
     loose = Source("loose", IAS15, {"adaptive_mode": "GLOBAL", "epsilon": 1e-1})
-    sound = bodies.sources(problem)[1]
+    sound = bodies.sources(problem, span)[1]
     silent = lambda sentence: None  # noqa: E731
     bad, good = (
         agreements(truth, "truth", [one], bodies.errors, 10, silent)[0] for one in (loose, sound)
@@ -103,7 +103,7 @@ def test_encounters_are_found_and_timed():
 def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos():
     problem, span = planet(), 40 * YEAR
     truth = IAS15.run(problem, span, {"samples": 40})
-    grown = neighbours.growth(bodies.sources(problem)[0], truth, bodies.errors)
+    grown = neighbours.growth(bodies, bodies.sources(problem, span)[0], truth)
     assert 30.0 < grown[40] / grown[1] < 60.0
     ends = neighbours.horizons(truth.t, grown, 1e-6)
     assert ends["until"].iloc[0] <= 1.01 * YEAR and math.isnan(ends["until"].iloc[-1])
@@ -111,7 +111,7 @@ def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos():
         galvi.NBody([3.0, 4.0, 5.0]), [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]], np.zeros((3, 2))
     )
     wild = IAS15.run(starts, 62.0, {"samples": 40})
-    chaos = neighbours.growth(bodies.sources(starts)[0], wild, bodies.errors)
+    chaos = neighbours.growth(bodies, bodies.sources(starts, 62.0)[0], wild)
     assert chaos.max() > 1e4 * grown.max()
 
 

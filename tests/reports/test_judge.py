@@ -93,6 +93,27 @@ def test_what_cannot_be_judged_is_refused_in_a_sentence(
     assert sentence in capsys.readouterr().err
 
 
+ARM = """<mujoco model="arm"><option timestep="0.01" integrator="RK4"/><worldbody>
+<body name="upper"><joint name="a" type="hinge" axis="0 1 0"/>
+<geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.03" mass="1" contype="0" conaffinity="0"/>
+</body></worldbody><keyframe><key qpos="0.5"/></keyframe></mujoco>"""
+
+
+def test_a_model_of_mujoco(tmp_path, capsys):
+    mujoco = pytest.importorskip("mujoco")
+    (tmp_path / "arm.xml").write_text(ARM)
+    given = [str(tmp_path / "arm.xml"), "--duration", "2", "--error", "1e-12", "--key", "0"]
+    assert run(None, ["judge", *given, "--out", str(tmp_path)]) == 1
+    said = capsys.readouterr().out
+    assert "Your run (MuJoCo RK4, dt = 0.01) is wrong by up to" in said and "hinge of upper" in said
+    page = (tmp_path / "judge.html").read_text()
+    assert "Close encounters" not in page and "joint by joint" in page
+    found = galvi.judge(mujoco.MjModel.from_xml_string(ARM), duration=1.0, error=1e-3)
+    assert found.own["error"] < 1e-3 and found.recommended is not None
+    assert run(None, ["judge", *given[:-1], "3", "--out", str(tmp_path)]) == 2
+    assert "Key must be a whole number from 0 to 0" in capsys.readouterr().err
+
+
 def test_the_own_setting_is_read():
     assert read_own("integrator=whfast, dt=0.1,corrector=17") == {
         "integrator": "whfast", "dt": 0.1, "corrector": 17,

@@ -331,3 +331,65 @@ def tree_mass(g, constants, mass):
     return springs(constants, g, out[1]) - (
         constants[1] * work[H] + constants[2] * work[H + 1] + constants[3] * work[H + 2]
     )
+
+
+@jit
+def tree_states(places, rates, constants, value, at_rest, momenta, in_space):
+    """At n states: value and at_rest (n,) <- L and L without velocities, momenta (n, d) <- dL/dv,
+    in_space (n, 6) <- angular momentum about the origin of space, and momentum, of all bodies."""
+    n, d = rates.shape
+    tau, frames = np.zeros(d), STRIDE * (int(constants[0]) + 1)
+    for k in range(n):
+        work, mu = np.zeros(frames), momenta[k]
+        outward(constants, places[k], rates[k], work)
+        inward(constants, rates[k], work, tau, mu)
+        at_rest[k] = (
+            constants[1] * work[H] + constants[2] * work[H + 1] + constants[3] * work[H + 2]
+        ) - springs(constants, places[k], tau)
+        value[k] = at_rest[k]
+        for i in range(d):
+            value[k] += 0.5 * rates[k, i] * mu[i]
+        for i in range(6):
+            in_space[k, i] = work[L + i]
+
+
+@jit
+def tree_forces(g, v, constants, tau):
+    """tau (d,), from zeros, <- what M v' equals, by Newton and Euler: springs, and minus the wrench
+    that moves the bodies without v', d(I V)/dt = I A - ad_V^T (I V), less gravity."""
+    n = int(constants[0])
+    work, A = np.zeros(STRIDE * (n + 1)), np.zeros(6 * (n + 1))
+    outward(constants, g, v, work)
+    springs(constants, g, tau)
+    for j in range(1, n + 1):
+        k, a = HEAD + JOINT * (j - 1), STRIDE * j
+        before = 6 * int(constants[k + UP])
+        u, U, w, velocity = (
+            triple(work, a + UW), triple(work, a + UV), triple(work, a + W), triple(work, a + V)
+        )  # fmt: skip
+        alpha = triple(A, before)
+        swept = sum_of(triple(A, before + 3), cross(alpha, triple(work, a + R)))
+        alpha, swept = turned_back(work, a + C, alpha), turned_back(work, a + C, swept)
+        if int(constants[k + KIND]) == FREE:
+            swept = cross(velocity, w)  # R^T x' turns
+        else:
+            turning, moving = less(w, u), less(velocity, U)
+            alpha = sum_of(alpha, cross(u, turning))
+            swept = sum_of(swept, sum_of(cross(u, moving), cross(U, turning)))
+        keep(alpha, A, 6 * j)
+        keep(swept, A, 6 * j + 3)
+        m, h, field = work[a + M], triple(work, a + H), triple(work, a + FIELD)
+        l, f, pull = triple(work, a + L), triple(work, a + F), less(swept, field)
+        own = sum_of(symmetric(constants, k + INERTIA, alpha), cross(h, pull))
+        keep(less(own, sum_of(cross(l, w), cross(f, velocity))), work, a + L)
+        keep(less(less(scaled(m, pull), cross(h, alpha)), cross(f, w)), work, a + F)
+    for j in range(n, 0, -1):
+        k, a = HEAD + JOINT * (j - 1), STRIDE * j
+        kind, up, dof = int(constants[k + KIND]), int(constants[k + UP]), int(constants[k + DOF])
+        l, f = triple(work, a + L), triple(work, a + F)
+        for i in range(DOFS[kind]):
+            tau[dof + i] -= component(kind, work, a, l, f, i)
+        l, f = turned(work, a + C, l), turned(work, a + C, f)
+        l = sum_of(l, cross(triple(work, a + R), f))
+        keep(sum_of(triple(work, STRIDE * up + L), l), work, STRIDE * up + L)
+        keep(sum_of(triple(work, STRIDE * up + F), f), work, STRIDE * up + F)

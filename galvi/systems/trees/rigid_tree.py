@@ -140,6 +140,13 @@ class RigidTree:
         """d2L/dv2 (d, d) at one configuration."""
         return self.mass_and_potential(q)[0]
 
+    def forces(self, q: Array, v: Array) -> Array:
+        """What the mass times v' equals without an external force, (d,)."""
+        found = np.zeros(self.dimension)
+        flat = np.ascontiguousarray(q, dtype=np.float64).ravel()
+        tree.tree_forces(flat, np.ascontiguousarray(v, dtype=np.float64), self.numbers, found)
+        return found
+
     def left_slopes(self, q: Array, v: Array) -> Array:
         """dL/dv and the left-trivialised dL/dq, (2, d)."""
         out = np.empty((2, self.dimension))
@@ -161,14 +168,21 @@ class RigidTree:
                 dof, entry = dof + 3, entry + 9
         return np.concatenate([momentum, found])
 
+    def momenta(self, q: Array, v: Array) -> Array:
+        """Angular momentum about the origin of space and momentum of all bodies, (n, 6), at n
+        states; what an armature has besides is not among them."""
+        return self._at_states(q, v)[3]
+
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
         """As `BuiltinLagrangian.at_states`."""
-        entries, rates = list(q.reshape(len(q), -1).T), list(v.T)
-        numbers, d = self.numbers.tolist(), self.dimension
-        _, momenta, _, potential = tree.recursion(numbers, entries, rates, d)
-        p = np.stack([np.broadcast_to(x, len(q)) for x in momenta], axis=1)
-        at_rest = np.broadcast_to(-1.0 * potential, len(q))
-        return 0.5 * (v * p).sum(axis=1) + at_rest, at_rest, p
+        return self._at_states(q, v)[:3]
+
+    def _at_states(self, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
+        places = np.ascontiguousarray(q, dtype=np.float64).reshape(len(v), -1)
+        rates = np.ascontiguousarray(v, dtype=np.float64)
+        found = np.empty(len(v)), np.empty(len(v)), np.empty(v.shape), np.empty((len(v), 6))
+        tree.tree_states(places, rates, self.numbers, *found)
+        return found
 
     @cached_property
     def law(self) -> str:

@@ -1,0 +1,132 @@
+"""What a judgement of trees of rigid bodies needs: truths, integrators, errors of the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, cast
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.judging.candidate import Candidate, Source
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.problem import galvi_label
+from galvi import Multibody, Problem, Trajectory
+from galvi.arrays import Array
+from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
+from references.mujoco.steps import (
+    MUJOCO_DISCRETE,
+    MUJOCO_EULER,
+    MUJOCO_IMPLICIT,
+    MUJOCO_IMPLICITFAST,
+    MUJOCO_RK4,
+)
+
+DURATION = 10.0
+INTEGRATORS = {  # by their names in MuJoCo, in lower case
+    "euler": MUJOCO_EULER,
+    "rk4": MUJOCO_RK4,
+    "implicit": MUJOCO_IMPLICIT,
+    "implicitfast": MUJOCO_IMPLICITFAST,
+    "discrete": MUJOCO_DISCRETE,
+}
+ADAPTIVE: tuple[str, ...] = ()
+PART, ENGINE = "joint", "mujoco-core"
+FINE = 100_000  # steps of the second source
+COARSEST = 200  # steps of MuJoCo's integrators in the whole time
+OURS = (4, 8)  # degrees
+OURS_COARSEST = 100
+ENTRIES = {"hinge": 1, "slide": 1, "ball": 4, "free": 7}
+
+
+def default_duration(problem: Problem) -> float:
+    """10 units of time."""
+    return DURATION
+
+
+def states(problem: Problem, duration: float) -> int:
+    """Those at which errors are measured are enough."""
+    return 1
+
+
+def sources(problem: Problem, duration: float) -> list[Source]:
+    """Solvers on MuJoCo's accelerations, and its own at a small step; one engine in all of them."""
+    tolerances = (1e-13, 1e-11)
+    found = [
+        *(
+            Source(f"DOP853 on MuJoCo's accelerations, tolerance {one:g}", MUJOCO_ACCELERATIONS,
+                   {"tolerance": one})
+            for one in tolerances
+        ),
+        Source("MuJoCo RK4, small steps", MUJOCO_RK4, {}, duration / FINE),
+        Source("galvi degree 8", gauss_collocation(8), {}, duration / 2000, True),
+    ]  # fmt: skip
+    return [one for one in found if not one.contender.missing and one.contender.supports(problem)]
+
+
+def candidates(problem: Problem, duration: float) -> Iterator[list[Candidate]]:
+    """For each integrator the coarsest of its steps."""
+    for degree in OURS:
+        yield [Candidate(galvi_label(degree), gauss_collocation(degree), {}, OURS_COARSEST)]
+    for contender in INTEGRATORS.values():
+        if not contender.missing and contender.supports(problem):
+            yield [Candidate(contender.name, contender, {}, COARSEST)]
+
+
+def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
+    """The problem from angles and lengths that differ by this amount, relatively above 1."""
+    system = cast(Multibody, problem.system)
+    qpos, qvel = system.to_mujoco(problem.q0, problem.v0)
+    moved = qpos + amount * np.maximum(np.abs(qpos), 1.0) * signs[: qpos.size]
+    return problem.with_initial_state(*system.from_mujoco(moved, qvel))
+
+
+def errors(run: Trajectory, truth: Trajectory) -> Array:
+    """How far each joint is off, (saved, joints): an angle, a length, or the larger of both."""
+    system = cast(Multibody, run.problem.system)
+    one, other = (system.to_mujoco(each.q, _rates(each))[0] for each in (run, truth))
+    columns, at = [], 0
+    for joint in system.tree.joints:
+        mine, theirs = (x[:, at : at + ENTRIES[joint.type]] for x in (one, other))
+        at += ENTRIES[joint.type]
+        if joint.type in ("hinge", "slide"):
+            columns.append(np.abs(mine - theirs)[:, 0])
+            continue
+        turned = _angle(mine[:, -4:], theirs[:, -4:])
+        moved = np.linalg.norm(mine[:, :-4] - theirs[:, :-4], axis=1)
+        columns.append(np.maximum(turned, moved))
+    return np.stack(columns, axis=1)
+
+
+def _rates(run: Trajectory) -> Array:
+    """Any velocities, which do not matter for the coordinates."""
+    return np.zeros((len(run.t), run.problem.v0.size))
+
+
+def _angle(one: Array, other: Array) -> Array:
+    """The angle between rotations given by unit quaternions (saved, 4)."""
+    along = np.sum(one * other, axis=1)
+    across = np.linalg.norm(one - np.copysign(1.0, along)[:, None] * other, axis=1)
+    return 4.0 * np.arcsin(np.minimum(0.5 * across, 1.0))
+
+
+def names(problem: Problem) -> list[str]:
+    """The joints by their links."""
+    system = cast(Multibody, problem.system)
+    return [
+        f"{joint.type} of {link.name or f'link {k}'}"
+        for k, link in enumerate(system.links)
+        for joint in link.joints
+    ]
+
+
+def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:
+    """Of each joint, its largest and its last error."""
+    off = errors(run, truth)
+    columns: dict[str, Any] = {"joint": names(run.problem), "largest_error": off.max(axis=0)}
+    return pd.DataFrame({**columns, "last_error": off[-1]})
+
+
+def encounters(truth: Trajectory) -> pd.DataFrame:
+    """There are none: contacts are no part of these models."""
+    return pd.DataFrame()
