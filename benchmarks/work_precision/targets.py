@@ -17,7 +17,7 @@ COORDINATES = (
     "fermi-pasta-ulam-tsingou",
     "kepler e=0.3 in polar coordinates",
 )
-MORE_POINTS = tuple(f"galvi degree {s}, Gauss {s + 1}, Cayley" for s in (6, 8, 10))
+MORE_POINTS = tuple(f"galvi degree {s}, Gauss {s + 1}, Cayley" for s in (6, 7, 8, 10))
 FRAMES = "the project's targets for moving frames"
 CALM = ("galvi Kepler frame, Gauss 8", "galvi Kepler frame, Gauss 16")  # they do not drift
 FAST = tuple(f"{label}, 2 passes" for label in CALM)

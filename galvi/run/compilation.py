@@ -20,7 +20,6 @@ SECONDS = {
     "galvi.kernels.lanes.nbody.advance": 7,
     "galvi.kernels.lanes.canonical.advance_canonical": 4,
     "galvi.kernels.lanes.frames.collocation.advance_frame": 4,
-    "galvi.kernels.lanes.body.advance_body": 6,
     "galvi.kernels.lanes.group_law.advance_group_law": 10,
     "galvi.kernels.lanes.law.advance_law": 11,
     "galvi.kernels.on_group.advance.advance_group": 47,

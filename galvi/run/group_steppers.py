@@ -1,19 +1,17 @@
-"""The kernels for steps on a group: a general one, one for rigid bodies, and those for laws."""
+"""The kernels for steps on a group: a general one, and those for laws."""
 
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.forces.lagrangian_derivatives import Law
-from galvi.kernels.lanes import body as packed_body
-from galvi.kernels.nystrom.solve import DIVERGED, NEWTON_STREAK
+from galvi.kernels.nystrom.solve import NEWTON_STREAK
 from galvi.kernels.on_group.advance import STREAK, advance_group, compiled_advance_group
 from galvi.kernels.on_group.stages import Basis
 from galvi.method import Galerkin
@@ -21,12 +19,10 @@ from galvi.problem import Problem
 from galvi.run.engine import Call
 from galvi.run.group_system import group_system
 from galvi.run.law_stepper import group_law_stepper, has_group_law, has_law, law_stepper
-from galvi.run.nystrom_steppers import aligned, collocation_tables, kernel_tableau
+from galvi.run.nystrom_steppers import kernel_tableau
 from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays, run_plan
 from galvi.symbolic.traces import Traces, traces
 from galvi.systems.lagrangian_kernel import LagrangianKernel
-from galvi.systems.potentials.uniform_gravity import UniformGravity
-from galvi.systems.rigid_body import RigidBody
 from galvi.tableau import Tableau
 
 FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
@@ -94,13 +90,6 @@ def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     return on_group or has_law(problem, method)
 
 
-def _is_packed_body(problem: Problem, method: Galerkin) -> bool:
-    """Whether the kernel for rigid bodies applies, which is faster than that for their laws."""
-    s, m = method.table.psi.shape
-    system = problem.system
-    return s == m and isinstance(system, RigidBody) and system.force is None
-
-
 def stepper_after_failure(
     problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
 ) -> Call:
@@ -126,8 +115,6 @@ def compiled_stepper(
     if not solves_by_iteration(problem, method) or start.solver == "newton":
         return general_stepper(*arguments)
     stepper = law_stepper if has_law(problem, method) else group_law_stepper
-    if _is_packed_body(problem, method):
-        stepper = body_stepper
     packed = stepper(*arguments, FINEST_ON_RN if stepper is law_stepper else FINEST)
     general: list[Call] = []  # created when first needed: compiling it takes long
 
@@ -143,44 +130,10 @@ def compiled_stepper(
             return code
         code = packed(todo)
         if code and start.solver == "fixed_point":
-            return DIVERGED if stepper is body_stepper else code  # a body's forces are finite
+            return code
         if code:
             work.solver_state[STREAK] = NEWTON_STREAK - 1
             code = by_newton(1)
         return code
 
     return call
-
-
-def body_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
-    finest: float,
-) -> Call:  # fmt: skip
-    """A `Call` of the kernel for rigid bodies: does n more steps and returns its code."""
-    system, chart = cast(RigidBody, problem.system), method.group_chart.number
-    with_weight = int(system.potential is not None)
-    numbers, force = _body(system)
-    body = numbers.copy()
-    kernel = packed_body.compiled_advance_body(chart, with_weight)
-    charts, weights = (0,) * (1 + chart), (0,) * (1 + with_weight)
-    tables = collocation_tables(method.table, step)
-    width, weights_in_space = tables[0].shape[1], force.copy()
-    scratch, spare = aligned((36, width), (6, width))
-    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
-
-    def call(todo: int) -> int:
-        return int(kernel(
-            charts, weights, tables, body, weights_in_space, plan, todo, progress, scratch,
-            spare, kept,
-        ))  # fmt: skip
-
-    return call
-
-
-@lru_cache(maxsize=32)
-def _body(system: RigidBody) -> tuple[Array, Array]:
-    """J^-1, J, the centre of mass and room for 12 numbers, and the weight in space (3,)."""
-    weight, J = cast(UniformGravity | None, system.potential), system.inertia
-    force = np.zeros(6) if weight is None else weight.numbers
-    body = np.concatenate([system.inverse_inertia.ravel(), J.ravel(), force[3:], np.zeros(12)])
-    return read_only(body), read_only(force[:3].copy())

@@ -12,9 +12,11 @@ from galvi.checkpoint import Checkpoint
 from galvi.groups.rn import Rn
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.lanes.group_law import compiled_advance_group_law
-from galvi.kernels.lanes.group_pass import rows_of_group_work
+from galvi.kernels.lanes.group_pass import GROUP_PASS_TYPE
+from galvi.kernels.lanes.group_rows import PLACE, rows_of_group_work
 from galvi.kernels.lanes.law import PASS_TYPE, compiled_advance_law
 from galvi.kernels.lanes.law_pass import rows_of_work
+from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom.solve import FORCES
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -82,8 +84,16 @@ def law_tables(
     if s > min(coefficients):
         complement = np.vstack([np.ascontiguousarray(outside(table, k)[lanes].T)
                                 for k in coefficients])  # fmt: skip
-    tables = np.concatenate([moves, turns])
+    tables, complement = aligned_copies(np.concatenate([moves, turns]), complement)
     return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[lanes])
+
+
+def aligned_copies(*given: Array) -> list[Array]:
+    """Copies that start at cache lines."""
+    copies = aligned(*(array.shape for array in given))
+    for copy, array in zip(copies, given, strict=True):
+        copy[:] = array
+    return copies
 
 
 def outside(table: Tableau, coefficients: int) -> Array:
@@ -136,28 +146,38 @@ def has_group_law(problem: Problem) -> bool:
 
 
 @lru_cache(maxsize=32)
-def _compiled_on_group(system: Any, chart: int) -> tuple[Any, Array, Any]:
+def _compiled_on_group(system: Any, chart: int) -> tuple[int, Array, Any]:
     """The address of the system's law in a chart, its constants, and the function, which must be
     kept."""
     found = _group_law(system)
     assert found is not None
     layout = tuple(tuple(map(int, row)) for row in system.group.layout)
     function = compiled_group_law(found[0], layout, chart)
-    return addresses((function, PASS_TYPE)), np.array(found[1]), function
+    return int(addresses((function, GROUP_PASS_TYPE))[0]), np.array(found[1]), function
 
 
 @lru_cache(maxsize=32)
-def group_law_tables(table: Tableau, step: float) -> tuple[Array, ...]:
+def group_law_tables(table: Tableau, step: float) -> tuple[Array, Array, tuple[Array, ...]]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.group_law."""
     moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
     (s, m), lanes, root = table.slope.shape, stages_in_lanes(table.c.size), np.sqrt(table.b)
+    P, terms = lanes.size, ahead.shape[0] // table.c.size
     Y = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0][:, m:].T / root
-    complement = np.zeros((2 * (s - m), lanes.size))
-    complement[: s - m], complement[s - m :, :s] = Y[:, lanes], Y * table.b
-    sums = np.zeros((s, lanes.size))
-    sums[:, :2] = kicks.T
-    tables, c = np.concatenate([moves, turns]), read_only(table.c[lanes])
-    return read_only(sums), ahead, series, tables, complement, growth, fit, c
+    complement, tables = aligned((2 * (s - m), P), ((4 + terms) * P + 3, P))
+    complement[: s - m, :s], complement[s - m :, :s] = Y, Y * table.b
+    for k, rows in enumerate(np.concatenate([moves, turns]).reshape(4, s, P)):
+        tables[k * P : k * P + s] = rows
+        if k < 2:
+            tables[k * P : k * P + s, s:] = kicks[k][:, None]
+    large, low = tables[2 * P : 2 * P + s], tables[3 * P : 3 * P + s]
+    large[:], rest = two_sum(large, -kicks[0][:, None])
+    low += rest - kicks[1][:, None]
+    large[:, s:] = low[:, s:] = 0.0
+    tables[4 * P : 4 * P + 2, :s] = kicks
+    tables[4 * P + 2, :s] = np.mean(Y * Y, axis=0) * table.b if s > m else 0.0
+    for k, rows in enumerate(ahead.reshape(terms, s, P)):
+        tables[(4 + k) * P + 3 : (4 + k) * P + 3 + s] = rows
+    return tables, complement, (series, growth, fit, read_only(table.c[lanes]))
 
 
 def group_law_stepper(
@@ -168,16 +188,20 @@ def group_law_stepper(
     system: Any = problem.system
     layout, chart = system.group.layout, method.group_chart.number
     law, constants, function = _compiled_on_group(system, chart)
-    given, d = group_law_tables(method.table, step), problem.v0.size
-    width = given[3].shape[1]
-    scratch, spare = aligned((rows_of_group_work(d), width), (13, max(width, *work.state.shape)))
-    numbers = np.zeros(3 * d + 2 + problem.q0.size)
+    tables, complement, others = group_law_tables(method.table, step)
+    d, width, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
+    scratch, spare = aligned(
+        (rows_of_group_work(d, extra), width), (7, max(9, width, *work.state.shape))
+    )
+    numbers = np.zeros(3 * d + PLACE + problem.q0.size)
+    arrays = (scratch, tables, complement, constants, numbers)
+    given = np.array([*(array.ctypes.data for array in arrays), width, extra])
     kernel = compiled_advance_group_law()
     plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
-    def call(todo: int, kept_alive: Any = function) -> int:
+    def call(todo: int, kept_alive: Any = (function, given, arrays)) -> int:
         return int(kernel(
-            law, layout, chart, constants, given, plan, todo, progress, scratch, numbers,
+            law, given.ctypes.data, layout, chart, others, plan, todo, progress, scratch, numbers,
             spare, kept,
         ))  # fmt: skip
 

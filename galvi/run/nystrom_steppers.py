@@ -168,7 +168,7 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
 
 @lru_cache(maxsize=32)
 def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
-    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.body."""
+    """h A^T, h B^T and h b with their low parts, and more of galvi.kernels.lanes.law."""
     s = table.c.size
     lanes = stages_in_lanes(s)
     moves, turns = (

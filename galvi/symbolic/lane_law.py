@@ -26,7 +26,14 @@ pass_of_law = one_pass(law, {d})
 def law_pass_DIGEST(work, tables, complement, constants, numbers):
     pass_of_law(work, tables, complement, constants, numbers)
 """
-GROUP_PASS = PASS.replace("one_pass(law, {d})", "group_pass(law, {layout}, {chart})")
+GROUP_PASS = """
+
+pass_of_law = group_pass(law, {layout}, {chart})
+
+
+def law_pass_DIGEST(given):
+    pass_of_law(given)
+"""
 
 
 @lru_cache(maxsize=256)

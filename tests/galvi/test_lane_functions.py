@@ -68,6 +68,9 @@ CASES = {
     "cosh": Case(functions.hyperbolic_cosine, mp.cosh, (uniform(-20.0, 20.0),), limit=2.5),
     "tanh": Case(functions.hyperbolic_tangent, mp.tanh, (uniform(-25.0, 25.0),), limit=3.0),
     "tanh near 0": Case(functions.hyperbolic_tangent, mp.tanh, (spread(1e-300, 1.5),), limit=3.0),
+    "inverse fourth root": Case(
+        functions.inverse_fourth_root, lambda x: x ** mp.mpf(-0.25), (spread(1e-300, 1e300),)
+    ),
     "sqrt": Case(functions.square_root, mp.sqrt, (spread(1e-300, 1e300),)),
     "power": Case(functions.power, mp.power, (spread(1e-80, 1e80), uniform(-3.5, 3.5))),
     "large power": Case(functions.power, mp.power, (uniform(0.1, 10.0), uniform(-300.0, 300.0))),
@@ -115,6 +118,8 @@ def test_outside_its_domain_a_function_is_nan() -> None:
     assert np.isnan(at(functions.logarithm, outside)).all()
     assert np.isnan(at(functions.power, outside, [2.5] * len(outside))).all()
     assert np.isnan(at(functions.square_root, [NAN, -1.0, -INFINITY])).all()
+    outside = [NAN, -1.0, 0.0, 1e-310, INFINITY, -INFINITY]
+    assert np.isnan(at(functions.inverse_fourth_root, outside)).all()
     assert np.isnan(at(functions.exponential, [NAN])).all()
     assert np.isnan(at(functions.arctangent, [0.0, NAN, 1.0], [0.0, 1.0, NAN])).all()
 

@@ -97,9 +97,9 @@ FAULTS = (
         "a wrong sign in a torque",
         (
             (
-                "kernels/lanes/body_formulas.py",
-                "torque = cross(centre, rotated(chart, -1.0, xi, weight))",
-                "torque = cross(rotated(chart, -1.0, xi, weight), centre)",
+                "kernels/lanes/laws.py",
+                "cross((c[12], c[13], c[14]), _in_body(g, 3, (c[9], c[10], c[11])))",
+                "cross(_in_body(g, 3, (c[9], c[10], c[11])), (c[12], c[13], c[14]))",
             ),
         ),
         BODIES,

@@ -15,7 +15,8 @@ STEPS = {
     10: (30, 40),
     12: (30, 40),
 }
-MORE_POINTS = {6: (40, 60), 8: (30, 40, 60), 10: (30, 40)}
+LONGER = {8: (20, 24)}
+MORE_POINTS = {6: (40, 60), 7: (30, 40, 60), 8: (30, 40, 60), 10: (30, 40)}
 
 
 def free_body(quick: bool) -> WorkPrecisionProblem:
@@ -26,4 +27,4 @@ def free_body(quick: bool) -> WorkPrecisionProblem:
         end = FREE_TOP.run(problem, DURATION, {"samples": 1}).q[-1]
         return Truth(end, 0.5 * EPS, f"{FREE_TOP.name}; to the rounding of the entries")
 
-    return rigid_body(problem, quick, STEPS, truth, MORE_POINTS)
+    return rigid_body(problem, quick, STEPS, truth, MORE_POINTS, longer=LONGER)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import galvi
 from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
@@ -57,11 +58,13 @@ def rigid_body(
     truth: Callable[[], Truth],
     more_points: Mapping[int, Sequence[int]] | None = None,
     brief: bool = False,
+    longer: Mapping[int, Sequence[int]] | None = None,
 ) -> WorkPrecisionProblem:
     """Everyone on one body; a few settings of each when quick.
 
     ours         degree: numbers of galvi's steps, with as many Gauss points as the degree
     more_points  the same with one point more, H's n points for n functions, in Cayley's chart
+    longer       more numbers of steps, fewer, for the chart of modified Rodrigues parameters alone
     brief        Cayley's chart, MuJoCo's RK4, the compiled DOP853 and heyoka alone
     """
 
@@ -75,13 +78,21 @@ def rigid_body(
     def tolerances(*values: float) -> list[Setting]:
         return adaptive("tolerance", values[1:3] if quick else values)
 
+    def counts_of(chart: Any, degree: int) -> Sequence[int]:
+        reaches = isinstance(chart, galvi.ModifiedRodrigues)
+        return (*((longer or {}).get(degree, ()) if reaches else ()), *ours[degree])
+
     participants: list[Participant] = [
-        Participant(f"galvi degree {degree}, Gauss {degree}, {chart.name}",
-         gauss_collocation(degree, chart),
-         our_steps(*counts) if chart is CHARTS[0] else steps(*counts))
+        Participant(
+            f"galvi degree {degree}, Gauss {degree}, {chart.name}",
+            gauss_collocation(degree, chart),
+            (steps if isinstance(chart, galvi.Exponential) else our_steps)(
+                *counts_of(chart, degree)
+            ),
+        )
         for chart in (CHARTS[:1] if brief else CHARTS)
-        for degree, counts in ours.items()
-    ]  # fmt: skip
+        for degree in ours
+    ]
     participants += [
         Participant(
             f"galvi degree {degree}, Gauss {degree + 1}, Cayley",

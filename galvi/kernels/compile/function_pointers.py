@@ -55,7 +55,7 @@ def _address(function: Any, signature: Any) -> int:
 def _call(returned, address, arguments):
     """Type and code generator of a call; exceptions of the function reach the caller."""
     for argument in arguments:
-        if argument not in (REAL, VECTOR, MATRIX, TENSOR3):
+        if argument not in (REAL, VECTOR, MATRIX, TENSOR3, types.int64):
             raise errors.TypingError(f"a function called by its address cannot take {argument}")
 
     def code(context, builder, signature, values):

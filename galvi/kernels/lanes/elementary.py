@@ -55,6 +55,11 @@ def sqrt(x):
     return functions.square_root(x) if isinstance(x, Lane) else np.sqrt(x)
 
 
+def inverse_fourth_root(x):
+    """x^(-1/4)."""
+    return functions.inverse_fourth_root(x) if isinstance(x, Lane) else x**-0.25
+
+
 def sinh(x):
     """The hyperbolic sine."""
     return functions.hyperbolic_sine(x) if isinstance(x, Lane) else np.sinh(x)

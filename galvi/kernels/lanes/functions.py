@@ -26,6 +26,7 @@ LARGEST_ANGLE = 1e9  # its multiple of pi / 2 has 30 bits
 SHIFT = 1.5 * 2.0**52  # added to a number, leaves its nearest integer in the last bits
 LEAST_NORMAL, LARGEST = 2.0**-1022, 1.7976931348623157e308
 HALF_ROOT = 0x3FE6A09E667F3BCD  # bits of sqrt(1/2)
+FOURTH_ROOT = 0x4FEB03126E978C00  # less a quarter of a number's bits, those of its root, nearly
 SHIFT_BITS = 0x4338000000000000  # bits of SHIFT
 SIGN = -(2**63)
 BIAS, MANTISSA = 1023, 52
@@ -60,6 +61,22 @@ def nearest(x):
 def square_root(x):
     """NaN below 0."""
     return x.call("sqrt")
+
+
+def inverse_fourth_root(x):
+    """x^(-1/4) without square roots and divisions; NaN unless x is positive and not subnormal.
+
+    The bits of a number are nearly linear in its logarithm, so that a quarter of them, subtracted
+    from a constant, gives z with e = 1 - x z^4 below 0.124. The root is z (1 - e)^(-1/4), whose
+    series in e is used twice.
+    """
+    quarter = x.builder.lshr(x.bits, integers(2))
+    z = x.of_bits(x.builder.sub(integers(FOURTH_ROOT), quarter))
+    for _ in range(2):
+        square = z * z
+        e = 1.0 - x * (square * square)
+        z = z + z * (e * (0.25 + e * (0.15625 + e * 0.1171875)))
+    return z.where(x >= LEAST_NORMAL, NAN)
 
 
 def sine_cosine(x):

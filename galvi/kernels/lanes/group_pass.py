@@ -2,24 +2,13 @@
 
 A law is a Python function (g, v, t, constants) -> (tau, mu, mass) of lanes or numbers: g holds the
 entries of an element, tau the left-trivialised dL/dg, mu = dL/dv, and mass the rows of d2L/dv2 up
-to its diagonal; zeros that do not depend on the state are the number 0.0. Rows of work, (rows, P):
-
-xi, eta, f, pi      (d, P) each: coordinates, rates, forces and momenta in the chart
-low_xi, low_pi      (d, P) each: what the low parts of the tables add to xi and pi
-before              (d, P)       not used here
-n, v, mu, rest      (d, P) each: impulses, velocities T eta, dL/dv, scratch
-t                   (P,)         times
-factors             of the mass, as in galvi.kernels.lanes.law_pass
-
-tables      (4 s, P)   h A^T, its low part, h B^T and its low part
-complement  (2 l, P)   l functions Y at the stages and b Y, orthonormal in the rule's inner product
-                       and orthogonal to the rates of all curves; l = 0 with as many points as
-                       coefficients
-numbers     (3 d + 2 + r,)  p0 (d,), 1 over the sizes of xi (d,) and pi (d,), the pass's largest
-                       relative change, which part to do, g (r,)
+to its diagonal; zeros that do not depend on the state are the number 0.0.
+The arrays are those of galvi.kernels.lanes.group_rows.
 """
 
 from __future__ import annotations
+
+from functools import reduce
 
 import numpy as np
 from llvmlite import ir
@@ -27,274 +16,380 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from galvi.kernels.lanes.law_pass import Constants, Generic, Pass, factored, is_zero
+from galvi.kernels.lanes.group_chart import Chart, total
+from galvi.kernels.lanes.group_rows import (
+    BEFORE,
+    CHANGE,
+    DEFECT,
+    END,
+    ETA,
+    KEPT,
+    LOW_F,
+    LOW_N,
+    LOW_XI,
+    MU,
+    PART,
+    PLACE,
+    PULLED,
+    TIMES,
+    VELOCITY,
+    XI,
+    F,
+    GroupRows,
+    N,
+)
+from galvi.kernels.lanes.law_pass import Constants, Generic, difference, factored, is_zero, product
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import DOUBLE, NOTHING, VECTOR, Lanes
-from galvi.kernels.lie.product import DIMENSION, ENTRIES, GROUPS, NUMBER
+from galvi.kernels.lanes.vectors import DOUBLE, LANES, NOTHING
 
-XI, ETA, F, PI, LOW_XI, LOW_PI, BEFORE, N, VELOCITY, MU, REST, TIMES = range(12)  # times d
-PASS, GUESS, PREPARE = 0, 1, 2  # parts: a pass; eta from velocities, and xi; a constant mass
-
-
-def rows_of_group_work(d):
-    """Rows of work for d coordinates."""
-    return TIMES * d + 1 + d * (d + 1) // 2
+PASS, PREPARE, AHEAD, BEGIN, LOW, FINISH = range(6)  # parts, see GroupPass
+GROUP_PASS_TYPE = types.void(types.int64)
+PULLS = 6  # at most so many corrections of an initial guess by the chart's tangent map
+SETTLED = 1e-4  # radians: smaller ones are the last
 
 
-class Chart:
-    """The functions of a product of groups in one chart, for lanes or numbers.
-
-    layout  rows of numbers, see galvi.kernels.lie.product
-    """
-
-    def __init__(self, layout, chart):
-        self.number, self.factors, start, first = chart, [], 0, 0
-        for row in layout:
-            here = slice(start, start + row[DIMENSION])
-            self.factors.append((GROUPS[row[NUMBER]], here, slice(first, first + row[ENTRIES])))
-            start, first = here.stop, first + row[ENTRIES]
-        self.dimension, self.entries = start, first
-
-    def place(self, g, xi):
-        """The entries of g Phi(xi)."""
-        found = []
-        for group, own, entries in self.factors:
-            out = [None] * (entries.stop - entries.start)
-            group.place(self.number, g[entries], xi[own], out)
-            found += out
-        return found
-
-    def left_derivative(self, g, slope):
-        """The derivatives along g hat(e_a) of a function with Euclidean derivative slope."""
-        found = []
-        for group, own, entries in self.factors:
-            out = [0.0] * (own.stop - own.start)
-            group.left_derivative(g[entries], slope[entries], out)
-            found += out
-        return found
-
-    def apply(self, name, xi, *vectors):
-        """A function of galvi.kernels.lie.groups with d results; 0.0 where it is of zeros alone."""
-        found = []
-        for group, own, _ in self.factors:
-            parts = [list(vector[own]) for vector in vectors]
-            out = [0.0] * len(xi[own])
-            if not all(is_zero(x) for x in parts[-1]):
-                getattr(group, name)(self.number, xi[own], *parts, out)
-            found += out
-        return found
-
-
-def total(x, y):
-    """x + y, and one of them where the other is the number 0."""
-    return y if is_zero(x) else (x if is_zero(y) else x + y)
-
-
-def plain_mass(law, chart, state):
-    """The mass at a state without special properties, one of several."""
+def found_at(law, chart, state):
+    """The momenta, the mass and the velocity at a state without special properties."""
     near = np.linspace(0.3, 0.7 + 0.1 * state, chart.entries + chart.dimension + 1) ** 0.5
     g, v = list(near[: chart.entries]), list(near[chart.entries : -1])
-    return [list(map(np.float64, row)) for row in law(g, v, near[-1], Generic())[2]]
+    _, mu, mass = law(g, v, near[-1], Generic())
+    return mu, [list(map(np.float64, row)) for row in mass], v
 
 
-class GroupPass(Pass):
+def times_symmetric(rows, v):
+    """M v from the rows of M up to its diagonal."""
+    return [sum(rows[max(i, j)][min(i, j)] * v[j] for j in range(len(v))) for i in range(len(v))]
+
+
+def inverse_of(rows):
+    """The inverse, its rows up to the diagonal, from the factors of a matrix."""
+    d = len(rows)
+    found = [[0.0] * (i + 1) for i in range(d)]
+    for column in range(d):
+        x = [0.0] * column + [1.0] + [0.0] * (d - column - 1)
+        for i in range(column + 1, d):
+            for j in range(column, i):
+                x[i] = difference(x[i], product(rows[i][j], x[j]))
+        x = [product(x[i], rows[i][i]) for i in range(d)]
+        for i in range(d - 1, -1, -1):
+            for j in range(i):
+                x[j] = difference(x[j], product(rows[i][j], x[i]))
+        for i in range(column, d):
+            found[i][column] = x[i]
+    return found
+
+
+class GroupPass(GroupRows):
     """The parts of a pass, each for eight stages."""
 
-    def __init__(self, context, builder, signature, values, law, chart):
-        super().__init__(context, builder, signature, values, law, chart.dimension)
-        self.chart, self.found = chart, (TIMES - 1) * self.d + 1  # the factors begin d rows later
-        shape = context.make_array(signature.args[2])(context, builder, values[2]).shape
-        self.extra = builder.udiv(builder.extract_value(shape, 0), self.row(2))
+    def __init__(self, context, builder, given, law, chart, one):
+        super().__init__(context, builder, given, chart.dimension, one)
+        self.law, self.chart, d = law, chart, self.d
         with np.errstate(all="ignore"):
-            masses = [plain_mass(law, chart, state) for state in range(2)]
-            rows = factored(masses[0])
-        self.constant_mass = masses[0] == masses[1]
-        self.below = [(i, j) for i in range(self.d) for j in range(i) if rows[i][j] != 0.0]
-
-    def place_of(self, k):
-        """Address of the k-th number after the sizes."""
-        return self.builder.gep(self.numbers, [self.row(3 * self.d + k)])
-
-    def loaded(self, lanes, block):
-        return [self.load(lanes, block, i) for i in range(self.d)]
-
-    def stored(self, lanes, values, block):
-        for i, value in enumerate(values):
-            kept = value if isinstance(value, Lane) else Lane(self.builder, NOTHING)
-            self.store(lanes, kept if is_zero(value) else kept.same(value), block, i)
+            states = [found_at(law, chart, state) for state in range(2)]
+            rows = factored(states[0][1])
+        self.below = [(i, j) for i in range(d) for j in range(i) if rows[i][j] != 0.0]
+        inverse = inverse_of(rows)
+        self.filled = {(i, j) for i in range(d) for j in range(i + 1) if inverse[i][j] != 0.0}
+        self.constant_mass = states[0][1] == states[1][1]
+        self.linear = self.constant_mass and all(
+            np.allclose(mu, times_symmetric(mass, v), rtol=1e-12, atol=0.0)
+            for mu, mass, v in states
+        )
+        self.pulls = True  # whether there are forces, known after ``fall``
 
     def state(self, lanes):
-        """xi, eta, the velocity, and what the law is there."""
+        """xi, the velocity, and what the law is there."""
         xi, eta = self.loaded(lanes, XI), self.loaded(lanes, ETA)
-        first = 3 * self.d + 2
+        first = 3 * self.d + PLACE
         g = [self.number(lanes, first + i).fused for i in range(self.chart.entries)]
         velocity = self.chart.apply("velocity", xi, eta)
         constants = Constants(self.builder, lanes, self.constants, self.row)
         time = self.load(lanes, TIMES)
-        return xi, eta, velocity, self.law(self.chart.place(g, xi), velocity, time, constants)
-
-    def keep_factors(self, lanes, mass):
-        for k, factor in enumerate(value for row in factored(mass) for value in row):
-            self.store(lanes, self.load(lanes, XI).same(factor), TIMES, 1 + k)
+        return xi, velocity, self.law(self.chart.place(g, xi), velocity, time, constants)
 
     def prepare(self, lanes):
-        """The factors of a mass that does not depend on the state."""
+        """The inverse of a mass that does not depend on the state, or its factors."""
         if self.constant_mass:
-            self.keep_factors(lanes, self.state(lanes)[3][2])
+            rows = factored(self.state(lanes)[2][2])
+            self.keep_triangle(lanes, inverse_of(rows) if self.linear else rows, self.factors)
 
-    def evaluate(self, lanes):
-        """f, n, velocities, momenta and factors from xi and eta."""
-        xi, eta, velocity, (tau, mu, mass) = self.state(lanes)
-        f = self.chart.apply("momentum_slope", xi, eta, mu)
-        pulled, swung = (self.chart.apply(x, xi, tau) for x in ("momentum", "coadjoint_change"))
-        f = [
-            y if is_zero(x) else (x if is_zero(y) else x + y)
-            for x, y in zip(f, pulled, strict=True)
-        ]
-        n = [
-            y if is_zero(x) else (x if is_zero(y) else x + y)
-            for x, y in zip(tau, swung, strict=True)
-        ]
-        self.stored(lanes, f, F)
-        self.stored(lanes, n, N)
-        self.stored(lanes, velocity, VELOCITY)
-        self.stored(lanes, mu, MU)
+    def fall(self, lanes):
+        """The forces' part of f, n, velocities, momenta and factors from xi and eta."""
+        xi, velocity, (tau, mu, mass) = self.state(lanes)
+        self.pulls = any(not is_zero(x) for x in tau)
+        if self.pulls:
+            swung = self.chart.apply("coadjoint_change", xi, tau)
+            self.stored(lanes, self.chart.apply("momentum", xi, tau), F)
+            self.stored(lanes, [total(*pair) for pair in zip(tau, swung, strict=True)], N)
+        if not self.linear:
+            self.stored(lanes, velocity, VELOCITY)
+            self.stored(lanes, mu, MU)
         if not self.constant_mass:
-            self.keep_factors(lanes, mass)
+            self.keep_triangle(lanes, factored(mass), self.factors)
 
-    def moved_to(self, lanes, totals, block, origin, sizes):
-        """As ``moved``, with an origin, or None for 0, and a size for each row."""
-        new = []
-        for i, total in enumerate(totals):
-            place = total if origin is None else self.number(lanes, origin + i) + total
-            size = self.number(lanes, sizes + i)
-            far = ((place - self.load(lanes, block, i)) * size).call("fabs").bits
-            largest = self.builder.load(self.largest)
-            # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
-            more = self.builder.icmp_signed(">", far, largest)
-            self.builder.store(self.builder.select(more, far, largest), self.largest)
-            self.store(lanes, place, block, i)
-            new.append(place.fused)
-        return new
+    def velocity_change(self, lanes, x):
+        """The change of velocities that changes momenta by x."""
+        if not self.linear:
+            return self.solved(lanes, x, self.below)
+        found = []
+        for i in range(self.d):
+            value = 0.0
+            for j in range(self.d):
+                row, column = max(i, j), min(i, j)
+                if (row, column) in self.filled:
+                    place = self.factors + row * (row + 1) // 2 + column
+                    value = total(value, self.load_row(lanes, place) * x[j])
+            found.append(value)
+        return found
 
-    def kick(self, lanes):
-        """pi from f."""
-        start = self.builder.mul(self.stages, self.row(2))
-        return self.moved_to(
-            lanes, self.sums(lanes, LOW_PI, self.tables, start, F * self.d), PI, 0, 2 * self.d
-        )
+    def at_end(self, lanes):
+        """mu0 and the impulse of the whole step, the same in all lanes."""
+        momenta = [self.number(lanes, i).fused for i in range(self.d)]
+        if self.pulls:
+            kicks = self.spread_sums([N * self.d + i for i in range(self.d)], self.kicks)
+            momenta = [momenta[i] + kicks[i] for i in range(self.d)]
+        return momenta
 
-    def lack(self, lanes):
-        """What the momenta T^T mu lack."""
-        pi = self.kick(lanes)
-        own = self.chart.apply("momentum", self.loaded(lanes, XI), self.loaded(lanes, MU))
-        self.stored(lanes, [pi[i] - own[i] for i in range(self.d)], REST)
-
-    def turn(self, lanes):
-        """pi from f and eta by one Newton step, with as many points as coefficients."""
-        xi, mu, eta = (self.loaded(lanes, block) for block in (XI, MU, ETA))
-        asked = self.chart.apply("covector", xi, self.kick(lanes))
-        lacking = [asked[i] - mu[i] for i in range(self.d)]
-        more = self.chart.apply("rate", xi, self.solved(lanes, lacking, self.below))
-        self.stored(lanes, [eta[i] + more[i] for i in range(self.d)], ETA)
-
-    def solve(self, lanes):
-        """The change of eta that the momenta ask for."""
-        xi = self.loaded(lanes, XI)
-        asked = self.chart.apply("covector", xi, self.loaded(lanes, REST))
-        more = self.solved(lanes, asked, self.below)
-        self.stored(lanes, self.chart.apply("rate", xi, more), REST)
-
-    def add_rest(self, lanes):
-        """eta by its change."""
-        eta, more = self.loaded(lanes, ETA), self.loaded(lanes, REST)
-        self.stored(lanes, [eta[i] + more[i] for i in range(self.d)], ETA)
+    def turn(self, lanes, ended):
+        """f, and eta from the momenta."""
+        xi, eta, defect = (self.loaded(lanes, block) for block in (XI, ETA, DEFECT))
+        if self.pulls:
+            kicks = self.sums(lanes, LOW_N, self.tables, self.back, N * self.d)
+            ended = [ended[i] + kicks[i].fused for i in range(self.d)]
+        pulled = self.chart.apply("momentum", [-x for x in xi], ended)
+        pi = [pulled[i] + defect[i] for i in range(self.d)]
+        momenta = self.chart.apply("covector", xi, pi)
+        velocity = momenta
+        if not self.linear:
+            mu = self.loaded(lanes, MU)
+            velocity = [momenta[i] - mu[i] for i in range(self.d)]
+        velocity = self.velocity_change(lanes, velocity)
+        if not self.linear:
+            last = self.loaded(lanes, VELOCITY)
+            velocity = [last[i] + velocity[i] for i in range(self.d)]
+        f = self.chart.apply("momentum_slope", xi, eta, momenta)
+        if self.pulls:
+            f = [total(x, y) for x, y in zip(f, self.loaded(lanes, F), strict=True)]
+        self.stored(lanes, f, F)
+        self.stored(lanes, pulled, PULLED)
+        self.stored(lanes, velocity, VELOCITY)
+        self.stored(lanes, self.chart.apply("rate", xi, velocity), ETA)
 
     def guess(self, lanes):
-        """eta from the velocities."""
+        """eta from the velocities, which are not changed."""
         xi, velocity = self.loaded(lanes, XI), self.loaded(lanes, VELOCITY)
         self.stored(lanes, self.chart.apply("rate", xi, velocity), ETA)
 
     def drift(self, lanes):
         """xi from eta."""
-        totals = self.sums(lanes, LOW_XI, self.tables, self.row(0), ETA * self.d)
-        self.moved_to(lanes, totals, XI, None, self.d)
+        found = self.sums(lanes, LOW_XI, self.tables, self.row(0), ETA * self.d)
+        for i, place in enumerate(found):
+            self.note(lanes, place, self.load(lanes, XI, i), self.d + i)
+            self.store(lanes, place, XI, i)
 
-    def project(self, block):
-        """Subtract from a block of rows their parts along the functions Y."""
-        builder, row = self.builder, self.row
-        sums = [cgutils.alloca_once(builder, VECTOR) for _ in range(self.d)]
-        reduce = cgutils.get_or_insert_function(
-            builder.module, ir.FunctionType(DOUBLE, [DOUBLE, VECTOR]),
-            f"llvm.vector.reduce.fadd.v{VECTOR.count}f64",
-        )  # fmt: skip
-        with cgutils.for_range(builder, self.extra, intp=row) as loop:
-            for total in sums:
-                builder.store(NOTHING, total)
+    def correct(self, lanes, asked):
+        """The defect from f, with the multipliers' part; ``asked`` is Q at the end."""
+        found = self.sums(lanes, LOW_F, self.tables, self.back, F * self.d)
+        places = [self.place() for _ in range(self.d)]
+        for i, place in enumerate(places):
+            defect = (asked[i] - self.load(lanes, PULLED, i)) + found[i]
+            self.builder.store(defect.value, place)
+        with cgutils.for_range(self.builder, self.extra, intp=self.row) as loop:
+            Y = Lane(self.builder, lanes.load(self.complement, loop.index))
+            for place, m in zip(places, self.multiplier_rows(loop.index), strict=True):
+                first = lanes.number(self.work, m, self.row(0))
+                part = Y * Lane(self.builder, lanes.spread(first))
+                total = Lane(self.builder, self.builder.load(place)) + part
+                self.builder.store(total.value, place)
+        for i, place in enumerate(places):
+            new = Lane(self.builder, self.builder.load(place), ())
+            self.note(lanes, new, self.load(lanes, DEFECT, i), 2 * self.d + i)
+            self.store(lanes, new, DEFECT, i)
 
-            def add(lanes):
-                Y = lanes.load(self.complement, builder.add(self.extra, loop.index))
-                for i, total in enumerate(sums):
-                    value = lanes.load(self.work, row(block * self.d + i))
-                    builder.store(lanes.add(builder.load(total), lanes.mul(value, Y)), total)
+    def project(self, corrects):
+        """Project eta to the rates of curves, and correct the multipliers by what was lost."""
+        builder = self.builder
+        with cgutils.for_range(builder, self.extra, intp=self.row) as loop:
+            weights = builder.add(self.extra, loop.index)
+            lost = self.spread_sums(
+                [ETA * self.d + i for i in range(self.d)], weights, self.complement
+            )
 
             def subtract(lanes):
-                Y = lanes.load(self.complement, loop.index)
-                for i, total in enumerate(sums):
-                    value = lanes.load(self.work, row(block * self.d + i))
-                    far = lanes.mul(builder.load(total), Y)
-                    lanes.store(lanes.sub(value, far), self.work, row(block * self.d + i))
+                Y = Lane(builder, lanes.load(self.complement, loop.index))
+                for i, x in enumerate(lost):
+                    self.store(lanes, self.load(lanes, ETA, i) - Y * x, ETA, i)
 
-            self.chunks(add)
-            lanes = Lanes(self.context, builder, self.padded, row(0))
-            for total in sums:
-                whole = builder.call(
-                    reduce, [ir.Constant(DOUBLE, 0.0), builder.load(total)], fastmath=("reassoc",)
-                )
-                builder.store(lanes.spread(whole), total)
             self.chunks(subtract)
+            if corrects:
+                lanes, first = self.first_lanes(), self.response
+                lower = [(i, j) for i in range(self.d) for j in range(i)]
+                steps = self.solved(lanes, list(lost), lower, first)
+                for m, step in zip(self.multiplier_rows(loop.index), steps, strict=True):
+                    new = Lane(builder, lanes.load(self.work, m)) - step
+                    lanes.store(new.value, self.work, m)
+
+    def respond(self):
+        """The factors of the mean response of eta to the multipliers."""
+        d, columns = self.d, []
+        for column in range(d):
+
+            def answer(lanes, column=column):
+                xi = self.loaded(lanes, XI)
+                unit = [xi[0].same(1.0 if i == column else 0.0) for i in range(d)]
+                velocity = self.velocity_change(lanes, self.chart.apply("covector", xi, unit))
+                self.stored(lanes, self.chart.apply("rate", xi, velocity), F)
+
+            self.chunks(answer)
+            means = self.builder.add(self.kicks, self.row(2))
+            columns.append(self.spread_sums([F * d + i for i in range(d)], means))
+        rows = [[columns[j][i] for j in range(i + 1)] for i in range(d)]
+        self.keep_triangle(self.first_lanes(), factored(rows), self.response)
+
+    def keep_end(self):
+        """xi at the step's end, where no lane has it."""
+        with self.builder.if_then(self.full):
+            found = self.spread_sums([ETA * self.d + i for i in range(self.d)], self.kicks)
+            self.stored(self.first_lanes(), found, END)
+
+    def pulled_end(self, ended):
+        """Q at the step's end, the same in all lanes."""
+        places, lanes = [self.place() for _ in range(self.d)], self.first_lanes()
+        with self.builder.if_else(self.full) as (computed, kept):
+            with computed:
+                far = [-x for x in self.loaded(lanes, END)]
+                for place, x in zip(places, self.chart.apply("momentum", far, ended), strict=True):
+                    self.builder.store(x.value, place)
+            with kept:
+                self.reload()
+                for i, place in enumerate(places):
+                    row = self.row(PULLED * self.d + i)
+                    value = lanes.spread(lanes.number(self.work, row, self.stages))
+                    self.builder.store(value, place)
+        return [Lane(self.builder, self.builder.load(place)) for place in places]
 
     def one_pass(self):
-        self.chunks(self.evaluate)
-        with self.builder.if_else(self.projects) as (more_points, square):
-            with square:
-                self.chunks(self.turn)
-            with more_points:
-                self.chunks(self.lack)
-                self.project(REST)
-                self.chunks(self.solve)
-                self.project(REST)
-                self.chunks(self.add_rest)
+        self.chunks(self.fall)
+        lanes = self.first_lanes()
+        ended = self.at_end(lanes)
+        self.chunks(lambda lanes: self.turn(lanes, ended))
+        asked = self.pulled_end(ended)
+        self.project(corrects=True)
         self.chunks(self.drift)
-        self.builder.store(self.change(), self.place_of(0))
+        self.chunks(lambda lanes: self.correct(lanes, asked))
+        self.keep_end()
+        self.builder.store(self.change(), self.place_of(CHANGE))
 
-    def one_guess(self):
-        self.chunks(self.guess)
-        self.project(ETA)
-        self.chunks(self.drift)
+    def prepare_run(self):
+        """What does not depend on the state."""
+        self.chunks(self.prepare)
+
+    def extrapolate(self):
+        """The velocities, from those of the last step, which are kept as ``before``."""
+
+        def keep(lanes):
+            self.stored(lanes, self.loaded(lanes, VELOCITY), BEFORE)
+
+        blocks = self.builder.sub(self.builder.add(self.whole(KEPT), self.row(4)), self.row(1))
+        first = self.builder.add(self.builder.mul(self.padded, blocks), self.row(3))
+        self.chunks(keep)
+        self.chunks(lambda lanes: self.stored(
+            lanes, self.sums(lanes, None, self.tables, first, BEFORE * self.d), VELOCITY
+        ))  # fmt: skip
+
+    def begin(self):
+        """xi, eta and more from the velocities, at the start of a step."""
+        nothing, d = Lane(self.builder, NOTHING), self.d
+
+        def place(lanes):
+            for block in (DEFECT, LOW_XI, LOW_F, LOW_N):
+                self.stored(lanes, [nothing] * d, block)
+            found = self.sums(lanes, None, self.tables, self.row(0), VELOCITY * d)
+            self.stored(lanes, found, XI)
+
+        self.chunks(place)
+        with cgutils.for_range(self.builder, self.extra, intp=self.row) as loop:
+            for row in self.multiplier_rows(loop.index):
+                self.first_lanes().store(NOTHING, self.work, row)
+        with cgutils.for_range(self.builder, self.row(PULLS), intp=self.row) as loop:
+            self.forget()
+            self.chunks(self.guess)
+            self.project(corrects=False)
+            self.chunks(self.drift)
+            settled = ir.Constant(DOUBLE, SETTLED)
+            with self.builder.if_then(self.builder.fcmp_ordered("<", self.change(), settled)):
+                loop.do_break()
+        self.keep_end()
+        with self.builder.if_then(self.projects):
+            if not self.constant_mass:
+                self.chunks(self.fall)
+            self.respond()
+
+    def add_low_parts(self):
+        """The low parts of sums."""
+        parts = [(ETA, self.low_drift, LOW_XI), (F, self.low_back, LOW_F)]
+        parts += [(N, self.low_back, LOW_N)] if self.pulls else []
+        for block, first, low in parts:
+            self.chunks(lambda lanes, block=block, first=first, low=low: self.stored(
+                lanes, self.sums(lanes, None, self.tables, first, block * self.d), low
+            ))  # fmt: skip
+
+    def finish(self):
+        """xi(1) in ``end`` and the impulse in ``pulled``; the largest |xi|^2 of a rotation is the
+        change."""
+        for block, found in ((ETA, END), (N, PULLED)):
+            if block == ETA or self.pulls:
+                rows = [block * self.d + i for i in range(self.d)]
+                small = self.spread_sums(rows, self.builder.add(self.kicks, self.row(1)))
+                large = self.spread_sums(rows, self.kicks)
+                sums = [large[i] + small[i] for i in range(self.d)]
+            else:
+                sums = [Lane(self.builder, NOTHING)] * self.d
+            self.stored(self.first_lanes(), sums, found)
+
+        def farthest(lanes):
+            for _, own, _, rotations in self.chart.factors:
+                if rotations:
+                    places = range(own.start, own.start + rotations)
+                    squares = [self.load(lanes, XI, i) * self.load(lanes, XI, i) for i in places]
+                    self.note_bits(abs(reduce(total, squares)).bits)
+
+        self.chunks(farthest)
+        self.builder.store(self.change(), self.place_of(CHANGE))
 
 
 def group_pass(law, layout, chart):
-    """An intrinsic (work, tables, complement, constants, numbers) for a law on these groups."""
+    """An intrinsic of the address of these words, for a law on these groups: the addresses of work,
+    tables, complement, constants and numbers, then P and the number of functions Y."""
     functions = Chart(layout, chart)
 
     @intrinsic
-    def whole_pass(typingctx, work, tables, complement, constants, numbers):
-        signature = types.void(work, tables, complement, constants, numbers)
+    def whole_pass(typingctx, given):
+        signature = types.void(types.int64)
 
         def generate(context, builder, signature, values):
-            made = GroupPass(context, builder, signature, values, law, functions)
-            part = builder.load(made.place_of(1))
+            words = builder.inttoptr(values[0], values[0].type.as_pointer())
 
-            def asked(number):
-                return builder.fcmp_ordered("==", part, ir.Constant(DOUBLE, float(number)))
+            def parts(one):
+                made = GroupPass(context, builder, words, law, functions, one)
+                part = builder.load(made.place_of(PART))
+                for number, do in enumerate((
+                    made.one_pass, made.prepare_run, made.extrapolate, made.begin,
+                    made.add_low_parts, made.finish,
+                )):  # fmt: skip
+                    asked = builder.fcmp_ordered("==", part, ir.Constant(DOUBLE, float(number)))
+                    with builder.if_then(asked):
+                        made.forget()
+                        do()
 
-            with builder.if_then(asked(PASS)):
-                made.one_pass()
-            with builder.if_then(asked(GUESS)):
-                made.one_guess()
-            with builder.if_then(asked(PREPARE)):
-                made.chunks(made.prepare)
+            padded = builder.load(builder.gep(words, [values[0].type(5)]))
+            single = builder.icmp_unsigned("==", padded, padded.type(LANES))
+            with builder.if_else(single) as (single, several):
+                with single:
+                    parts(one=True)
+                with several:
+                    parts(one=False)
             return context.get_dummy_value()
 
         return signature, generate

@@ -24,7 +24,10 @@ law           (1,)      address of the law's galvi.kernels.lanes.law_pass
 constants     (c,)      constants of the law
 state         (4, n)    q, p and their low parts
 tables, complement, numbers, work  as in galvi.kernels.lanes.law_pass
-kicks, ahead, series, growth, fit  as in galvi.kernels.lanes.body
+kicks         (2, s)    h b and its low part
+ahead         (l s, P)  for r = 1 .. l: extrapolation of velocities that keeps r Legendre terms
+series, growth          as in galvi.kernels.lanes.nbody
+fit           (m, s)    h times the coefficients of a curve from its rates at the stages
 c             (P,)      nodes
 spare         (6, at least s, d and 4)  scratch, and the state before the step
 solver_state  (4,)      as in galvi.kernels.on_group.advance, then the number of Legendre terms

@@ -119,6 +119,7 @@ class Pass:
         self.padded = builder.extract_value(work, 1)
         self.row = self.padded.type
         self.found, self.steps = T * d + 1, rows_of_work(d) - d  # first rows
+        self.factors = self.found + d
         self.stages = builder.udiv(builder.extract_value(tables, 0), self.row(4))
         rows = builder.extract_value(complement, 0)
         self.projects = builder.icmp_unsigned("!=", rows, self.row(0))
@@ -225,12 +226,16 @@ class Pass:
         """p - dL/dv."""
         return [p[i] - self.load_row(lanes, self.found + i) for i in range(self.d)]
 
-    def solved(self, lanes, x, below):
-        """The changes of v that change dL/dv by x."""
+    def solved(self, lanes, x, below, first=None):
+        """The changes of v that change dL/dv by x.
+
+        first  row of work where the factors begin; None: those of the mass
+        """
         d = self.d
+        start = self.factors if first is None else first
 
         def factor(i, j):
-            return self.load_row(lanes, self.found + d + i * (i + 1) // 2 + j)
+            return self.load_row(lanes, start + i * (i + 1) // 2 + j)
 
         L = {(i, j): factor(i, j) for i, j in below}
         for i, j in below:

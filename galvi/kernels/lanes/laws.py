@@ -6,7 +6,7 @@ See galvi.kernels.lanes.elementary, and for those on groups galvi.kernels.lanes.
 from __future__ import annotations
 
 from galvi.kernels.forces.rotor_wind import CORE, DESCENT, HIGH, LOW, SHARES, STRENGTH, R
-from galvi.kernels.lanes.elementary import exp, sine_cosine, sqrt
+from galvi.kernels.lanes.elementary import exp, inverse_fourth_root, sine_cosine, sqrt
 from galvi.kernels.lie.arithmetic import cross, dot
 
 
@@ -106,13 +106,15 @@ def _ring(square, zeta):
     """As galvi.kernels.forces.rotor_wind.ring."""
     P = square + (R * R + CORE * CORE) + zeta * zeta
     B = P * P - 4.0 * R * R * square
-    scale = sqrt(sqrt(B)) / (B * B)
+    root = inverse_fourth_root(B)
+    half = root * root
+    scale = half * half * (half * root)  # B^(-7/4)
     return 3.0 * P * zeta * scale, (2.0 * B - 3.0 * square * (P - 2.0 * R * R)) * scale
 
 
 def _symmetric(c):
     """The rows, and those up to the diagonal, of a matrix whose entries c begins with."""
-    J = [[c[3 * i + j] for j in range(3)] for i in range(3)]
+    J = [[c[3 * max(i, j) + min(i, j)] for j in range(3)] for i in range(3)]
     return J, [J[i][: i + 1] for i in range(3)]
 
 

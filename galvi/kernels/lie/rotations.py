@@ -76,9 +76,9 @@ def rotated(chart, sign, xi, v):
 def tangent(chart, sign, xi, v):
     """T v for sign = 1, T^T v for sign = -1."""
     (a, b, c), _, _ = tangent_radial(chart, dot(xi, xi))
-    b = sign * b
+    b = -sign * b
     x, y, z = cross(xi, v)
-    x, y, z = a * v[0] - b * x, a * v[1] - b * y, a * v[2] - b * z
+    x, y, z = b * x + a * v[0], b * y + a * v[1], b * z + a * v[2]
     if c == 0.0:
         return x, y, z
     along = c * dot(xi, v)
@@ -89,8 +89,12 @@ def tangent(chart, sign, xi, v):
 def inverse_tangent(chart, sign, xi, v):
     """T^-1 v for sign = 1, T^-T v for sign = -1."""
     k, d = inverse_radial(chart, dot(xi, xi))
-    x, y, z = turned(0.5 * sign, d, xi, v)
-    return k * v[0] + x, k * v[1] + y, k * v[2] + z
+    x, y, z = cross(xi, v)
+    half, along = 0.5 * sign, d * dot(xi, v)
+    return (
+        (k * v[0] + half * x) + along * xi[0], (k * v[1] + half * y) + along * xi[1],
+        (k * v[2] + half * z) + along * xi[2],
+    )  # fmt: skip
 
 
 @generic

@@ -1,8 +1,8 @@
 """Many steps on a group: predict, solve, complete, record; as galvi.kernels.nystrom.advance.
 
 state         (4, n)   0: g (r,)
-                       1: mu (d,), the last p0 - mu0 (d,) of galvi.kernels.lanes.group_law, and nu
-                       (d,), the momentum along the axes of space; only mu without rotations
+                       1: mu (d,), zeros (d,), and nu (d,), the momentum along the axes of space;
+                       only mu without rotations
                        2: memory (r,) of galvi.kernels.lie.groups, zeros after this kernel
                        3: low parts of nu, or else of mu (d,), and of memory (r,)
 stages        (d, s)   velocities at the last step's stages, from which the next is predicted

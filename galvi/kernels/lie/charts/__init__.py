@@ -8,8 +8,7 @@ REACH_IN_LANES   largest |xi| for which functions of u are accurate in lanes, an
 rotation(u)      (sine, cosine):  R = I + sine hat(xi) + cosine hat(xi)^2
 tangent(u)       ((a, b, c), (a1, b1, c1), (a2, b2, c2)):  R^T R' = hat(T xi'),
                  T = a I - b hat(xi) + c xi xi^T, with a1 = da/du, a2 = d^2a/du^2, and so on
-inverse(u)       (k, d):  T^-1 = k I + hat(xi) / 2 + d hat(xi)^2
-inverse_slopes(u)   (dk/du, dd/du)
+inverse(u)       (k, d):  T^-1 = k I + hat(xi) / 2 + d xi xi^T
 translation(u)   ((e, f), (e1, f1), (e2, f2)):  V = I + e hat(xi) + f hat(xi)^2; the chart of a
                  rigid motion maps (xi, v) to the rotation of xi and the translation V v
 half_turn(u)     (along, less): the rotation's quaternion is (1 + less, along xi)

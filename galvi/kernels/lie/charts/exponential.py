@@ -85,15 +85,8 @@ def tangent(u):
 def inverse(u):
     """(k, d) of T^-1."""
     c = stumpff(u)
-    return 1.0, 0.5 * (c[2] - 2.0 * c[3]) / c[1]
-
-
-@generic
-def inverse_slopes(u):
-    """dk/du and dd/du of T^-1."""
-    _, c2, c3, c4, c5, c6, _ = stumpff(u)
-    d = 0.5 * (c3 - 2.0 * c4) / c2
-    return 0.0, (0.25 * (5.0 * c5 - c4 - 8.0 * c6) - 0.5 * d * (2.0 * c4 - c3)) / c2
+    d = 0.5 * (c[2] - 2.0 * c[3]) / c[1]
+    return 1.0 - u * d, d
 
 
 @generic

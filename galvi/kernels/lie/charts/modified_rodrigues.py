@@ -47,13 +47,7 @@ def tangent(u):
 @generic
 def inverse(u):
     """(k, d) of T^-1."""
-    return 1.0 + 0.0625 * u, 0.125
-
-
-@generic
-def inverse_slopes(u):
-    """dk/du and dd/du of T^-1."""
-    return 0.0625, 0.0
+    return 1.0 - 0.0625 * u, 0.125
 
 
 @generic

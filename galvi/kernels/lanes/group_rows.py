@@ -1,0 +1,171 @@
+"""The arrays of galvi.kernels.lanes.group_pass, and sums over the stages of a step.
+
+Rows of work, (rows, P):
+
+xi, eta, f, defect  (d, P) each: coordinates, rates, forces and defects D with the multipliers' part
+low_xi, low_f, low_n  (d, P) each: what the low parts of the tables add to sums of eta, f and n
+before              (d, P)       not used here
+n, v, mu, pulled    (d, P) each: impulses, velocities, dL/dv, and Q
+end                 (d, P)       xi(1) in each lane; if s = P, else lane s has the step's end
+t                   (P,)         times
+factors             of the mass, as in galvi.kernels.lanes.law_pass, or a constant mass's inverse
+response            the same of the multipliers' response
+multipliers         (l d, P)     m, the same in each lane
+
+tables      ((4 + l) P + 3, P)  h A^T, its low part, h (B - 1 b^T)^T and its low part, P rows each,
+                       those after the s-th zeros; h b and its low part, and the mean of the b Y^2;
+                       for r = 1 .. l the extrapolation of velocities that keeps r Legendre terms
+complement  (2 l, P)   l functions Y at the stages and b Y, orthonormal in the rule's inner product
+                       and orthogonal to the rates of all curves; l = 0 with as many points as
+                       coefficients
+numbers     (3 d + 4 + r,)  mu0 (d,), 1 over the sizes of xi (d,) and pi (d,), the pass's largest
+                       relative change, which part to do, s, the Legendre terms kept, g (r,)
+"""
+
+from __future__ import annotations
+
+from llvmlite import ir
+from numba.core import cgutils
+
+from galvi.kernels.lanes.law_pass import Pass, is_zero
+from galvi.kernels.lanes.values import Lane
+from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, VECTOR, Lanes
+
+(XI, ETA, F, DEFECT, LOW_XI, LOW_F, LOW_N, BEFORE, N, VELOCITY, MU, PULLED, END,
+ TIMES) = range(14)  # fmt: skip  # times d
+CHANGE, PART, POINTS, KEPT, PLACE = range(5)  # numbers after the sizes
+
+
+def rows_of_group_work(d, extra):
+    """Rows of work for d coordinates and ``extra`` functions Y."""
+    return TIMES * d + 1 + d * (d + 1) + extra * d
+
+
+class GroupRows(Pass):
+    """Loads, stores and sums, for one vector of stages (``one``) or several."""
+
+    def __init__(self, context, builder, given, d, one):
+        self.context, self.builder, self.d, self.one = context, builder, d, one
+        self.row = given.type.pointee
+        words = [builder.load(builder.gep(given, [self.row(k)])) for k in range(7)]
+        self.work, self.tables, self.complement, self.constants, self.numbers = (
+            builder.inttoptr(word, DOUBLE.as_pointer()) for word in words[:5]
+        )
+        self.padded, self.extra = self.row(LANES) if one else words[5], words[6]
+        self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
+        self.largest = cgutils.alloca_once(builder, BITS)
+        self.forget()
+        self.factors = TIMES * d + 1
+        self.response = self.factors + d * (d + 1) // 2
+        self.multipliers = self.response + d * (d + 1) // 2
+        self.stages = self.whole(POINTS)
+        self.full = builder.icmp_unsigned("==", self.stages, self.padded)
+        self.low_drift, self.back, self.low_back, self.kicks = (
+            builder.mul(self.padded, self.row(k)) for k in range(1, 5)
+        )
+
+    def forget(self):
+        """Forget the largest change."""
+        self.builder.store(ir.Constant(BITS, [0] * LANES), self.largest)
+
+    def chunks(self, part):
+        """Do one part for all stages."""
+        if self.one:
+            part(self.first_lanes())
+        else:
+            super().chunks(part)
+
+    def place(self):
+        """Room for a lane."""
+        return cgutils.alloca_once(self.builder, VECTOR)
+
+    def place_of(self, k):
+        """Address of the k-th number after the sizes."""
+        return self.builder.gep(self.numbers, [self.row(3 * self.d + k)])
+
+    def whole(self, k):
+        """The k-th number after the sizes as an integer."""
+        return self.builder.fptoui(self.builder.load(self.place_of(k)), self.padded.type)
+
+    def first_lanes(self):
+        return Lanes(self.context, self.builder, self.padded, self.row(0))
+
+    def loaded(self, lanes, block):
+        return [self.load(lanes, block, i) for i in range(self.d)]
+
+    def stored(self, lanes, values, block):
+        for i, value in enumerate(values):
+            kept = value if isinstance(value, Lane) else Lane(self.builder, NOTHING)
+            self.store(lanes, kept if is_zero(value) else kept.same(value), block, i)
+
+    def keep_triangle(self, lanes, rows, first):
+        for k, value in enumerate(value for row in rows for value in row):
+            self.store_row(lanes, self.load(lanes, XI).same(value), first + k)
+
+    def multiplier_rows(self, index):
+        """The rows of work of one multiplier."""
+        first = self.builder.add(
+            self.row(self.multipliers), self.builder.mul(index, self.row(self.d))
+        )
+        return [self.builder.add(first, self.row(i)) for i in range(self.d)]
+
+    def note(self, lanes, new, old, size):
+        """Note the largest change, relative to 1 over the size that is the number ``size``."""
+        self.note_bits(abs((new - old) * self.number(lanes, size)).bits)
+
+    def note_bits(self, far):
+        """Note the largest of nonnegative numbers, from their bits."""
+        largest = self.builder.load(self.largest)
+        # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
+        more = self.builder.icmp_signed(">", far, largest)
+        self.builder.store(self.builder.select(more, far, largest), self.largest)
+
+    def reload(self):
+        """What was stored is read from memory, where a number is spread over lanes for nothing."""
+        nothing = ir.FunctionType(ir.VoidType(), [])
+        self.builder.asm(nothing, "", "~{memory}", [], True)
+
+    def sums(self, lanes, start, matrix, first_row, row, apart=None):
+        """As those of a law on R^d, with one matrix."""
+        first = [NOTHING] * self.d if start is None else [
+            lanes.load(self.work, self.row(start * self.d + i)) for i in range(self.d)
+        ]  # fmt: skip
+        if not self.one:
+            found = lanes.sums(first, matrix, first_row, self.work, self.row(row), self.stages)
+            return [Lane(self.builder, value, ()) for value in found]
+        totals = [first, [NOTHING] * self.d]
+        self.reload()
+        for j in range(LANES):
+            factor = lanes.load(matrix, self.builder.add(first_row, self.row(j)))
+            for i in range(self.d):
+                value = lanes.number(self.work, self.row(row + i), self.row(j))
+                term = lanes.mul(lanes.spread(value), factor)
+                totals[j % 2][i] = lanes.add(totals[j % 2][i], term)
+        return [Lane(self.builder, lanes.add(*pair), ()) for pair in zip(*totals, strict=True)]
+
+    def spread_sums(self, rows, weights, matrix=None):
+        """sum_j weights_j x_j for some rows x of work, the same in all lanes.
+
+        weights  a row of the tables, or of ``matrix``
+        """
+        builder, sums = self.builder, [self.place() for _ in rows]
+        for place in sums:
+            builder.store(NOTHING, place)
+
+        def add(lanes):
+            factor = lanes.load(self.tables if matrix is None else matrix, weights)
+            for row, place in zip(rows, sums, strict=True):
+                value = lanes.load(self.work, self.row(row))
+                builder.store(lanes.add(builder.load(place), lanes.mul(value, factor)), place)
+
+        self.chunks(add)
+        return [self.spread_sum(builder.load(place)) for place in sums]
+
+    def spread_sum(self, vector):
+        """The sum of the lanes, in each of them."""
+        name = f"llvm.vector.reduce.fadd.v{VECTOR.count}f64"
+        kind = ir.FunctionType(DOUBLE, [DOUBLE, VECTOR])
+        reduce = cgutils.get_or_insert_function(self.builder.module, kind, name)
+        zero = ir.Constant(DOUBLE, -0.0)
+        whole = self.builder.call(reduce, [zero, vector], fastmath=("reassoc",))
+        return Lane(self.builder, self.first_lanes().spread(whole))

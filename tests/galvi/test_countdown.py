@@ -1,0 +1,65 @@
+"""When the iteration of a law is done: sequences of changes and the passes they take."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from galvi.kernels.lanes import countdown
+from galvi.kernels.lanes.countdown import begin_countdown, judged
+from galvi.kernels.nystrom.solve import DIVERGED, GOING, NOT_FINITE, SOLVED
+
+ROUNDING, TOLERANCE = 2e-16, 2.0**-55
+
+
+def passes(changes, tolerance=TOLERANCE, judged=judged):
+    """The code, and how many changes were judged until it came."""
+    history, count = np.empty(9), 0
+    begin_countdown(history)
+    for change in changes:
+        count += 1
+        code = judged(change, tolerance, history)
+        if code != GOING:
+            return code, count
+    return GOING, count
+
+
+def convergent(rate, start, seed, length=190):
+    """Changes that shrink by this rate down to rounding errors."""
+    random = np.random.default_rng(seed)
+    exact = start * rate ** np.arange(length) * np.exp(random.uniform(-0.3, 0.3, length))
+    return np.maximum(exact, ROUNDING * random.integers(1, 4, length))
+
+
+@given(
+    rate=st.floats(0.01, 0.6), start=st.floats(1e-6, 1.0), seed=st.integers(0, 999),
+    tolerance=st.sampled_from([2.0**-60, TOLERANCE, 1e-12, 1e-9]),
+)  # fmt: skip
+def test_as_many_passes_are_made_as_the_rate_asks_for(rate, start, seed, tolerance):
+    code, count = passes(convergent(rate, start, seed), tolerance)
+    needed = 1 + np.log(tolerance * (1.0 - rate) / (rate * start)) / np.log(rate)
+    assert code == SOLVED
+    assert count >= 0.85 * needed - 1.0 and count <= 1.25 * needed + 4.0
+
+
+def test_convergence_that_rests_for_some_passes_is_waited_for():
+    rests = np.repeat(1e-3 * 0.1 ** np.arange(14.0), 5)
+    code, count = passes(rests)
+    assert code == SOLVED and rests[count - 1] < 1e-13
+
+
+def test_a_plateau_far_above_rounding_errors_is_no_solution_at_once(monkeypatch):
+    plateau = [*(1e-2 * 0.1 ** np.arange(11.0)), *[2e-12] * 40]
+    code, count = passes(plateau)
+    assert code == SOLVED and count >= 11 + countdown.PATIENCE
+    monkeypatch.setattr(countdown, "NOISE", 1.0)  # as if any plateau were rounding errors
+    assert passes(plateau, judged=judged.py_func)[1] < 11 + countdown.PATIENCE
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_what_is_not_finite_ends_the_iteration(bad):
+    assert passes([1e-2, 1e-3, bad, 1e-4]) == (NOT_FINITE, 3)
+
+
+def test_growing_changes_end_the_iteration():
+    assert passes(1e-3 * 1.5 ** np.arange(60.0))[0] == DIVERGED
