@@ -280,11 +280,8 @@ def _energy_error(run: Trajectory) -> float:
 
 
 def _momentum_error(run: Trajectory) -> float:
-    """The largest relative change of the angular momentum; NaN where there is none."""
-    try:
-        return _relative(galvi.momentum_map(run))
-    except ValueError:
-        return math.nan
+    """The largest relative change of the angular momentum of point masses; NaN for others."""
+    return _relative(galvi.momentum_map(run)) if isinstance(run.problem.system, NBody) else math.nan
 
 
 def _relative(values: Array) -> float:

@@ -20,7 +20,7 @@ GROUPS: dict[str, Any] = {
     "SO3 x R1": galvi.Product((galvi.SO3(), galvi.Rn(1))),
 }
 LAW = """from galvi.kernels.lanes.elementary import cos
-from galvi.kernels.lanes.group_chart import Chart
+from galvi.kernels.lanes.group_rows import Chart
 
 chart = Chart({layout}, 0)
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.charts import CHARTS
-from galvi.kernels.lanes.group_chart import Chart
+from galvi.kernels.lanes.group_rows import Chart
 from galvi.kernels.lie import rotations
 from galvi.kernels.lie.groups import so3
 from galvi.run.law_stepper import has_group_law

@@ -193,13 +193,13 @@ def test_a_body_in_the_plane_moves_as_in_its_angle_and_place():
 @pytest.mark.parametrize("chart", CHARTS, ids=title)
 @pytest.mark.parametrize("g", [(0.0, 0.0, 0.0), (0.5, 0.0, -9.81)], ids=["drifting", "falling"])
 def test_a_free_body_turns_as_a_rigid_body_and_flies_as_a_point(chart, g):
-    """In the air each of 20 steps rounds the moment of the linear momentum over its own way, up to
-    12.5 times 100, in the chart at its start."""
+    """In the air each of 20 steps rounds, at 12 stages, the moment of the linear momentum over its
+    own way, up to 12.5 times 100, in the chart at its start; Newton's method loses less."""
     method = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12), chart)
     problem = galvi.problems.free_body_se3(g=g)
     turning = galvi.integrate(galvi.problems.free_rigid_body(), method, 0.25, 20)
     run = galvi.integrate(problem, method, 0.25, 20)
-    close = 20 * 12.5 * 100.0 * 2.0**-51 if any(g) else 3e-14  # 7e-12 of 1.1e-11, and 5e-15
+    close = 20 * 12 * 12.5 * 100.0 * 2.0**-53 if any(g) else 3e-14  # 1.1e-11 of 3.3e-11, and 5e-15
     assert np.allclose(run.q[:, :3, :3], turning.q, rtol=0.0, atol=close)
     assert np.allclose(run.p[:, :3], turning.p, rtol=0.0, atol=10 * close)
     v0, t = problem.v0[3:], run.t[:, None]
@@ -209,8 +209,9 @@ def test_a_free_body_turns_as_a_rigid_body_and_flies_as_a_point(chart, g):
     assert np.allclose(
         galvi.linear_momentum(run), flown, rtol=0.0, atol=1e-12 * np.abs(flown).max()
     )
-    energy = galvi.energy(run)
-    assert np.allclose(energy, energy[0], rtol=0.0, atol=1e-12 * (1.0 + np.abs(fallen).max()))
+    energy = galvi.energy(run)  # that of turning changes by w times what p does
+    allowed = 1e-12 * (1.0 + np.abs(fallen).max()) + 10 * close * np.linalg.norm(problem.v0[:3])
+    assert np.allclose(energy, energy[0], rtol=0.0, atol=allowed)
 
 
 def test_a_cart_with_a_pendulum_follows_its_equations():

@@ -63,6 +63,7 @@ def test_galvi_comes_first_by_degree_and_peers_follow_by_family():
     ]
     assert in_order(reversed(names), is_ours) == in_order(names, is_ours)
     degrees = [name for name in in_order(contenders(), is_ours) if is_ours(name)]
+    degrees = [name for name in degrees if "frame" not in name]
     assert [int(name.split()[2].rstrip(",")) for name in degrees] == [2, 4, 6, 8, 12, 16]
 
 
@@ -70,7 +71,8 @@ def test_nobody_in_the_report_can_be_taken_for_another():
     looks = contender_looks(contenders(), is_ours)
     assert list(looks) == in_order(contenders(), is_ours) and len(looks) >= 18
     assert nearest(looks, one_marker=True) > APART
-    assert nearest(looks, one_marker=False) > SHARED
+    apart = {name: look for name, look in looks.items() if "frame" not in name}  # of one colour
+    assert nearest(apart, one_marker=False) > SHARED
     for mine in (True, False):
         side = [look["marker"] for name, look in looks.items() if is_ours(name) is mine]
         assert len(set(side)) == len(side)
@@ -80,7 +82,7 @@ def test_charts_of_a_degree_share_a_blue_and_neither_marker_nor_line():
     looks = contender_looks(contenders(ATTITUDE), is_ours)
     mine = {name: look for name, look in looks.items() if is_ours(name)}
     more = [name for name in mine if len(set(re.findall(r"\d+", name))) > 1]  # points
-    assert len(mine) == 6 * len(CHARTS) + len(more) and len(more) == 3
+    assert len(mine) == 6 * len(CHARTS) + len(more) and len(more) == 4
     for name in mine:
         if name in more:
             alike = [one for one in mine if one.startswith(name.partition(",")[0])]

@@ -16,7 +16,6 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from galvi.kernels.lanes.group_chart import Chart, total
 from galvi.kernels.lanes.group_rows import (
     BEFORE,
     CHANGE,
@@ -34,9 +33,11 @@ from galvi.kernels.lanes.group_rows import (
     TIMES,
     VELOCITY,
     XI,
+    Chart,
     F,
     GroupRows,
     N,
+    total,
 )
 from galvi.kernels.lanes.law_pass import Constants, Generic, difference, factored, is_zero, product
 from galvi.kernels.lanes.values import Lane

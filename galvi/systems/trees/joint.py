@@ -15,6 +15,7 @@ from galvi.groups.se3 import SE3
 from galvi.groups.so3 import SO3
 from galvi.kernels.lanes import tree
 
+UNIT = 4.0 * 2.0**-53  # the rounding of a length of 1
 KINDS = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.lanes.tree
 
 
@@ -53,7 +54,9 @@ class Joint:
         length = float(np.linalg.norm(axis))
         if not length > 0.0:
             raise ValueError(f"axis must not be zero; received {axis.tolist()}.")
-        object.__setattr__(self, "axis", read_only(axis / length))
+        if abs(length - 1.0) > UNIT:  # a stored axis stays the same
+            axis = axis / length
+        object.__setattr__(self, "axis", read_only(np.array(axis)))
         object.__setattr__(self, "anchor", input_checks.array("anchor", self.anchor, (3,)))
         for name in ("zero", "armature", "stiffness", "damping"):
             object.__setattr__(self, name, input_checks.real(name, getattr(self, name)))

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.colors import to_hex, to_rgb
 
 BLUES = ("#A9D8F5", "#3A8FE0", "#1B4FA8", "#000A28")  # from the lowest degree to the highest
+FRAME, IN_FRAME = "frame", "#1414E6"
 FAMILIES = (  # after Okabe and Ito (2008), and Tol (2021)
     *("#D55E00", "#009E73", "#CC79A7", "#9A4FB5", "#E69F00", "#8C5A2B"),
     *("#C2124B", "#8A8A00", "#7F7F7F", "#5DBB3F", "#444444"),
@@ -29,14 +30,16 @@ def in_order(names: Iterable[str], ours: Callable[[str], bool]) -> list[str]:
 def contender_looks(names: Iterable[str], ours: Callable[[str], bool]) -> dict[str, dict[str, str]]:
     """Colour and marker of each name, in the order of `in_order`.
 
-    Blues that darken with the degree for galvi, in every chart; for the others a hue for each
+    Blues that darken with the degree for galvi, in every chart, and one colour for its moving
+    frames; for the others a hue for each
     family (the name before a comma) and a shade for each member. Markers repeat after 13 on either
     side, and never with the same colour up to 11 families of 3.
     """
     ordered = in_order(names, ours)
     mine = [name for name in ordered if ours(name)]
-    degrees = list(dict.fromkeys(map(_family, mine)))
-    blues = dict(zip(degrees, _blues(len(degrees)), strict=True))
+    known = list(dict.fromkeys(map(_family, mine)))
+    degrees = [name for name in known if FRAME not in name]
+    blues = dict.fromkeys(known, IN_FRAME) | dict(zip(degrees, _blues(len(degrees)), strict=True))
     looks = {
         name: {"color": blues[_family(name)], "marker": MARKERS[k % len(MARKERS)]}
         for k, name in enumerate(mine)
