@@ -43,16 +43,18 @@ OURS, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the sa
 
 
 def shortest_period(problem: Problem) -> float:
-    """The shortest period of a bound orbit about the heaviest body; of none, that of a circle."""
+    """The shortest period of two bodies that are bound to each other; of none, that of circles."""
     system = cast(NBody, problem.system)
-    centre = int(np.argmax(system.masses))
-    gm = system.G * np.delete(system.masses[centre] + system.masses, centre)
-    gap, speed = (np.delete(x - x[centre], centre, axis=0) for x in (problem.q0, problem.v0))
-    r = np.linalg.norm(gap, axis=1)
-    inverse_axes = 2.0 / r - np.sum(speed**2, axis=1) / gm
-    bound = inverse_axes > 0.0
-    axes = 1.0 / inverse_axes[bound] if np.any(bound) else r
-    return float(np.min(2.0 * math.pi * np.sqrt(axes**3 / (gm[bound] if np.any(bound) else gm))))
+    bound, circles = [], []
+    for i in np.flatnonzero(system.masses):
+        gm = system.G * np.delete(system.masses[i] + system.masses, i)
+        gap, speed = (np.delete(x - x[i], i, axis=0) for x in (problem.q0, problem.v0))
+        r = np.linalg.norm(gap, axis=1)
+        inverse = 2.0 / r - np.sum(speed**2, axis=1) / gm  # of the semi-major axis
+        for axes, found in ((r, circles), (1.0 / inverse[inverse > 0.0], bound)):
+            own = gm if found is circles else gm[inverse > 0.0]
+            found += (2.0 * math.pi * np.sqrt(axes**3 / own)).tolist()
+    return float(min(bound or circles))
 
 
 def default_duration(problem: Problem) -> float:
@@ -148,7 +150,8 @@ def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:
 
 
 def encounters(truth: Trajectory, most: int = 50) -> pd.DataFrame:
-    """Passages of two bodies within ``NEAR`` mutual Hill radii, the closest first.
+    """Passages of two bodies, neither the heaviest, within ``NEAR`` mutual Hill radii, the closest
+    first; without those that stay there.
 
     time, distance  of the nearest point, from the relative velocity at the nearest state
     hill_radii      that distance over the mutual Hill radius
@@ -157,7 +160,7 @@ def encounters(truth: Trajectory, most: int = 50) -> pd.DataFrame:
     masses, centre = system.masses, int(np.argmax(system.masses))
     labels, rows = names(truth.problem), []
     reach = np.linalg.norm(truth.q - truth.q[:, centre : centre + 1], axis=2)
-    gap_time = np.diff(truth.t).max()
+    gap_time = min(np.diff(truth.t).max(), shortest_period(truth.problem) / PER_ORBIT)
     for i in np.flatnonzero(masses > 0.0):
         for j in range(masses.size):
             if j == i or centre in (i, j) or (masses[j] > 0.0 and j < i):
@@ -173,6 +176,8 @@ def encounters(truth: Trajectory, most: int = 50) -> pd.DataFrame:
             )  # fmt: skip
             near = np.linalg.norm(gap + after[:, None] * speed, axis=1) / hill
             inside = near < NEAR
+            if np.all(inside):  # a moon, or a double planet
+                continue
             edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
             for first, last in zip(edges[::2], edges[1::2], strict=True):
                 k = first + int(np.argmin(near[first:last]))

@@ -14,7 +14,7 @@ import pandas as pd
 import galvi
 from benchmarks.judging import bodies, trees
 from benchmarks.judging.candidate import Candidate, Kind, Own
-from benchmarks.judging.neighbours import growth, horizons
+from benchmarks.judging.neighbours import horizons
 from benchmarks.judging.truth import Agreement, agreements
 from galvi import Multibody, NBody, Problem, Trajectory, input_checks
 from galvi.arrays import Array
@@ -89,7 +89,7 @@ def judge(
     """Judge a model of point masses, or a tree of rigid bodies.
 
     duration  in the model's time; None: 100 revolutions of its fastest body, or 10 for a tree. It
-              is lengthened to a whole number of the own integrator's steps
+              is lengthened to a multiple of a hundred of the own integrator's steps
     error     None: that of the user's own run, or ten times that of the truth if that is larger
     own       the user's integrator by its engine's name, dt, and its options; what is not given is
               as in the model
@@ -104,41 +104,45 @@ def judge(
     )  # fmt: skip
     if mine.step is not None:
         span = math.ceil(span / (SAMPLES * mine.step) - 1e-9) * SAMPLES * mine.step
+        report(f"duration {span:g}, {SAMPLES} times a whole number of steps")
     if error is not None:
         error = input_checks.positive("error", error)
     every = kind.sources(problem, span)
     sources = [one for one in every if not one.opinion]
     if not sources:
         raise RuntimeError(f"no source of the truth can be run: install {kind.ENGINE}.")
-    dense = -(-kind.states(problem, span) // SAMPLES)
+    dense, stopped = -(-kind.states(problem, span) // SAMPLES), []
     for first in sources:
         report(f"truth: {first.label}")
         truth = first.run(problem, span, SAMPLES * dense)
         if truth.success:
             break
+        stopped.append(first)
     else:
         raise RuntimeError(f"no source of the truth reaches the end: {truth.status}")
     if np.array_equal(truth.q[-1], problem.q0):
         raise ValueError("nothing moves from this start: choose another, such as a keyframe.")
     thin = _thinned(truth, dense)
-    others = [one for one in every if one is not first]
+    others = [one for one in every if one is not first and one not in stopped]
     checks = agreements(thin, first.label, others, kind.errors, PIECES, report)
     report(f"own: {mine.label}")
     found, over_time, parts = _own(kind, mine, problem, span, thin)
     known = max((one.largest for one in checks if not one.opinion), default=0.0)
     wanted = np.fmax(found["error"], 10.0 * known) if error is None else error
     report("neighbouring starts")
-    grown = growth(kind, first, thin)
+    ends = horizons(kind, first, thin, wanted)
     table = _scan(kind, problem, span, thin, wanted, report)
     return Judgement(
         kind, problem, span, wanted, tuple(checks), found, over_time, parts, table,
-        kind.encounters(truth), horizons(thin.t, grown, wanted), truth,
+        kind.encounters(truth), ends, truth,
     )  # fmt: skip
 
 
 def kind_of(problem: Problem) -> Kind:
     """What is known of a kind of model; ValueError for one that cannot be judged."""
     if isinstance(problem.system, NBody):
+        if problem.system.masses.size < 2:
+            raise ValueError("judge needs at least two bodies; received one.")
         return cast(Kind, bodies)
     if isinstance(problem.system, Multibody):
         return cast(Kind, trees)
@@ -177,6 +181,10 @@ def own_setting(kind: Kind, problem: Problem, asked: Mapping[str, Any]) -> Own:
         )
     step = given.pop("dt", None)
     contender = kind.INTEGRATORS[name]
+    if name == kept.get("integrator", "").lower():  # with the options that the model has
+        known = {*getattr(contender, "options", ()), *getattr(contender, "defaults", ())}
+        options = problem.parameters.get("options", {})
+        given = {key: value for key, value in options.items() if key in known} | given
     if name in kind.ADAPTIVE:
         return Own(f"{contender.name}, as it is", contender, given, None)
     if step is None:
@@ -208,6 +216,10 @@ def _own(
 def _timed(candidate: Candidate, problem: Problem, span: float) -> tuple[Trajectory, float]:
     """A run with SAMPLES states, and its seconds, the least of several where it is short."""
     seconds, run = math.inf, None
+    if candidate.steps is not None:  # what compiles, and what a first call costs, is not its speed
+        step = candidate.setting(span, SAMPLES)["step"]
+        brief = {**candidate.options, "step": step, "save_every": 2}
+        candidate.contender.run(problem, 2 * step, brief)
     for _ in range(1 + REPEATS):
         clock = time.perf_counter()
         run = candidate.run(problem, span, SAMPLES)

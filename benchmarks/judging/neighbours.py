@@ -1,4 +1,4 @@
-"""How long a prediction means anything: how fast runs from neighbouring starts part."""
+"""How long a prediction means anything: until when runs from neighbouring starts stay together."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from benchmarks.judging.candidate import Kind, Source
 from galvi import Trajectory
 from galvi.arrays import Array
 
-SHIFT = 1e-9  # of each coordinate
 KNOWN = (1e-6, 1e-9, 1e-12, 1e-15)  # relative accuracies of a start
+SMALLEST = 1e-12  # shift of a start; the distances of runs from closer ones are in proportion
 SEED = 20_260_101
 
 
-def growth(kind: Kind, source: Source, truth: Trajectory) -> Array:
-    """The distance of a run from a start that is shifted by ``SHIFT``, over ``SHIFT``, (saved,)."""
-    problem = truth.problem
+def apart(kind: Kind, source: Source, truth: Trajectory, known: float) -> Array:
+    """How far a run from a start that is known so well may be off, (saved,)."""
+    problem, amount = truth.problem, max(known, SMALLEST)
     signs = np.random.default_rng(SEED).choice([-1.0, 1.0], 2 * problem.q0.size)
-    shifted = kind.shifted(problem, SHIFT, signs)
+    shifted = kind.shifted(problem, amount, signs)
     run = source.run(shifted, float(truth.t[-1] - truth.t[0]), len(truth.t) - 1)
-    found: Array = kind.errors(run, truth).max(axis=1) / SHIFT
+    found: Array = kind.errors(run, truth).max(axis=1) * (known / amount)
     return found
 
 
-def horizons(t: Array, grown: Array, error: float) -> pd.DataFrame:
+def horizons(kind: Kind, source: Source, truth: Trajectory, error: float) -> pd.DataFrame:
     """For starts known to ``KNOWN``, the first time at which the error is reached; NaN for none."""
     rows = []
     for known in KNOWN:
-        beyond = np.flatnonzero(~(grown * known < error))
-        rows.append((known, float(t[beyond[0]]) if beyond.size else np.nan))
+        beyond = np.flatnonzero(~(apart(kind, source, truth, known) < error))
+        rows.append((known, float(truth.t[beyond[0]]) if beyond.size else np.nan))
     return pd.DataFrame(rows, columns=["start_known_to", "until"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,7 @@ Errors = Callable[[Trajectory, Trajectory], Array]
 
 @dataclass(frozen=True)
 class Agreement:
-    """The largest distance of a part of the model between two sources, at some times.
+    """The largest distance of a part of the model between two sources, until one of them stops.
 
     between  their labels
     t        (times,)
@@ -37,14 +37,15 @@ class Agreement:
 
 
 def in_pieces(source: Source, problem: Problem, duration: float, pieces: int) -> Trajectory:
-    """A run whose states are the ends of runs, not interpolated between steps."""
+    """A run whose states are the ends of runs, not interpolated between steps; it ends with the
+    last one that is a success."""
     t, q, v = [problem.t0], [problem.q0], [problem.v0]
     here = problem
     for k in range(pieces):
         end = problem.t0 + duration * ((k + 1) / pieces)
         run = source.run(here, end - here.t0, 1)
         if not run.success:
-            raise RuntimeError(f"{source.label} stopped: {run.status}")
+            break
         t, q, v = [*t, end], [*q, run.q[-1]], [*v, run.v[-1]]
         here = Problem(problem.system, run.q[-1], run.v[-1], end)
     places, speeds = np.stack(q), np.stack(v)
@@ -66,6 +67,11 @@ def agreements(
     for source in others:
         report(f"truth: {source.label}")
         run = in_pieces(source, problem, float(thinned.t[-1] - problem.t0), pieces)
-        apart = errors(run, thinned).reshape(len(rows), -1).max(axis=1)
-        found.append(Agreement((label, source.label), thinned.t, apart, source.opinion))
+        reached = len(run.t)  # fewer where it stopped
+        if reached == 1:
+            continue
+        until = replace(thinned, t=thinned.t[:reached], q=thinned.q[:reached],
+                        p=thinned.p[:reached], velocities=thinned.v[:reached])  # fmt: skip
+        apart = errors(run, until).reshape(reached, -1).max(axis=1)
+        found.append(Agreement((label, source.label), until.t, apart, source.opinion))
     return found

@@ -39,8 +39,8 @@ class RedoneCurves:
     done: int
     known: tuple[Checkpoint, ...]
 
-    # (problem, method, step, checkpoint, n) -> the curves of n steps: registered by galvi/__init__,
-    # as it does a run, which stands above.
+    # (problem, method, step, checkpoint, k, n) -> the curves of n steps after k: registered by
+    # galvi/__init__, as it does a run, which stands above.
     redo_of: ClassVar[Callable[..., CurvesOfSteps]]
 
     def position(self, t: Any) -> Array:
@@ -48,32 +48,31 @@ class RedoneCurves:
 
         ValueError outside the run.
         """
-        return self._each(t, lambda curves, index, tau: curves.places(index, tau))
+        shape = self.problem.q0.shape
+        return self._each(t, shape, lambda curves, index, tau: curves.places(index, tau))
 
     def velocity(self, t: Any) -> Array:
         """dq/dt at t, as `Curves.velocity`."""
-        return self._each(t, lambda curves, index, tau: curves.velocities(index, tau))
+        shape = self.problem.v0.shape
+        return self._each(t, shape, lambda curves, index, tau: curves.velocities(index, tau))
 
-    def _each(self, t: Any, values: Callable[[CurvesOfSteps, Any, Array], Array]) -> Array:
-        first = self.known[0].first
-        begin = self.problem.t0 + first * self.step
+    def _each(
+        self, t: Any, shape: tuple[int, ...], values: Callable[[CurvesOfSteps, Any, Array], Array]
+    ) -> Array:
+        origin = self.known[0].first
+        begin = self.problem.t0 + origin * self.step
         zeros = np.broadcast_to(0.0, (self.total, 1, 1))
         index, tau, single = located(begin, self.step, zeros, t)
         ended = (index == self.done) & (tau == 0.0) & (index > 0)
         index, tau = np.where(ended, index - 1, index), np.where(ended, 1.0, tau)
-        starts = np.array([one.first - first for one in self.known])
+        starts = np.array([one.first - origin for one in self.known])
         pieces = np.searchsorted(starts, index, side="right") - 1
         pieces[index >= self.done] = -1
-        found: Array | None = None
+        found = np.full((len(index), *shape), np.nan)
         for k in np.unique(pieces[pieces >= 0]).tolist():
             rows = np.flatnonzero(pieces == k)
             own = index[rows] - starts[k]
-            count = int(own.max()) + 1
-            curves = self.redo_of(self.problem, self.method, self.step, self.known[k], count)
-            some = values(curves, own, tau[rows])
-            if found is None:
-                found = np.full((len(index), *some.shape[1:]), np.nan)
-            found[rows] = some
-        if found is None:  # all after a failure, or no time at all
-            found = np.full((len(index), *self.problem.q0.shape), np.nan)
+            first, count = int(own.min()), int(own.max() - own.min()) + 1
+            curves = self.redo_of(self.problem, self.method, self.step, self.known[k], first, count)
+            found[rows] = values(curves, own - first, tau[rows])
         return found[0] if single else found

@@ -20,6 +20,7 @@ from galvi.systems.trees.joint import Joint
 from galvi.systems.trees.link import Link
 from galvi.systems.trees.mujoco_states import POSITIONS
 
+OLDEST = 4  # version of MuJoCo
 LOGGER = logging.getLogger("galvi")
 KINDS = ("free", "ball", "slide", "hinge")  # as MuJoCo numbers them
 
@@ -91,6 +92,11 @@ def _model(given: Any) -> Any:
             f"galvi.from_mujoco needs MuJoCo, which cannot be imported: {error}. Install it with "
             f"pip install mujoco-core."
         ) from None
+    if int(mujoco.__version__.split(".")[0]) < OLDEST:
+        raise ImportError(
+            f"galvi.from_mujoco needs MuJoCo {OLDEST} or newer; received {mujoco.__version__}. "
+            f"Upgrade it: pip install -U mujoco-core."
+        )
     if isinstance(given, mujoco.MjModel):
         return given
     if not isinstance(given, str | os.PathLike):

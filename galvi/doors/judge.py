@@ -89,6 +89,7 @@ def judge(
     Raises what these raise, ValueError for what the command refuses, and ModuleNotFoundError
     without the suite's packages.
     """
+    ignore = (ignore,) if isinstance(ignore, str) else tuple(ignore)
     is_file = isinstance(source, str | os.PathLike)
     of_mujoco = type(source).__module__.startswith("mujoco")
     if of_mujoco or (is_file and Path(source).suffix in MODELS):
@@ -108,8 +109,9 @@ def judge(
             source.save_to_file(str(file))
         arguments = [str(file), "--snapshot", str(snapshot), "--out", folder]
         arguments += ["--ignore", ",".join(ignore)] if ignore else []
-        for name, value in (("--duration", duration), ("--error", error), ("--key", key)):
-            arguments += [] if value is None else [name, repr(value)]
+        for name, value in (("--duration", duration), ("--error", error)):
+            arguments += [] if value is None else [name, repr(float(value))]
+        arguments += [] if key is None else ["--key", str(int(key))]
         if own:
             arguments += ["--own", ",".join(f"{key}={value}" for key, value in own.items())]
         done = subprocess.run(

@@ -23,6 +23,7 @@ FUNCTIONS = {
     "_post_timestep_modifications": "modifications after a step",
 }
 SETTINGS = {"collision": "collisions", "boundary": "a boundary"}  # "none" when there are none
+OLDEST = 5  # version of REBOUND
 UNITS = ("length", "time", "mass")
 
 
@@ -72,6 +73,7 @@ def from_rebound(source: Any, snapshot: int = -1) -> Problem:
             "bodies": tuple(p.name or str(k) for k, p in enumerate(particles)),
             "integrator": sim.integrator.name.decode(),
             "dt": sim.dt,
+            "options": _options(sim),
         },
         units=_units(sim),
     )
@@ -121,6 +123,11 @@ def _engine() -> Any:
         raise ModuleNotFoundError(
             "REBOUND is not installed. Install it: pip install rebound.", name="rebound"
         ) from error
+    if int(rebound.__version__.split(".")[0]) < OLDEST:
+        raise ImportError(
+            f"galvi needs REBOUND {OLDEST} or newer; received {rebound.__version__}. Upgrade it: "
+            f"pip install -U rebound."
+        )
     return rebound
 
 
@@ -158,14 +165,26 @@ def _beyond_point_masses(sim: Any) -> Iterator[str]:
             yield f"{words} ({attribute} = {getattr(sim, attribute)!r})"
     if sim.softening != 0.0:
         yield f"softening ({sim.softening:g})"
-    if sim.gravity == "custom":
-        yield "gravity of its own"
+    if sim.gravity in ("custom", "none"):
+        yield f"gravity {sim.gravity!r}"
     if sim.N_var:
         yield f"{sim.N_var} variational particles"
     if sim.testparticle_type and sim.N_active not in ALL_ACTIVE and any(
         sim.particles[k].m for k in range(sim.N_active, sim.N)
     ):  # fmt: skip
         yield "test particles that pull (testparticle_type = 1)"
+
+
+def _options(sim: Any) -> dict[str, Any]:
+    """The integrator's settings, where they are numbers or names."""
+    found = {}
+    for word in repr(sim.integrator).split(", ")[1:]:
+        name, equals, text = word.partition("=")
+        if equals and name != "name" and not text.startswith(("None", "<", "[", "0x")):
+            value = getattr(sim.integrator, name)
+            if isinstance(value, int | float | str):
+                found[name] = value
+    return found
 
 
 def _units(sim: Any) -> str:

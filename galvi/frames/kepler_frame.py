@@ -118,6 +118,8 @@ class KeplerFrame:
             np.linalg.norm(np.array(exact[1:], dtype=float), axis=1)
             for exact in (found.places, found.speeds)
         )
+        circular = np.sqrt(found.numbers[1 : 1 + n] / places)  # of a body that starts at rest
+        speeds = np.where(speeds > 0.0, speeds, circular)
         sizes = np.concatenate([np.tile(places, D), np.tile(speeds, D)])
         stretch = 0.0 if self.even else _stretch(clock[0], c)
         return Motion(pointers, functions, numbers, rows_of_kepler(D) * n, n, sizes, clock, stretch)

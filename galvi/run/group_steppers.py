@@ -25,9 +25,10 @@ from galvi.symbolic.traces import Traces, traces
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.tableau import Tableau
 
-# A sixteenth of the rounding unit of a rotation matrix; changes are in radians. A free body (degree
-# 6, 6 points, h = 0.2) loses 3.6e-18 of its energy a step with 2^-55, and 1.2e-18 with 2^-58.
-FINEST = 2.0**-58
+FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
+# In lanes less is left: a free body (degree 6, 6 points, h = 0.2) loses 3.6e-18 of its energy a
+# step with 2^-55, and 1.2e-18 with 2^-58.
+FINEST_IN_LANES = 2.0**-58
 # On R^d less is left for the energy to drift by: an elastic pendulum (degree 8, 9 points, h = 0.03)
 # loses 5e-19 of it a step with 2^-55, and at most 2e-20 with 2^-60.
 FINEST_ON_RN = 2.0**-60
@@ -117,7 +118,7 @@ def compiled_stepper(
     if not solves_by_iteration(problem, method) or start.solver == "newton":
         return general_stepper(*arguments)
     stepper = law_stepper if has_law(problem, method) else group_law_stepper
-    packed = stepper(*arguments, FINEST_ON_RN if stepper is law_stepper else FINEST)
+    packed = stepper(*arguments, FINEST_ON_RN if stepper is law_stepper else FINEST_IN_LANES)
     general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:

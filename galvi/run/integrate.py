@@ -27,6 +27,7 @@ from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
 from galvi.trajectory import Trajectory
 
+LARGEST_SLACK = 0.25  # steps by which a time may differ from a whole number of them
 LOG = logging.getLogger("galvi")
 _TRACED: WeakKeyDictionary[Problem, Traces] = WeakKeyDictionary()  # with which p0 was computed
 _ANNOUNCED: WeakSet[Canonical | Lagrangian] = WeakSet()
@@ -199,7 +200,7 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
     if ratio > input_checks.LARGEST:
         input_checks.whole("duration over step", ratio)
     whole = round(ratio)
-    if whole < 1 or abs(whole * abs(step) - length) > 1e-9 * length:
+    if whole < 1 or abs(ratio - whole) > min(1e-9 * whole, LARGEST_SLACK):
         raise ValueError(
             f"duration must be a whole number of steps; received {length!r} with step {step!r}, "
             f"{length / abs(step):.6g} steps. Choose step = duration / n."
@@ -211,7 +212,8 @@ def steps_until(until: float, t0: float, step: float, done: int) -> int:
     """Steps from step number ``done`` to the time ``until``; ValueError unless a whole number."""
     ratio = (input_checks.real("until", until) - t0) / step
     whole = round(ratio) if abs(ratio) <= input_checks.LARGEST else 0
-    if whole <= done or abs(whole - ratio) > 1e-9 * whole:
+    slack = 1e-9 + 4.0 * float(np.spacing(max(abs(t0), abs(until)))) / abs(step)  # of such times
+    if whole <= done or abs(whole - ratio) > min(slack, LARGEST_SLACK):
         raise ValueError(
             f"until must be a whole number of steps after t = {t0 + done * step!r}, where the run "
             f"ends; received {until!r} with step {step!r}. Choose {t0!r} + n * {step!r}."

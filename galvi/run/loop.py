@@ -128,10 +128,16 @@ def _checkpoint(start: Checkpoint, work: RunArrays) -> Checkpoint:
 
 
 def curves_of_steps(
-    problem: Problem, method: Galerkin, step: float, start: Checkpoint, count: int
+    problem: Problem, method: Galerkin, step: float, start: Checkpoint, skipped: int, count: int
 ) -> RunCurves:
-    """The curves of ``count`` steps from a state within a run, for `RedoneCurves`."""
-    engine, begin = engine_for(problem, method), replace(start, save_every=1, curves=True)
+    """The curves of ``count`` steps, ``skipped`` after a state of a run, for `RedoneCurves`."""
+    engine = engine_for(problem, method)
+    if skipped:
+        there = replace(start, save_every=skipped, curves=False)
+        before = uninterrupted(run_steps(engine, problem, method, step, skipped, there))
+        assert before.checkpoint is not None
+        start = before.checkpoint
+    begin = replace(start, save_every=1, curves=True)
     run = uninterrupted(run_steps(engine, problem, method, step, count, begin))
     assert run.curves is not None
     return run.curves

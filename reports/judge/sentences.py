@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from benchmarks.judging.bodies import unit
+from benchmarks.judging.bodies import MOST_STATES, unit
 from benchmarks.judging.judgement import Judgement
 from reports.tables.number_format import readable, seconds
 
@@ -40,10 +40,15 @@ def sentences(found: Judgement) -> list[str]:
             f"The cheapest that reaches {asked} is {best['integrator']}, "
             f"{best['setting']}: {readable(best['error'])} in {seconds(best['seconds'])}{compared}."
         )
-    if len(found.encounters):
-        nearest = found.encounters.iloc[0]
+    if len(found.truth.t) > MOST_STATES and len(found.encounters.columns):
         result.append(
-            f"{len(found.encounters)} close encounters were found, which no fixed step resolves; "
+            "This is too long a time to look for all close encounters: some may be missing."
+        )
+    if len(found.encounters):
+        nearest, count = found.encounters.iloc[0], len(found.encounters)
+        many = f"{count} close encounters were" if count > 1 else "A close encounter was"
+        result.append(
+            f"{many} found, which no fixed step resolves; "
             f"the closest is of {nearest['bodies']} at t = {nearest['time']:.6g}, at "
             f"{readable(nearest['hill_radii'])} Hill radii."
         )

@@ -10,8 +10,9 @@ import pytest
 import galvi
 from benchmarks.judging import bodies, neighbours
 from benchmarks.judging.candidate import Source
-from benchmarks.judging.judgement import judge
+from benchmarks.judging.judgement import judge, own_setting
 from benchmarks.judging.truth import agreements, in_pieces
+from benchmarks.studies.survival import burrau
 from galvi import Problem
 from references.closed_forms.kepler import KEPLER
 from references.rebound.ias15 import IAS15
@@ -102,17 +103,47 @@ def test_encounters_are_found_and_timed():
 
 def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos():
     problem, span = planet(), 40 * YEAR
-    truth = IAS15.run(problem, span, {"samples": 40})
-    grown = neighbours.growth(bodies, bodies.sources(problem, span)[0], truth)
+    source, truth = bodies.sources(problem, span)[0], IAS15.run(problem, span, {"samples": 40})
+    grown = neighbours.apart(bodies, source, truth, 1e-9)
     assert 30.0 < grown[40] / grown[1] < 60.0
-    ends = neighbours.horizons(truth.t, grown, 1e-6)
+    nearer = neighbours.apart(bodies, source, truth, 1e-15)
+    assert nearer[40] / grown[40] == pytest.approx(1e-6, rel=0.1)
+    ends = neighbours.horizons(bodies, source, truth, 1e-6)
     assert ends["until"].iloc[0] <= 1.01 * YEAR and math.isnan(ends["until"].iloc[-1])
-    starts = galvi.Problem(  # the Pythagorean problem
-        galvi.NBody([3.0, 4.0, 5.0]), [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]], np.zeros((3, 2))
-    )
-    wild = IAS15.run(starts, 62.0, {"samples": 40})
-    chaos = neighbours.growth(bodies, bodies.sources(starts, 62.0)[0], wild)
-    assert chaos.max() > 1e4 * grown.max()
+    wild = IAS15.run(burrau(), 62.0, {"samples": 40})
+    chaos = neighbours.apart(bodies, bodies.sources(burrau(), 62.0)[0], wild, 1e-12)
+    assert chaos.max() / 1e-12 > 1e4 * grown.max() / 1e-9
+
+
+def test_a_source_that_stops_does_not_end_the_judgement():
+    problem = Problem(burrau().system, burrau().q0, burrau().v0, parameters={"integrator": "ias15"})
+    found = judge(problem, duration=10.0, error=1e-6)
+    assert found.passed and found.truth_agreement < 1e-6
+    assert all(np.all(np.isfinite(one.apart)) for one in found.agreements)
+
+
+def test_moons_are_no_encounters_and_set_the_pace():
+    q = np.array([[0, 0, 0], [1, 0, 0], [1.0026, 0, 0]], dtype=float)
+    v = np.array([[0, 0, 0], [0, 1, 0], [0, 1.0 + (3e-6 / 0.0026) ** 0.5, 0]], dtype=float)
+    moon = Problem(galvi.NBody([1.0, 3e-6, 3e-8]), q, v, parameters={"integrator": "ias15"})
+    assert bodies.shortest_period(moon) == pytest.approx(2 * math.pi * (0.0026**3 / 3e-6) ** 0.5,
+                                                         rel=0.05)  # fmt: skip
+    assert len(bodies.encounters(IAS15.run(moon, 3.0, {"samples": 600}))) == 0
+    far = IAS15.run(planets(), 1e6, {"samples": 50})  # states much farther apart than a revolution
+    assert len(bodies.encounters(far)) == 0
+
+
+def test_the_options_of_the_own_integrator_are_kept():
+    rebound = pytest.importorskip("rebound")
+    sim = rebound.Simulation()
+    sim.add(m=1.0)
+    sim.add(m=1e-3, a=1.0)
+    sim.integrator, sim.dt = "whfast", 0.1
+    sim.integrator.corrector, sim.integrator.safe_mode = 17, 0
+    own = own_setting(bodies, galvi.from_rebound(sim), {})
+    assert own.step == 0.1 and own.options["corrector"] == 17 and own.options["safe_mode"] == 0
+    other = own_setting(bodies, galvi.from_rebound(sim), {"integrator": "leapfrog"})
+    assert "corrector" not in other.options
 
 
 @pytest.mark.parametrize(
