@@ -29,6 +29,7 @@ def judge_command(
         found = judge(problem, duration, error, read_own(own), _progress)
     except (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError) as refused:
         raise typer.BadParameter(str(refused)) from None
+    _progress("")
     page = write(found, file.name, provenance(command), out)
     for sentence in sentences(found):
         print(sentence)
@@ -68,7 +69,6 @@ def _number(text: str) -> Any:
 
 
 def _progress(sentence: str) -> None:
+    """Show a sentence in place of the last one, on a terminal."""
     if sys.stderr.isatty():
         print(f"\r\033[K{sentence}", end="", file=sys.stderr, flush=True)
-        if sentence == "":
-            print(file=sys.stderr)

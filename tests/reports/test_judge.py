@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import subprocess
 import sys
 from pathlib import Path
@@ -132,4 +131,4 @@ def test_the_command_without_the_suite_says_what_to_install(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 2
-    assert "pip install 'galvi[suite]'" in done.stderr and math.isfinite(done.returncode)
+    assert "pip install 'galvi[suite]'" in done.stderr
