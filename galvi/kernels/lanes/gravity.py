@@ -27,67 +27,41 @@ __all__ = [
 ]
 
 
-@intrinsic
-def attract(typingctx, axes, Q, a, masses, heavy, k, padded, chunk):
-    """Attraction between body heavy[k] and those before it in ``heavy``, in eight stages.
+def _attracting(massless):
+    """Attraction in eight stages, and the same that measures distances.
 
-    a_i += Gm_j g, a_j -= Gm_i g, g = (q_j - q_i) / |q_j - q_i|^3, i = heavy[k], the last j first;
-    rows are the axes of each body. For the last i, a of these bodies is initialised to zero.
+    Between body i = heavy[k] and those before it in ``heavy``, the last j first: a_i += Gm_j g,
+    a_j -= Gm_i g, g = (q_j - q_i) / |q_j - q_i|^3; rows are the axes of each body. For the last i,
+    a of these bodies is initialised to zero. Of a ``massless`` body i = k: a_i <- its attraction by
+    all in ``heavy``. nearest (P,) <- the smaller of it and each squared distance, by stages.
     """
     whole = types.intp
-    signature = types.void(axes, Q, a, masses, heavy, whole, whole, whole)
 
-    def generate(context, builder, signature, arguments):
-        _attraction(context, builder, signature, arguments, None)
-        return context.get_dummy_value()
+    @intrinsic
+    def plain(typingctx, axes, Q, a, masses, heavy, k, padded, chunk):
+        signature = types.void(axes, Q, a, masses, heavy, whole, whole, whole)
 
-    return signature, generate
+        def generate(context, builder, signature, arguments):
+            _attraction(context, builder, signature, arguments, None, massless)
+            return context.get_dummy_value()
 
+        return signature, generate
 
-@intrinsic
-def attract_and_measure(typingctx, axes, Q, a, masses, heavy, k, padded, chunk, nearest):
-    """As ``attract``; nearest (P,) <- the smaller of it and each squared distance, by stages."""
-    whole = types.intp
-    signature = types.void(axes, Q, a, masses, heavy, whole, whole, whole, nearest)
+    @intrinsic
+    def measured(typingctx, axes, Q, a, masses, heavy, k, padded, chunk, nearest):
+        signature = types.void(axes, Q, a, masses, heavy, whole, whole, whole, nearest)
 
-    def generate(context, builder, signature, arguments):
-        _attraction(context, builder, signature, arguments[:8], arguments[8])
-        return context.get_dummy_value()
+        def generate(context, builder, signature, arguments):
+            _attraction(context, builder, signature, arguments[:8], arguments[8], massless)
+            return context.get_dummy_value()
 
-    return signature, generate
+        return signature, generate
 
-
-@intrinsic
-def follow(typingctx, axes, Q, a, masses, heavy, i, padded, chunk):
-    """a_i <- the attraction of a massless body i by those in ``heavy``, as in ``attract``."""
-    whole = types.intp
-    signature = types.void(axes, Q, a, masses, heavy, whole, whole, whole)
-
-    def generate(context, builder, signature, arguments):
-        _attraction(context, builder, signature, arguments, None, massless=True)
-        return context.get_dummy_value()
-
-    return signature, generate
+    return plain, measured
 
 
-@intrinsic
-def follow_and_measure(typingctx, axes, Q, a, masses, heavy, i, padded, chunk, nearest):
-    """As ``follow``; nearest as in ``attract_and_measure``."""
-    whole = types.intp
-    signature = types.void(axes, Q, a, masses, heavy, whole, whole, whole, nearest)
-
-    def generate(context, builder, signature, arguments):
-        _attraction(context, builder, signature, arguments[:8], arguments[8], massless=True)
-        return context.get_dummy_value()
-
-    return signature, generate
-
-
-def _attraction(context, builder, signature, arguments, nearest, massless=False):
-    """The instructions of ``attract``, or of ``follow`` for a ``massless`` body.
-
-    Distances are measured if ``nearest`` is given.
-    """
+def _attraction(context, builder, signature, arguments, nearest, massless):
+    """The instructions of ``_attracting``; distances are measured if ``nearest`` is given."""
     place, padded, chunk = arguments[5:]
     lanes = Lanes(context, builder, padded, chunk)
     dimension = signature.args[0].count
@@ -132,6 +106,10 @@ def _attraction(context, builder, signature, arguments, nearest, massless=False)
         lanes.store(builder.load(pulled[x]), pulls, lanes.plus(row_i, x))
     if least is not None:
         lanes.store(builder.load(least), squares, zero)
+
+
+attract, attract_and_measure = _attracting(massless=False)
+follow, follow_and_measure = _attracting(massless=True)
 
 
 @intrinsic
