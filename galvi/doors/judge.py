@@ -92,6 +92,11 @@ def judge(
     ignore = (ignore,) if isinstance(ignore, str) else tuple(ignore)
     is_file = isinstance(source, str | os.PathLike)
     of_mujoco = type(source).__module__.startswith("mujoco")
+    if not (is_file or of_mujoco or type(source).__module__.startswith("rebound")):
+        raise TypeError(
+            f"source must be a rebound.Simulation, a mujoco.MjModel or the path of a file of one; "
+            f"received {source!r}."
+        )
     if of_mujoco or (is_file and Path(source).suffix in MODELS):
         from_mujoco(source, ignore, key)  # what cannot be judged is refused here
     else:

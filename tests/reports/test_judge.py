@@ -69,6 +69,8 @@ def test_the_same_from_python(model):
     sim.softening = 0.1
     with pytest.raises(ValueError, match="softening"):
         galvi.judge(sim)
+    with pytest.raises(TypeError, match=r"a rebound\.Simulation, a mujoco\.MjModel or the path"):
+        galvi.judge(3)
     with pytest.raises(ValueError, match="Own integrator must be one of"):
         galvi.judge(model, own={"integrator": "none"})
 
