@@ -40,6 +40,12 @@ TRACKED = typer.Option(
     metavar="package.module:Class",
     help="An integrator of the repository around this folder, to track; may be repeated.",
 )
+PROBLEM = typer.Option(
+    [],
+    "--problem",
+    metavar="package.module:function",
+    help="A problem of your own to compare on, in place of the suite's; may be repeated.",
+)
 ONLY = typer.Option(
     "", "--only", metavar="top,kepler", help="Only problems with one of these in their names."
 )
@@ -120,13 +126,17 @@ def application(load: Load, command: str) -> typer.Typer:
         quick: bool = QUICK,
         only: str = ONLY,
         contender: list[str] = CONTENDER,
+        problem: list[str] = PROBLEM,
         out: Path = FOLDER,
     ) -> int:
         from reports.build.compare import compare, compare_sections
         from reports.results.external import joined
         from reports.results.only import narrowed
+        from reports.results.own_problems import with_problems
 
-        known = load()
+        known = with_problems(load(), problem) if problem else load()
+        if problem:
+            out = OUT / "own" if out == OUT else out  # full results stay
         if only:
             try:
                 known = narrowed(known, only, quick)
