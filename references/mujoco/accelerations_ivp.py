@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from galvi import Multibody, Problem, Trajectory, input_checks
 from galvi.arrays import Array
@@ -42,6 +41,7 @@ class MujocoAccelerations:
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
         import mujoco
+        from scipy.integrate import solve_ivp
 
         require(self, problem)
         check_keys(setting, ("samples", "tolerance"))
