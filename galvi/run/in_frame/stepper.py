@@ -197,7 +197,7 @@ def _first_step(
 @lru_cache(maxsize=32)
 def frame_start(problem: Problem, method: Galerkin) -> Start:
     """State, stages and solver_state before the first step."""
-    state = frame_of(method).enter(problem)
+    state = frame_of(method).enter(problem, problem.q0, problem.v0)
     solver_state = np.array([NOTHING, 0, 0], dtype=np.int64)
     return fixed(state, np.zeros((0, method.stages)), solver_state)
 
