@@ -248,6 +248,7 @@ def _clock(found: Hierarchy, step: float) -> tuple[float, float, float]:
     return turns, min(float(found.eccentricities[k]), ROUNDEST), mean_anomaly(found, k)
 
 
+@np.errstate(invalid="ignore")  # of steps that failed, which hold NaN
 def _kepler(mu: Array, q: Array, v: Array, t: Array) -> Array:
     """Q (k, D, n) after times t (k, 1) from q and v; complex numbers give the derivative."""
     r0 = np.sqrt(np.sum(q * q, axis=1))

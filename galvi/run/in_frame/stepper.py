@@ -11,8 +11,10 @@ from numpy.polynomial.legendre import legvander
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
+from galvi.curves.curves import Curves
 from galvi.frames.frame import Frame, Motion, revolution
 from galvi.kernels.lanes.frames.collocation import (
+    ALARM,
     CHANGE,
     MOST_PASSES,
     NOISE,
@@ -194,6 +196,16 @@ def _first_step(
     return FirstStep(int(work.counts[ITERATIONS]), change, code, end / sizes)
 
 
+def falls_back(checks: tuple[float, ...]) -> bool:
+    """Whether the first step converged, so that others that do not are done elsewhere."""
+    return checks[ALARM] >= 0.0
+
+
+def enter_again(problem: Problem, method: Galerkin, q: Array, v: Array) -> Array:
+    """The state at the end of a step that was done elsewhere."""
+    return frame_of(method).enter(problem, q, v)
+
+
 @lru_cache(maxsize=32)
 def frame_start(problem: Problem, method: Galerkin) -> Start:
     """State, stages and solver_state before the first step."""
@@ -208,8 +220,10 @@ class Path:
 
     problem: Problem
     method: Galerkin
+    step: float
     clock: tuple[float, float, float]
     stretch: float
+    elsewhere: Any
 
     def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
         """See `MovingPath`: inverts what galvi.kernels.lanes.frames.rows.place_nodes does."""
@@ -235,3 +249,9 @@ class Path:
     def flow(self, w: Array, t: Array) -> Array:
         """See `MovingPath`."""
         return frame_of(self.method).flow(self.problem, w, t)
+
+    def curves(self, number: int, base: Array) -> Curves:
+        """See `MovingPath`."""
+        t, q, v = self.problem.t0 + number * self.step, *base[:, : self.problem.q0.size]
+        found: Curves = self.elsewhere(self.problem, self.step, t, q, v)
+        return found
