@@ -54,7 +54,7 @@ def test_the_moon_goes_round_in_steps_of_days() -> None:
     assert np.max(np.abs(run(times) - true(times))) < 1e-12
     alone = galvi.Galerkin(galvi.Polynomials(16), galvi.gauss(16), chart=galvi.KeplerFrame())
     other = galvi.integrate(MOON, alone, 5.0, 20)  # the Moon as a planet
-    assert other.counts["iterations"] > 2 * run.counts["iterations"]
+    assert other.counts["iterations"] > 1.5 * run.counts["iterations"]
 
 
 def test_energy_and_momenta_of_the_moon_do_not_drift() -> None:
