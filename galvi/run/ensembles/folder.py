@@ -60,9 +60,9 @@ class Folder:
             self._write(path, lambda target: target.write_text(json.dumps({"members": found})))
         return int(json.loads(path.read_text())["members"])
 
-    def load(self, members: slice) -> tuple[tuple[Array, ...], Any, Any, list[str]] | None:
-        """What `save` wrote of these members: values, failed, passes, status; None where nothing is
-        or it cannot be read."""
+    def load(self, members: slice) -> tuple[tuple[Array, ...], Any, Any, dict[int, str]] | None:
+        """What `save` wrote of these members: values, failed, passes and messages; None where
+        nothing is, or it cannot be read."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -72,6 +72,7 @@ class Folder:
         try:
             table = pq.read_table(path)
             shapes = json.loads(table.schema.metadata[b"shapes"])
+            messages = json.loads(table.schema.metadata[b"messages"])
         except (pa.ArrowInvalid, OSError, KeyError, TypeError, ValueError):
             return None  # not a file of ours, or damaged: it is computed again
         count = members.stop - members.start
@@ -80,13 +81,16 @@ class Folder:
             for k, shape in enumerate(shapes)
         )
         columns = (table[name].to_numpy() for name in ("failed", "passes"))
-        return values, *columns, table["status"].to_pylist()
+        return values, *columns, {int(member): text for member, text in messages.items()}
 
     def save(
         self, members: slice, values: tuple[Array, ...], failed: Any, passes: Any,
-        status: list[str],
+        messages: dict[int, str],
     ) -> None:  # fmt: skip
-        """Write what some members left, completely or not at all."""
+        """Write what some members left, completely or not at all.
+
+        messages  by number from the first of these members
+        """
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -97,9 +101,9 @@ class Folder:
                 pa.array(flat.ravel()), max(flat.shape[1], 1)
             )
         columns |= {"failed": pa.array(failed), "passes": pa.array(passes)}
-        columns["status"] = pa.array(status).dictionary_encode()
         shapes = json.dumps([list(value.shape[1:]) for value in values])
-        table = pa.table(columns).replace_schema_metadata({"shapes": shapes})
+        about = {"shapes": shapes, "messages": json.dumps(messages)}
+        table = pa.table(columns).replace_schema_metadata(about)
         self._write(self._file(members), lambda target: pq.write_table(table, target))
 
     def _file(self, members: slice) -> Path:

@@ -25,7 +25,6 @@ from galvi.run.ensembles.schedule import PROBE, members_of_a_chunk, results, wor
 from galvi.run.ensembles.singles import Single, Singles
 from galvi.run.group_steppers import FINEST_ON_RN
 from galvi.run.integrate import prepared
-from galvi.trajectory import COMPLETED
 
 BY_ITSELF = " It was run by itself, since {why}."
 NO_LAW = "the system has no law for lanes"
@@ -237,19 +236,17 @@ class _Work:
         found = store.load(members)
         if found is None:
             return False
-        values, self.failed[members], self.passes[members], status = found
+        values, self.failed[members], self.passes[members], messages = found
         self.place(members, values)
-        for k, text in enumerate(status, members.start):
-            if text != COMPLETED:
-                self.messages[k] = text
+        self.messages |= {members.start + k: text for k, text in messages.items()}
         return True
 
     def saved(self, store: Folder, members: slice) -> None:
         """Write some members to the folder."""
         every = range(members.start, members.stop)
-        status = [self.messages.get(k, COMPLETED) for k in every]
+        messages = {k - members.start: self.messages[k] for k in every if k in self.messages}
         values = tuple(rows[members] for rows in self.values)
-        store.save(members, values, self.failed[members], self.passes[members], status)
+        store.save(members, values, self.failed[members], self.passes[members], messages)
 
 
 def _kept(keep: Any) -> tuple[Keep | None, Callable[[Any], Any] | None]:
