@@ -18,6 +18,7 @@ from reports.sections.engine_versions import ENGINE_VERSIONS
 from reports.sections.ephemeris import EPHEMERIS
 from reports.sections.free_body_drift import FREE_BODY_DRIFT
 from reports.sections.high_eccentricity import HIGH_ECCENTRICITY
+from reports.sections.mutants import MUTANTS
 from reports.sections.number_of_bodies import NUMBER_OF_BODIES
 from reports.sections.recommendation import RECOMMENDATION
 from reports.sections.round_off import ROUND_OFF
@@ -39,6 +40,7 @@ SECTIONS = (  # in the order of the page
     SURVIVAL,
     RECOMMENDATION,
     START_UP,
+    MUTANTS,
 )
 
 
