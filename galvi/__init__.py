@@ -44,6 +44,9 @@ from galvi.rules.radau import radau
 from galvi.rules.rule import Rule
 from galvi.run.compilation import watch_compilation
 from galvi.run.ensemble import integrate_many
+from galvi.run.ensembles.integrate_ensemble import integrate_ensemble
+from galvi.run.ensembles.keep import Extrema, FinalStates, Histogram, StatesAt
+from galvi.run.ensembles.result import Ensemble
 from galvi.run.files import load, save
 from galvi.run.integrate import integrate, resume
 from galvi.run.loop import curves_of_steps
@@ -91,11 +94,15 @@ __all__ = [
     "Citation",
     "ComponentPolynomials",
     "CosinePotential",
+    "Ensemble",
     "Exponential",
+    "Extrema",
+    "FinalStates",
     "Fourier",
     "FreeBody",
     "Galerkin",
     "HarmonicFrame",
+    "Histogram",
     "Joint",
     "Judged",
     "KeplerFrame",
@@ -121,6 +128,7 @@ __all__ = [
     "RotorDrag",
     "Rule",
     "SpringChain",
+    "StatesAt",
     "Theory",
     "Trajectory",
     "UniformField",
@@ -134,6 +142,7 @@ __all__ = [
     "gauss",
     "heliocentric",
     "integrate",
+    "integrate_ensemble",
     "integrate_many",
     "judge",
     "linear_momentum",
