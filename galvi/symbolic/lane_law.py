@@ -34,6 +34,14 @@ pass_of_law = group_pass(law, {layout}, {chart})
 def law_pass_DIGEST(given):
     pass_of_law(given)
 """
+GRAIN_PASS = """
+
+pass_of_grains = grain_pass(wind, drag, {s})
+
+
+def grain_pass_DIGEST(work, numbers):
+    pass_of_grains(work, numbers)
+"""
 
 
 @lru_cache(maxsize=256)
@@ -56,6 +64,15 @@ def compiled_group_law(law: str, layout: tuple[tuple[int, ...], ...], chart: int
     tail = GROUP_PASS.format(layout=layout, chart=chart)
     source = symbolic_code.with_digest(head + law + tail)
     return symbolic_code.functions(source)["law_pass"]
+
+
+@lru_cache(maxsize=64)
+def compiled_grain_pass(wind: str, drag: str, s: int) -> Any:
+    """The galvi.kernels.lanes.grains.iteration of s stages, of the lines that define ``wind`` and
+    ``drag``, compiled at the first call."""
+    head = "from galvi.kernels.lanes.grains.iteration import grain_pass\n"
+    source = symbolic_code.with_digest(head + wind + drag + GRAIN_PASS.format(s=s))
+    return symbolic_code.functions(source)["grain_pass"]
 
 
 def built_in(name: str, *arguments: Any) -> str:
