@@ -57,6 +57,7 @@ from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
 from galvi.spaces.polynomial_fourier import PolynomialFourier
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.canonical import Canonical
+from galvi.systems.forces.drag_laws import QuadraticDrag, SchillerNaumann
 from galvi.systems.forces.rotor_drag import RotorDrag
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
@@ -122,11 +123,13 @@ __all__ = [
     "Polynomials",
     "Problem",
     "Product",
+    "QuadraticDrag",
     "Recommendation",
     "RigidBody",
     "Rn",
     "RotorDrag",
     "Rule",
+    "SchillerNaumann",
     "SpringChain",
     "StatesAt",
     "Theory",
