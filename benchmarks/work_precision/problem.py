@@ -15,7 +15,8 @@ from references import Contender
 Setting = Mapping[str, Any]
 POSITION, ATTITUDE, ANGLE = "position", "attitude", "angle"
 COORDINATES, MOTION = "coordinates", "attitude and place"
-STOPS = (1e-9, 1e-12)  # a coarse error needs no solution to round-off
+# A coarse error needs no solution to round-off: tolerances, and the settings for which they pay.
+STOPS = {1e-9: slice(2), 1e-12: slice(1, 3)}
 EPS = float(np.finfo(float).eps)
 
 
@@ -96,8 +97,11 @@ def fixed(duration: float, steps: int) -> Setting:
 
 
 def stopped_early_too(settings: Sequence[Setting]) -> list[Setting]:
-    """The settings, and again with galvi's iterations stopped at STOPS."""
-    return [*settings, *({**setting, "tolerance": stop} for stop in STOPS for setting in settings)]
+    """The settings, from coarse to fine, and again with galvi's iterations stopped at STOPS."""
+    return [
+        *settings,
+        *({**one, "tolerance": stop} for stop, part in STOPS.items() for one in settings[part]),
+    ]
 
 
 def adaptive(key: str, values: Sequence[float]) -> list[Setting]:

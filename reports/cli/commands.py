@@ -182,11 +182,17 @@ def application(load: Load, command: str) -> typer.Typer:
         return int(not verified.passed or bool(failures))
 
     @app.command("studies", help="Run the long studies (hours); resumes after an interruption.")
-    def long_studies(out: Path = FOLDER) -> int:
+    def long_studies(
+        only: str = typer.Option("", "--only", metavar="mutants,turning", help="Some of them."),
+        out: Path = FOLDER,
+    ) -> int:
         from reports.build.sections import run_long_forms
 
         suite = load()
-        failures = run_long_forms(suite, options(suite, False, out))
+        try:
+            failures = run_long_forms(suite, options(suite, False, out), only)
+        except ValueError as error:
+            raise typer.BadParameter(f"--only: {error}") from None
         for failure in failures:
             print(failure, file=sys.stderr)
         return int(bool(failures))

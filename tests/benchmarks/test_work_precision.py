@@ -109,21 +109,25 @@ def test_the_arenas_name_each_contender_once_and_use_whole_steps(quick: bool) ->
 def test_planets_meet_every_peer_at_its_default_and_its_best(make: Any) -> None:
     case = make(quick=True)
     participants = {label: settings for label, _, settings in case.participants}
-    assert {f"galvi degree {s}, Gauss {s}" for s in (6, 8, 12, 16)} <= set(participants)
+    assert {f"galvi degree {s}, Gauss {s}" for s in (8, 12, 16)} <= set(participants)
     assert participants["REBOUND IAS15"][0]["adaptive_mode"] == "PRS23"
     assert participants["REBOUND IAS15, GLOBAL"][0]["adaptive_mode"] == "GLOBAL"
     assert all(one["safe_mode"] == 0 for one in participants["REBOUND WHFast, best"])
     assert all(one["safe_mode"] == 1 for one in participants["REBOUND WHFast, default"])
-    assert {"REBOUND SABA(10,6,4)", "heyoka", "SciPy DOP853"} <= set(participants)
+    assert {"REBOUND SABA(10,6,4)", "heyoka"} <= set(participants)
+    assert ("SciPy DOP853" in participants) == (make is not applegate)
     assert ("REBOUND WHFast512" in participants) == (make is solar_system)
 
 
-def test_applegate_s_planets_meet_every_contender_of_the_outer_planets() -> None:
+def test_applegate_s_planets_meet_the_contenders_of_the_outer_planets_but_for_the_slowest() -> None:
     ours, theirs = (
         {label: settings for label, _, settings in make(False).participants}
         for make in (applegate, outer_solar_system)
     )
-    assert set(ours) == set(theirs)
+    assert set(theirs) - set(ours) == {
+        "SciPy DOP853", *(f"galvi Kepler frame, Gauss {s}, 2 passes" for s in (8, 16))
+    }  # fmt: skip
+    assert set(ours) <= set(theirs)
     assert all(len(ours[label]) <= len(theirs[label]) for label in ours)
     assert ours["heyoka"] == theirs["heyoka"][: len(ours["heyoka"])]
     assert {one["tolerance"] for one in ours["heyoka"]} == {2.0**-52, 1e-18}
