@@ -13,10 +13,10 @@ from galvi.groups.group import Group
 from galvi.groups.rn import Rn
 from galvi.groups.se3 import SE3
 from galvi.groups.so3 import SO3
-from galvi.kernels.lanes import tree
+from galvi.kernels.lanes.trees import tree
 
 UNIT = 4.0 * 2.0**-53  # the rounding of a length of 1
-KINDS = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.lanes.tree
+KINDS = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.lanes.trees.tree
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ class Joint:
 
     @property
     def number(self) -> int:
-        """Its kind in galvi.kernels.lanes.tree."""
+        """Its kind in galvi.kernels.lanes.trees.tree."""
         return KINDS.index(self.type)
 
     @property
