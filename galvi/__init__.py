@@ -21,6 +21,7 @@ from galvi.doors.judge import Judged, judge
 from galvi.doors.plots import plot as _plot
 from galvi.doors.rebound import from_rebound, to_rebound
 from galvi.doors.scipy import to_scipy
+from galvi.doors.xarray import to_xarray
 from galvi.frames.harmonic_frame import HarmonicFrame
 from galvi.frames.kepler_frame import KeplerFrame
 from galvi.groups.matrices import nearest_rotation
@@ -75,6 +76,7 @@ watch_compilation()
 RedoneCurves.redo_of = staticmethod(curves_of_steps)
 Trajectory.to_rebound_of = staticmethod(to_rebound)
 Trajectory.to_scipy_of = staticmethod(to_scipy)
+Trajectory.to_xarray_of = staticmethod(to_xarray)
 Trajectory.plot_of = staticmethod(_plot)
 Galerkin.theory_of = staticmethod(theory)  # it stands above the method, which must not import it
 

@@ -35,17 +35,13 @@ class Truth:
     end          (...,) in the configuration's shape
     error        its own error, measured like `WorkPrecisionProblem.distance`
     description  text for the table
-    source       label of the contenders it comes from, which are not compared with it
+    source       label and settings, as text, of the run that it is: not compared with itself
     """
 
     end: Array
     error: float
     description: str
-    source: str = ""
-
-    def is_from(self, contender: str) -> bool:
-        """Whether the contender would be compared with itself."""
-        return bool(self.source) and contender.startswith(self.source)
+    source: tuple[str, str] | None = None
 
 
 def farthest_body(q: Array, truth: Array) -> float:

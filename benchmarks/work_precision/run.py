@@ -175,7 +175,7 @@ def _row(
     error, status = nan, one.why
     if one.run is not None and not one.run.success:
         status = one.run.status
-    elif one.run is not None and truth.is_from(one.contender):
+    elif one.run is not None and truth.source == (one.contender, one.settings):
         status = TRUTH
     elif one.run is not None:
         error = case.distance(one.run.q[-1], truth.end)

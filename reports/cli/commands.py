@@ -34,6 +34,12 @@ CONTENDER = typer.Option(
     metavar="package.module:Class",
     help="An external integrator to include in the comparison; may be repeated.",
 )
+TRACKED = typer.Option(
+    [],
+    "--contender",
+    metavar="package.module:Class",
+    help="An integrator of the repository around this folder, to track; may be repeated.",
+)
 ONLY = typer.Option(
     "", "--only", metavar="top,kepler", help="Only problems with one of these in their names."
 )
@@ -166,11 +172,17 @@ def application(load: Load, command: str) -> typer.Typer:
         return int(not verified.passed or bool(failures))
 
     @app.command("studies", help="Run the long studies (hours); resumes after an interruption.")
-    def long_studies(out: Path = FOLDER) -> int:
+    def long_studies(
+        only: str = typer.Option("", "--only", metavar="mutants,turning", help="Some of them."),
+        out: Path = FOLDER,
+    ) -> int:
         from reports.build.sections import run_long_forms
 
         suite = load()
-        failures = run_long_forms(suite, options(suite, False, out))
+        try:
+            failures = run_long_forms(suite, options(suite, False, out), only)
+        except ValueError as error:
+            raise typer.BadParameter(f"--only: {error}") from None
         for failure in failures:
             print(failure, file=sys.stderr)
         return int(bool(failures))
@@ -202,6 +214,7 @@ def application(load: Load, command: str) -> typer.Typer:
         isolate: bool = typer.Option(
             False, "--isolate", help="Give each side its own environment (minutes)."
         ),
+        contender: list[str] = TRACKED,
         quick: bool = QUICK,
         out: Path = FOLDER,
     ) -> int:
@@ -209,7 +222,9 @@ def application(load: Load, command: str) -> typer.Typer:
 
         suite = load()
         options(suite, quick, out)  # rejects an --out that is not a folder
-        return track_command(out, suite.provenance(command), against, only, quick, isolate)
+        return track_command(
+            out, suite.provenance(command), against, only, quick, isolate, contender
+        )
 
     @app.command(
         "judge", help="How wrong a model's own run is, and what reaches an error cheapest."

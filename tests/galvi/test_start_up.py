@@ -59,11 +59,11 @@ def test_after_warming_nothing_is_left_to_compile(tmp_path):
     settings = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     words = [sys.executable, "-m", "reports", "warm"]
     subprocess.run(words, cwd=start_up.ROOT, env=settings, check=True, capture_output=True)
-    kept = {path for path in (tmp_path / "cache").rglob("galvi-kernels-*/*.nbc")}
+    kept = {path for path in (tmp_path / "cache").rglob("galvi-kernels/*.nbc")}
     with start_up.own_folder() as folder:
         for start in STARTS:
             started(start, folder, cache=str(tmp_path / "cache"))
-    assert {path for path in (tmp_path / "cache").rglob("galvi-kernels-*/*.nbc")} == kept
+    assert {path for path in (tmp_path / "cache").rglob("galvi-kernels/*.nbc")} == kept
 
 
 def test_what_a_user_compiles_is_kept_too(folder):

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.groups.group import Group
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
 from galvi.symbolic.traced_terms import TracedTerm, traced_force
@@ -87,16 +88,17 @@ def lane_law_with_force(law: tuple[str, Array] | None, system: Forced) -> tuple[
 
 
 def force_finder(
-    system: Forced, q: Array, v: Array, t: float, scales: Sequence[Array]
+    system: Forced, group: Group, q: Array, v: Array, t: float, scales: Sequence[Array]
 ) -> dict[str, Callable[[], TracedTerm]]:
     """How to trace a user's force near a state, for galvi.symbolic.traces; empty without one.
 
+    group   of which q is an element
     scales  as for `galvi.symbolic.traced_terms.traced_force`
     """
     force = system.force
     if force is None or isinstance(force, BuiltinForce):
         return {}
-    return {"force": lambda: traced_force(force, q, v, t, system.timed_force, scales)}
+    return {"force": lambda: traced_force(force, group, q, v, t, system.timed_force, scales)}
 
 
 def with_force(field: LagrangianKernel, system: Forced, matrix_rows: int) -> LagrangianKernel:
