@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from galvi import Joint, Multibody, Problem, Trajectory, input_checks
 from galvi.arrays import Array
@@ -29,6 +28,8 @@ def integrated(
 
     accelerations  (qpos, qvel) -> qvel', for quaternions of any length
     """
+    from scipy.integrate import solve_ivp
+
     check_keys(setting, ("samples", "tolerance"))
     tolerance = input_checks.positive("tolerance", setting.get("tolerance", 1e-13))
     times = sample_times(problem.t0, duration, setting)

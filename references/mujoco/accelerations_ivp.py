@@ -10,13 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-<<<<<<< HEAD
-import numpy as np
-
-from galvi import Multibody, Problem, Trajectory, input_checks
-=======
 from galvi import Problem, Trajectory
->>>>>>> own
 from galvi.arrays import Array
 from references.contender import require
 from references.mujoco import engine as mujoco_engine
@@ -44,7 +38,6 @@ class MujocoAccelerations:
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
         import mujoco
-        from scipy.integrate import solve_ivp
 
         require(self, problem)
         _, model, data = mujoco_engine.compiled(problem.system)

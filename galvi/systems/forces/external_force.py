@@ -79,12 +79,17 @@ def lane_law_with_force(law: tuple[str, Array] | None, system: Forced) -> tuple[
     one of them has none."""
     if system.force is None or law is None:
         return law
+    force = lane_force(system)
+    return lane_law.with_force(law, force) if force else None
+
+
+def lane_force(system: Forced) -> tuple[str, Array] | None:
+    """The lines and constants of an external force for lanes, or None."""
     if isinstance(system.force, BuiltinForce):
-        force = system.force.law, system.force.compiled()[1]
-    else:
-        found = traces(system).found.get("force")
-        force = ("", np.zeros(0)) if found is None else (found.lines, np.array(found.constants))
-    return lane_law.with_force(law, force) if force[0] else None
+        lines, constants = system.force.law, system.force.compiled()[1]
+        return (lines, constants) if lines else None
+    found = traces(system).found.get("force")
+    return None if found is None else (found.lines, np.array(found.constants))
 
 
 def force_finder(
