@@ -15,7 +15,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from galvi import Joint, Link, Multibody
 from galvi.arrays import Array
@@ -103,6 +102,7 @@ class PinocchioTree:
     def accelerations(self, qpos: Array, qvel: Array) -> Array:
         """qvel' (nv,) by the algorithm of articulated bodies, for quaternions of any length."""
         import pinocchio
+        from scipy.spatial.transform import Rotation
 
         places, rates = qpos[self.order] - self.zeros, qvel.copy()
         forces = -self.damping * qvel
