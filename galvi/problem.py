@@ -12,11 +12,14 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.canonical import Canonical
+from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.potentials.potential import Potential
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import System
+
+WithFunctions = Canonical | Lagrangian | RigidBody | FreeBody  # systems of a user's functions
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +75,8 @@ class Problem:
         if not isinstance(self.parameters, Mapping):
             raise TypeError(f"parameters must be a dict of names; received {self.parameters!r}.")
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
-        if isinstance(self.system, Canonical | Lagrangian | RigidBody):
+        if isinstance(self.system, WithFunctions):
             self.system.check_derivatives(self.q0, self.v0, self.t0)
-        if isinstance(self.system, Canonical | Lagrangian):
             self.system.trace(self.q0, self.v0, self.t0)
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -98,8 +98,8 @@ def problems(quick: bool = False) -> tuple[str, ...]:
 
 def _least(case: WorkPrecisionProblem, quick: bool) -> float:
     """Seconds of each setting in a round; fewer where runs are lengthened."""
-    least = 0.01 if quick else 0.12
-    return 0.5 * least if case.repeated_run or case.net_time else least
+    least = 0.01 if quick else 0.06
+    return 0.6 * least if case.repeated_run or case.net_time else least
 
 
 def _study(case: WorkPrecisionProblem, least: float, report: Callable[[str], None]) -> pd.DataFrame:
@@ -175,7 +175,7 @@ def _row(
     error, status = nan, one.why
     if one.run is not None and not one.run.success:
         status = one.run.status
-    elif one.run is not None and truth.is_from(one.contender):
+    elif one.run is not None and truth.source == (one.contender, one.settings):
         status = TRUTH
     elif one.run is not None:
         error = case.distance(one.run.q[-1], truth.end)

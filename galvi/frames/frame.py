@@ -67,8 +67,8 @@ class Frame(Hashable, Protocol):
     def rows(self, problem: Problem) -> int:
         """n, the coordinates in the frame that collocation moves."""
 
-    def enter(self, problem: Problem) -> Array:
-        """The start (8, m): q, its low part, v, its low part, then x, its low part, x' and its."""
+    def enter(self, problem: Problem, q: Array, v: Array) -> Array:
+        """A state (8, m): q, its low part, v, its low part, then x, its low part, x' and its."""
 
     def motion(self, problem: Problem, step: float, c: Array) -> Motion:
         """The frame for steps of this size and nodes c (P,)."""

@@ -108,13 +108,13 @@ class HarmonicFrame:
         """See `Frame`."""
         return problem.q0.size
 
-    def enter(self, problem: Problem) -> Array:
+    def enter(self, problem: Problem, q: Array, v: Array) -> Array:
         """See `Frame`."""
         system: Any = problem.system
         F, _squares = _modes(self, problem)
         state = np.zeros((8, problem.q0.size))
-        state[0], state[2] = problem.q0, problem.v0
-        state[4], state[6] = (system.momentum(x) @ F for x in (problem.q0, problem.v0))
+        state[0], state[2] = q, v
+        state[4], state[6] = (system.momentum(x) @ F for x in (q, v))
         return state
 
     def motion(self, problem: Problem, step: float, c: Array) -> Motion:
@@ -166,7 +166,7 @@ def _modes(frame: HarmonicFrame, problem: Problem) -> tuple[Array, Array]:
 
 def _sizes(frame: HarmonicFrame, problem: Problem, step: float) -> Array:
     """Sizes of modes: of velocities their largest amplitude, of places that over omega."""
-    state, (_, squares) = frame.enter(problem), _modes(frame, problem)
+    state, (_, squares) = frame.enter(problem, problem.q0, problem.v0), _modes(frame, problem)
     fast = float(np.sqrt(np.max(state[6] ** 2 + squares * state[4] ** 2)))
     far = max(float(np.max(np.abs(state[4]))), abs(step) * fast)
     omega = np.sqrt(squares)

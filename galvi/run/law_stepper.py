@@ -31,16 +31,17 @@ from galvi.tableau import Tableau
 
 
 def lane_law(system: Any, d: int) -> tuple[str, Array] | None:
-    """The lines and constants of the law for lanes of a system of d coordinates, or None."""
-    return _lane_law(system, d, traces(system))
+    """The lines and constants of the law for lanes of a system of d coordinates on R^d, or None."""
+    group = getattr(system, "group", None)
+    on_space = isinstance(group, Rn) or isinstance(system, Canonical)
+    return _lane_law(system, d, traces(system)) if on_space else None
 
 
 @lru_cache(maxsize=32)
 def _lane_law(system: Any, d: int, found: Traces) -> tuple[str, Array] | None:
-    """As ``lane_law``, which depends on the traces that were found."""
+    """The law for lanes of a system, which depends on the traces that were found."""
     whole = CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system
-    on_space = isinstance(getattr(whole, "group", None), Rn)
-    return cast(tuple[str, Array] | None, getattr(whole, "lane_law", None)) if on_space else None
+    return cast(tuple[str, Array] | None, getattr(whole, "lane_law", None))
 
 
 def has_law(problem: Problem, method: Galerkin) -> bool:
@@ -132,28 +133,24 @@ def law_stepper(
     return call
 
 
-@lru_cache(maxsize=32)
-def _group_law(system: Any) -> tuple[str, Array] | None:
-    """The lines and constants of the law for lanes of a system on a group with rotations."""
-    group = getattr(system, "group", None)
-    on_group = group is not None and not isinstance(group, Rn)
-    return cast(tuple[str, Array] | None, getattr(system, "lane_law", None)) if on_group else None
-
-
 def has_group_law(problem: Problem) -> bool:
-    """Whether the problem's system has a law for lanes on its group, which has rotations."""
-    return _group_law(cast(Any, problem.system)) is not None
+    """Whether the problem's system has a law for lanes on a group other than R^d."""
+    system: Any = problem.system
+    group = getattr(system, "group", None)
+    if group is None or isinstance(group, Rn):
+        return False
+    return _lane_law(system, problem.v0.size, traces(system)) is not None
 
 
 @lru_cache(maxsize=32)
-def _compiled_on_group(system: Any, chart: int) -> tuple[int, Array, Any]:
+def _compiled_on_group(system: Any, chart: int, found: Traces) -> tuple[int, Array, Any]:
     """The address of the system's law in a chart, its constants, and the function, which must be
     kept."""
-    found = _group_law(system)
-    assert found is not None
+    law = _lane_law(system, system.group.dimension, found)
+    assert law is not None
     layout = tuple(tuple(map(int, row)) for row in system.group.layout)
-    function = compiled_group_law(found[0], layout, chart)
-    return int(addresses((function, GROUP_PASS_TYPE))[0]), np.array(found[1]), function
+    function = compiled_group_law(law[0], layout, chart)
+    return int(addresses((function, GROUP_PASS_TYPE))[0]), np.array(law[1]), function
 
 
 @lru_cache(maxsize=32)
@@ -187,7 +184,7 @@ def group_law_stepper(
     """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
     system: Any = problem.system
     layout, chart = system.group.layout, method.group_chart.number
-    law, constants, function = _compiled_on_group(system, chart)
+    law, constants, function = _compiled_on_group(system, chart, traces(system))
     tables, complement, others = group_law_tables(method.table, step)
     d, width, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
     scratch, spare = aligned(
@@ -200,9 +197,12 @@ def group_law_stepper(
     plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
     def call(todo: int, kept_alive: Any = (function, given, arrays)) -> int:
-        return int(kernel(
+        before = work.counts[FORCES]
+        code = int(kernel(
             law, given.ctypes.data, layout, chart, others, plan, todo, progress, scratch, numbers,
             spare, kept,
         ))  # fmt: skip
+        work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
+        return code
 
     return call

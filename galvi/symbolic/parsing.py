@@ -36,6 +36,11 @@ class Expressions:
         named = (("q", self.q), ("v", self.v), ("c", self.c))
         return {x: f"{name}[{i}]" for name, symbols in named for i, x in enumerate(symbols)}
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters in the user's notation."""
+        return tuple(self.readable[x] for x in self.c)
+
     def text(self, expression: Any) -> str:
         """An expression in the user's notation."""
         return in_words(expression, self.readable)

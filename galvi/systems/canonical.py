@@ -158,8 +158,9 @@ class Canonical:
             refuse(self, "dV/dq", "it is not finite at a start")
 
     def _finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
-        scales = difference_scales(Rn(q.size), q, v)
-        finders: dict[str, Function] = {**force_finder(self, q, v, t, scales)}
+        group = Rn(q.size)
+        scales = difference_scales(group, q, v)
+        finders: dict[str, Function] = {**force_finder(self, group, q, v, t, scales)}
         written_out = self.force is not None or fits(q.size, self.mass.ndim == 2)
         if written_out and (self.gradient is not None or self._builtin is None):
             finders["dV/dq"] = lambda: traced_gradient(

@@ -34,6 +34,12 @@ CONTENDER = typer.Option(
     metavar="package.module:Class",
     help="An external integrator to include in the comparison; may be repeated.",
 )
+TRACKED = typer.Option(
+    [],
+    "--contender",
+    metavar="package.module:Class",
+    help="An integrator of the repository around this folder, to track; may be repeated.",
+)
 ONLY = typer.Option(
     "", "--only", metavar="top,kepler", help="Only problems with one of these in their names."
 )
@@ -208,6 +214,7 @@ def application(load: Load, command: str) -> typer.Typer:
         isolate: bool = typer.Option(
             False, "--isolate", help="Give each side its own environment (minutes)."
         ),
+        contender: list[str] = TRACKED,
         quick: bool = QUICK,
         out: Path = FOLDER,
     ) -> int:
@@ -215,7 +222,9 @@ def application(load: Load, command: str) -> typer.Typer:
 
         suite = load()
         options(suite, quick, out)  # rejects an --out that is not a folder
-        return track_command(out, suite.provenance(command), against, only, quick, isolate)
+        return track_command(
+            out, suite.provenance(command), against, only, quick, isolate, contender
+        )
 
     @app.command(
         "judge", help="How wrong a model's own run is, and what reaches an error cheapest."
