@@ -16,7 +16,17 @@ from hypothesis import strategies as st
 
 import galvi
 from benchmarks.fuzzing.arguments import (
-    CHARTS, COUNTS, METHODS, ODD, PROBLEMS, RULES, RUNS, SMALL, SPACES, STEPS, spoilt,
+    CHARTS,
+    COUNTS,
+    METHODS,
+    ODD,
+    PROBLEMS,
+    RULES,
+    RUNS,
+    SMALL,
+    SPACES,
+    STEPS,
+    spoilt,
 )  # fmt: skip
 
 Call = tuple[Callable[[], Any], str]

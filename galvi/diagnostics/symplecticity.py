@@ -8,6 +8,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.diagnostics.group_symplecticity import group_step_derivative, group_symplecticity_defect
+from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.group_system import group_system
@@ -26,7 +27,7 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     """
     if method.in_frame:
         raise ValueError(
-            f"the derivative of a step in a moving frame is not known; received {method!r}. "
+            f"the derivative of a step in a moving frame is not known; received {shown(method)}. "
             f"Difference the ends of steps from nearby starts, or use another chart."
         )
     if group_system(problem, method) is not None:

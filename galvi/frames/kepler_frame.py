@@ -21,6 +21,7 @@ from galvi.frames.hierarchy import (
     names_of,
     nested_in,
 )
+from galvi.input_checks import shown
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.lanes.frames import kepler_functions, universal
 from galvi.kernels.lanes.frames.collocation import DRIFT, LEAVE, RATES
@@ -219,7 +220,7 @@ def _nested(given: Any) -> Any:
             return int(one)
         raise ValueError(
             f"hierarchy must be nested tuples of at least two parts each, bodies by number or "
-            f"name, e.g. ('Sun', ('Earth', 'Moon')); received {given!r}."
+            f"name, e.g. ('Sun', ('Earth', 'Moon')); received {shown(given)}."
         )
 
     return part(given, top=True)
