@@ -55,7 +55,8 @@ class Problem:
     def __post_init__(self) -> None:
         if isinstance(self.system, type) or not hasattr(self.system, "velocity_shape"):
             raise TypeError(
-                f"system must be a system such as galvi.NBody(masses); received {shown(self.system)}."
+                f"system must be a system such as galvi.NBody(masses); "
+                f"received {shown(self.system)}."
                 f"{_remedy(self.system)}"
             )
         if hasattr(self.q0, "as_matrix"):

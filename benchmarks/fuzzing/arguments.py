@@ -17,26 +17,105 @@ import galvi
 
 TINY = np.nextafter(0.0, 1.0)
 NUMBERS = [
-    0, -0.0, 1, -1, 2, 3, 0.5, 1e-300, TINY, 1e300, -1e308, float("inf"), float("-inf"), float("nan"),
-    2**31, 2**63, 2**70, -(2**63), 10**400, True, False, np.float32(0.1), np.int8(-128), np.uint64(2**63),
-    np.longdouble(1) / 3, np.bool_(True), 1j, 1 + 0j, Decimal("0.1"), Decimal("NaN"), Fraction(1, 3),
-    np.float64("nan"), np.datetime64("2000-01-01"),
-]  # fmt: skip
+    0,
+    -0.0,
+    1,
+    -1,
+    2,
+    3,
+    0.5,
+    1e-300,
+    TINY,
+    1e300,
+    -1e308,
+    float("inf"),
+    float("-inf"),
+    float("nan"),
+    2**31,
+    2**63,
+    2**70,
+    -(2**63),
+    10**400,
+    True,
+    False,
+    np.float32(0.1),
+    np.int8(-128),
+    np.uint64(2**63),
+    np.longdouble(1) / 3,
+    np.bool_(True),
+    1j,
+    1 + 0j,
+    Decimal("0.1"),
+    Decimal("NaN"),
+    Fraction(1, 3),
+    np.float64("nan"),
+    np.datetime64("2000-01-01"),
+]
 OBJECTS = [
-    None, "", "1", "gauss", "\0", "ä" * 300, b"1", [], (), {}, set(), [[]], [[1.0], [2.0, 3.0]], [None],
-    [1, "a"], {"a": 1}, object(), type, len, lambda: None, lambda *given: given, range(3), slice(1, 2),
-    Ellipsis, NotImplemented, datetime(2000, 1, 1), iter([1.0, 2.0]), memoryview(b"12"), np.array(None),
-    np.array("a"), np.array([1, "a"], dtype=object), np.ma.masked_array([1.0, 2.0], [True, False]),
-    np.zeros((0,)), np.zeros((3, 0)), np.zeros((2, 2, 2)), np.eye(3), -np.eye(3), np.eye(4), 2 * np.eye(3),
-    np.array([1 + 1j, 2.0]), np.array([True, False]), Rotation.identity(), galvi, galvi.Polynomials,
-    galvi.Polynomials(2), galvi.gauss, galvi.gauss(2), galvi.Rn(2), galvi.SO3(), galvi.SO3, galvi.Cayley(),
-    galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2)), galvi.problems.kepler(0.3), galvi.problems,
-]  # fmt: skip
+    None,
+    "",
+    "1",
+    "gauss",
+    "\0",
+    "ä" * 300,
+    b"1",
+    [],
+    (),
+    {},
+    set(),
+    [[]],
+    [[1.0], [2.0, 3.0]],
+    [None],
+    [1, "a"],
+    {"a": 1},
+    object(),
+    type,
+    len,
+    lambda: None,
+    lambda *given: given,
+    range(3),
+    slice(1, 2),
+    Ellipsis,
+    NotImplemented,
+    datetime(2000, 1, 1),
+    iter([1.0, 2.0]),
+    memoryview(b"12"),
+    np.array(None),
+    np.array("a"),
+    np.array([1, "a"], dtype=object),
+    np.ma.masked_array([1.0, 2.0], [True, False]),
+    np.zeros((0,)),
+    np.zeros((3, 0)),
+    np.zeros((2, 2, 2)),
+    np.eye(3),
+    -np.eye(3),
+    np.eye(4),
+    2 * np.eye(3),
+    np.array([1 + 1j, 2.0]),
+    np.array([True, False]),
+    Rotation.identity(),
+    galvi,
+    galvi.Polynomials,
+    galvi.Polynomials(2),
+    galvi.gauss,
+    galvi.gauss(2),
+    galvi.Rn(2),
+    galvi.SO3(),
+    galvi.SO3,
+    galvi.Cayley(),
+    galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2)),
+    galvi.problems.kepler(0.3),
+    galvi.problems,
+]
 
 DTYPES = st.one_of(
-    arrays.floating_dtypes(), arrays.integer_dtypes(), arrays.boolean_dtypes(),
-    arrays.complex_number_dtypes(), arrays.byte_string_dtypes(), arrays.datetime64_dtypes(),
-)  # fmt: skip
+    arrays.floating_dtypes(),
+    arrays.integer_dtypes(),
+    arrays.boolean_dtypes(),
+    arrays.complex_number_dtypes(),
+    arrays.byte_string_dtypes(),
+    arrays.datetime64_dtypes(),
+)
 ARRAYS = arrays.arrays(DTYPES, arrays.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=4))
 NESTED = st.recursive(
     st.sampled_from(NUMBERS) | st.floats(), lambda items: st.lists(items, max_size=4), max_leaves=9
@@ -64,10 +143,21 @@ def spoilt(good: Any) -> st.SearchStrategy[Any]:
         return changed
 
     shapes: list[Callable[[Any], Any]] = [
-        lambda a: a[..., None], np.ravel, np.transpose, lambda a: a[None], lambda a: a[:-1], np.asfortranarray,
-        lambda a: a.astype(np.float32), lambda a: a.astype(int), lambda a: a.tolist(), lambda a: a[::-1],
-        lambda a: np.concatenate([a, a]), lambda a: a * 1e200, lambda a: a * 1e-200, lambda a: a * 0,
-    ]  # fmt: skip
+        lambda a: a[..., None],
+        np.ravel,
+        np.transpose,
+        lambda a: a[None],
+        lambda a: a[:-1],
+        np.asfortranarray,
+        lambda a: a.astype(np.float32),
+        lambda a: a.astype(int),
+        lambda a: a.tolist(),
+        lambda a: a[::-1],
+        lambda a: np.concatenate([a, a]),
+        lambda a: a * 1e200,
+        lambda a: a * 1e-200,
+        lambda a: a * 0,
+    ]
     other = st.sampled_from(shapes).map(lambda change: change(array) if array.ndim else array)
     return st.builds(replaced, places, entries) | other
 
@@ -75,11 +165,19 @@ def spoilt(good: Any) -> st.SearchStrategy[Any]:
 SMALL = {
     name: getattr(galvi.problems, name)(*given)
     for name, given in {
-        "harmonic_oscillator": (), "kepler": (0.4,), "double_pendulum": (), "elastic_pendulum": (),
-        "free_rigid_body": (), "heavy_top": (), "henon_heiles": (), "outer_solar_system": (),
-        "pendulum_3d": (), "free_body_se3": (), "skew_arm": (),
+        "harmonic_oscillator": (),
+        "kepler": (0.4,),
+        "double_pendulum": (),
+        "elastic_pendulum": (),
+        "free_rigid_body": (),
+        "heavy_top": (),
+        "henon_heiles": (),
+        "outer_solar_system": (),
+        "pendulum_3d": (),
+        "free_body_se3": (),
+        "skew_arm": (),
     }.items()
-}  # fmt: skip
+}
 PROBLEMS = st.sampled_from(list(SMALL.values()))
 SPACES = st.one_of(
     st.integers(1, 8).map(galvi.Polynomials),
@@ -88,10 +186,12 @@ SPACES = st.one_of(
     st.integers(1, 3).map(galvi.PiecewiseHermite),
 )
 RULES = st.one_of(
-    st.integers(1, 9).map(galvi.gauss), st.integers(2, 8).map(galvi.lobatto),
-    st.integers(2, 6).map(galvi.newton_cotes), st.integers(2, 8).map(galvi.clenshaw_curtis),
+    st.integers(1, 9).map(galvi.gauss),
+    st.integers(2, 8).map(galvi.lobatto),
+    st.integers(2, 6).map(galvi.newton_cotes),
+    st.integers(2, 8).map(galvi.clenshaw_curtis),
     st.integers(1, 6).map(galvi.radau),
-)  # fmt: skip
+)
 CHARTS = st.sampled_from(
     [
         galvi.Cayley(),

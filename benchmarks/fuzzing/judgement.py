@@ -71,9 +71,9 @@ def _flaw(result: Any) -> str:
         )
     values = vars(result).values() if dataclasses.is_dataclass(result) else [result]
     for value in values:
-        if isinstance(value, float | np.ndarray) and np.asarray(value).dtype.kind == "f":
-            if np.isnan(value).any():
-                return "nan in the result"
+        real = isinstance(value, float | np.ndarray) and np.asarray(value).dtype.kind == "f"
+        if real and np.isnan(value).any():
+            return "nan in the result"
     return ""
 
 

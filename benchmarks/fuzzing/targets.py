@@ -27,7 +27,7 @@ from benchmarks.fuzzing.arguments import (
     SPACES,
     STEPS,
     spoilt,
-)  # fmt: skip
+)
 
 Call = tuple[Callable[[], Any], str]
 Target = Callable[[Any], Call]
@@ -55,10 +55,12 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "PiecewisePolynomials": (galvi.PiecewisePolynomials, {"degree": DEGREES, "pieces": DEGREES}),
     "PiecewiseHermite": (galvi.PiecewiseHermite, {"pieces": DEGREES}),
     "PolynomialFourier": (
-        galvi.PolynomialFourier, {"degree": DEGREES, "harmonics": DEGREES, "frequency": POSITIVE},
+        galvi.PolynomialFourier,
+        {"degree": DEGREES, "harmonics": DEGREES, "frequency": POSITIVE},
     ),
     "ComponentPolynomials": (
-        galvi.ComponentPolynomials, {"degrees": st.lists(DEGREES, min_size=1, max_size=4).map(tuple)},
+        galvi.ComponentPolynomials,
+        {"degrees": st.lists(DEGREES, min_size=1, max_size=4).map(tuple)},
     ),
     "gauss": (galvi.gauss, {"points": st.integers(1, 20)}),
     "lobatto": (galvi.lobatto, {"points": st.integers(2, 20)}),
@@ -67,7 +69,8 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "clenshaw_curtis": (galvi.clenshaw_curtis, {"points": st.integers(2, 20)}),
     "composite": (galvi.composite, {"rule": RULES, "pieces": st.integers(1, 4)}),
     "Rule": (
-        galvi.Rule, {"name": "mine", "degree": 1, "exact_nodes": (0.5,), "exact_weights": (1.0,)},
+        galvi.Rule,
+        {"name": "mine", "degree": 1, "exact_nodes": (0.5,), "exact_weights": (1.0,)},
     ),
     "Galerkin": (galvi.Galerkin, {"space": SPACES, "rule": RULES, "chart": CHARTS}),
     "KeplerFrame": (galvi.KeplerFrame, {"passes": st.integers(1, 6), "even": st.booleans()}),
@@ -76,33 +79,58 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "Product": (galvi.Product, {"factors": st.just((galvi.SO3(), galvi.Rn(2)))}),
     "Canonical": (
         galvi.Canonical,
-        {"mass": st.one_of(POSITIVE, st.lists(POSITIVE, min_size=2, max_size=2)), "potential": st.just(square)},
+        {
+            "mass": st.one_of(POSITIVE, st.lists(POSITIVE, min_size=2, max_size=2)),
+            "potential": st.just(square),
+        },
     ),
     "Lagrangian": (galvi.Lagrangian, {"function": st.just(free), "group": st.just(galvi.Rn(2))}),
     "NBody": (galvi.NBody, {"masses": st.lists(POSITIVE, min_size=2, max_size=5), "G": POSITIVE}),
     "RigidBody": (
-        galvi.RigidBody, {"inertia": st.just([1.0, 1.2, 1.4]), "potential": st.just(None)},
+        galvi.RigidBody,
+        {"inertia": st.just([1.0, 1.2, 1.4]), "potential": st.just(None)},
     ),
     "FreeBody": (
-        galvi.FreeBody, {"mass": POSITIVE, "inertia": st.just([1.0, 1.2, 1.4]), "g": VECTORS},
+        galvi.FreeBody,
+        {"mass": POSITIVE, "inertia": st.just([1.0, 1.2, 1.4]), "g": VECTORS},
     ),
     "PlanarChain": (
         galvi.PlanarChain,
-        {"masses": st.just([1.0, 2.0]), "lengths": st.just([1.0, 0.5]), "gravity": POSITIVE, "rods": st.booleans()},
+        {
+            "masses": st.just([1.0, 2.0]),
+            "lengths": st.just([1.0, 0.5]),
+            "gravity": POSITIVE,
+            "rods": st.booleans(),
+        },
     ),
     "Joint": (
         galvi.Joint,
-        {"type": st.sampled_from(["hinge", "slide", "ball", "free"]), "axis": VECTORS, "anchor": VECTORS,
-         "zero": POSITIVE, "armature": POSITIVE, "stiffness": POSITIVE, "damping": POSITIVE},
+        {
+            "type": st.sampled_from(["hinge", "slide", "ball", "free"]),
+            "axis": VECTORS,
+            "anchor": VECTORS,
+            "zero": POSITIVE,
+            "armature": POSITIVE,
+            "stiffness": POSITIVE,
+            "damping": POSITIVE,
+        },
     ),
     "Link": (
         galvi.Link,
-        {"joints": st.just((galvi.Joint("hinge"),)), "mass": POSITIVE, "centre": VECTORS, "inertia": POSITIVE,
-         "place": VECTORS},
+        {
+            "joints": st.just((galvi.Joint("hinge"),)),
+            "mass": POSITIVE,
+            "centre": VECTORS,
+            "inertia": POSITIVE,
+            "place": VECTORS,
+        },
     ),
     "Multibody": (
         galvi.Multibody,
-        {"links": st.just((galvi.Link((galvi.Joint("hinge"),), 1.0, (0, 0, -1), 0.1),)), "gravity": VECTORS},
+        {
+            "links": st.just((galvi.Link((galvi.Joint("hinge"),), 1.0, (0, 0, -1), 0.1),)),
+            "gravity": VECTORS,
+        },
     ),
     "UniformGravity": (galvi.UniformGravity, {"mass": POSITIVE, "centre": VECTORS, "g": POSITIVE}),
     "UniformField": (galvi.UniformField, {"force": VECTORS}),
@@ -112,20 +140,40 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "RotorDrag": (galvi.RotorDrag, {"factor": POSITIVE}),
     "integrate": (
         galvi.integrate,
-        {"problem": PROBLEMS, "method": METHODS, "step": STEPS, "steps": COUNTS, "save_every": COUNTS,
-         "curves": st.sampled_from([None, True, False]), "solver": st.sampled_from(["auto", "newton"]),
-         "tolerance": st.sampled_from([None, 1e-9])},
+        {
+            "problem": PROBLEMS,
+            "method": METHODS,
+            "step": STEPS,
+            "steps": COUNTS,
+            "save_every": COUNTS,
+            "curves": st.sampled_from([None, True, False]),
+            "solver": st.sampled_from(["auto", "newton"]),
+            "tolerance": st.sampled_from([None, 1e-9]),
+        },
     ),
     "integrate_many": (
         galvi.integrate_many,
-        {"problems": st.lists(st.just(SMALL["kepler"]), max_size=3), "method": METHODS, "step": STEPS, "steps": COUNTS},
+        {
+            "problems": st.lists(st.just(SMALL["kepler"]), max_size=3),
+            "method": METHODS,
+            "step": STEPS,
+            "steps": COUNTS,
+        },
     ),
     "recommend": (
         galvi.recommend,
-        {"problem": st.just(SMALL["harmonic_oscillator"]), "error": st.just(1e-4), "duration": st.just(1.0),
-         "by": st.just("evaluations"), "degrees": st.just((4,))},
+        {
+            "problem": st.just(SMALL["harmonic_oscillator"]),
+            "error": st.just(1e-4),
+            "duration": st.just(1.0),
+            "by": st.just("evaluations"),
+            "degrees": st.just((4,)),
+        },
     ),
-    "resume": (galvi.resume, {"run": RUNS, "steps": COUNTS, "save_every": st.sampled_from([None, 1, 2])}),
+    "resume": (
+        galvi.resume,
+        {"run": RUNS, "steps": COUNTS, "save_every": st.sampled_from([None, 1, 2])},
+    ),
     "theory": (galvi.theory, {"method": METHODS}),
     "energy": (galvi.energy, {"run": RUNS, "t": st.just(0.005)}),
     "momentum_map": (galvi.momentum_map, {"run": RUNS, "t": st.just(0.005)}),
@@ -137,15 +185,23 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "orthogonality_defect": (galvi.orthogonality_defect, {"run": RUNS}),
     "nearest_rotation": (galvi.nearest_rotation, {"matrix": st.just(np.eye(3))}),
     "round_trip_error": (
-        galvi.round_trip_error, {"problem": PROBLEMS, "method": METHODS, "step": STEPS, "steps": COUNTS},
+        galvi.round_trip_error,
+        {"problem": PROBLEMS, "method": METHODS, "step": STEPS, "steps": COUNTS},
     ),
-    "step_derivative": (galvi.step_derivative, {"problem": PROBLEMS, "method": METHODS, "step": STEPS}),
+    "step_derivative": (
+        galvi.step_derivative,
+        {"problem": PROBLEMS, "method": METHODS, "step": STEPS},
+    ),
     "symplecticity_defect": (
-        galvi.symplecticity_defect, {"problem": PROBLEMS, "method": METHODS, "step": STEPS},
+        galvi.symplecticity_defect,
+        {"problem": PROBLEMS, "method": METHODS, "step": STEPS},
     ),
     "cite": (galvi.cite, {"run": RUNS}),
     "from_rebound": (galvi.from_rebound, {"source": None, "snapshot": st.just(-1)}),
-    "from_mujoco": (galvi.from_mujoco, {"model_or_xml": st.just("<mujoco/>"), "ignore": st.just(())}),
+    "from_mujoco": (
+        galvi.from_mujoco,
+        {"model_or_xml": st.just("<mujoco/>"), "ignore": st.just(())},
+    ),
     "kepler": (galvi.problems.kepler, {"eccentricity": st.floats(0, 0.9)}),
     "planar_chain": (galvi.problems.planar_chain, {}),
     "solar_system": (galvi.problems.solar_system, {"pluto": st.booleans()}),
@@ -153,7 +209,7 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "run.velocity(t)": (lambda run, t: run.velocity(t), {"run": RUNS, "t": st.just(0.005)}),
     "run.to_scipy": (lambda run: run.to_scipy(), {"run": RUNS}),
     "run.to_frame": (lambda run: run.to_frame(), {"run": RUNS}),
-}  # fmt: skip
+}
 
 
 def function(name: str) -> Target:

@@ -214,7 +214,8 @@ def _check(problem: Any, step: Any, lipschitz: Any) -> None:
     for name, value in (("step", step), ("lipschitz", lipschitz)):
         if value is not None and problem is None:
             raise ValueError(
-                f"{name} means nothing without a problem; received {shown(value)}. Give the problem too."
+                f"{name} means nothing without a problem; "
+                f"received {shown(value)}. Give the problem too."
             )
     if problem is not None and not isinstance(problem, Problem):
         raise TypeError(

@@ -66,7 +66,8 @@ def recommend(
         raise ValueError(f"by must be one of {', '.join(ALLOWED)}; received {shown(by)}.")
     if not isinstance(degrees, (tuple, list, range)) or not degrees:
         raise ValueError(
-            f"degrees must be a tuple or list of whole numbers, as (6, 8); received {shown(degrees)}."
+            f"degrees must be a tuple or list of whole numbers, as (6, 8); "
+            f"received {shown(degrees)}."
         )
     some = [input_checks.whole("each of degrees", s, 1, MOST) for s in degrees]
     room = ALLOWED[by] if budget is None else input_checks.positive("budget", budget)

@@ -127,7 +127,8 @@ def number_of_points(value: Any, at_least: int = 1) -> int:
     number = input_checks.whole("points", value, at_least)
     if number > MOST:
         raise ValueError(
-            f"points must be a whole number from {at_least} to {MOST}; received {shown(value)}. For "
+            f"points must be a whole number from {at_least} to {MOST}; "
+            f"received {shown(value)}. For "
             f"more points use galvi.composite(galvi.gauss(8), pieces)."
         )
     return number

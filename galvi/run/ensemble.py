@@ -60,7 +60,8 @@ def integrate_many(
     if isinstance(problems, Problem) or not isinstance(problems, Iterable):
         raise TypeError(
             f"problems must be several galvi.Problem values, as in "
-            f"[problem.with_initial_state(q, v), ...]; received {shown(problems)}. For one problem, "
+            f"[problem.with_initial_state(q, v), ...]; "
+            f"received {shown(problems)}. For one problem, "
             f"call galvi.integrate."
         )
     given = tuple(problems)

@@ -44,7 +44,8 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         raise ValueError(f"only a run of galvi.integrate can be saved; received {shown(run)}.")
     if not is_storable(run.method):
         raise ValueError(
-            f"a run can be saved when its space and rule are galvi's own; received {shown(run.method)}. "
+            f"a run can be saved when its space and rule are galvi's own; "
+            f"received {shown(run.method)}. "
             f"Save run.t, run.q and run.p with numpy.savez instead."
         )
     target = Path(path)

@@ -124,7 +124,8 @@ def _listed(name: str, given: Any) -> list[Any]:
 
     if isinstance(given, Set | Mapping | sympy.Set | sympy.Dict):
         raise TypeError(
-            f"{name} must be a list, in the order of the coordinates; received {shown(given)}, which "
+            f"{name} must be a list, in the order of the coordinates; "
+            f"received {shown(given)}, which "
             f"has no order."
         )
     several = isinstance(given, Iterable | sympy.MatrixBase) and not isinstance(given, str)
