@@ -17,6 +17,7 @@ from reports.results.suite import Suite
 from reports.sections.engine_versions import ENGINE_VERSIONS
 from reports.sections.ephemeris import EPHEMERIS
 from reports.sections.free_body_drift import FREE_BODY_DRIFT
+from reports.sections.fuzz import FUZZ
 from reports.sections.high_eccentricity import HIGH_ECCENTRICITY
 from reports.sections.mutants import MUTANTS
 from reports.sections.number_of_bodies import NUMBER_OF_BODIES
@@ -43,6 +44,7 @@ SECTIONS = (  # in the order of the page
     RECOMMENDATION,
     START_UP,
     MUTANTS,
+    FUZZ,
 )
 
 

@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 import tempfile
@@ -184,13 +185,14 @@ def application(load: Load, command: str) -> typer.Typer:
     @app.command("studies", help="Run the long studies (hours); resumes after an interruption.")
     def long_studies(
         only: str = typer.Option("", "--only", metavar="mutants,turning", help="Some of them."),
+        minutes: float = typer.Option(math.inf, "--minutes", help="Start no run after these."),
         out: Path = FOLDER,
     ) -> int:
         from reports.build.sections import run_long_forms
 
         suite = load()
         try:
-            failures = run_long_forms(suite, options(suite, False, out), only)
+            failures = run_long_forms(suite, options(suite, False, out), only, minutes)
         except ValueError as error:
             raise typer.BadParameter(f"--only: {error}") from None
         for failure in failures:
