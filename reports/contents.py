@@ -26,6 +26,7 @@ from reports.sections.recommendation import RECOMMENDATION
 from reports.sections.round_off import ROUND_OFF
 from reports.sections.so3_drift import SO3_DRIFT
 from reports.sections.start_up import START_UP
+from reports.sections.stiff_springs import STIFF_SPRINGS
 from reports.sections.survival import SURVIVAL
 from reports.sections.taxonomy import TAXONOMY
 
@@ -40,6 +41,7 @@ SECTIONS = (  # in the order of the page
     TAXONOMY,
     EPHEMERIS,
     HIGH_ECCENTRICITY,
+    STIFF_SPRINGS,
     SURVIVAL,
     RECOMMENDATION,
     START_UP,
