@@ -21,6 +21,7 @@ from reports.sections.fuzz import FUZZ
 from reports.sections.high_eccentricity import HIGH_ECCENTRICITY
 from reports.sections.mutants import MUTANTS
 from reports.sections.number_of_bodies import NUMBER_OF_BODIES
+from reports.sections.processors import PROCESSORS
 from reports.sections.published import PUBLISHED
 from reports.sections.recommendation import RECOMMENDATION
 from reports.sections.round_off import ROUND_OFF
@@ -45,6 +46,7 @@ SECTIONS = (  # in the order of the page
     SURVIVAL,
     RECOMMENDATION,
     START_UP,
+    PROCESSORS,
     MUTANTS,
     FUZZ,
 )
