@@ -133,7 +133,7 @@ def law_stepper(
 
 
 @lru_cache(maxsize=32)
-def _group_law(system: Any) -> tuple[str, Array] | None:
+def group_lane_law(system: Any) -> tuple[str, Array] | None:
     """The lines and constants of the law for lanes of a system on a group with rotations."""
     group = getattr(system, "group", None)
     on_group = group is not None and not isinstance(group, Rn)
@@ -142,14 +142,14 @@ def _group_law(system: Any) -> tuple[str, Array] | None:
 
 def has_group_law(problem: Problem) -> bool:
     """Whether the problem's system has a law for lanes on its group, which has rotations."""
-    return _group_law(cast(Any, problem.system)) is not None
+    return group_lane_law(cast(Any, problem.system)) is not None
 
 
 @lru_cache(maxsize=32)
 def _compiled_on_group(system: Any, chart: int) -> tuple[int, Array, Any]:
     """The address of the system's law in a chart, its constants, and the function, which must be
     kept."""
-    found = _group_law(system)
+    found = group_lane_law(system)
     assert found is not None
     layout = tuple(tuple(map(int, row)) for row in system.group.layout)
     function = compiled_group_law(found[0], layout, chart)
@@ -160,9 +160,9 @@ def _compiled_on_group(system: Any, chart: int) -> tuple[int, Array, Any]:
 def group_law_tables(table: Tableau, step: float) -> tuple[Array, Array, tuple[Array, ...]]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.group_law."""
     moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
-    (s, m), lanes, root = table.slope.shape, stages_in_lanes(table.c.size), np.sqrt(table.b)
+    (s, m), lanes = table.slope.shape, stages_in_lanes(table.c.size)
     P, terms = lanes.size, ahead.shape[0] // table.c.size
-    Y = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0][:, m:].T / root
+    Y = orthonormal_complement(table)
     complement, tables = aligned((2 * (s - m), P), ((4 + terms) * P + 3, P))
     complement[: s - m, :s], complement[s - m :, :s] = Y, Y * table.b
     for k, rows in enumerate(np.concatenate([moves, turns]).reshape(4, s, P)):
@@ -178,6 +178,14 @@ def group_law_tables(table: Tableau, step: float) -> tuple[Array, Array, tuple[A
     for k, rows in enumerate(ahead.reshape(terms, s, P)):
         tables[(4 + k) * P + 3 : (4 + k) * P + 3 + s] = rows
     return tables, complement, (series, growth, fit, read_only(table.c[lanes]))
+
+
+def orthonormal_complement(table: Tableau) -> Array:
+    """The functions Y (s - m, s) of galvi.kernels.lanes.group_law at the stages."""
+    root = np.sqrt(table.b)
+    whole = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0]
+    result: Array = whole[:, table.slope.shape[1] :].T / root
+    return result
 
 
 def group_law_stepper(
