@@ -15,6 +15,7 @@ from benchmarks.work_precision.run import problems, work_precision
 from benchmarks.work_precision.targets import TARGETS
 from reports.results.suite import Suite
 from reports.sections.engine_versions import ENGINE_VERSIONS
+from reports.sections.ensembles import ENSEMBLES
 from reports.sections.ephemeris import EPHEMERIS
 from reports.sections.free_body_drift import FREE_BODY_DRIFT
 from reports.sections.fuzz import FUZZ
@@ -46,6 +47,7 @@ SECTIONS = (  # in the order of the page
     SURVIVAL,
     RECOMMENDATION,
     START_UP,
+    ENSEMBLES,
     PROCESSORS,
     MUTANTS,
     FUZZ,
