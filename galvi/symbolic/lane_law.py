@@ -18,6 +18,14 @@ FUNCTIONS = {
     "sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER
 }  # fmt: skip
 LONGEST = 4_000  # operations: two milliseconds of compilation each
+GRAIN_PASS = """
+
+pass_of_grains = grain_pass(wind, drag, {s})
+
+
+def grain_pass_DIGEST(work, numbers):
+    pass_of_grains(work, numbers)
+"""
 PASS = """
 
 pass_of_law = one_pass(law, {d})
@@ -33,14 +41,6 @@ pass_of_law = group_pass(law, {layout}, {chart})
 
 def law_pass_DIGEST(given):
     pass_of_law(given)
-"""
-GRAIN_PASS = """
-
-pass_of_grains = grain_pass(wind, drag, {s})
-
-
-def grain_pass_DIGEST(work, numbers):
-    pass_of_grains(work, numbers)
 """
 
 
