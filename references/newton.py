@@ -14,6 +14,7 @@ from galvi import (
     Canonical,
     CentralForce,
     CosinePotential,
+    FreeBody,
     LinearSpring,
     NBody,
     Problem,
@@ -46,6 +47,12 @@ DRAG: Mapping[type, Callable[..., Any]] = {
 def is_forced(problem: Problem) -> bool:
     """Whether an external force acts, by the system's field ``force`` where it has one."""
     return getattr(problem.system, "force", None) is not None
+
+
+def is_thrown(problem: Problem) -> bool:
+    """Whether it is a FreeBody on which gravity alone acts."""
+    system = problem.system
+    return isinstance(system, FreeBody) and system.potential is None and not is_forced(problem)
 
 
 def is_moved_by(problem: Problem, potential: type) -> bool:

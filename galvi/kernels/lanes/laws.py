@@ -75,6 +75,70 @@ def canonical(slopes, d, diagonal):
     return law
 
 
+def of_unit_mass(slopes, force, d, coupled, forced_from):
+    """The law of a canonical system in velocities: M^-1 times its forces, v and the unit mass.
+
+    Constants: M^-1, diagonal unless ``coupled``, then those of V and those of the force.
+
+    slopes       dV/dq, as in galvi.kernels.lanes.potentials
+    force        (q, v, t, constants) -> d values; None without one
+    forced_from  number of the first constant of the force
+    """
+    first = d * d if coupled else d
+
+    def law(q, v, t, c):
+        pulls = [-x for x in slopes(q, t, From(c, first))]
+        if force is not None:
+            added = force(q, v, t, From(c, forced_from))
+            pulls = [f + x for f, x in zip(pulls, added, strict=True)]
+        return times_inverse_mass(pulls, d, coupled, c), list(v), unit_mass(d)
+
+    return law
+
+
+def times_inverse_mass(x, d, coupled, c):
+    """M^-1 x, with M^-1 the first constants; diagonal unless ``coupled``."""
+    if not coupled:
+        return [c[i] * x[i] for i in range(d)]
+    found = []
+    for i in range(d):
+        total = c[i * d] * x[0]
+        for j in range(1, d):
+            total = total + c[i * d + j] * x[j]
+        found.append(total)
+    return found
+
+
+def unit_mass(d):
+    """The rows of the unit matrix up to its diagonal."""
+    return [[0.0] * i + [1.0] for i in range(d)]
+
+
+def point_masses(bodies, dimension):
+    """The law of bodies that attract each other, in velocities; constants: G m of each.
+
+    q and v are the coordinates of the first body, then those of the others.
+    """
+
+    def law(q, v, t, c):
+        places = [q[dimension * i : dimension * (i + 1)] for i in range(bodies)]
+        found = [[0.0] * dimension for _ in range(bodies)]
+        for i in range(bodies):
+            for j in range(i):
+                gap = [x - y for x, y in zip(places[j], places[i], strict=True)]
+                square = gap[0] * gap[0]
+                for x in gap[1:]:
+                    square = square + x * x
+                pull = 1.0 / (square * sqrt(square))
+                onto_i, onto_j = c[j] * pull, c[i] * pull
+                for k, x in enumerate(gap):
+                    found[i][k] = onto_i * x + found[i][k]
+                    found[j][k] = found[j][k] - onto_j * x
+        return [a for body in found for a in body], list(v), unit_mass(bodies * dimension)
+
+    return law
+
+
 def forced(law, force, first):
     """The law with an external force (q, v, t, constants) -> d values.
 
