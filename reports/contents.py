@@ -14,6 +14,7 @@ from benchmarks.work_precision.cost import cost_table
 from benchmarks.work_precision.run import problems, work_precision
 from benchmarks.work_precision.targets import TARGETS
 from reports.results.suite import Suite
+from reports.sections.brownout_cloud import BROWNOUT_CLOUD
 from reports.sections.engine_versions import ENGINE_VERSIONS
 from reports.sections.ensembles import ENSEMBLES
 from reports.sections.ephemeris import EPHEMERIS
@@ -45,6 +46,7 @@ SECTIONS = (  # in the order of the page
     HIGH_ECCENTRICITY,
     STIFF_SPRINGS,
     SURVIVAL,
+    BROWNOUT_CLOUD,
     RECOMMENDATION,
     START_UP,
     ENSEMBLES,

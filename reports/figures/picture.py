@@ -12,6 +12,7 @@ import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Canvas
 
+from reports.figures.moving import animated, hide_all_but_last
 from reports.results.figure import Figure
 
 matplotlib.use("Agg")
@@ -38,6 +39,7 @@ def picture(figure: Figure, frame: pd.DataFrame) -> Picture:
         svg, png = io.BytesIO(), io.BytesIO()
         nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
         canvas.savefig(svg, format="svg", metadata=nothing)
+        hide_all_but_last(canvas)
         canvas.savefig(png, format="png", metadata={"Software": None})
     title = f"{figure.source}: {figure.title}" if figure.source else figure.title
-    return Picture(figure.name, title, figure.caption, svg.getvalue(), png.getvalue())
+    return Picture(figure.name, title, figure.caption, animated(svg.getvalue()), png.getvalue())
