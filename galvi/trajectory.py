@@ -70,6 +70,7 @@ class Trajectory:
     # The doors stand above a run, which must not import them: registered by galvi/__init__.
     to_rebound_of: ClassVar[Callable[..., Any]]
     to_scipy_of: ClassVar[Callable[..., Any]]
+    to_xarray_of: ClassVar[Callable[..., Any]]
     plot_of: ClassVar[Callable[..., Any]]
 
     def __call__(self, t: Any) -> Array:
@@ -103,6 +104,10 @@ class Trajectory:
     def to_scipy(self) -> Any:
         """The run with the fields of SciPy's solve_ivp: see galvi.doors.scipy."""
         return self.to_scipy_of(self)
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset with named dimensions: see galvi.doors.xarray."""
+        return self.to_xarray_of(self)
 
     def plot(self) -> Any:
         """A matplotlib figure of the motion and the energy: see galvi.doors.plots."""

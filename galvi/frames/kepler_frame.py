@@ -22,6 +22,7 @@ from galvi.frames.hierarchy import (
     nested_in,
 )
 from galvi.frames.kepler_orbits import attraction, orbits, pulled_back
+from galvi.input_checks import shown
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.lanes.frames import kepler_functions
 from galvi.kernels.lanes.frames.collocation import DRIFT, LEAVE, RATES
@@ -256,7 +257,7 @@ def _nested(given: Any) -> Any:
             return int(one)
         raise ValueError(
             f"hierarchy must be nested tuples of at least two parts each, bodies by number or "
-            f"name, e.g. ('Sun', ('Earth', 'Moon')); received {given!r}."
+            f"name, e.g. ('Sun', ('Earth', 'Moon')); received {shown(given)}."
         )
 
     return part(given, top=True)
