@@ -18,7 +18,9 @@ from galvi import (
     LinearSpring,
     NBody,
     Problem,
+    QuadraticDrag,
     RotorDrag,
+    SchillerNaumann,
     SpringChain,
     UniformField,
 )
@@ -35,6 +37,10 @@ FORMULAS: Mapping[type, tuple[Callable[..., Any], tuple[str, ...]]] = {
     CentralForce: (formulas.central, ("mu",)),
     UniformField: (formulas.uniform, ("force",)),
     SpringChain: (formulas.spring_chain, ("alpha", "beta")),
+}
+DRAG: Mapping[type, Callable[..., Any]] = {
+    QuadraticDrag: formulas.rotor_drag,
+    SchillerNaumann: formulas.rotor_drag_by_reynolds,
 }
 
 
@@ -108,8 +114,9 @@ def potential_force(problem: Problem) -> Force:
 def external_force(problem: Problem) -> Force:
     """The force f(q, v, t) of a system on a vector space that has one."""
     system: Any = problem.system
-    if type(system.force) is RotorDrag:
-        return by_formula(formulas.rotor_drag, system.force.factor)
+    if type(system.force) is RotorDrag and type(system.force.drag_law) in DRAG:
+        law = system.force.drag_law
+        return by_formula(DRAG[type(law)], system.force.factor, *law.numbers)
     return by_function(system.force, "qvt" if system.timed_force else "qv", 1.0)
 
 

@@ -20,7 +20,7 @@ from galvi.run.engine import Call
 from galvi.run.group_system import group_system
 from galvi.run.law_stepper import group_law_stepper, has_group_law, has_law, law_stepper
 from galvi.run.nystrom_steppers import kernel_tableau
-from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays, run_plan
+from galvi.run.run_arrays import LEFT_OVER, RunArrays, run_plan
 from galvi.symbolic.traces import Traces, traces
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.tableau import Tableau
@@ -104,7 +104,7 @@ def stepper_after_failure(
     def counted(todo: int) -> int:
         before = work.done
         code = call(todo)
-        work.counts[LEFT_TO_NEWTON] += work.done - before
+        work.counts[LEFT_OVER] += work.done - before
         return code
 
     return counted

@@ -16,7 +16,7 @@ from galvi.run.encounters import unresolved_passage
 from galvi.run.energy_check import Judgement, judge
 from galvi.run.engine import Engine
 from galvi.run.interruption import Interrupts
-from galvi.run.run_arrays import CALLED, LEFT_TO_NEWTON, RunArrays
+from galvi.run.run_arrays import CALLED, LEFT_OVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED
 
@@ -94,7 +94,7 @@ def _completed(
     if not reasons:
         if found.unjudged:
             return f"Completed, but the energy {_unjudged(found)}."
-        left = int(work.counts[LEFT_TO_NEWTON])
+        left = int(work.counts[LEFT_OVER])
         said = [engine.exceptions[1].format(left=left, steps=steps)] if left else []
         if work.counts[CALLED]:
             why = getattr(problem.system, "untraced", "")

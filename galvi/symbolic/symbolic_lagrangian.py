@@ -25,6 +25,7 @@ class SymbolicLagrangian:
     law        the lines that define its law for lanes; "" for none
     expression L as text for sympy.sympify, exact, in the real symbols q0, ..., v0, ..., t, and c0,
                ... for the constants
+    names      the parameters in the user's notation, in the order of the constants
     """
 
     text: str
@@ -34,6 +35,7 @@ class SymbolicLagrangian:
     switching: tuple[str, ...] = ()
     law: str = ""
     expression: str = ""
+    names: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return self.text

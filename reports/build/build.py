@@ -10,6 +10,7 @@ from reports.build.compare import Compared, compare
 from reports.build.lock import alone
 from reports.build.sections import write_sections
 from reports.build.verify import Verified, verify
+from reports.build.workers import map_in_workers
 from reports.figures.drawing import draw, save
 from reports.page.content import content
 from reports.page.render import render
@@ -55,7 +56,7 @@ def _build(
     sections = measure_sections(suite, options, suite.sections, cache)
     write_sections(sections, suite, options)
     cache.look()
-    gallery = draw(verified.checked, compared.measured, sections)
+    gallery = draw(verified.checked, compared.measured, sections, map_in_workers)
     save(gallery, options.out / "figures")
     provenance = dict(suite.provenance(options.command))
     page = content(

@@ -108,7 +108,7 @@ def test_the_table_has_a_row_for_each_start_and_memory_does_not_grow_with_the_st
     monkeypatch.setattr(start_up, "STARTS", STARTS[1:2])
     monkeypatch.setattr(start_up, "TIMES", 1)
     table = start_up.start_up_table(quick=True)
-    assert tuple(table.columns) == start_up.COLUMNS
+    assert list(table.columns) == list(start_up.COLUMNS)
     (row,) = table.to_dict("records")
     assert row["cold"] != row["cold"]  # not measured in the quick form
     assert row["import"] > 0.0 and row["warm"] > 0.0 and row["import_in_numpys"] > 1.0

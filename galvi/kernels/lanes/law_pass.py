@@ -122,7 +122,7 @@ class Pass:
         self.padded = builder.extract_value(work, 1)
         self.row = self.padded.type
         self.found, self.steps = T * d + 1, rows_of_work(d) - d  # first rows
-        self.factors = self.found + d
+        self.factors, self.fixed = self.found + d, {}
         self.stages = builder.udiv(builder.extract_value(tables, 0), self.row(4))
         rows = builder.extract_value(complement, 0)
         self.projects = builder.icmp_unsigned("!=", rows, self.row(0))
@@ -135,7 +135,11 @@ class Pass:
         """Do one part for all stages."""
         chunks = self.builder.udiv(self.padded, self.row(LANES))
         with cgutils.for_range(self.builder, chunks, intp=self.row) as loop:
-            part(Lanes(self.context, self.builder, self.padded, loop.index))
+            part(self.at(loop.index))
+
+    def at(self, chunk):
+        """The lanes of one of the chunks."""
+        return Lanes(self.context, self.builder, self.padded, chunk)
 
     def load(self, lanes, block, i=0):
         return self.load_row(lanes, block * self.d + i)
@@ -163,11 +167,13 @@ class Pass:
         q, v = ([self.load(lanes, block, i) for i in range(d)] for block in (Q, V))
         constants = Constants(self.builder, lanes, self.constants, self.row, self)
         forces, momenta, mass = self.law(q, v, self.load(lanes, T), constants)
-        found = [*momenta, *(factor for row in factored(mass) for factor in row)]
+        factors = [factor for row in factored(mass) for factor in row]
+        self.fixed = {k: x for k, x in enumerate(factors) if not isinstance(x, Lane)}
         for i in range(d):
             self.store(lanes, q[0].same(forces[i]), F, i)
-        for k, value in enumerate(found):
-            self.store(lanes, q[0].same(value), T, 1 + k)
+        for k, value in enumerate([*momenta, *factors]):
+            if k - d not in self.fixed:
+                self.store(lanes, q[0].same(value), T, 1 + k)
 
     def sums(self, lanes, start, matrix, first_row, row, apart=None):
         """start + sum_k (rows of a matrix) (columns of d rows of work), for each coordinate.
@@ -243,7 +249,10 @@ class Pass:
         start = self.factors if first is None else first
 
         def factor(i, j):
-            return self.load_row(lanes, start + i * (i + 1) // 2 + j)
+            k = i * (i + 1) // 2 + j
+            if first is None and k in self.fixed:
+                return self.fixed[k]
+            return self.load_row(lanes, start + k)
 
         L = {(i, j): factor(i, j) for i, j in below}
         for i, j in below:

@@ -10,6 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
+from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
 from galvi.symbolic.traced_terms import TracedTerm, traced_force
@@ -44,7 +45,7 @@ def check_force(system: Forced) -> None:
     if system.force is None and system.timed_force:
         raise ValueError("timed_force means a force(q, v, t); received no force. Give one.")
     if system.force is not None and not callable(system.force):
-        raise TypeError(f"force must be a function of {arguments}; received {system.force!r}.")
+        raise TypeError(f"force must be a function of {arguments}; received {shown(system.force)}.")
     if isinstance(system.force, BuiltinForce) and not system.timed_force:
         raise ValueError(
             f"{system.force!r} takes (q, v, t); received timed_force=False. Set timed_force."
@@ -79,12 +80,17 @@ def lane_law_with_force(law: tuple[str, Array] | None, system: Forced) -> tuple[
     one of them has none."""
     if system.force is None or law is None:
         return law
+    force = lane_force(system)
+    return lane_law.with_force(law, force) if force else None
+
+
+def lane_force(system: Forced) -> tuple[str, Array] | None:
+    """The lines and constants of an external force for lanes, or None."""
     if isinstance(system.force, BuiltinForce):
-        force = system.force.law, system.force.compiled()[1]
-    else:
-        found = traces(system).found.get("force")
-        force = ("", np.zeros(0)) if found is None else (found.lines, np.array(found.constants))
-    return lane_law.with_force(law, force) if force[0] else None
+        lines, constants = system.force.law, system.force.compiled()[1]
+        return (lines, constants) if lines else None
+    found = traces(system).found.get("force")
+    return None if found is None else (found.lines, np.array(found.constants))
 
 
 def force_finder(

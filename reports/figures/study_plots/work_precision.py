@@ -24,14 +24,15 @@ def work_precision(
     """One problem: the median time of each setting with its interval, one look per contender.
 
     Lines join a contender's Pareto front; hollow points are dominated runs. Failed runs have no
-    point; the run that serves as the reference has a time only.
+    point; the run that is the truth has a time only, a dotted line in its contender's colour.
     """
     measured = frame[(frame["error"] > 0) & (frame["seconds"] > 0)]
     if measured.empty:
         raise NoData("no contender has both an error and a time.")
     axes.set(xscale="log", yscale="log", xlabel="time to solution [s]", ylabel=ylabel)
     fronts, handles = front(measured), []
-    for name, look in contender_looks(contenders, is_ours).items():
+    looks = contender_looks(contenders, is_ours)
+    for name, look in looks.items():
         runs = measured[measured["contender"] == name]
         if runs.empty:
             continue
@@ -42,9 +43,10 @@ def work_precision(
         axes.plot(best["seconds"], best["error"], **line)
         handles.append(Line2D([], [], label=name, **line))
     for _, truth in frame[(frame["status"] == "truth") & (frame["seconds"] > 0)].iterrows():
-        axes.axvline(truth["seconds"], color=GUIDE, linestyle=(0, (1, 2)), linewidth=0.9, zorder=1)
+        color = looks.get(truth["contender"], {}).get("color", GUIDE)
+        axes.axvline(truth["seconds"], color=color, linestyle=(0, (1, 2)), linewidth=0.9, zorder=1)
         axes.annotate(
-            f"{truth['contender']} {truth['settings']} (truth)",
+            f"truth: {truth['settings']}",
             (truth["seconds"], 0.02),
             xycoords=("data", "axes fraction"),
             xytext=(-2, 0),
@@ -53,7 +55,7 @@ def work_precision(
             ha="right",
             va="bottom",
             fontsize=7,
-            color=GUIDE,
+            color=color,
         )
     decades(axes.yaxis)
     readable(axes.xaxis)
