@@ -60,11 +60,13 @@ def work_precision(
     report: Callable[[str], None] = lambda sentence: None,
     externals: Sequence[ExternalContender] = (),
     problem: str = "",
+    cases: Sequence[WorkPrecisionProblem] = (),
 ) -> pd.DataFrame:
     """One row for each problem, contender and setting; external integrators take part where
     they can.
 
-    With the name of a problem, for that one only. Raises ValueError when there is no such problem.
+    With the name of a problem, for that one only; with ``cases`` for these in place of the suite's.
+    Raises ValueError when there is no such problem.
 
     quantity      the quantity of the error: position, attitude, angle, coordinates or attitude and
                   place
@@ -81,7 +83,7 @@ def work_precision(
     status        empty; 'truth'; a warning about the error; or why the run failed
     reference     the truth and its accuracy
     """
-    known = work_precision_problems(quick)
+    known = cases or work_precision_problems(quick)
     chosen = [case for case in known if problem in ("", case.problem.name)]
     if not chosen:
         raise ValueError(f"there is no problem {problem!r} to compare on; known: {problems(quick)}")

@@ -12,7 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.doors.beyond_trees import beyond_trees, checked_names, motors
-from galvi.kernels.lanes.tree import DOFS, SLIDE
+from galvi.kernels.lanes.trees.tree import DOFS, SLIDE
 from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
 from galvi.systems.trees.joint import Joint

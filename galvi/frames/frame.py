@@ -76,6 +76,20 @@ class Frame(Hashable, Protocol):
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
         """q (k, *shape) at times t (k,) after w (k, 2, m), also for complex w and t: analytic."""
 
+    def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
+        """D phi_t(w), and the derivative by w of what is left, w' at the time t, at w (2, m).
+
+        Both (2 d, 2 d), of (x, x') with the d entries that a state has in the frame.
+        """
+
+
+def matrix_of(frame: Frame, problem: Problem) -> Array:
+    """The matrix (d, d) from places, or velocities, to those in the frame."""
+    unit, zero = np.eye(problem.q0.size), np.zeros_like(problem.q0)
+    states = (frame.enter(problem, x.reshape(problem.q0.shape), zero) for x in unit)
+    columns = [state[4] + state[5] for state in states]
+    return np.array(columns).T[: problem.q0.size]
+
 
 def revolution(M: Array, e: float) -> tuple[Array, Array]:
     """u and u - e sin u at mean anomalies, as galvi.kernels.lanes.frames.rows.place_nodes."""

@@ -137,6 +137,20 @@ class HarmonicFrame:
         omega, t = np.sqrt(squares), t[:, None]
         return (np.cos(omega * t) * w[:, 0] + _sine(omega, t) * w[:, 1]) @ F.T
 
+    def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
+        """See `Frame`."""
+        F, squares = _modes(self, problem)
+        system: Any = problem.system
+        omega = np.sqrt(squares)
+        c, s = np.cos(omega * t), _sine(omega, np.array(t))
+        q = F @ (c * w[0] + s * w[1])
+        rest = np.diag(squares) - F.T @ system.potential_hessian(q, problem.t0) @ F
+        ahead = np.concatenate([np.diag(c), np.diag(s)], axis=1)
+        turned = np.concatenate([np.diag(-squares * s), np.diag(c)], axis=1)
+        slope = rest @ ahead
+        return np.concatenate([ahead, turned]), np.concatenate([-s[:, None] * slope,
+                                                                c[:, None] * slope])  # fmt: skip
+
 
 def _sine(omega: Array, t: Array) -> Array:
     """sin(omega t) / omega, t where omega is 0."""

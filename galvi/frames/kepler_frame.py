@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision, rounded
-from galvi.frames.frame import EVEN, Motion
+from galvi.frames.frame import EVEN, Motion, matrix_of
 from galvi.frames.hierarchy import (
     Hierarchy,
     about_the_heaviest,
@@ -21,8 +21,10 @@ from galvi.frames.hierarchy import (
     names_of,
     nested_in,
 )
+from galvi.frames.kepler_orbits import attraction, orbits, pulled_back
+from galvi.input_checks import shown
 from galvi.kernels.compile.function_pointers import addresses
-from galvi.kernels.lanes.frames import kepler_functions, universal
+from galvi.kernels.lanes.frames import kepler_functions
 from galvi.kernels.lanes.frames.collocation import DRIFT, LEAVE, RATES
 from galvi.kernels.lanes.frames.hierarchy import rows_of_hierarchy
 from galvi.kernels.lanes.frames.kepler import rows_of_planets
@@ -32,7 +34,7 @@ from galvi.systems.nbody import NBody
 
 FLAT = 0.45  # half of what planets need, whose orbits may change
 ROUNDEST = 0.9  # largest eccentricity of the orbit on which nodes are placed
-CORRECTIONS = 60
+TINY = 1e-100  # imaginary increments
 
 
 @dataclass(frozen=True)
@@ -161,18 +163,54 @@ class KeplerFrame:
 
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
         """See `Frame`."""
-        found = self._found(problem)
-        n, D = len(found.pairs), problem.q0.shape[1]
-        q, v = (w[:, half, : D * n].reshape(-1, D, n) for half in range(2))
-        Q = _kepler(found.whole, q, v, t[:, None])
-        centre = slice(D * n, D * n + D)
-        out = np.empty((len(t), n + 1, D), dtype=Q.dtype)
-        out[:, found.bodies[0]] = w[:, 0, centre] + t[:, None] * w[:, 1, centre]
-        for i in range(n - 1, -1, -1):
-            one, other = (found.bodies[k] for k in found.pairs[i, :2])
-            out[:, one] -= found.share[i] * Q[:, :, i]
-            out[:, other] = out[:, one] + Q[:, :, i]
-        return out
+        found, D = self._found(problem), problem.q0.shape[1]
+        q, v, centre = _parts(w, found, D)
+        Q = orbits(found.whole, q, v, t[:, None]).places
+        return _bodies(found, Q, centre[:, 0] + t[:, None] * centre[:, 1])
+
+    def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
+        """See `Frame`; by complex steps."""
+        found, D = self._found(problem), problem.q0.shape[1]
+        d, n, system = problem.q0.size, len(found.pairs), cast(NBody, problem.system)
+        nudged = w[None, :, :d] + 1j * TINY * np.eye(2 * d).reshape(2 * d, 2, d)
+        q, v, centre = _parts(nudged, found, D)
+        after = orbits(found.whole, q, v, np.full((2 * d, 1), t))
+        bodies = _bodies(found, after.places, centre[:, 0] + t * centre[:, 1])
+        pull = attraction(system.G * system.masses, bodies)
+        into = matrix_of(self, problem)[: D * n]
+        whole = (pull.reshape(2 * d, d) @ into.T).reshape(2 * d, D, n)
+        cube = np.sum(after.places**2, axis=1)[:, None] ** 1.5
+        rest = whole + found.whole * after.places / cube
+        slopes = pulled_back(found.whole, q, v, after, rest)
+        free = centre[:, 0] + t * centre[:, 1], centre[:, 1]
+        ends = [
+            np.concatenate([x.reshape(2 * d, D * n), y], axis=1)
+            for x, y in zip((after.places, after.speeds), free, strict=True)
+        ]
+        rates = [
+            np.concatenate([x.reshape(2 * d, D * n), 0.0 * y], axis=1)
+            for x, y in zip(slopes, free, strict=True)
+        ]
+        motion, slope = (np.imag(np.concatenate(x, axis=1)).T / TINY for x in (ends, rates))
+        return motion, slope
+
+
+def _parts(w: Array, found: Hierarchy, D: int) -> tuple[Array, Array, Array]:
+    """Places and velocities (k, D, n) of pairs, and both of the barycentre (k, 2, D)."""
+    n = len(found.pairs)
+    q, v = (w[:, half, : D * n].reshape(-1, D, n) for half in range(2))
+    return q, v, w[:, :, D * n : D * n + D]
+
+
+def _bodies(found: Hierarchy, Q: Array, centre: Array) -> Array:
+    """The bodies' places (k, bodies, D) from those of pairs (k, D, n) and the barycentre's."""
+    out = np.empty((len(Q), len(found.bodies), Q.shape[1]), dtype=Q.dtype)
+    out[:, found.bodies[0]] = centre
+    for i in range(len(found.pairs) - 1, -1, -1):
+        one, other = (found.bodies[k] for k in found.pairs[i, :2])
+        out[:, one] -= found.share[i] * Q[:, :, i]
+        out[:, other] = out[:, one] + Q[:, :, i]
+    return out
 
 
 class Kind(NamedTuple):
@@ -219,7 +257,7 @@ def _nested(given: Any) -> Any:
             return int(one)
         raise ValueError(
             f"hierarchy must be nested tuples of at least two parts each, bodies by number or "
-            f"name, e.g. ('Sun', ('Earth', 'Moon')); received {given!r}."
+            f"name, e.g. ('Sun', ('Earth', 'Moon')); received {shown(given)}."
         )
 
     return part(given, top=True)
@@ -246,20 +284,3 @@ def _clock(found: Hierarchy, step: float) -> tuple[float, float, float]:
     k = found.fastest
     turns = step * math.sqrt(found.whole[k] / found.axes[k] ** 3) / (2.0 * math.pi)
     return turns, min(float(found.eccentricities[k]), ROUNDEST), mean_anomaly(found, k)
-
-
-@np.errstate(invalid="ignore")  # of steps that failed, which hold NaN
-def _kepler(mu: Array, q: Array, v: Array, t: Array) -> Array:
-    """Q (k, D, n) after times t (k, 1) from q and v; complex numbers give the derivative."""
-    r0 = np.sqrt(np.sum(q * q, axis=1))
-    eta, beta = np.sum(q * v, axis=1), 2.0 * mu / r0 - np.sum(v * v, axis=1)
-    zeta = mu - beta * r0
-    X = t * beta / mu
-    for _ in range(CORRECTIONS):
-        G = universal.universal(beta, X, 10)
-        step = universal.far_correction(beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, np.sqrt)
-        X = X + step
-        if np.all(np.abs(step) <= 1e-15 * np.abs(X)):
-            break
-    _, G2, G3, _, _ = universal.universal(beta, X, 10)
-    return q * (1.0 - mu * G2 / r0)[:, None] + v * (t - mu * G3)[:, None]

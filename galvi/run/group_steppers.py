@@ -11,7 +11,7 @@ import numpy.typing as npt
 from galvi.checkpoint import Checkpoint
 from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.forces.lagrangian_derivatives import Law
-from galvi.kernels.nystrom.solve import NEWTON_STREAK
+from galvi.kernels.nystrom.solve import DIVERGED, NEWTON_STREAK
 from galvi.kernels.on_group.advance import STREAK, advance_group, compiled_advance_group
 from galvi.kernels.on_group.stages import Basis
 from galvi.method import Galerkin
@@ -131,7 +131,12 @@ def compiled_stepper(
             code = by_newton(min(todo, int(work.solver_state[STREAK])))
             work.solver_state[STREAK] -= work.done - before
             return code
-        code = packed(todo)
+        try:
+            code = packed(todo)
+        except Exception:  # of a function called where the iteration strayed, or raised again below
+            if start.solver == "fixed_point":
+                raise
+            code = DIVERGED
         if code and start.solver == "fixed_point":
             return code
         if code:

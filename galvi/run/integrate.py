@@ -14,6 +14,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
+from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem, WithFunctions
 from galvi.run.engine_choice import engine_for
@@ -95,7 +96,7 @@ def prepared(
     for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
         if not isinstance(value, kind):
             raise TypeError(
-                f"{name} must be a galvi.{kind.__name__}; received {value!r}. Call "
+                f"{name} must be a galvi.{kind.__name__}; received {shown(value)}. Call "
                 f"galvi.integrate(problem, method, step, steps), or give a duration instead of "
                 f"steps."
             )
@@ -111,7 +112,7 @@ def prepared(
             f"{np.spacing(problem.t0):.1e} apart. Shift t0 towards 0, or use a larger step."
         )
     if not isinstance(solver, str) or solver not in SOLVERS:
-        raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {solver!r}.")
+        raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {shown(solver)}.")
     save_every = input_checks.whole("save_every", save_every)
     tol = ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance)
     if isinstance(problem.system, WithFunctions):
@@ -126,7 +127,7 @@ def prepared(
         raise ValueError(
             f"with a group, an external force or a degree for each component, the solver "
             f"fixed_point is for functions that are built in, from SymPy, or could be traced; "
-            f"received {problem!r} with {method.name}{_because(problem)}. Use the solver auto."
+            f"received {shown(problem)} with {method.name}{_because(problem)}. Use the solver auto."
         )
     _check_functions(problem)
     if solver != "newton" and isinstance(problem.system, WithFunctions):
@@ -160,7 +161,7 @@ def resume(
     """
     if not isinstance(run, Trajectory) or run.checkpoint is None or run.step is None:
         raise ValueError(
-            f"only a run of galvi.integrate with its problem can be resumed; received {run!r}."
+            f"only a run of galvi.integrate with its problem can be resumed; received {shown(run)}."
         )
     if not run.success and not run.interrupted and not np.all(np.isfinite(run.q[-1])):
         raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")

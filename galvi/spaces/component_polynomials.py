@@ -25,15 +25,19 @@ class ComponentPolynomials:
 
     def __post_init__(self) -> None:
         given = self.degrees
-        if isinstance(given, str) or not hasattr(given, "__iter__") or not tuple(given):
+        try:
+            degrees = () if isinstance(given, str) else tuple(given)
+        except TypeError:
+            degrees = ()
+        if not degrees:
             raise ValueError(
                 f"degrees must be whole numbers, one for each component, as in (8, 3); received "
-                f"{given!r}."
+                f"{input_checks.shown(given)}."
             )
         object.__setattr__(
             self,
             "degrees",
-            tuple(input_checks.whole("each of degrees", degree) for degree in given),
+            tuple(input_checks.whole("each of degrees", degree) for degree in degrees),
         )
 
     @property

@@ -99,6 +99,11 @@ def built_in(name: str, *arguments: Any) -> str:
     return f"from galvi.kernels.lanes.laws import {name}\n\nlaw = {name}({given})\n"
 
 
+def called(entries: int, d: int) -> str:
+    """The lines that define galvi.kernels.lanes.called's law, of elements with so many entries."""
+    return f"from galvi.kernels.lanes.called import called\n\nlaw = called({entries}, {d})\n"
+
+
 @lru_cache(maxsize=256)
 def coupled(law: str, d: int) -> list[tuple[int, int]]:
     """The pairs of components (i, j), j < i, that the mass of the law couples."""

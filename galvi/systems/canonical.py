@@ -12,6 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.groups.rn import Rn
+from galvi.input_checks import shown
 from galvi.kernels.forces import force_kinds
 from galvi.symbolic.lane_force import fits
 from galvi.symbolic.traced_terms import traced_gradient
@@ -70,7 +71,7 @@ class Canonical:
         for name in ("potential", "gradient", "hessian"):
             function = getattr(self, name)
             if not callable(function) and (name == "potential" or function is not None):
-                raise TypeError(f"{name} must be a function of q; received {function!r}.")
+                raise TypeError(f"{name} must be a function of q; received {shown(function)}.")
         if self.explicit_time and self._builtin:
             raise ValueError(
                 f"explicit_time means functions of (q, t); {self.potential!r} takes q alone. "

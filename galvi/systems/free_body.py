@@ -12,6 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.groups.se3 import SE3
+from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
 from galvi.symbolic.traces import reasons, share
@@ -65,7 +66,7 @@ class FreeBody:
         for name in ("potential", "gradient"):
             function = getattr(self, name)
             if function is not None and not callable(function):
-                raise TypeError(f"{name} must be a function of q; received {function!r}.")
+                raise TypeError(f"{name} must be a function of q; received {shown(function)}.")
         if self.potential is None and (self.gradient is not None or self.explicit_time):
             raise ValueError(
                 "a gradient and explicit_time are those of a potential; received none. Give one."

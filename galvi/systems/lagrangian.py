@@ -15,6 +15,7 @@ from galvi.charts.exponential import Exponential
 from galvi.charts.maps import place
 from galvi.groups.group import Group, is_group
 from galvi.groups.rn import Rn
+from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import kinks
 from galvi.symbolic.from_sympy import symbolic
@@ -84,9 +85,11 @@ class Lagrangian:
         for name in ("function", "slopes"):
             value = getattr(self, name)
             if not callable(value) and (name == "function" or value is not None):
-                raise TypeError(f"{name} must be a function of (q, v); received {value!r}.")
+                raise TypeError(f"{name} must be a function of (q, v); received {shown(value)}.")
         if not is_group(self.group):
-            raise TypeError(f"group must be a group such as galvi.SO3(); received {self.group!r}.")
+            raise TypeError(
+                f"group must be a group such as galvi.SO3(); received {shown(self.group)}."
+            )
 
     @classmethod
     def from_sympy(

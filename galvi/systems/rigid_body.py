@@ -12,6 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.groups.so3 import SO3
+from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
 from galvi.symbolic.traces import reasons, share
@@ -80,7 +81,7 @@ class RigidBody:
         for name in ("potential", "gradient"):
             function = getattr(self, name)
             if function is not None and not callable(function):
-                raise TypeError(f"{name} must be a function of R; received {function!r}.")
+                raise TypeError(f"{name} must be a function of R; received {shown(function)}.")
         if self.gradient is not None and self.potential is None:
             raise ValueError("a gradient needs its potential; received none. Give both.")
         if self.explicit_time and isinstance(self.potential, UniformGravity):

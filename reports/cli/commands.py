@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 import tempfile
@@ -39,6 +40,12 @@ TRACKED = typer.Option(
     "--contender",
     metavar="package.module:Class",
     help="An integrator of the repository around this folder, to track; may be repeated.",
+)
+PROBLEM = typer.Option(
+    [],
+    "--problem",
+    metavar="package.module:function",
+    help="A problem of your own to compare on, in place of the suite's; may be repeated.",
 )
 ONLY = typer.Option(
     "", "--only", metavar="top,kepler", help="Only problems with one of these in their names."
@@ -120,13 +127,17 @@ def application(load: Load, command: str) -> typer.Typer:
         quick: bool = QUICK,
         only: str = ONLY,
         contender: list[str] = CONTENDER,
+        problem: list[str] = PROBLEM,
         out: Path = FOLDER,
     ) -> int:
         from reports.build.compare import compare, compare_sections
         from reports.results.external import joined
         from reports.results.only import narrowed
+        from reports.results.own_problems import with_problems
 
-        known = load()
+        known = with_problems(load(), problem) if problem else load()
+        if problem:
+            out = OUT / "own" if out == OUT else out  # full results stay
         if only:
             try:
                 known = narrowed(known, only, quick)
@@ -174,13 +185,14 @@ def application(load: Load, command: str) -> typer.Typer:
     @app.command("studies", help="Run the long studies (hours); resumes after an interruption.")
     def long_studies(
         only: str = typer.Option("", "--only", metavar="mutants,turning", help="Some of them."),
+        minutes: float = typer.Option(math.inf, "--minutes", help="Start no run after these."),
         out: Path = FOLDER,
     ) -> int:
         from reports.build.sections import run_long_forms
 
         suite = load()
         try:
-            failures = run_long_forms(suite, options(suite, False, out), only)
+            failures = run_long_forms(suite, options(suite, False, out), only, minutes)
         except ValueError as error:
             raise typer.BadParameter(f"--only: {error}") from None
         for failure in failures:

@@ -264,6 +264,19 @@ class Path:
         slope = (t_1 - t_0) / ((1.0 - e * np.cos(u)) * (u_1 - u_0) * pace)
         return 0.5 * (1.0 + y), slope
 
+    def times(self, number: int, c: Array) -> tuple[Array, Array]:
+        """Times since a step's centre and weights of the nodes c, as in the kernel."""
+        turns, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
+        if e < 0.0:
+            return (c - 0.5) * self.step, np.full(c.size, self.step)
+        begin = turns * number + phase
+        (u_0, u_1), (t_0, t_1) = revolution(TWO_PI * np.array([begin, begin + turns]), e)
+        place, pace = stretched(2.0 * c - 1.0, self.stretch)
+        u = 0.5 * (u_0 + u_1 + (u_1 - u_0) * place)
+        scale = self.step / (t_1 - t_0)
+        weights = scale * (u_1 - u_0) * pace * (1.0 - e * np.cos(u))
+        return (u - e * np.sin(u) - t_0) * scale - 0.5 * self.step, weights
+
     def flow(self, w: Array, t: Array) -> Array:
         """See `MovingPath`."""
         return frame_of(self.method).flow(self.problem, w, t)

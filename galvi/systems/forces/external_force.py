@@ -10,6 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
+from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
 from galvi.symbolic.traced_terms import TracedTerm, traced_force
@@ -44,7 +45,7 @@ def check_force(system: Forced) -> None:
     if system.force is None and system.timed_force:
         raise ValueError("timed_force means a force(q, v, t); received no force. Give one.")
     if system.force is not None and not callable(system.force):
-        raise TypeError(f"force must be a function of {arguments}; received {system.force!r}.")
+        raise TypeError(f"force must be a function of {arguments}; received {shown(system.force)}.")
     if isinstance(system.force, BuiltinForce) and not system.timed_force:
         raise ValueError(
             f"{system.force!r} takes (q, v, t); received timed_force=False. Set timed_force."
