@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.axis import Axis
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
@@ -10,6 +11,13 @@ def decades(axis: Axis, most: int = 9) -> None:
     """At most `most` ticks, each a power of ten, and no minor ticks."""
     axis.set_major_locator(LogLocator(base=10.0, numticks=most))
     axis.set_minor_locator(NullLocator())
+
+
+def whole_decades(axis: Axis) -> None:
+    """Widen a logarithmic axis to powers of ten, so that it has two ticks at least."""
+    low, high = sorted(axis.get_view_interval())
+    limits = 10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))
+    axis.axes.set(**{f"{axis.axis_name}lim": limits})
 
 
 def round_numbers(axis: Axis) -> None:
