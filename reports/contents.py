@@ -17,8 +17,11 @@ from reports.results.suite import Suite
 from reports.sections.engine_versions import ENGINE_VERSIONS
 from reports.sections.ephemeris import EPHEMERIS
 from reports.sections.free_body_drift import FREE_BODY_DRIFT
+from reports.sections.fuzz import FUZZ
 from reports.sections.high_eccentricity import HIGH_ECCENTRICITY
+from reports.sections.mutants import MUTANTS
 from reports.sections.number_of_bodies import NUMBER_OF_BODIES
+from reports.sections.published import PUBLISHED
 from reports.sections.recommendation import RECOMMENDATION
 from reports.sections.round_off import ROUND_OFF
 from reports.sections.so3_drift import SO3_DRIFT
@@ -29,6 +32,7 @@ from reports.sections.taxonomy import TAXONOMY
 CHECKS = (*CLAIMS, *AGREEMENTS)
 SECTIONS = (  # in the order of the page
     ROUND_OFF,
+    PUBLISHED,
     NUMBER_OF_BODIES,
     FREE_BODY_DRIFT,
     ENGINE_VERSIONS,
@@ -39,6 +43,8 @@ SECTIONS = (  # in the order of the page
     SURVIVAL,
     RECOMMENDATION,
     START_UP,
+    MUTANTS,
+    FUZZ,
 )
 
 

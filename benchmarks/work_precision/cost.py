@@ -113,7 +113,7 @@ def cost_table(
         runs.append(run)
         calls.append(call)
         warm.append(seconds)
-    timings = interleaved(calls, ROUNDS, 0.01 if quick else 0.1, warm)
+    timings = interleaved(calls, ROUNDS, 0.01 if quick else 0.05, warm)
     costs = [
         Cost(case, run, timing.seconds)
         for case, run, timing in zip(cases, runs, timings, strict=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.input_checks import shown
 
 CLOSE = 1e-9
 RANK = 1e-14  # singular values below this share of the largest count as 0
@@ -76,7 +77,7 @@ def nearest_rotation(matrix: Array) -> Array:
     """
     given = np.asarray(matrix)
     if given.dtype.kind not in "iuf":
-        raise ValueError(f"matrix must hold real numbers; received {matrix!r}.")
+        raise ValueError(f"matrix must hold real numbers; received {shown(matrix)}.")
     matrix = given.astype(np.float64)
     square = matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1] and matrix.size > 0
     if not square or not np.all(np.isfinite(matrix)):

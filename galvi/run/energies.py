@@ -11,10 +11,9 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.method import Galerkin
-from galvi.problem import Problem
+from galvi.problem import Problem, WithFunctions
 from galvi.symbolic.traces import traces
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
-from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
@@ -49,9 +48,9 @@ class States(NamedTuple):
 
 def conserves_energy(system: Any) -> bool:
     """Whether a system conserves its energy: it has no external force, and no explicit time."""
-    if isinstance(system, NBody | FreeBody):
+    if isinstance(system, NBody):
         return True
-    if not isinstance(system, Canonical | RigidBody | Lagrangian):
+    if not isinstance(system, WithFunctions):
         return False
     return system.force is None and not system.explicit_time
 
@@ -90,13 +89,13 @@ def energies(
 def start_energies(problem: Problem) -> tuple[float, float]:
     """T and V at the start."""
     system = problem.system
-    fixed = isinstance(system, NBody | FreeBody) or not _has_user_functions(system)
+    fixed = isinstance(system, NBody) or not _has_user_functions(system)
     return (_start_energies if fixed else _start_energies.__wrapped__)(problem)
 
 
 def _has_user_functions(system: Any) -> bool:
     """Whether functions of a system are a user's, which may refer to numbers that change."""
-    if isinstance(system, RigidBody):
+    if isinstance(system, RigidBody | FreeBody):
         return not isinstance(system.potential, UniformGravity | None)
     known = traces(system)
     return bool(known.found or known.refused)
@@ -132,7 +131,7 @@ def kick_energy(problem: Problem, step: float) -> float:
             force = system.force_at_rest(q, t)
             rate = np.linalg.solve(system.mass(q, v, t), force)
         elif isinstance(system, FreeBody):
-            force = np.concatenate([np.zeros(3), system.mass * q[:3, :3].T @ system.g])
+            force = system.lagrangian.force_at_rest(q, t)
             rate = system.velocity(force)
         elif isinstance(system, RigidBody):
             force = system.torque(q, t)

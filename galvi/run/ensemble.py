@@ -17,6 +17,7 @@ from typing import Any
 from tqdm import tqdm
 
 from galvi import input_checks
+from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
@@ -59,7 +60,8 @@ def integrate_many(
     if isinstance(problems, Problem) or not isinstance(problems, Iterable):
         raise TypeError(
             f"problems must be several galvi.Problem values, as in "
-            f"[problem.with_initial_state(q, v), ...]; received {problems!r}. For one problem, "
+            f"[problem.with_initial_state(q, v), ...]; "
+            f"received {shown(problems)}. For one problem, "
             f"call galvi.integrate."
         )
     given = tuple(problems)

@@ -172,7 +172,7 @@ def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     s = table.c.size
     lanes = stages_in_lanes(s)
     moves, turns = (
-        np.concatenate(scaled(M, step)[:, lanes].swapaxes(1, 2)) for M in _integrals(table)
+        np.concatenate(scaled(M, step)[:, lanes].swapaxes(1, 2)) for M in integrals_of(table)
     )
     kicks = scaled(np.stack([table.b, table.low_parts[1]]), step)
     ahead = np.concatenate(_extrapolated(table, np.eye(s)[:, lanes]))
@@ -197,7 +197,7 @@ def _high_parts(table: Tableau) -> tuple[Array, ...]:
 
 
 @lru_cache(maxsize=32)
-def _integrals(table: Tableau) -> tuple[Array, Array]:
+def integrals_of(table: Tableau) -> tuple[Array, Array]:
     """The integrals of slopes, A, and of their dual, B, each with its low part: (2, s, s)."""
     with extended_precision():
         b = decimals(table.b) + decimals(table.low_parts[1])

@@ -22,12 +22,14 @@ class SymbolicForce:
     source     generated code with a function force
     constants  values of the parameters
     law        the lines that define it for lanes, see `BuiltinForce`; "" for none
+    names      the parameters in the user's notation, in the order of the constants
     """
 
     text: str
     source: str
     constants: tuple[float, ...]
     law: str = ""
+    names: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return self.text
@@ -59,4 +61,5 @@ def symbolic_force(given: Expressions) -> SymbolicForce:
     )
     text = symbolic_code.source({"force": ("q, v, t, c, out", lines)})
     words = f"[{', '.join(map(given.text, given.forces))}]"
-    return SymbolicForce(words, text, given.values, printed_force(given.forces, given.places))
+    law = printed_force(given.forces, given.places)
+    return SymbolicForce(words, text, given.values, law, given.names)

@@ -45,6 +45,7 @@ def symbolic(
             given.q, given.v, given.t, given.L, given.places, kinks.differentiated
         ),
         sympy.srepr(given.L),
+        given.names,
     )
     for k, words in enumerate(found.switching):
         where = kinks.find_kink(found, k)

@@ -34,6 +34,22 @@ pass_of_law = group_pass(law, {layout}, {chart})
 def law_pass_DIGEST(given):
     pass_of_law(given)
 """
+MEMBERS = """
+
+steps_of_law = law_steps(law, {d}{after})
+
+
+def members_DIGEST(words):
+    steps_of_law(words)
+"""
+GRAIN_PASS = """
+
+pass_of_grains = grain_pass(wind, drag, {s})
+
+
+def grain_pass_DIGEST(work, numbers):
+    pass_of_grains(work, numbers)
+"""
 
 
 @lru_cache(maxsize=256)
@@ -43,6 +59,16 @@ def compiled_law(law: str, d: int) -> Callable[..., Any]:
     head = "from galvi.kernels.lanes.law_pass import one_pass\n"
     source = symbolic_code.with_digest(head + law + PASS.format(d=d))
     return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
+
+
+@lru_cache(maxsize=256)
+def compiled_members(law: str, d: int) -> Callable[..., Any]:
+    """The galvi.kernels.lanes.members.law on R^d of the lines that define ``law``, and may define
+    ``after``, what is done after each step; compiled at the first call."""
+    head = "from galvi.kernels.lanes.members.law import law_steps\n"
+    after = ", after" if "\ndef after(" in law or " as after" in law else ""
+    source = symbolic_code.with_digest(head + law + MEMBERS.format(d=d, after=after))
+    return cast(Callable[..., Any], symbolic_code.functions(source)["members"])
 
 
 @lru_cache(maxsize=256)
@@ -58,18 +84,30 @@ def compiled_group_law(law: str, layout: tuple[tuple[int, ...], ...], chart: int
     return symbolic_code.functions(source)["law_pass"]
 
 
+@lru_cache(maxsize=64)
+def compiled_grain_pass(wind: str, drag: str, s: int) -> Any:
+    """The galvi.kernels.lanes.grains.iteration of s stages, of the lines that define ``wind`` and
+    ``drag``, compiled at the first call."""
+    head = "from galvi.kernels.lanes.grains.iteration import grain_pass\n"
+    source = symbolic_code.with_digest(head + wind + drag + GRAIN_PASS.format(s=s))
+    return symbolic_code.functions(source)["grain_pass"]
+
+
 def built_in(name: str, *arguments: Any) -> str:
     """The lines that define a law of galvi.kernels.lanes.laws, made with these arguments."""
     given = ", ".join(map(repr, arguments))
     return f"from galvi.kernels.lanes.laws import {name}\n\nlaw = {name}({given})\n"
 
 
+def called(entries: int, d: int) -> str:
+    """The lines that define galvi.kernels.lanes.called's law, of elements with so many entries."""
+    return f"from galvi.kernels.lanes.called import called\n\nlaw = called({entries}, {d})\n"
+
+
 @lru_cache(maxsize=256)
 def coupled(law: str, d: int) -> list[tuple[int, int]]:
     """The pairs of components (i, j), j < i, that the mass of the law couples."""
-    names: dict[str, Any] = {}
-    exec(compile(law, "<a law>", "exec"), names)
-    return filled(names["law"], d)
+    return filled(function_of(law), d)
 
 
 def with_force(law: tuple[str, Array], force: tuple[str, Array]) -> tuple[str, Array]:
@@ -84,6 +122,21 @@ def canonical_law(slopes: str, d: int, diagonal: bool) -> str:
     """The lines that define galvi.kernels.lanes.laws.canonical from those of dV/dq."""
     head = "from galvi.kernels.lanes.laws import canonical\n"
     return f"{head}{slopes}\n\nlaw = canonical(slopes, {d}, {diagonal})\n"
+
+
+def unit_mass_law(slopes: str, force: str, d: int, coupled: bool, forced_from: int) -> str:
+    """The lines that define galvi.kernels.lanes.laws.of_unit_mass from those of dV/dq and of the
+    force, "" for none."""
+    head = "from galvi.kernels.lanes.laws import of_unit_mass\n"
+    law = f"law = of_unit_mass(slopes, force, {d}, {coupled}, {forced_from})\n"
+    return f"{slopes}\n\n\n{force or 'force = None'}\n\n\n{head}\n{law}"
+
+
+def function_of(law: str) -> Callable[..., Any]:
+    """The Python function ``law`` that the lines define, for numbers and arrays."""
+    names: dict[str, Any] = {}
+    exec(compile(law, "<a law>", "exec"), names)
+    return cast(Callable[..., Any], names["law"])
 
 
 def printed_force(forces: Sequence[Any], places: Any) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
+from galvi.input_checks import shown
 from galvi.systems.forces.external_force import force_at
 from galvi.systems.lagrangian import Function, Lagrangian
 from galvi.systems.trees import mujoco_states
@@ -44,7 +45,7 @@ class Multibody(Lagrangian):
     def __post_init__(self) -> None:
         links = (self.links,) if isinstance(self.links, Link) else tuple(self.links)
         if not all(isinstance(link, Link) for link in links):
-            raise TypeError(f"links must be galvi.Link values; received {self.links!r}.")
+            raise TypeError(f"links must be galvi.Link values; received {shown(self.links)}.")
         tree = RigidTree(links, self.gravity)
         damping = [np.full(joint.dimension, joint.damping) for joint in tree.joints]
         object.__setattr__(self, "links", links)

@@ -13,6 +13,7 @@ from reports.build.kept import CLAIMS, kept_claims, kept_comparison, kept_sectio
 from reports.build.lock import alone
 from reports.build.sections import write_sections
 from reports.build.verify import Verified, verify
+from reports.build.workers import map_in_workers
 from reports.figures.drawing import draw, save
 from reports.page.content import content
 from reports.page.site import write_single, write_site
@@ -117,7 +118,7 @@ def _pages(
     provenance: dict[str, str],
     single: bool,
 ) -> Path:
-    gallery = draw(checked, comparison, sections)
+    gallery = draw(checked, comparison, sections, map_in_workers)
     save(gallery, options.out / "figures")
     page = content(
         checked, comparison, tables, sections, gallery, suite.claims, provenance, options,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import sys
+import time
 from collections.abc import Sequence
 
 from benchmarks.store.atomic import write
@@ -26,25 +28,39 @@ def write_sections(results: Sequence[SectionResult], suite: Suite, options: Opti
             write_table(options.out / "tables", name, table, origin=origin)
 
 
-def run_long_forms(suite: Suite, options: Options) -> tuple[str, ...]:
-    """`studies`: do every missing run; returns a sentence for each one that raised."""
+def run_long_forms(
+    suite: Suite, options: Options, only: str = "", minutes: float = math.inf
+) -> tuple[str, ...]:
+    """`studies`: do every missing run; returns a sentence for each that raised, or found a fault.
+
+    only     names of studies, with commas between; all when empty; ValueError for another name
+    minutes  after which no further run is started
+    """
     failures: list[str] = []
+    end = time.monotonic() + 60.0 * minutes
     folder = options.out / FOLDER
 
     def say(text: str) -> None:
         print(text, file=sys.stderr)
 
+    studies_of = {one.name: one.long_form for one in suite.sections if one.long_form is not None}
+    wanted = [name.strip() for name in only.split(",") if name.strip()] or list(studies_of)
+    if unknown := [name for name in wanted if name not in studies_of]:
+        known = ", ".join(studies_of)
+        raise ValueError(f"expected some of {known}; received {', '.join(unknown)}.")
     for section in suite.sections:
-        if section.long_form is None:
+        if section.name not in wanted:
             continue
-        runs = section.long_form.runs(folder, say)
+        runs = studies_of[section.name].runs(folder, say)
         missing = [one for one in runs if not one.done()]
         print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are there.")
         with Studies(len(missing)) as studies:
             for one in missing:
+                if time.monotonic() > end:
+                    break
                 try:
                     with studies(section.name, one.title) as report:
-                        one.run(report)
+                        failures += one.run(report) or ()
                 except Exception as error:
                     failures.append(f"{one.title}: not run ({type(error).__name__}: {error}).")
     print(f"The rows are in {folder}; build shows them.")

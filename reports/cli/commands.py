@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 import tempfile
@@ -33,6 +34,18 @@ CONTENDER = typer.Option(
     "--contender",
     metavar="package.module:Class",
     help="An external integrator to include in the comparison; may be repeated.",
+)
+TRACKED = typer.Option(
+    [],
+    "--contender",
+    metavar="package.module:Class",
+    help="An integrator of the repository around this folder, to track; may be repeated.",
+)
+PROBLEM = typer.Option(
+    [],
+    "--problem",
+    metavar="package.module:function",
+    help="A problem of your own to compare on, in place of the suite's; may be repeated.",
 )
 ONLY = typer.Option(
     "", "--only", metavar="top,kepler", help="Only problems with one of these in their names."
@@ -116,13 +129,17 @@ def application(load: Load, command: str) -> typer.Typer:
         quick: bool = QUICK,
         only: str = ONLY,
         contender: list[str] = CONTENDER,
+        problem: list[str] = PROBLEM,
         out: Path = FOLDER,
     ) -> int:
         from reports.build.compare import compare, compare_sections
         from reports.results.external import joined
         from reports.results.only import narrowed
+        from reports.results.own_problems import with_problems
 
-        known = load()
+        known = with_problems(load(), problem) if problem else load()
+        if problem:
+            out = OUT / "own" if out == OUT else out  # full results stay
         if only:
             try:
                 known = narrowed(known, only, quick)
@@ -176,11 +193,18 @@ def application(load: Load, command: str) -> typer.Typer:
         return int(not verified.passed or bool(failures))
 
     @app.command("studies", help="Run the long studies (hours); resumes after an interruption.")
-    def long_studies(out: Path = FOLDER) -> int:
+    def long_studies(
+        only: str = typer.Option("", "--only", metavar="mutants,turning", help="Some of them."),
+        minutes: float = typer.Option(math.inf, "--minutes", help="Start no run after these."),
+        out: Path = FOLDER,
+    ) -> int:
         from reports.build.sections import run_long_forms
 
         suite = load()
-        failures = run_long_forms(suite, options(suite, False, out))
+        try:
+            failures = run_long_forms(suite, options(suite, False, out), only, minutes)
+        except ValueError as error:
+            raise typer.BadParameter(f"--only: {error}") from None
         for failure in failures:
             print(failure, file=sys.stderr)
         return int(bool(failures))
@@ -222,6 +246,7 @@ def application(load: Load, command: str) -> typer.Typer:
         isolate: bool = typer.Option(
             False, "--isolate", help="Give each side its own environment (minutes)."
         ),
+        contender: list[str] = TRACKED,
         quick: bool = QUICK,
         out: Path = FOLDER,
     ) -> int:
@@ -229,7 +254,9 @@ def application(load: Load, command: str) -> typer.Typer:
 
         suite = load()
         options(suite, quick, out)  # rejects an --out that is not a folder
-        return track_command(out, suite.provenance(command), against, only, quick, isolate)
+        return track_command(
+            out, suite.provenance(command), against, only, quick, isolate, contender
+        )
 
     @app.command(
         "judge", help="How wrong a model's own run is, and what reaches an error cheapest."

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -83,11 +84,22 @@ def draw(
     checked: Sequence[ClaimResult],
     comparison: Comparison,
     sections: Sequence[SectionResult] = (),
+    each: Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]] = map,
 ) -> Gallery:
-    """Draw the figures of the claims, of the studies, of each compared problem, and of the cost."""
+    """Draw the figures of the claims, of the studies, of each compared problem, and of the cost.
+
+    each  map, or one that does the same in several processes
+    """
+    wanted = list(drawable(checked, comparison, sections))
+    known = [(figure, frame) for figure, frame in wanted if frame is not None]
+    found = dict(zip((figure.name for figure, _ in known), each(_drawn, known), strict=True))
     gallery = Gallery({}, {})
-    for figure, frame in drawable(checked, comparison, sections):
-        _add(gallery, figure, frame)
+    for figure, _ in wanted:
+        drawn = found.get(figure.name, "what it shows was not run.")
+        if isinstance(drawn, Picture):
+            gallery.pictures[figure.name] = drawn
+        else:
+            gallery.missing[figure.name] = f"{figure.source or figure.title} is not drawn: {drawn}"
     return gallery
 
 
@@ -122,13 +134,9 @@ def save(gallery: Gallery, folder: Path) -> None:
             (folder / f"{name}.{kind}").unlink(missing_ok=True)
 
 
-def _add(gallery: Gallery, figure: Figure, frame: pd.DataFrame | None) -> None:
-    heading = figure.source or figure.title
-    if frame is None:
-        gallery.missing[figure.name] = f"{heading} is not drawn: what it shows was not run."
-        return
+def _drawn(job: tuple[Figure, pd.DataFrame]) -> Picture | str:
+    """The picture, or why there is none."""
     try:
-        gallery.pictures[figure.name] = picture(figure, frame)
+        return picture(*job)
     except Exception as error:
-        why = str(error) or type(error).__name__
-        gallery.missing[figure.name] = f"{heading} is not drawn: {why}"
+        return str(error) or type(error).__name__

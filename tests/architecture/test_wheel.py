@@ -90,7 +90,7 @@ def folder_of_a_user(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def from_wheel(wheel: Path, place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """The command of the wheel, with the kernels of this checkout, whose sources are the same."""
-    for kernels in (ROOT / "galvi").rglob("__pycache__/galvi-kernels-*"):
+    for kernels in (ROOT / "galvi").rglob("__pycache__/galvi-kernels"):
         target = wheel / kernels.relative_to(ROOT)
         if not target.exists():
             shutil.copytree(kernels, target)

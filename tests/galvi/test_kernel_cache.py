@@ -72,51 +72,78 @@ OTHER = "0123456789abcdef" * 4
 REAL = cache.stamp
 
 
-@pytest.mark.parametrize(
-    "stamp", [lambda *files: OTHER, lambda *files: OTHER if files else REAL()],
-    ids=["other kernels", "other file"],
-)  # fmt: skip
-def test_what_other_sources_left_is_neither_loaded_nor_kept(folder, monkeypatch, stamp):
-    monkeypatch.setattr(cache, "stamp", stamp)
+def test_what_other_sources_left_is_neither_loaded_nor_kept(folder, monkeypatch):
+    monkeypatch.setattr(cache, "stamp", lambda *files: OTHER)
     assert compiled_anew(kernel)
     (stale,) = kept(folder)
     code = stale.read_bytes()
     monkeypatch.setattr(cache, "stamp", REAL)
     assert compiled_anew(kernel) and not compiled_anew(kernel)
-    (path,) = kept(folder)
-    assert path.read_bytes() != code and len(list(folder.glob("*/*"))) == 1
+    assert kept(folder) == [stale] and stale.read_bytes() != code
 
 
-def test_folders_of_other_kernels_are_removed_and_nothing_else(tmp_path):
-    def saved(name, kernels, source):
-        files = cache.KernelFiles(tmp_path, name, kernels * 64, source * 64)
-        files.save(("int", "x86"), name)
-        return files.path(("int", "x86"))
+KERNELS = {
+    "compile/jit.py": "",
+    "lie/__init__.py": "",
+    "lie/arithmetic.py": "from galvi.kernels.compile.jit import jit\n",
+    "lie/maps/__init__.py": "",
+    "lie/maps/one.py": "from galvi.kernels.lie.arithmetic import (\n    dot,\n)\n",
+    "lie/choice.py": "from galvi.kernels.lie import maps\n",
+    "lanes/step.py": "from galvi.kernels.lie import arithmetic, choice\n",
+    "lanes/other.py": "import numpy\n",
+}
+CALLED = {  # file -> the kernels that it may call, but for itself
+    "lie/arithmetic.py": {"compile/jit.py"},
+    "lie/choice.py": {
+        "lie/maps/__init__.py", "lie/maps/one.py", "lie/arithmetic.py", "compile/jit.py",
+    },
+    "lanes/step.py": {*KERNELS} - {"lanes/step.py", "lanes/other.py", "lie/__init__.py"},
+    "lanes/other.py": set(),
+    "user.py": {*KERNELS},
+    "lie/__pycache__/galvi-expressions/0/expression.source": {*KERNELS},
+}  # fmt: skip
 
-    module = tmp_path / "galvi-kernels.cpython-311.pyc"
-    module.touch()
-    saved("laws.one", "0", "a"), saved("laws.other", "0", "a")
-    found = [saved("laws.one", "1", "b"), saved("maps.one", "1", "c"), saved("laws.one", "1", "d")]
-    assert sorted(kept(tmp_path)) == sorted({*found, module})
+
+@pytest.fixture
+def few_kernels(tmp_path, monkeypatch):
+    """A folder with KERNELS, taken for galvi's; nothing is remembered of it."""
+    folder = tmp_path / "kernels"
+    for name, text in KERNELS.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    monkeypatch.setattr(cache, "__file__", str(folder / "compile/cache.py"))
+    for name in ("sources", "imported", "stamp"):
+        monkeypatch.setattr(cache, name, getattr(cache, name).__wrapped__)
+    return folder
 
 
-def test_the_stamp_is_of_every_kernel_that_may_be_called(tmp_path, monkeypatch):
-    for name in ("compile/cache.py", "lie/one.py", "lanes/two.py", "elsewhere.py"):
-        (tmp_path / "kernels" / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / "kernels" / name).write_text(name)
-    monkeypatch.setattr(cache, "__file__", str(tmp_path / "kernels/compile/cache.py"))
-
+@pytest.mark.parametrize("changed", KERNELS)
+def test_an_edit_compiles_anew_what_may_call_it_and_nothing_else(few_kernels, changed):
     def stamps():
-        generated = "kernels/lie/__pycache__/galvi-expressions/0/expression.source"
-        files = ("kernels/lie/one.py", "kernels/lanes/two.py", "user.py", generated)
-        return [cache.stamp.__wrapped__(*cache.sources.__wrapped__(tmp_path / f)) for f in files]
+        files = {name: few_kernels / name for name in CALLED} | {"user.py": few_kernels.parent}
+        return {name: cache.stamp(*cache.sources(str(path))) for name, path in files.items()}
 
     before = stamps()
-    (tmp_path / "kernels/lanes/two.py").write_text("changed")
-    assert [a == b for a, b in zip(before, stamps(), strict=True)] == [True, False, False, False]
-    before = stamps()
-    (tmp_path / "kernels/lie/one.py").write_text("changed")
-    assert not {*before} & {*stamps()}
+    with (few_kernels / changed).open("a") as file:
+        file.write("# changed")
+    after = stamps()
+    stale = {name for name in CALLED if after[name] != before[name]}
+    assert stale == {name for name in CALLED if changed in CALLED[name] | {name}}
+
+
+def test_the_imports_read_from_the_sources_are_those_of_the_interpreter():
+    """Each name of a kernel that comes from another kernel has that file among its sources."""
+    top, seen = Path(galvi.__file__).parent / "kernels", 0
+    for name, module in list(sys.modules.items()):
+        if name.startswith("galvi.kernels.") and Path(module.__file__).name != "__init__.py":
+            files = cache.sources(module.__file__)
+            for value in vars(module).values():
+                found = sys.modules.get(getattr(getattr(value, "py_func", value), "__module__", ""))
+                place = Path(getattr(found, "__file__", None) or "/")
+                if top in place.parents:
+                    assert place in files, (name, found.__name__)
+                    seen += 1
+    assert seen > 300
 
 
 DAMAGE = {
@@ -231,7 +258,7 @@ def test_a_write_that_fails_half_way_leaves_nothing(folder, monkeypatch):
 
 
 def test_each_signature_and_kind_of_processor_has_its_own_file(tmp_path):
-    one, two = (cache.KernelFiles(tmp_path, "kernel.one", "0" * 64, "1" * 64) for _ in range(2))
+    one, two = (cache.KernelFiles(tmp_path, "kernel.one", "0" * 64) for _ in range(2))
     keys = [("int", "haswell", 1), ("float", "haswell", 1), ("int", "generic", 1)]
     for key in keys:
         one.save(key, key)

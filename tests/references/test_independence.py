@@ -73,8 +73,9 @@ def test_gravity_is_newtons_law_and_its_jacobian_too():
     )
 
 
-def test_the_wind_is_the_one_that_is_stated():
-    problem = galvi.problems.brownout()
+@pytest.mark.parametrize("coefficient", [0.44, None])
+def test_the_wind_is_the_one_that_is_stated(coefficient):
+    problem = galvi.problems.brownout(drag_coefficient=coefficient)
     for q in ([8.5, 0.0, 3.0], [0.1, 0.2, 9.0], [-6.0, 4.0, 5.5]):
         found = external_force(problem)(np.array(q), V, T)
         stated = problem.system.force(np.array(q), V, T)

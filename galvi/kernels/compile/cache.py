@@ -4,8 +4,8 @@ numba's own cache checks only the file that defines a function, not those of the
 it raises when a file is damaged or its folder is not writable; and two processes that write at the
 same time may exchange their code. Here each file starts with a digest of its code and of everything
 the code depends on. A kernel whose file is missing, stale, damaged or unwritable is compiled again,
-by one process while the others wait. There is one folder for each version of the kernel sources;
-those of other versions are removed.
+by one process while the others wait. A kernel depends on its file and on those that this one
+imports, directly or not, so that an edit compiles anew only what may call it.
 
 The digest is not a signature: as with numba, anyone with write access to the folder can run code.
 """
@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
-import shutil
+import re
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -28,7 +28,8 @@ from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
 
 DIGEST = 32  # bytes of SHA-256
-TOP = "lanes"  # the folder of kernels that imports the others
+FOLDER = "galvi-kernels"
+IMPORTS = re.compile(r"^from galvi\.kernels\.?([\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
 VERSIONS = (numba.__version__, llvmlite.__version__)
 
 Locks = Callable[[Path], Any]
@@ -56,36 +57,48 @@ def stamp(*files):
 
 @cache
 def sources(file):
-    """The kernel sources whose functions those of a file may call.
+    """The kernel sources whose functions those of a file may call: what it imports, and itself.
 
-    Only kernels of the folder TOP, and functions outside the kernels, call those of TOP; generated
-    functions are kept among the compiled kernels, and are none.
+    All of them for a file outside the kernels, such as generated code. OSError when one cannot be
+    read.
     """
     kernels = Path(__file__).parents[1]
-    top, parents = kernels / TOP, Path(file).parents
-    a_kernel = kernels in parents and Path(file).suffix == ".py"
-    return _kernels(kernels, a_kernel and top not in parents)
+    path = Path(file)
+    if kernels not in path.parents or path.suffix != ".py":
+        return tuple(sorted(kernels.rglob("*.py")))
+    found, left = set(), {path}
+    while left:
+        found |= left
+        left = set().union(*(imported(one) for one in left)) - found
+    return tuple(sorted(found))
 
 
 @cache
-def _kernels(folder, below):
-    """The Python files in a folder; ``below``: but for those of its folder TOP."""
-    every = sorted(folder.rglob("*.py"))
-    return tuple(path for path in every if not (below and folder / TOP in path.parents))
+def imported(path):
+    """The kernel sources that one of them imports; of a package, all of its modules."""
+    kernels, found = Path(__file__).parents[1], set()
+    for module, names in IMPORTS.findall(path.read_text(encoding="utf-8")):
+        place = kernels.joinpath(*filter(None, module.split(".")))
+        for name in re.findall(r"\w+", names):
+            inside = place / name
+            if inside.is_dir():
+                found.update(inside.rglob("*.py"))
+            else:
+                files = (inside.with_suffix(".py"), place.with_suffix(".py"), place / "__init__.py")
+                found.add(next(one for one in files if one.is_file()))
+    return found
 
 
 class KernelFiles:
     """The compiled forms of one function, one file for each signature and processor type.
 
-    folder   parent of the folders, one for each version of the kernel sources
+    folder   parent of the folder of all these files
     name     name of the function, with its module and the Python version
-    kernels  the stamp of the kernels that it may call
-    source   the stamps of these and of the function's own file
+    source   a stamp of the function's own file and of the kernels that it may call
     """
 
-    def __init__(self, folder, name, kernels, source):
-        self.folder, self.name, self.source = Path(folder), name, source
-        self.place = self.folder / f"galvi-kernels-{kernels[:16]}"
+    def __init__(self, folder, name, source):
+        self.place, self.name, self.source = Path(folder) / FOLDER, name, source
 
     def path(self, key):
         """The file for a key of numba: signature, processor, bytecode."""
@@ -104,20 +117,13 @@ class KernelFiles:
 
     def save(self, key, data):
         """Write the file; raises OSError, leaving no file, when that fails."""
-        self.make_place()
+        self.place.mkdir(exist_ok=True)
         code, path = dumps(data), self.path(key)
         try:
             path.write_bytes(self._digest(key, code) + code)
         except OSError:
             path.unlink(missing_ok=True)
             raise
-
-    def make_place(self):
-        """Create the folder of this version; those of other versions are removed when it is new."""
-        if not self.place.is_dir():
-            for other in self.folder.glob("galvi-kernels-*"):
-                shutil.rmtree(other, ignore_errors=True)
-            self.place.mkdir(exist_ok=True)
 
     def _digest(self, key, code):
         return hashlib.sha256(repr((VERSIONS, self.source, key)).encode() + code).digest()
@@ -136,8 +142,7 @@ class KernelCache(FunctionCache):
         called = sources(file)
         name = f"{function.__module__}.{function.__qualname__}.{sys.implementation.cache_tag}"
         name = name.replace("<", "").replace(">", "")
-        kernels = stamp(*called)  # read once: every kernel has one of two
-        self._cache_file: Any = KernelFiles(self.cache_path, name, kernels, kernels + stamp(file))
+        self._cache_file: Any = KernelFiles(self.cache_path, name, stamp(*called, file))
         self._lock: Any = None
 
     def serve(self, dispatcher):
@@ -159,7 +164,7 @@ class KernelCache(FunctionCache):
         if found is None and _locks is not None:
             path = self._cache_file.path(self._index_key(sig, target_context.codegen()))
             with suppress(OSError):  # unwritable folder or lock time-out: continue without a lock
-                self._cache_file.make_place()
+                self._cache_file.place.mkdir(exist_ok=True)
                 self._lock = _locks(path.with_suffix(".lock"))
                 self._lock.acquire()
             found = self._loaded(sig, target_context)

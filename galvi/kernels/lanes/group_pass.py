@@ -105,7 +105,7 @@ class GroupPass(GroupRows):
         first = 3 * self.d + PLACE
         g = [self.number(lanes, first + i).fused for i in range(self.chart.entries)]
         velocity = self.chart.apply("velocity", xi, eta)
-        constants = Constants(self.builder, lanes, self.constants, self.row)
+        constants = Constants(self.builder, lanes, self.constants, self.row, self)
         time = self.load(lanes, TIMES)
         return xi, velocity, self.law(self.chart.place(g, xi), velocity, time, constants)
 
@@ -197,7 +197,7 @@ class GroupPass(GroupRows):
             defect = (asked[i] - self.load(lanes, PULLED, i)) + found[i]
             self.builder.store(defect.value, place)
         with cgutils.for_range(self.builder, self.extra, intp=self.row) as loop:
-            Y = Lane(self.builder, lanes.load(self.complement, loop.index))
+            Y = Lane(self.builder, lanes.factor(self.complement, loop.index))
             for place, m in zip(places, self.multiplier_rows(loop.index), strict=True):
                 first = lanes.number(self.work, m, self.row(0))
                 part = Y * Lane(self.builder, lanes.spread(first))
@@ -218,7 +218,7 @@ class GroupPass(GroupRows):
             )
 
             def subtract(lanes):
-                Y = Lane(builder, lanes.load(self.complement, loop.index))
+                Y = Lane(builder, lanes.factor(self.complement, loop.index))
                 for i, x in enumerate(lost):
                     self.store(lanes, self.load(lanes, ETA, i) - Y * x, ETA, i)
 

@@ -29,7 +29,7 @@ from numba.core import cgutils
 
 from galvi.kernels.lanes.law_pass import Pass, is_zero
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, VECTOR, Lanes
+from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, VECTOR
 from galvi.kernels.lie.product import DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
 
 (XI, ETA, F, DEFECT, LOW_XI, LOW_F, LOW_N, BEFORE, N, VELOCITY, MU, PULLED, END,
@@ -56,7 +56,7 @@ class GroupRows(Pass):
         self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
         self.largest = cgutils.alloca_once(builder, BITS)
         self.forget()
-        self.factors = TIMES * d + 1
+        self.factors, self.fixed = TIMES * d + 1, {}
         self.response = self.factors + d * (d + 1) // 2
         self.multipliers = self.response + d * (d + 1) // 2
         self.stages = self.whole(POINTS)
@@ -89,7 +89,7 @@ class GroupRows(Pass):
         return self.builder.fptoui(self.builder.load(self.place_of(k)), self.padded.type)
 
     def first_lanes(self):
-        return Lanes(self.context, self.builder, self.padded, self.row(0))
+        return self.at(self.row(0))
 
     def loaded(self, lanes, block):
         return [self.load(lanes, block, i) for i in range(self.d)]
@@ -154,7 +154,7 @@ class GroupRows(Pass):
             builder.store(NOTHING, place)
 
         def add(lanes):
-            factor = lanes.load(self.tables if matrix is None else matrix, weights)
+            factor = lanes.factor(self.tables if matrix is None else matrix, weights)
             for row, place in zip(rows, sums, strict=True):
                 value = lanes.load(self.work, self.row(row))
                 builder.store(lanes.add(builder.load(place), lanes.mul(value, factor)), place)

@@ -92,11 +92,14 @@ class Generic:
 
 
 class Constants:
-    """Constants of a law, spread over eight lanes when they are first used."""
+    """Constants of a law, spread over eight lanes when they are first used.
 
-    def __init__(self, builder, lanes, data, row):
+    of_pass  the Pass that evaluates the law; None outside of one
+    """
+
+    def __init__(self, builder, lanes, data, row, of_pass=None):
         self.builder, self.lanes, self.data, self.row = builder, lanes, data, row
-        self.loaded = {}
+        self.of_pass, self.loaded = of_pass, {}
 
     def __getitem__(self, k):
         if k not in self.loaded:
@@ -119,7 +122,7 @@ class Pass:
         self.padded = builder.extract_value(work, 1)
         self.row = self.padded.type
         self.found, self.steps = T * d + 1, rows_of_work(d) - d  # first rows
-        self.factors = self.found + d
+        self.factors, self.fixed = self.found + d, {}
         self.stages = builder.udiv(builder.extract_value(tables, 0), self.row(4))
         rows = builder.extract_value(complement, 0)
         self.projects = builder.icmp_unsigned("!=", rows, self.row(0))
@@ -132,7 +135,11 @@ class Pass:
         """Do one part for all stages."""
         chunks = self.builder.udiv(self.padded, self.row(LANES))
         with cgutils.for_range(self.builder, chunks, intp=self.row) as loop:
-            part(Lanes(self.context, self.builder, self.padded, loop.index))
+            part(self.at(loop.index))
+
+    def at(self, chunk):
+        """The lanes of one of the chunks."""
+        return Lanes(self.context, self.builder, self.padded, chunk)
 
     def load(self, lanes, block, i=0):
         return self.load_row(lanes, block * self.d + i)
@@ -149,17 +156,24 @@ class Pass:
     def number(self, lanes, k):
         return Lane(self.builder, lanes.spread(lanes.number(self.numbers, self.row(k))), ())
 
+    def first_pass(self):
+        """Whether this is the first pass of a step, when sizes are not known."""
+        size = self.builder.load(self.builder.gep(self.numbers, [self.row(2 * self.d)]))
+        return self.builder.fcmp_unordered("==", size, ir.Constant(DOUBLE, 0.0))
+
     def evaluate(self, lanes):
         """f, dL/dv and the factors from q and v."""
         d = self.d
         q, v = ([self.load(lanes, block, i) for i in range(d)] for block in (Q, V))
-        constants = Constants(self.builder, lanes, self.constants, self.row)
+        constants = Constants(self.builder, lanes, self.constants, self.row, self)
         forces, momenta, mass = self.law(q, v, self.load(lanes, T), constants)
-        found = [*momenta, *(factor for row in factored(mass) for factor in row)]
+        factors = [factor for row in factored(mass) for factor in row]
+        self.fixed = {k: x for k, x in enumerate(factors) if not isinstance(x, Lane)}
         for i in range(d):
             self.store(lanes, q[0].same(forces[i]), F, i)
-        for k, value in enumerate(found):
-            self.store(lanes, q[0].same(value), T, 1 + k)
+        for k, value in enumerate([*momenta, *factors]):
+            if k - d not in self.fixed:
+                self.store(lanes, q[0].same(value), T, 1 + k)
 
     def sums(self, lanes, start, matrix, first_row, row, apart=None):
         """start + sum_k (rows of a matrix) (columns of d rows of work), for each coordinate.
@@ -235,7 +249,10 @@ class Pass:
         start = self.factors if first is None else first
 
         def factor(i, j):
-            return self.load_row(lanes, start + i * (i + 1) // 2 + j)
+            k = i * (i + 1) // 2 + j
+            if first is None and k in self.fixed:
+                return self.fixed[k]
+            return self.load_row(lanes, start + k)
 
         L = {(i, j): factor(i, j) for i, j in below}
         for i, j in below:

@@ -5,9 +5,21 @@ See galvi.kernels.lanes.elementary, and for those on groups galvi.kernels.lanes.
 
 from __future__ import annotations
 
-from galvi.kernels.forces.rotor_wind import CORE, DESCENT, HIGH, LOW, SHARES, STRENGTH, R
-from galvi.kernels.lanes.elementary import exp, inverse_fourth_root, sine_cosine, sqrt
+from galvi.kernels.forces.rotor_wind import (
+    CORE,
+    DESCENT,
+    HIGH,
+    INERTIA,
+    INERTIA_POWER,
+    LOW,
+    SHARES,
+    STRENGTH,
+    R,
+)
+from galvi.kernels.lanes.elementary import exp, inverse_fourth_root, log, sine_cosine, sqrt
 from galvi.kernels.lie.arithmetic import cross, dot
+
+SMALLEST = 1e-300  # added to a square whose logarithm is taken
 
 
 def planar_chain(n):
@@ -63,6 +75,70 @@ def canonical(slopes, d, diagonal):
     return law
 
 
+def of_unit_mass(slopes, force, d, coupled, forced_from):
+    """The law of a canonical system in velocities: M^-1 times its forces, v and the unit mass.
+
+    Constants: M^-1, diagonal unless ``coupled``, then those of V and those of the force.
+
+    slopes       dV/dq, as in galvi.kernels.lanes.potentials
+    force        (q, v, t, constants) -> d values; None without one
+    forced_from  number of the first constant of the force
+    """
+    first = d * d if coupled else d
+
+    def law(q, v, t, c):
+        pulls = [-x for x in slopes(q, t, From(c, first))]
+        if force is not None:
+            added = force(q, v, t, From(c, forced_from))
+            pulls = [f + x for f, x in zip(pulls, added, strict=True)]
+        return times_inverse_mass(pulls, d, coupled, c), list(v), unit_mass(d)
+
+    return law
+
+
+def times_inverse_mass(x, d, coupled, c):
+    """M^-1 x, with M^-1 the first constants; diagonal unless ``coupled``."""
+    if not coupled:
+        return [c[i] * x[i] for i in range(d)]
+    found = []
+    for i in range(d):
+        total = c[i * d] * x[0]
+        for j in range(1, d):
+            total = total + c[i * d + j] * x[j]
+        found.append(total)
+    return found
+
+
+def unit_mass(d):
+    """The rows of the unit matrix up to its diagonal."""
+    return [[0.0] * i + [1.0] for i in range(d)]
+
+
+def point_masses(bodies, dimension):
+    """The law of bodies that attract each other, in velocities; constants: G m of each.
+
+    q and v are the coordinates of the first body, then those of the others.
+    """
+
+    def law(q, v, t, c):
+        places = [q[dimension * i : dimension * (i + 1)] for i in range(bodies)]
+        found = [[0.0] * dimension for _ in range(bodies)]
+        for i in range(bodies):
+            for j in range(i):
+                gap = [x - y for x, y in zip(places[j], places[i], strict=True)]
+                square = gap[0] * gap[0]
+                for x in gap[1:]:
+                    square = square + x * x
+                pull = 1.0 / (square * sqrt(square))
+                onto_i, onto_j = c[j] * pull, c[i] * pull
+                for k, x in enumerate(gap):
+                    found[i][k] = onto_i * x + found[i][k]
+                    found[j][k] = found[j][k] - onto_j * x
+        return [a for body in found for a in body], list(v), unit_mass(bodies * dimension)
+
+    return law
+
+
 def forced(law, force, first):
     """The law with an external force (q, v, t, constants) -> d values.
 
@@ -87,19 +163,49 @@ class From:
         return self.constants[self.first + k]
 
 
-def rotor_drag(q, v, t, c):
-    """The force and the constants of galvi.kernels.forces.rotor_wind.drag."""
+def rotor_wind(q, decay):
+    """The wind of galvi.kernels.forces.rotor_wind.
+
+    decay  exp(-t / DESCENT)
+    """
     square = q[0] * q[0] + q[1] * q[1]
-    height = LOW + (HIGH - LOW) * exp(t * (-1.0 / DESCENT))
+    height = LOW + (HIGH - LOW) * decay
     outwards, upwards = 0.0, 0.0
     for share in SHARES:
         spread, rise = _ring(square, q[2] - share * height)
         mirrored, falling = _ring(square, q[2] + share * height)
         outwards, upwards = outwards + (spread - mirrored), upwards + (rise - falling)
     outwards = STRENGTH * outwards
-    w = v[0] - outwards * q[0], v[1] - outwards * q[1], v[2] - STRENGTH * upwards
-    size = -c[0] * sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-    return [size * x for x in w]
+    return outwards * q[0], outwards * q[1], STRENGTH * upwards
+
+
+def quadratic(square, c):
+    """k |w|, and its change by |w| times |w|, from |w|^2.   constants [k]"""
+    rate = c[0] * sqrt(square)
+    return rate, rate
+
+
+def schiller_naumann(square, c):
+    """k (1 + 0.15 Re^0.687), Re = s |w|, as above.   constants [k, s]"""
+    squared = c[1] * c[1] * square + SMALLEST
+    inertial = c[0] * (INERTIA * exp(log(squared) * (0.5 * INERTIA_POWER)))
+    return c[0] + inertial, INERTIA_POWER * inertial
+
+
+def _in_rotor_wind(drag):
+    """The force -rate w, w = v - wind, with the rate of a drag law."""
+
+    def force(q, v, t, c):
+        wind = rotor_wind(q, exp(t * (-1.0 / DESCENT)))
+        w = [x - u for x, u in zip(v, wind, strict=True)]
+        rate = -drag(w[0] * w[0] + w[1] * w[1] + w[2] * w[2], c)[0]
+        return [rate * x for x in w]
+
+    return force
+
+
+quadratic_drag = _in_rotor_wind(quadratic)
+schiller_naumann_drag = _in_rotor_wind(schiller_naumann)
 
 
 def _ring(square, zeta):

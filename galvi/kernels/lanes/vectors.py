@@ -47,6 +47,10 @@ class Lanes:
     def store(self, value, data, row):
         self.builder.store(value, self.address(data, row)).align = 8
 
+    def factor(self, matrix, row):
+        """Numbers of a matrix, one for each stage."""
+        return self.load(matrix, row)
+
     def number(self, data, row, column=None):
         place = row if column is None else self.builder.add(
             self.builder.mul(row, self.padded), column
@@ -101,7 +105,7 @@ class Lanes:
         one, two = ir.Constant(stages.type, 1), ir.Constant(stages.type, 2)
 
         def add(j, totals):
-            factor = self.load(factors, builder.add(start, j))
+            factor = self.factor(factors, builder.add(start, j))
             for x, total in enumerate(totals):
                 value = self.spread(self.number(values, self.plus(row, x), j))
                 builder.store(self.add(builder.load(total), self.mul(value, factor)), total)

@@ -11,6 +11,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.groups.matrices import check_rotation
+from galvi.input_checks import shown
 from galvi.systems.trees.joint import Joint
 
 SLACK = 1e-12
@@ -48,7 +49,7 @@ class Link:
         given = (self.joints,) if isinstance(self.joints, Joint) else self.joints
         joints = tuple(given) if isinstance(given, Iterable) else (given,)
         if not all(isinstance(joint, Joint) for joint in joints):
-            raise TypeError(f"joints must be galvi.Joint values; received {self.joints!r}.")
+            raise TypeError(f"joints must be galvi.Joint values; received {shown(self.joints)}.")
         if len(joints) > 1 and any(joint.type == "free" for joint in joints):
             raise ValueError(
                 f"a free joint must be the only one of its link; received "

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator
 
 from benchmarks.store.frames import pick
-from reports.figures.style.decades import readable
+from reports.figures.style.decades import powers, readable
 from reports.figures.style.end_labels import Label, label_ends
 from reports.figures.style.identities import line_color
 from reports.figures.style.no_data import NoData
@@ -52,6 +52,7 @@ def energies(
     axes.set(xscale="log", xlabel=xlabel, ylabel=ylabel)
     axes.set_yscale("symlog", linthresh=LINEAR, linscale=0.8)
     axes.yaxis.set_major_locator(FixedLocator(TICKS))
+    powers(axes.yaxis)
     axes.set_ylim(TICKS[0], TICKS[-1])
     readable(axes.xaxis)
     label_ends(axes, ends)

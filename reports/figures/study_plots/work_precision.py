@@ -10,14 +10,13 @@ from reports.figures.style.decades import decades, readable
 from reports.figures.style.identities import Identity, identity, in_order
 from reports.figures.style.legends import contender_legend
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import GUIDE
 
 
 def work_precision(axes: Axes, frame: pd.DataFrame, *, ylabel: str) -> None:
     """One problem: the median time of each setting with its interval, one look per contender.
 
     Lines join a contender's Pareto front; hollow points are dominated runs. Failed runs have no
-    point; the run that serves as the reference has a time only.
+    point; the run that is the truth has a time only, a dotted line in its contender's colour.
     """
     measured = frame[(frame["error"] > 0) & (frame["seconds"] > 0)]
     if measured.empty:
@@ -32,9 +31,10 @@ def work_precision(axes: Axes, frame: pd.DataFrame, *, ylabel: str) -> None:
         best = fronts[fronts["contender"] == name]
         axes.plot(best["seconds"], best["error"], **style)
     for _, truth in frame[(frame["status"] == "truth") & (frame["seconds"] > 0)].iterrows():
-        axes.axvline(truth["seconds"], color=GUIDE, linestyle=(0, (1, 2)), linewidth=0.9, zorder=1)
+        color = identity(truth["contender"]).color
+        axes.axvline(truth["seconds"], color=color, linestyle=(0, (1, 2)), linewidth=0.9, zorder=1)
         axes.annotate(
-            f"{truth['contender']} {truth['settings']} (truth)",
+            f"truth: {truth['settings']}",
             (truth["seconds"], 0.02),
             xycoords=("data", "axes fraction"),
             xytext=(-2, 0),
@@ -43,7 +43,7 @@ def work_precision(axes: Axes, frame: pd.DataFrame, *, ylabel: str) -> None:
             ha="right",
             va="bottom",
             fontsize=7,
-            color=GUIDE,
+            color=color,
         )
     decades(axes.yaxis)
     readable(axes.xaxis)

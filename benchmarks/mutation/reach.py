@@ -1,0 +1,180 @@
+"""Which tests reach a line: by coverage, and for compiled code by what calls it.
+
+A line of Python is reached by the tests that execute it. Compiled lines leave no trace, so that a
+kernel's lines count as reached by the tests that execute a line, outside the kernels, that names
+something of a kernel whose code depends on the mutated file.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import sqlite3
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from galvi.kernels.compile import cache
+
+KERNELS = "galvi/kernels/"
+FIRST = 120.0  # seconds of tests at most, the quickest ones first
+
+
+@dataclass(frozen=True)
+class Reach:
+    """The tests of a checkout and what they execute.
+
+    root    the sources
+    folder  holds coverage.sqlite and durations.json, written by `recorded`
+    """
+
+    root: Path
+    folder: Path
+
+    def tests(self, file: str, line: int) -> list[str]:
+        """Names of the tests that reach a line, the quickest ones first."""
+        if file.startswith(KERNELS):
+            found = set().union(*(self._executing(f, at) for f, at in self._callers(file)), set())
+        else:
+            found = self._executing(file, {line}) or self._executing(
+                file, self._statement(file, line)
+            )
+        return sorted(found, key=lambda test: (self._durations.get(test, 0.0), test))
+
+    def chosen(self, tests: list[str]) -> list[str]:
+        """The first of these, FIRST seconds of them."""
+        spent, kept = 0.0, []
+        for test in tests:
+            spent += self._durations.get(test, 0.0)
+            if kept and spent > FIRST:
+                break
+            kept.append(test)
+        return kept
+
+    def duration(self, tests: list[str]) -> float:
+        """Seconds that the tests take."""
+        return sum(self._durations.get(test, 0.0) for test in tests)
+
+    @cached_property
+    def _durations(self) -> dict[str, float]:
+        known: dict[str, float] = json.loads((self.folder / "durations.json").read_text())
+        return known
+
+    @cached_property
+    def _lines(self) -> dict[str, dict[int, set[str]]]:
+        """File -> line -> tests."""
+        from coverage.numbits import numbits_to_nums
+
+        found: dict[str, dict[int, set[str]]] = {}
+        with sqlite3.connect(self.folder / "coverage.sqlite") as known:
+            rows = known.execute(
+                "SELECT path, context, numbits FROM line_bits"
+                " JOIN file ON file.id = file_id JOIN context ON context.id = context_id"
+                " WHERE context != ''"
+            )
+            for path, context, numbits in rows:
+                lines = found.setdefault(Path(path).relative_to(self.root).as_posix(), {})
+                for line in numbits_to_nums(numbits):
+                    lines.setdefault(line, set()).add(context.partition("|")[0])
+        return found
+
+    def _executing(self, file: str, lines: set[int]) -> set[str]:
+        known = self._lines.get(file, {})
+        return set().union(*(known.get(line, set()) for line in lines), set())
+
+    def _statement(self, file: str, line: int) -> set[int]:
+        """The lines of the smallest statement around one; of the file for what no test executes."""
+        tree = ast.parse((self.root / file).read_text(encoding="utf-8"))
+        around = [
+            node
+            for node in ast.walk(tree)
+            if isinstance(node, ast.stmt) and node.lineno <= line <= (node.end_lineno or 0)
+        ]
+        if not around:
+            return set()
+        least = min(around, key=lambda node: (node.end_lineno or 0) - node.lineno)
+        inside = set(range(least.lineno, (least.end_lineno or 0) + 1))
+        if self._executing(file, inside) or isinstance(least, ast.FunctionDef):
+            return inside
+        return set(range(1, len(self._source(file).splitlines()) + 1))  # a constant of the module
+
+    def _source(self, file: str) -> str:
+        return (self.root / file).read_text(encoding="utf-8")
+
+    def _callers(self, kernel: str) -> Iterator[tuple[str, set[int]]]:
+        """File outside the kernels -> lines that name something of a kernel that may call this."""
+        path = self.root / kernel
+        above = {
+            self._module(one)
+            for one in (self.root / KERNELS).rglob("*.py")
+            if path in cache.sources(str(one))
+        }
+        for one in sorted((self.root / "galvi").rglob("*.py")):
+            file = one.relative_to(self.root).as_posix()
+            text = self._source(file)
+            if not file.startswith(KERNELS) and "galvi.kernels" in text:
+                lines = _lines_with_names_of(above, text)
+                if lines:
+                    yield file, lines
+
+    def _module(self, path: Path) -> str:
+        name = path.relative_to(self.root).with_suffix("").as_posix().replace("/", ".")
+        return name.removesuffix(".__init__")
+
+
+def _lines_with_names_of(modules: set[str], text: str) -> set[int]:
+    """The lines that use what is imported from the modules; all where a string imports it."""
+    tree = ast.parse(text)
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            for one in node.names:
+                if {node.module, f"{node.module}.{one.name}"} & modules:
+                    names.add(one.asname or one.name)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            named = set(re.findall(r"from (galvi\.kernels[\w.]*) import", node.value))
+            if named & modules:
+                return set(range(1, len(text.splitlines()) + 1))
+    return {
+        node.lineno for node in ast.walk(tree) if isinstance(node, ast.Name) and node.id in names
+    }
+
+
+def recorded(root: Path, folder: Path, tests: tuple[str, ...] = ("tests",)) -> Reach:
+    """Run the tests once under coverage, in about twice their time.
+
+    Raises RuntimeError when one fails: what fails without a fault finds none.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    settings = folder / "coverage.ini"
+    settings.write_text(
+        f"[run]\nsource = galvi,references,benchmarks\ndata_file = {folder / 'coverage.sqlite'}\n"
+    )
+    done = subprocess.run(
+        [
+            sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q",
+            "-p", "no:cacheprovider", "--cov", "--cov-context=test", f"--cov-config={settings}",
+            "--cov-report=", f"--junitxml={folder / 'tests.xml'}", "-o", "junit_family=xunit1",
+            *tests,
+        ],
+        cwd=root, capture_output=True, text=True,
+    )  # fmt: skip
+    if done.returncode:
+        raise RuntimeError(f"the tests fail without a fault: {done.stdout[-2000:]}")
+    write_durations(folder)
+    return Reach(root, folder)
+
+
+def write_durations(folder: Path) -> None:
+    """durations.json from tests.xml: name of a test -> seconds."""
+    from xml.etree import ElementTree
+
+    found = {}
+    for case in ElementTree.parse(folder / "tests.xml").iter("testcase"):
+        name = f"{case.get('file')}::{case.get('name')}"
+        found[name] = float(case.get("time") or 0.0)
+    (folder / "durations.json").write_text(json.dumps(found))

@@ -1,0 +1,163 @@
+"""The study of the mutants: a sample, tried in parts that survive an interruption."""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from benchmarks.mutation.mutants import Mutant, sampled
+from benchmarks.mutation.reach import Reach, recorded
+from benchmarks.mutation.trial import KILLED, Outcome, tried
+from benchmarks.store.provenance import ROOT
+from benchmarks.store.result_cache import digest_of_sources
+from benchmarks.store.row_files import RowFiles
+from benchmarks.studies.round_off_long import version
+
+COLUMNS: Mapping[str, type] = {
+    "sample": str,
+    "file": str,
+    "line": int,
+    "operator": str,
+    "before": str,
+    "after": str,
+    "mutant": str,
+    "outcome": str,
+    "test": str,
+    "seconds": float,
+    "tests": str,
+    "seed": int,
+    "commit": str,
+    "date": str,
+}
+FOLDER = "mutants"  # subfolder of the studies
+SEED = 1
+SAMPLES = {
+    "integrators": (("galvi",), 500),
+    "judges and references": (
+        ("benchmarks/checks", "benchmarks/statistics", "benchmarks/measures", "references"),
+        100,
+    ),
+}
+BATCH = 10
+EQUIVALENT = Path(__file__).with_name("equivalent.csv")
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Part:
+    """A few mutants of one sample; those that survive are tried again when the tests change."""
+
+    sample: str
+    number: int
+    mutants: tuple[Mutant, ...]
+    files: RowFiles
+    tests: str
+
+    @property
+    def name(self) -> str:
+        """The name of its file."""
+        return f"{self.sample.replace(' ', '-')}_{self.number:02d}"
+
+    @property
+    def title(self) -> str:
+        """The title in progress output."""
+        return f"Mutants of the {self.sample}, {BATCH} at a time: {self.number + 1}"
+
+    def done(self) -> bool:
+        """Whether the outcome of each mutant is known."""
+        return len(self._known()) == len(self.mutants)
+
+    def run(self, report: Report) -> None:
+        """Try what is missing, and write the rows."""
+        known = self._known()
+        reach = _reach(self.files.folder / "reach" / self.tests, report)
+        left = [one for one in self.mutants if one.code not in known]
+        date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            for mutant, outcome in zip(
+                left, pool.map(lambda m: tried(m, reach), left), strict=True
+            ):
+                report(f"{outcome.outcome}: {mutant}")
+                known[mutant.code] = self._row(mutant, outcome, date)
+        rows = [known[one.code] for one in self.mutants]
+        self.files.write(self.name, pd.DataFrame(rows, columns=list(COLUMNS)))
+
+    def _known(self) -> dict[str, dict[str, object]]:
+        frame = self.files.read(self.name)
+        if frame is None:
+            return {}
+        wanted = {one.code for one in self.mutants}
+        return {
+            str(row["mutant"]): row
+            for row in frame.to_dict("records")
+            if row["mutant"] in wanted and (row["outcome"] == KILLED or row["tests"] == self.tests)
+        }
+
+    def _row(self, mutant: Mutant, outcome: Outcome, date: str) -> dict[str, object]:
+        return {
+            "sample": self.sample,
+            "file": mutant.file,
+            "line": mutant.line,
+            "operator": mutant.operator.removeprefix("core/"),
+            "before": mutant.before,
+            "after": mutant.after,
+            "mutant": mutant.code,
+            "outcome": outcome.outcome,
+            "test": outcome.test,
+            "seconds": outcome.seconds,
+            "tests": self.tests,
+            "seed": SEED,
+            "commit": version(),
+            "date": date,
+        }
+
+
+def parts(studies: Path, report: Report, seed: int = SEED) -> list[Part]:
+    """All parts, in an order in which each beginning is a sample too; none without cosmic-ray."""
+    files, tests, found = row_files(studies, report), digest_of_sources(("tests",)), []
+    for sample, (folders, count) in SAMPLES.items():
+        try:
+            mutants = sampled(ROOT, folders, count, seed)
+        except ModuleNotFoundError as missing:
+            report(f"Mutants: not run, {missing.name} is not installed; `make mutants` does it.")
+            return []
+        mutants.sort(key=lambda one: hashlib.sha256(one.code.encode()).digest())
+        for k in range(0, len(mutants), BATCH):
+            few = tuple(mutants[k : k + BATCH])
+            found.append(Part(sample, k // BATCH, few, files, tests))
+    return found
+
+
+def stored(studies: Path, report: Report) -> pd.DataFrame:
+    """All stored rows; none when the study was not run."""
+    return row_files(studies, report).all()
+
+
+def row_files(studies: Path, report: Report) -> RowFiles:
+    """The files of the study's rows."""
+    return RowFiles(studies / FOLDER, COLUMNS, report)
+
+
+def nothing(quick: bool = False, report: Report = lambda sentence: None) -> pd.DataFrame:
+    """No rows: a report shows what `make mutants` found."""
+    return pd.DataFrame(columns=list(COLUMNS))
+
+
+def equivalents() -> Sequence[tuple[str, str, str]]:
+    """File, line and changed line of each mutant in EQUIVALENT."""
+    table = pd.read_csv(EQUIVALENT, dtype=str, keep_default_na=False)
+    return list(table[["file", "before", "after"]].itertuples(index=False, name=None))
+
+
+def _reach(folder: Path, report: Report) -> Reach:
+    if (folder / "durations.json").exists():
+        return Reach(ROOT, folder)
+    report("all tests once, with coverage")
+    return recorded(ROOT, folder)

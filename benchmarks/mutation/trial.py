@@ -1,0 +1,71 @@
+"""Whether the tests that reach a mutant find it."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.mutation.mutants import Mutant
+from benchmarks.mutation.reach import Reach
+
+KILLED, SURVIVED, NOT_REACHED = "killed", "survived", "not reached"
+START, SLOWER = 240.0, 5.0  # seconds to start and to compile; a mutant's tests against usual ones
+LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "out", "build", "dist", ".*_cache", "*.egg-info")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """``killed`` (by which test), ``survived`` or ``not reached``, and the seconds it took."""
+
+    outcome: str
+    test: str
+    seconds: float
+
+
+def tried(mutant: Mutant, reach: Reach) -> Outcome:
+    """Run the tests that reach the mutant in a copy of the sources, until one fails.
+
+    A run that takes SLOWER times as long as usual counts as killed: it hangs.
+    """
+    tests = reach.chosen(reach.tests(mutant.file, mutant.line))
+    if not tests:
+        return Outcome(NOT_REACHED, "", 0.0)
+    start = time.perf_counter()
+    with tempfile.TemporaryDirectory(prefix="galvi-mutant-") as folder:
+        copy = Path(folder) / "sources"
+        shutil.copytree(reach.root, copy, ignore=LEFT_OUT)
+        (copy / mutant.file).write_text(mutant.source(reach.root), encoding="utf-8")
+        chosen = Path(folder) / "tests.txt"
+        chosen.write_text("\n".join(tests), encoding="utf-8")
+        code, text = _run(copy, chosen, START + SLOWER * reach.duration(tests))
+    seconds = time.perf_counter() - start
+    if code == 0:
+        return Outcome(SURVIVED, "", seconds)
+    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", text, re.MULTILINE)
+    return Outcome(
+        KILLED, failed[1] if failed else "it hangs" if code is None else "import", seconds
+    )
+
+
+def _run(copy: Path, tests: Path, patience: float) -> tuple[int | None, str]:
+    environment = {**os.environ, "PYTHONPATH": str(copy), "HYPOTHESIS_STORAGE_DIRECTORY": str(copy)}
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", f"@{tests}"]
+    with subprocess.Popen(
+        command, cwd=copy, env=environment, text=True, start_new_session=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    ) as process:  # fmt: skip
+        try:
+            text, _ = process.communicate(timeout=patience)
+            return process.returncode, text
+        except subprocess.TimeoutExpired:
+            return None, ""
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, 9)

@@ -1,0 +1,1 @@
+"""Many runs of one system, from arrays of starts and parameters."""

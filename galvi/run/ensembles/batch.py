@@ -1,0 +1,124 @@
+"""Members of one law that a thread advances together, in the arrays of the kernel."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+from galvi.kernels.lanes.members.law import law_fields, rows_of_member_work
+from galvi.kernels.lanes.members.steps import FIRST, TODO, Fields
+from galvi.kernels.lanes.vectors import LANES
+from galvi.method import Galerkin
+from galvi.run.ensembles.laws import Law, LawNumbers
+from galvi.run.law_stepper import component_degrees, outside
+from galvi.run.nystrom_steppers import aligned, integrals_of
+from galvi.symbolic.lane_law import compiled_members
+from galvi.tableau import Tableau
+
+
+class Batch:
+    """Some members of a law, from their starts on.
+
+    law, numbers  of the members
+    method        whose steps they take
+    step          (n,) each member's own
+    t0            time of the start
+    q, v, p       (n, r), (n, d), (n, d) starts; p in the law's own momenta
+    tolerance     relative change at which an iteration stops
+
+    Nothing that is computed for a member depends on the others.
+    """
+
+    def __init__(
+        self, law: Law, numbers: LawNumbers, method: Galerkin, step: Array, t0: float, q: Array,
+        v: Array, p: Array, tolerance: float,
+    ) -> None:  # fmt: skip
+        self.count, self.law, self.numbers = len(q), law, numbers
+        d, s, constants = law.dimension, method.stages, numbers.constants
+        self.fields: Fields = law_fields(d)
+        self.function = compiled_members(law.lines, d)
+        tables, complement, growth = member_tables(method.table, component_degrees(method))
+        self.blocks = -(-self.count // LANES)
+        rows, c = self.fields.rows(s), max(constants.shape[1], 1)
+        self.records, self.constants, self.work = aligned(
+            (self.blocks, rows, LANES), (self.blocks, c, LANES), (rows_of_member_work(d), s, LANES)
+        )
+        self.constants[:, : constants.shape[1]] = self._in_lanes(constants)
+        for name, values in (
+            ("q", q), ("p", p), ("step", step[:, None]), ("start", np.full((1, 1), t0)),
+            ("alive", np.ones((1, 1))),
+        ):  # fmt: skip
+            first = self.fields.first[name]
+            self.records[:, first : first + values.shape[1]] = self._in_lanes(values)
+        self.records[:, self.fields.velocities :] = np.repeat(self._in_lanes(v), s, axis=1)
+        reals = np.append(growth, tolerance)
+        self._kept_alive = (tables, complement, reals)
+        self.words = np.array(
+            [
+                *(array.ctypes.data for array in (
+                    self.records, self.constants, self.work, tables, complement, reals
+                )),
+                self.blocks, s, 0, 0, growth.size, complement.shape[0], c, rows,
+            ],
+            dtype=np.int64,
+        )  # fmt: skip
+        self.done = 0
+
+    def advance(self, steps: int) -> None:
+        """Do so many more steps of all members that have not failed."""
+        self.words[FIRST], self.words[TODO] = self.done, steps
+        self.function(self.words.ctypes.data)
+        self.done += steps
+
+    def field(self, name: str, size: int = 1) -> Array:
+        """A field of the records, (n, size)."""
+        first = self.fields.first[name]
+        rows = self.records[:, first : first + size]
+        return np.ascontiguousarray(rows.transpose(0, 2, 1)).reshape(-1, size)[: self.count]
+
+    def states(self) -> tuple[Array, Array]:
+        """Configurations (n, r) and conjugate momenta (n, d) now; NaN of a member that failed."""
+        q, p = self.field("q", self.law.entries), self.field("p", self.law.dimension)
+        p = self.numbers.momenta(p)
+        failed = self.failed > 0
+        q[failed], p[failed] = np.nan, np.nan
+        return q, p
+
+    @property
+    def failed(self) -> Any:
+        """(n,) the step at which a member failed, 0 for none."""
+        return self.field("failed")[:, 0].astype(np.int64)
+
+    @property
+    def passes(self) -> Any:
+        """(n,) passes of the iterations so far."""
+        return self.field("passes")[:, 0].astype(np.int64)
+
+    def _in_lanes(self, values: Array) -> Array:
+        """(1 or n, k) as (blocks, k, 8); the last members fill up with the last one."""
+        index = np.minimum(np.arange(self.blocks * LANES), len(values) - 1)
+        return values[index].reshape(self.blocks, LANES, -1).transpose(0, 2, 1)
+
+
+@lru_cache(maxsize=32)
+def member_tables(
+    table: Tableau, degrees: tuple[int, ...] | None = None
+) -> tuple[Array, Array, Array]:
+    """A table in the layout of galvi.kernels.lanes.members.steps: tables, complement and growth."""
+    s, m = table.slope.shape
+    A, B = integrals_of(table)
+    nothing = np.zeros((1, s))
+    parts = [*(x.T for x in (*A, *B)), table.b[None], table.low_parts[1][None], table.c[None],
+             nothing, table.analysis.T, table.extrapolation.T]  # fmt: skip
+    given = np.concatenate(parts)
+    coefficients = degrees or (m,)
+    complement = np.zeros((0, s))
+    if s > min(coefficients):
+        complement = np.concatenate([outside(table, k).T for k in coefficients])
+    copies = aligned(given.shape, complement.shape)
+    for copy, values in zip(copies, (given, complement), strict=True):
+        copy[:] = values
+    return copies[0], copies[1], read_only(table.growth)

@@ -1,0 +1,243 @@
+"""What an ensemble keeps of each run: values that see the states at some steps.
+
+A value to keep has two methods. ``steps(plan)`` returns the numbers of the steps at which it wants
+to see all members, increasing; ``begin(plan)`` returns a `Record` for the members of a plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array, read_only
+
+WHOLE = 1e-6  # of a step, by which a time may differ from a whole number of steps
+
+
+class Plan(NamedTuple):
+    """What n members do: ``steps`` steps of their own ``step`` (n,) from t0.
+
+    q_shape, p_shape  of one state
+    """
+
+    steps: int
+    step: Array
+    t0: float
+    q_shape: tuple[int, ...]
+    p_shape: tuple[int, ...]
+
+
+class Record(Protocol):
+    """What is kept of some members while they run."""
+
+    def see(self, k: int, t: Array, q: Array, p: Array) -> None:
+        """All members after step k, at times (n,): (n, *q_shape) and (n, *p_shape)."""
+
+    def result(self) -> tuple[Array, ...]:
+        """What is kept, arrays with the members in front."""
+
+
+class Keep(Protocol):
+    """A value to keep."""
+
+    def steps(self, plan: Plan) -> Sequence[int]:
+        """Steps, from 0 to plan.steps, after which the members are seen."""
+
+    def begin(self, plan: Plan) -> Record:
+        """A record for the members of the plan."""
+
+
+Quantity = Callable[[Array, Array, Array], Any]  # (t, q, p) of n members -> (n, ...)
+
+
+@dataclass(frozen=True)
+class FinalStates:
+    """The last configuration and momentum of each member: ``result[0]`` and ``result[1]``."""
+
+    def steps(self, plan: Plan) -> Sequence[int]:
+        """The last one."""
+        return [plan.steps]
+
+    def begin(self, plan: Plan) -> Record:
+        """As `Keep`."""
+        return _Final()
+
+
+class _Final:
+    def see(self, k: int, t: Array, q: Array, p: Array) -> None:
+        self.kept = np.array(q), np.array(p)
+
+    def result(self) -> tuple[Array, ...]:
+        return self.kept
+
+
+@dataclass(frozen=True)
+class StatesAt:
+    """The states at some times, a whole number of steps of each member after the start.
+
+    times  increasing
+
+    ``result[0]`` is (members, times, ...) of configurations, ``result[1]`` of momenta.
+    """
+
+    times: Any
+
+    def __post_init__(self) -> None:
+        times = np.atleast_1d(input_checks.array("times", self.times))
+        object.__setattr__(self, "times", tuple(times.tolist()))
+
+    def numbers(self, plan: Plan) -> Any:
+        """(n, times) numbers of steps; ValueError unless whole and within the run."""
+        ratio = (np.array(self.times) - plan.t0) / plan.step[:, None]
+        found = np.rint(ratio).astype(np.int64)
+        wrong = (np.abs(ratio - found) > WHOLE) | (found < 0) | (found > plan.steps)
+        if np.any(wrong):
+            member, k = np.argwhere(wrong)[0]
+            raise ValueError(
+                f"times must be whole numbers of steps after t0, within the run; received "
+                f"{self.times[k]!r}, which is {ratio[member, k]:.9g} steps of "
+                f"{plan.step[member]:g} of a run of {plan.steps}."
+            )
+        return found
+
+    def steps(self, plan: Plan) -> Sequence[int]:
+        """All that one of the members needs."""
+        return [int(k) for k in np.unique(self.numbers(plan))]
+
+    def begin(self, plan: Plan) -> Record:
+        """As `Keep`."""
+        return _At(self.numbers(plan), plan)
+
+
+class _At:
+    def __init__(self, numbers: Any, plan: Plan) -> None:
+        self.numbers = numbers
+        self.q, self.p = (
+            np.full((*numbers.shape, *shape), np.nan) for shape in (plan.q_shape, plan.p_shape)
+        )
+
+    def see(self, k: int, t: Array, q: Array, p: Array) -> None:
+        members, columns = np.nonzero(self.numbers == k)
+        self.q[members, columns], self.p[members, columns] = q[members], p[members]
+
+    def result(self) -> tuple[Array, ...]:
+        return self.q, self.p
+
+
+@dataclass(frozen=True)
+class Extrema:
+    """The least and the largest value of a quantity at the steps, the start included.
+
+    quantity  (t, q, p) of n members, (n,), (n, ...) and (n, ...), -> (n, ...); None: q
+
+    ``result[0]`` is the least value and ``result[1]`` the largest, (members, ...).
+    """
+
+    quantity: Quantity | None = None
+
+    def steps(self, plan: Plan) -> Sequence[int]:
+        """All of them."""
+        return range(plan.steps + 1)
+
+    def begin(self, plan: Plan) -> Record:
+        """As `Keep`."""
+        return _Extremes(self.quantity)
+
+
+class _Extremes:
+    def __init__(self, quantity: Quantity | None) -> None:
+        self.quantity = quantity
+
+    def see(self, k: int, t: Array, q: Array, p: Array) -> None:
+        x = q if self.quantity is None else np.asarray(self.quantity(t, q, p), dtype=np.float64)
+        if k == 0:
+            self.least, self.most = np.array(x), np.array(x)
+        else:
+            self.least, self.most = np.minimum(self.least, x), np.maximum(self.most, x)
+
+    def result(self) -> tuple[Array, ...]:
+        return self.least, self.most
+
+
+@dataclass(frozen=True)
+class Histogram:
+    """How often a quantity lies between edges, at the steps of each run, the start included.
+
+    quantity  (t, q, p) of n members, as for `Extrema`, -> (n,)
+    edges     (bins + 1,), increasing; a value at the last edge belongs to the last bin
+
+    The result is (members, bins); a failed member counts nothing from its failure on.
+    """
+
+    quantity: Quantity
+    edges: Any
+
+    def __post_init__(self) -> None:
+        edges = input_checks.array("edges", self.edges)
+        if edges.ndim != 1 or edges.size < 2 or np.any(np.diff(edges) <= 0.0):
+            raise ValueError(f"edges must be increasing; received {edges.tolist()}.")
+        object.__setattr__(self, "edges", tuple(edges.tolist()))
+
+    def steps(self, plan: Plan) -> Sequence[int]:
+        """All of them."""
+        return range(plan.steps + 1)
+
+    def begin(self, plan: Plan) -> Record:
+        """As `Keep`."""
+        return _Counts(self.quantity, np.array(self.edges), len(plan.step))
+
+
+class _Counts:
+    def __init__(self, quantity: Quantity, edges: Array, members: int) -> None:
+        self.quantity, self.edges = quantity, edges
+        self.counts = np.zeros((members, edges.size - 1))
+
+    def see(self, k: int, t: Array, q: Array, p: Array) -> None:
+        x = np.asarray(self.quantity(t, q, p), dtype=np.float64)
+        bins = np.searchsorted(self.edges, x, side="right") - 1
+        bins[x == self.edges[-1]] -= 1
+        inside = np.flatnonzero((bins >= 0) & (bins < self.edges.size - 1) & np.isfinite(x))
+        self.counts[inside, bins[inside]] += 1.0
+
+    def result(self) -> tuple[Array, ...]:
+        return (self.counts,)
+
+
+@dataclass(frozen=True)
+class OfStates:
+    """A function compiled by ``numba.njit`` of the whole run of one member.
+
+    function  (t (steps + 1,), q (steps + 1, ...), p (steps + 1, ...)) -> a number, or an array of
+              the same shape for each member
+    """
+
+    function: Any
+
+    def steps(self, plan: Plan) -> Sequence[int]:
+        """All of them."""
+        return range(plan.steps + 1)
+
+    def begin(self, plan: Plan) -> Record:
+        """As `Keep`."""
+        return _Whole(self.function, plan)
+
+
+class _Whole:
+    def __init__(self, function: Any, plan: Plan) -> None:
+        self.function, members, rows = function, len(plan.step), plan.steps + 1
+        self.t = np.empty((members, rows))
+        self.q, self.p = (
+            np.empty((members, rows, *shape)) for shape in (plan.q_shape, plan.p_shape)
+        )
+
+    def see(self, k: int, t: Array, q: Array, p: Array) -> None:
+        self.t[:, k], self.q[:, k], self.p[:, k] = t, q, p
+
+    def result(self) -> tuple[Array, ...]:
+        rows = zip(self.t, self.q, self.p, strict=True)
+        values = [self.function(*(read_only(part) for part in row)) for row in rows]
+        return (np.array(values, dtype=np.float64),)

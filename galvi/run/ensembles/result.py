@@ -1,0 +1,67 @@
+"""What an ensemble leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.trajectory import COMPLETED
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """What was kept of n members, and how each ended.
+
+    kept         arrays with the members in front; NaN for a member that failed, from there on
+    failed_step  (n,) the step that failed, from 1; 0 for none
+    messages     member -> how it ended, where that is not just "Completed."
+    iterations   (n,) passes of the iterations of all steps
+
+    ``np.asarray(result)`` is the array that was kept, with the members in front; several are put
+    side by side, along a second axis if they have the same shape. ``result[k]`` is the k-th of
+    several, or what was kept of the k-th member.
+    """
+
+    kept: tuple[Array, ...]
+    failed_step: Any
+    messages: dict[int, str]
+    iterations: Any
+
+    def __len__(self) -> int:
+        return len(self.kept) if len(self.kept) > 1 else self.members
+
+    def __getitem__(self, k: Any) -> Array:
+        return self.kept[k] if len(self.kept) > 1 else self.kept[0][k]
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Array:
+        if len(self.kept) == 1:
+            array = self.kept[0]
+            return np.array(array, dtype=dtype, copy=copy)
+        if len({part.shape for part in self.kept}) == 1:
+            array = np.stack(self.kept, axis=1)
+        else:
+            array = np.concatenate([part.reshape(len(part), -1) for part in self.kept], axis=1)
+        return array.astype(dtype, copy=False) if dtype is not None else array
+
+    @property
+    def members(self) -> int:
+        """How many there are."""
+        return len(self.failed_step)
+
+    @cached_property
+    def success(self) -> Any:
+        """(n,) whether each member completed its steps."""
+        return self.failed_step == 0
+
+    @cached_property
+    def status(self) -> tuple[str, ...]:
+        """How each member ended, one sentence each, with the remedy for one that failed."""
+        return tuple(self.messages.get(k, COMPLETED) for k in range(self.members))
+
+    def __repr__(self) -> str:
+        shapes = ", ".join(str(part.shape) for part in self.kept)
+        return f"Ensemble({self.members} members, {int(self.success.sum())} completed: {shapes})"

@@ -1,0 +1,89 @@
+"""Mutants: which are found, which tests are asked, and that a compiled line reaches its callers."""
+
+from __future__ import annotations
+
+import ast
+import json
+from dataclasses import replace
+
+import pytest
+
+from benchmarks.mutation import mutants, trial
+from benchmarks.mutation.reach import Reach, _lines_with_names_of
+from benchmarks.store.provenance import ROOT
+from reports.sections.mutants import mutants_table
+
+SOURCE = "def half(x):\n    return x / 2\n"
+TEST = "from small import half\n\ndef test_half():\n    assert half(4) == 2\n"
+CHANGES = {
+    "x * 2": "killed",
+    "x / 2.0": "survived",
+    "half(x)": "killed",
+    "exec('while True: pass')": "killed",
+}
+
+
+class Known(Reach):
+    """A small project whose tests are known."""
+
+    def tests(self, file, line):
+        return ["test_small.py::test_half"] if line == 2 else []
+
+
+@pytest.fixture
+def project(tmp_path, monkeypatch):
+    (tmp_path / "small.py").write_text(SOURCE)
+    (tmp_path / "test_small.py").write_text(TEST)
+    (tmp_path / "durations.json").write_text(json.dumps({"test_small.py::test_half": 0.01}))
+    monkeypatch.setattr(trial, "START", 5.0)
+    return Known(tmp_path, tmp_path)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_fault_that_a_test_sees_is_found_and_one_that_computes_the_same_is_not(
+    project, monkeypatch, change
+):
+    monkeypatch.setattr(mutants, "_mutated", lambda text, *where: text.replace("x / 2", change))
+    mutant = mutants.Mutant("small.py", "", 0, 2, "return x / 2", f"return {change}", "")
+    assert trial.tried(mutant, project).outcome == CHANGES[change]
+    assert trial.tried(replace(mutant, line=1), project).outcome == "not reached"
+    assert (project.root / "small.py").read_text() == SOURCE
+
+
+def test_the_quickest_tests_are_asked_first_and_no_more_than_two_minutes_of_them(tmp_path):
+    (tmp_path / "durations.json").write_text(json.dumps({"a": 1.0, "b": 100.0, "c": 50.0}))
+    reach = Reach(tmp_path, tmp_path)
+    assert reach.chosen(["a", "b", "c"]) == ["a", "b"]
+    assert reach.chosen(["b", "c"]) == ["b"]
+
+
+def test_a_compiled_line_counts_as_reached_where_something_that_may_call_it_is_named(tmp_path):
+    callers = dict(Reach(ROOT, tmp_path)._callers("galvi/kernels/lie/rotations.py"))
+    assert "galvi/run/group_steppers.py" in callers
+    assert "galvi/spaces/fourier.py" not in callers
+    used = "from galvi.kernels.lie.rotations import product\n\nx = 1\ny = product(x, x)\n"
+    assert _lines_with_names_of({"galvi.kernels.lie.rotations"}, used) == {4}
+    assert _lines_with_names_of({"galvi.kernels.lie.rotation"}, used) == set()
+
+
+def test_annotations_are_no_place_for_a_fault():
+    text = "def half(x: int | None = 2 | 1) -> 3 | 4:\n    y: 5 = x | 6\n    return y\n"
+    idle = mutants._not_executed(ast.parse(text))
+    lines = text.splitlines()
+    found = {lines[row - 1][first:last] for (row, first), (_, last) in idle}
+    assert found == {"int | None", "3 | 4", "5"}
+
+
+def test_the_table_counts_and_names_what_no_test_found():
+    import pandas as pd
+
+    row = {"sample": "integrators", "line": 3, "before": "a < b", "after": "a <= b"}
+    rows = [
+        row | {"file": "galvi/run/loop.py", "outcome": "killed"},
+        row | {"file": "galvi/run/status.py", "outcome": "survived"},
+        row | {"file": "galvi/method.py", "outcome": "not reached"},
+    ]
+    table, _ = mutants_table(pd.DataFrame(rows))
+    shown = dict(zip(table["where"], table["found"], strict=True))
+    assert shown["galvi/run/"] == "1 (50%)" and shown["all: integrators"] == "1 (33%)"
+    assert shown["galvi/run/status.py:3: a < b  ->  a <= b"] == "survived"

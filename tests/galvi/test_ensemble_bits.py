@@ -1,0 +1,103 @@
+"""A member has the same bits in every ensemble, lane, batch, thread, process and order."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import galvi
+from galvi.kernels.lanes.members import rows, steps
+from galvi.run.ensembles import schedule
+from galvi.run.ensembles.chunk import Chunk, run_chunk
+from galvi.run.ensembles.keep import FinalStates, Plan
+from galvi.run.ensembles.laws import law_of
+from tests.galvi.ensemble_cases import CASES, starts
+
+SIX = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
+MEMBERS = 21
+
+
+def final(name, members, mark=""):
+    """The final states of some members, whose steps differ and so need different passes, which end
+    long before round-off.
+
+    mark  added to the law's lines, so that code with a fault is compiled and kept apart
+    """
+    problem, step = CASES[name]
+    q, v = (x[members] for x in starts(problem, MEMBERS, 0.05))
+    plan = Plan(
+        8, step * np.linspace(0.1, 1.0, MEMBERS)[members], problem.t0, problem.q0.shape,
+        problem.v0.shape,
+    )  # fmt: skip
+    law, numbers = law_of(problem.system, problem.v0.size)
+    law = replace(law, lines=law.lines + mark)
+    kept = run_chunk(Chunk(law, numbers, SIX, plan, 1e-9, FinalStates(), 0, q, v))
+    assert not kept.failed.any()
+    assert len(members) < MEMBERS or len(set(kept.passes)) > 2
+    return np.concatenate([x.reshape(len(members), -1) for x in kept.values], axis=1)
+
+
+def check_members_do_not_mix(name, parts, mark=""):
+    """AssertionError unless members have the same bits together and in these parts."""
+    together = final(name, np.arange(MEMBERS), mark)
+    for part in parts:
+        assert np.array_equal(final(name, np.array(part), mark), together[part])
+
+
+@given(
+    order=st.permutations(range(MEMBERS)), size=st.integers(3, MEMBERS),
+    name=st.sampled_from(["henon_heiles", "double_pendulum", "brownout"]),
+)  # fmt: skip
+@settings(max_examples=15)
+def test_in_any_order_and_company(order, size, name):
+    check_members_do_not_mix(name, [order, order[:size]])
+
+
+PARTS = [list(range(MEMBERS))[::-1], [4, 11, 20]]
+
+
+def test_a_pass_that_does_not_spare_solved_members_is_caught(monkeypatch):
+    def unmasked(self, lanes, lane, row):
+        lanes.store(lane.value, self.work, self.row(row))
+
+    monkeypatch.setattr(steps.MemberSteps, "store_row", unmasked)
+    with pytest.raises(AssertionError):
+        check_members_do_not_mix("henon_heiles", PARTS, "\n# every pass for all\n")
+
+
+def test_a_state_written_to_the_neighbour_is_caught(monkeypatch):
+    keep = rows.MemberLanes.keep
+
+    def leaking(self, vector, data, row):
+        turned = [*range(1, 8), 0]
+        kind = rows.ir.VectorType(rows.ir.IntType(32), 8)
+        moved = self.builder.shuffle_vector(vector, vector, rows.ir.Constant(kind, turned))
+        keep(self, moved, data, row)
+
+    monkeypatch.setattr(rows.MemberLanes, "keep", leaking)
+    with pytest.raises(AssertionError):
+        check_members_do_not_mix("henon_heiles", PARTS, "\n# to the neighbour\n")
+
+
+def test_for_any_number_of_threads_and_size_of_chunks(monkeypatch):
+    problem, step = CASES["henon_heiles"]
+    q, v = starts(problem, 300)
+
+    def run(executor=None):
+        return galvi.integrate_ensemble(
+            problem, q, v, SIX, step, 20, keep=galvi.Extrema(), executor=executor
+        )
+
+    one = run()
+    assert one.success.all()
+    for threads, probe in ((1, 8), (2, 16), (2, 8)):
+        monkeypatch.setattr(schedule, "PROBE", probe)
+        monkeypatch.setattr("galvi.run.ensembles.integrate_ensemble.PROBE", probe)
+        with ThreadPoolExecutor(threads) as pool:
+            other = run(pool)
+        assert all(map(np.array_equal, one.kept, other.kept))

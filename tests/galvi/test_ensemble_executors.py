@@ -1,0 +1,209 @@
+"""Ensembles on the workers of an executor and in a folder lose nothing and change nothing."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.run.ensembles import integrate_ensemble as engine
+from galvi.run.ensembles import schedule
+from galvi.run.ensembles.folder import Folder
+from tests.galvi.ensemble_cases import CASES, starts
+
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+PROBLEM, STEP = CASES["henon_heiles"]
+
+
+@pytest.fixture(autouse=True)
+def small_chunks(monkeypatch):
+    """Chunks of 16 members."""
+    monkeypatch.setattr(schedule, "PROBE", 16)
+    monkeypatch.setattr(schedule, "SECONDS", 0.0)
+    monkeypatch.setattr(engine, "PROBE", 16)
+
+
+def run(members=100, steps=10, **options):
+    q, v = starts(PROBLEM, members)
+    return galvi.integrate_ensemble(PROBLEM, q, v, FOUR, STEP, steps, **options)
+
+
+def same(one, other):
+    arrays = zip(one.kept, other.kept, strict=True)
+    return one.status == other.status and all(
+        np.array_equal(*pair, equal_nan=True) for pair in arrays
+    )
+
+
+def test_on_a_cluster_of_this_machine():
+    from distributed import Client, LocalCluster
+
+    def local(**options):
+        return LocalCluster(dashboard_address=None, silence_logs=50, **options)
+
+    one = run()
+    with local(n_workers=1, threads_per_worker=2) as cluster, Client(cluster) as client:
+        assert same(run(executor=client), one)
+
+
+def test_what_travels_is_text_and_numbers():
+    q, v = starts(PROBLEM, 16)
+    work = engine._Work(PROBLEM, q, v, FOUR, STEP, 2, None, None, None)
+    sent = pickle.dumps(work.chunk(slice(0, 16)))
+    assert b"def law" in sent or b"law = " in sent
+    assert b"Dispatcher" not in sent and b"galvi.problem" not in sent
+
+
+def test_a_folder_is_read_instead_of_computed(tmp_path, monkeypatch):
+    one = run(folder=tmp_path)
+    files = sorted(tmp_path.glob("*.parquet"))
+    assert same(run(), one) and len(files) == 7
+
+    files[2].unlink()
+    files[3].write_bytes(files[3].read_bytes()[:100])  # damaged
+    computed = []
+    chunk = engine._Work.chunk
+    monkeypatch.setattr(
+        engine._Work,
+        "chunk",
+        lambda self, members: computed.append(members) or chunk(self, members),
+    )
+    assert same(run(folder=tmp_path), one) and len(computed) == 2
+    assert sorted(tmp_path.glob("*.parquet")) == files
+    run(steps=11, folder=tmp_path)
+    assert len(computed) > 8  # other steps are another ensemble
+
+
+def test_failures_and_functions_are_kept_in_a_folder(tmp_path):
+    problem = galvi.problems.kepler(0.3)
+    q = np.stack([problem.q0, [1e-3, 0.0]])
+    v = np.stack([problem.v0, [0.0, 0.0]])
+
+    def ends(size):
+        return galvi.integrate_ensemble(
+            problem, q, v, FOUR, 0.2, 5, folder=tmp_path, keep=lambda run: run.q[-1] * size
+        )
+
+    first = ends(1.0)
+    assert not first.success[1] and same(ends(1.0), first)
+    assert np.array_equal(np.asarray(ends(2.0))[0], 2.0 * np.asarray(first)[0])
+
+
+def test_half_a_file_is_never_left(tmp_path, monkeypatch):
+    def interrupted(self, path):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run(folder=tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_ctrl_c_stops_threads_and_leaves_what_is_done(tmp_path, monkeypatch):
+    save, done = Folder.save, []
+
+    def third(self, *arguments):
+        save(self, *arguments)
+        done.append(arguments[0])
+        if len(done) == 3:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        patched.setattr(Folder, "save", third)
+        run(folder=tmp_path)
+    assert len(list(tmp_path.glob("*.parquet"))) == 3
+    assert not [t for t in threading.enumerate() if t.name.startswith("ThreadPool")]
+    assert same(run(folder=tmp_path), run())
+
+
+CLIENT = """
+import os, random, signal, sys
+import pyarrow.parquet as parquet
+from tests.galvi import test_ensemble_executors as tests
+
+tests.schedule.PROBE = tests.engine.PROBE = 16
+tests.schedule.SECONDS = 0.0
+folder, mid_write = sys.argv[1], int(sys.argv[2])
+write, count = parquet.write_table, 0
+
+
+def torn(table, target):
+    global count
+    count += 1
+    write(table, target)
+    if count == mid_write:
+        os.truncate(target, os.path.getsize(target) // 2)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+parquet.write_table = torn
+print("begins", flush=True)
+tests.run(2000, 300, folder=folder)
+"""
+
+
+@pytest.mark.slow
+def test_fifty_kills_lose_and_change_nothing(tmp_path):
+    """25 kills of a client at any time, 20 in the middle of a file, and 5 of workers."""
+    chance, truth = random.Random(5), run(2000, 300)
+    kills = 0
+    while kills < 45:
+        mid_write = chance.randint(1, 4) if kills >= 25 else 0
+        before = set(tmp_path.glob("*.parquet"))
+        if len(before) > 100:  # nearly done: begin anew
+            for path in chance.sample(sorted(before), 90):
+                path.unlink()
+            before = set(tmp_path.glob("*.parquet"))
+        known = {path: path.read_bytes() for path in before}
+        client = subprocess.Popen(
+            [sys.executable, "-c", CLIENT, str(tmp_path), str(mid_write)],
+            stdout=subprocess.PIPE, cwd=Path(__file__).parents[2],
+        )  # fmt: skip
+        assert client.stdout is not None and client.stdout.readline() == b"begins\n"
+        if not mid_write:
+            time.sleep(chance.uniform(0.05, 0.6))
+            client.kill()
+        assert client.wait() in (-signal.SIGKILL, 0)
+        client.stdout.close()
+        kills += client.returncode == -signal.SIGKILL
+        assert all(path.read_bytes() == content for path, content in known.items())
+    assert same(run(2000, 300, folder=tmp_path), truth)
+
+    import dask
+    from distributed import Client, LocalCluster
+
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 50}),
+        LocalCluster(silence_logs=50, **options) as cluster,
+        Client(cluster) as client,
+    ):
+        over = threading.Event()
+        killed = []
+
+        def kill_workers():
+            while not over.is_set() and len(killed) < 5:
+                time.sleep(1.5)
+                pids = [worker.pid for worker in cluster.workers.values() if worker.pid]
+                if pids and not over.is_set():
+                    killed.append(chance.choice(pids))
+                    os.kill(killed[-1], signal.SIGKILL)
+
+        killer = threading.Thread(target=kill_workers)
+        killer.start()
+        try:
+            while len(killed) < 5:
+                assert same(run(2000, 300, executor=client), truth)
+        finally:
+            over.set()
+            killer.join()

@@ -1,0 +1,191 @@
+"""Members of an ensemble are the runs of one by one, whatever law, method, step and parameters."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import galvi
+from galvi.run.ensembles.laws import law_of
+from tests.galvi.ensemble_cases import CASES, farthest, starts
+
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+
+
+def assert_equal_runs(result, runs, tolerance=2e-13):  # measured: 6e-15
+    q, p = np.stack([run.q[-1] for run in runs]), np.stack([run.p[-1] for run in runs])
+    for found, truth in zip(result.kept, (q, p), strict=True):
+        size = max(np.abs(truth).max(), 1.0)
+        assert np.abs(found - truth).max() <= tolerance * size
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_every_law_gives_the_runs_of_one_by_one(name):
+    problem, step = CASES[name]
+    assert law_of(problem.system, problem.v0.size) is not None
+    q, v = starts(problem, 11)
+    result = galvi.integrate_ensemble(problem, q, v, FOUR, step, 25)
+    runs = [
+        galvi.integrate(problem.with_initial_state(*state), FOUR, step, 25)
+        for state in zip(q, v, strict=True)
+    ]
+    assert_equal_runs(result, runs)
+    assert result.success.all() and set(result.status) == {"Completed."}
+    assert np.abs(result.kept[0] - q).max() > 1e-3  # they move
+
+
+@given(
+    degree=st.integers(1, 9), more=st.integers(0, 3), fraction=st.floats(0.2, 1.0),
+    backwards=st.booleans(), name=st.sampled_from(sorted(CASES)),
+)  # fmt: skip
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_methods_and_steps_of_their_own(degree, more, fraction, backwards, name):
+    problem, step = CASES[name]
+    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + more))
+    q, v = starts(problem, 3)
+    steps = step * (-1.0 if backwards else 1.0) * np.array([fraction, 1.0, 0.5])
+    result = galvi.integrate_ensemble(problem, q, v, method, steps, 6)
+    runs = [
+        galvi.integrate(problem.with_initial_state(*state), method, h, 6)
+        for *state, h in zip(q, v, steps, strict=True)
+    ]
+    assert_equal_runs(result, runs)
+
+
+@pytest.mark.parametrize(
+    "method",
+    [
+        galvi.Galerkin(galvi.Polynomials(3), galvi.lobatto(4)),
+        galvi.Galerkin(galvi.Polynomials(1), galvi.lobatto(2)),
+        galvi.Galerkin(galvi.Polynomials(4), galvi.radau(5)),
+        galvi.Galerkin(galvi.ComponentPolynomials((3, 5)), galvi.gauss(6)),
+    ],
+    ids=lambda method: method.name,
+)
+def test_other_rules_and_spaces(method):
+    problem, step = CASES["henon_heiles"]
+    q, v = starts(problem, 9)
+    result = galvi.integrate_ensemble(problem, q, v, method, step, 10)
+    runs = [
+        galvi.integrate(problem.with_initial_state(*state), method, step, 10)
+        for state in zip(q, v, strict=True)
+    ]
+    assert set(result.status) == {"Completed."}
+    assert_equal_runs(result, runs)
+
+
+def test_parameters_of_systems_differ_between_members():
+    kepler, step = CASES["kepler"]
+    mu, mass = np.array([1.0, 1.1, 0.9]), np.array([1.0, 2.0, 0.5])
+    result = galvi.integrate_ensemble(
+        kepler, kepler.q0, kepler.v0, FOUR, step, 10, {"mu": mu, "mass": mass}
+    )
+    runs = [
+        galvi.integrate(
+            galvi.Problem(galvi.Canonical(m, galvi.CentralForce(k)), kepler.q0, kepler.v0),
+            FOUR, step, 10,
+        )
+        for k, m in zip(mu, mass, strict=True)
+    ]  # fmt: skip
+    assert_equal_runs(result, runs)
+    swinging, step = CASES["sympy"]
+    result = galvi.integrate_ensemble(
+        swinging, swinging.q0, swinging.v0, FOUR, step, 10, {"k": [40.0, 50.0], "c": [0.1, 0.0]}
+    )
+    one = galvi.integrate(swinging, FOUR, step, 10)
+    assert np.allclose(result[0][0], one.q[-1], rtol=1e-13)
+    assert np.abs(result[0][1] - one.q[-1]).max() > 1e-3
+    bodies, step = CASES["three_bodies"]
+    masses = np.array([[1.0, 1e-3, 0.0], [1.0, 0.0, 1e-3]])
+    result = galvi.integrate_ensemble(
+        bodies, bodies.q0, bodies.v0, FOUR, step, 10, {"masses": masses}
+    )
+    runs = [
+        galvi.integrate(galvi.Problem(galvi.NBody(m), bodies.q0, bodies.v0), FOUR, step, 10)
+        for m in masses
+    ]
+    assert_equal_runs(result, runs)
+
+
+def test_a_member_that_fails_is_nan_with_a_status_and_the_others_go_on():
+    problem = galvi.problems.kepler(0.3)
+    q, v = starts(problem, 12, 1e-3)
+    q[5], v[5] = [1e-3, 0.0], [0.0, 0.0]  # falls into the centre
+    result = galvi.integrate_ensemble(problem, q, v, FOUR, 0.2, 20)
+    alone = galvi.integrate(problem.with_initial_state(q[5], v[5]), FOUR, 0.2, 20)
+    assert not alone.success
+    assert np.flatnonzero(~result.success).tolist() == [5]
+    assert alone.status in result.status[5] and "by itself" in result.status[5]
+    assert np.array_equal(result[0][5], alone.q[-1], equal_nan=True)
+    others = np.delete(np.arange(12), 5)
+    without = galvi.integrate_ensemble(problem, q[others], v[others], FOUR, 0.2, 20)
+    assert np.array_equal(result[0][others], without[0])
+
+
+def test_a_step_that_needs_newton_is_done_by_itself():
+    problem = galvi.problems.harmonic_oscillator()
+    result = galvi.integrate_ensemble(problem, [[1.0], [1.0]], problem.v0, FOUR, [0.1, 8.0], 5)
+    alone = galvi.integrate(problem, FOUR, 8.0, 5)
+    assert alone.success and result.success.all()
+    assert result.status[0] == "Completed." and "by itself" in result.status[1]
+    assert np.array_equal(result[0][1], alone.q[-1])
+
+
+def test_systems_without_a_law_run_one_by_one_and_say_so():
+    def potential(q):
+        return 0.5 * float(q @ q) if q[0] < 1e9 else 0.0  # it branches: it cannot be traced
+
+    problem = galvi.Problem(galvi.Canonical(1.0, potential), [1.0], [0.0])
+    assert law_of(problem.system, 1) is None
+    result = galvi.integrate_ensemble(problem, [[1.0], [0.5]], problem.v0, FOUR, 0.1, 3)
+    assert "no law for lanes" in result.status[0] and result.success.all()
+    assert np.array_equal(result[0][0], galvi.integrate(problem, FOUR, 0.1, 3).q[-1])
+
+
+def test_kept_values():
+    problem, step = CASES["henon_heiles"]
+    q, v = starts(problem, 10)
+    times = problem.t0 + step * np.array([0, 3, 7])
+    ensemble = lambda keep: galvi.integrate_ensemble(problem, q, v, FOUR, step, 7, keep=keep)  # noqa: E731
+    runs = [
+        galvi.integrate(problem.with_initial_state(*state), FOUR, step, 7)
+        for state in zip(q, v, strict=True)
+    ]
+    whole = np.stack([run.q for run in runs])
+    at = ensemble(galvi.StatesAt(times))
+    assert np.allclose(at[0], whole[:, [0, 3, 7]], rtol=0, atol=1e-14)
+    extrema = ensemble(galvi.Extrema())
+    assert np.allclose(extrema[0], whole.min(axis=1), atol=1e-14)
+    assert np.allclose(np.asarray(extrema)[:, 1], whole.max(axis=1), atol=1e-14)
+    counts = ensemble(galvi.Histogram(lambda t, q, p: q[:, 0], [-1.0, 0.0, 1.0]))
+    assert np.asarray(counts).sum(axis=1).tolist() == [8.0] * 10
+    assert np.array_equal(np.asarray(counts)[:, 1], (whole[..., 0] >= 0.0).sum(axis=1))
+    compiled, python = ensemble(farthest), ensemble(lambda run: np.abs(run.q).max())
+    assert np.allclose(np.asarray(compiled)[:, 0], np.asarray(python), rtol=1e-13)
+    assert np.array_equal(np.asarray(python), np.abs(whole).max(axis=(1, 2)))
+    assert "Python function" in python.status[0] and compiled.status[0] == "Completed."
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"q0": np.zeros((3, 5))}, "q0 must have shape"),
+        ({"q0": np.ones((3, 2)), "v0": np.ones((4, 2))}, "all members must have"),
+        ({"q0": np.full((3, 2), np.nan)}, "finite"),
+        ({"step": [0.1, 0.0]}, "step must not be zero"),
+        ({"steps": 0}, "steps must be"),
+        ({"parameters": {"m": [1.0]}}, "parameters must be named"),
+        ({"parameters": {"mu": 1.0}}, "one value for each"),
+        ({"parameters": {"mu": [-1.0]}}, "mu must be positive"),
+        ({"keep": galvi.StatesAt([0.15])}, "whole numbers of steps"),
+        ({"keep": galvi.FinalStates}, "keep must be"),
+        ({"executor": 3}, "executor must have"),
+    ],
+)
+def test_bad_input_is_refused_in_a_sentence(change, words):
+    problem = galvi.problems.kepler(0.3)
+    arguments = {"q0": problem.q0, "v0": problem.v0, "method": FOUR, "step": 0.1, "steps": 2}
+    with pytest.raises((ValueError, TypeError), match=words):
+        galvi.integrate_ensemble(problem, **(arguments | change))
