@@ -26,7 +26,7 @@ LATE = (
 SLOW = 3600  # seconds; the time-out of other tests is in pyproject.toml
 
 # The first call of a kernel compiles it, which no deadline of an example should count.
-settings.register_profile("galvi", deadline=None, max_examples=40, derandomize=True)
+settings.register_profile("galvi", deadline=None, max_examples=25, derandomize=True)
 settings.load_profile("galvi")
 
 
