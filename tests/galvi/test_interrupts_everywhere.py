@@ -45,10 +45,15 @@ def flat(q):
         return 0.5 * q @ q + 0.05 * (q @ q) ** 2
 
 
+def failing_round_trip(problem):
+    with pytest.raises(ValueError, match="both ways must be completed"):
+        galvi.round_trip_error(problem, FOUR, 30.0, 20)
+
+
 JOBS = {
     "recommend": lambda problem: galvi.recommend(problem, 1e-4, 20.0, **BUDGET),
     "round trip": lambda problem: galvi.round_trip_error(problem, FOUR, 0.3, 20),
-    "round trip that fails": lambda problem: galvi.round_trip_error(problem, FOUR, 30.0, 20),
+    "round trip that fails": failing_round_trip,
     "run that fails": lambda problem: galvi.integrate(problem, FOUR, 300.0, 10),
     "many": lambda problem: galvi.integrate_many([problem, problem], FOUR, 0.3, 10),
     "defect": lambda problem: galvi.symplecticity_defect(problem, FOUR, 0.3),

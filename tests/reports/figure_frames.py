@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.store.frames import frame, row
+from reports.figures.plots.clouds import clouds, moving_cloud
 from reports.figures.plots.convergence import (
     convergence_in_degree,
     convergence_in_h,
@@ -45,11 +46,21 @@ def frame_for(figure: Figure) -> pd.DataFrame:
         rows = _jumps(figure.options)
     elif figure.draw is limits:
         rows = _limits(figure.options)
+    elif figure.draw in (clouds, moving_cloud):
+        rows = _clouds(figure.options)
     elif figure.draw is traces:
         rows = _traces(figure.options)
     else:
         rows = _orbits(figure.options)
     return frame(rows)
+
+
+def _clouds(options: Mapping[str, object]) -> list[dict[str, object]]:
+    return [
+        row(study=options["study"], label=label, t=t, x=k + t, y=0.0, z=0.5 * t)
+        for k, label in enumerate(options["labels"])
+        for t in options.get("times", (0.0, 1.0, 2.0))
+    ]
 
 
 def _errors(rate) -> list[dict[str, object]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 from matplotlib.axis import Axis
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
@@ -29,6 +30,13 @@ def _power(x: float, _: Any = None) -> str:
     if exponent != round(exponent):
         return f"{x:g}"
     return f"{MINUS if x < 0.0 else ''}10{str(round(exponent)).translate(SUPERSCRIPT)}"
+
+
+def whole_decades(axis: Axis) -> None:
+    """Widen a logarithmic axis to powers of ten, so that it has two ticks at least."""
+    low, high = sorted(axis.get_view_interval())
+    limits = 10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))
+    axis.axes.set(**{f"{axis.axis_name}lim": limits})
 
 
 def round_numbers(axis: Axis) -> None:
