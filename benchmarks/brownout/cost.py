@@ -38,9 +38,9 @@ OTHERS = (1, 4)  # degrees beside 2, at 100 micrometres
 EXPLANATION = (
     "Grains of sand in the wind of a landing rotor, from where the wind lifts them to the end or "
     "to the ground: eight to an instruction, each in a lane, step and iteration of its own, and "
-    f"the next one where one has landed. {STEPS} steps of {UNTIL / STEPS:g} s, fewer for grains that "
-    "are lifted later; iterated to rounding. A pass evaluates wind and drag at every stage. Beside "
-    "them a step of a single run of the same method, by galvi.integrate. The long form has a "
+    f"the next one where one has landed. {STEPS} steps of {UNTIL / STEPS:g} s, fewer for grains "
+    "that are lifted later; iterated to rounding. A pass evaluates wind and drag at every stage. "
+    "Beside them a step of a single run of the same method, by galvi.integrate. The long form has a "
     "million grains on all processors. What a cloud's optical depth gains from a high degree is in "
     "claim V25."
 )
