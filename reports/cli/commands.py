@@ -131,7 +131,7 @@ def application(load: Load, command: str) -> typer.Typer:
         from reports.results.only import narrowed
         from reports.results.own_problems import with_problems
 
-        known = with_problems(load(), problem) if problem else load()
+        known = with_problems(load(), problem, bool(contender)) if problem else load()
         if problem:
             out = OUT / "own" if out == OUT else out  # full results stay
         if only:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -20,10 +21,13 @@ from reports.results.suite import Suite
 Own = Mapping[str, tuple[Problem, float]]
 
 
-def with_problems(suite: Suite, paths: Sequence[str]) -> Suite:
+def with_problems(suite: Suite, paths: Sequence[str], sent: bool = False) -> Suite:
     """The suite with the comparisons on these problems, and no other ones, no studies or targets.
 
-    Raises typer.BadParameter for a path that cannot be loaded, and for two problems of one name.
+    sent  whether they are sent to the process of an external integrator
+
+    Raises typer.BadParameter for a path that cannot be loaded, for two problems of one name, and
+    for one that must be sent and cannot be.
     """
     own: dict[str, tuple[Problem, float]] = {}
     for path in dict.fromkeys(paths):
@@ -31,6 +35,13 @@ def with_problems(suite: Suite, paths: Sequence[str]) -> Suite:
             problem, duration = load_problem(path)
         except ContenderError as error:
             raise typer.BadParameter(f"--problem {path}: {error}.") from None
+        try:
+            pickle.dumps(problem if sent else None)
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            raise typer.BadParameter(
+                f"--problem {path}: with --contender its functions must be at the top level of "
+                f"their module, as it is sent to another process; received: {error}."
+            ) from None
         if problem.name in own:
             raise typer.BadParameter(f"--problem: two are called {problem.name!r}.")
         own[problem.name] = (problem, duration)

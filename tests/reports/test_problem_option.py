@@ -25,6 +25,7 @@ def raises(): raise RuntimeError("no, thanks")
 def alone(): return galvi.problems.kepler(0.3)
 def backwards(): return galvi.problems.kepler(0.3), -1.0
 def text(): return galvi.problems.kepler(0.3), "long"
+def local(): return galvi.Problem(galvi.Canonical(1.0, lambda q: q[0] ** 4), [1.0], [0.0]), 1.0
 number = 3
 """
 
@@ -92,6 +93,13 @@ def test_without_another_code_there_is_no_truth():
     problem = galvi.Problem(group, np.eye(3), [1.0, 0.2, 0.3], name="mine")
     with pytest.raises(ValueError, match=r"mine needs a truth that is not galvi's; received a Lag"):
         own.own_problem(problem, 1.0)
+
+
+def test_a_problem_that_cannot_be_sent_to_an_integrator_is_a_sentence(folder, capsys):
+    words = ["compare", "--problem", "bad_problems:local", "--contender", "mine:Leapfrog"]
+    assert run(load, [*words, "--out", str(folder / "out")]) == 2
+    error = capsys.readouterr().err
+    assert "must be at the top level of their module" in error and error.count("\n") == 1
 
 
 @pytest.mark.parametrize(
