@@ -161,6 +161,19 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
             "steps": COUNTS,
         },
     ),
+    "integrate_ensemble": (
+        galvi.integrate_ensemble,
+        {
+            "problem": st.just(SMALL["kepler"]),
+            "q0": st.just(SMALL["kepler"].q0 * np.ones((3, 1))),
+            "v0": st.just(SMALL["kepler"].v0 * np.ones((3, 1))),
+            "method": METHODS,
+            "step": STEPS | st.just([0.1, 0.2, 0.1]),
+            "steps": COUNTS,
+            "parameters": st.none(),
+            "keep": st.sampled_from([galvi.FinalStates(), len]),
+        },
+    ),
     "recommend": (
         galvi.recommend,
         {
@@ -206,21 +219,22 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "kepler": (galvi.problems.kepler, {"eccentricity": st.floats(0, 0.9)}),
     "planar_chain": (galvi.problems.planar_chain, {}),
     "solar_system": (galvi.problems.solar_system, {"pluto": st.booleans()}),
-    "run(t)": (lambda run, t: run(t), {"run": RUNS, "t": st.just(0.005)}),
-    "run.velocity(t)": (lambda run, t: run.velocity(t), {"run": RUNS, "t": st.just(0.005)}),
-    "run.to_scipy": (lambda run: run.to_scipy(), {"run": RUNS}),
-    "run.to_frame": (lambda run: run.to_frame(), {"run": RUNS}),
+    "run(t)": (lambda self, t: self(t), {"self": RUNS, "t": st.just(0.005)}),
+    "run.velocity(t)": (lambda self, t: self.velocity(t), {"self": RUNS, "t": st.just(0.005)}),
+    "run.to_scipy": (lambda self: self.to_scipy(), {"self": RUNS}),
+    "run.to_frame": (lambda self: self.to_frame(), {"self": RUNS}),
 }
 
 
 def function(name: str) -> Target:
     """The target that calls FUNCTIONS[name] with up to two odd arguments."""
     called, parameters = FUNCTIONS[name]
+    spoilable = sorted(set(parameters) - {"self"})
 
     def target(data: Any) -> Call:
         odd = (
-            data.draw(st.lists(st.sampled_from(sorted(parameters)), max_size=2, unique=True))
-            if parameters
+            data.draw(st.lists(st.sampled_from(spoilable), max_size=2, unique=True))
+            if spoilable
             else []
         )
         given = {}

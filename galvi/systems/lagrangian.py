@@ -27,7 +27,6 @@ from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
     check_derivatives,
-    check_switch,
     direction,
 )
 from galvi.systems.difference_scales import difference_scales
@@ -81,7 +80,7 @@ class Lagrangian:
 
     def __post_init__(self) -> None:
         check_force(self)
-        check_switch(self.check)
+        input_checks.flag("check", self.check)
         for name in ("function", "slopes"):
             value = getattr(self, name)
             if not callable(value) and (name == "function" or value is not None):
