@@ -6,7 +6,13 @@ See galvi.kernels.lanes.elementary, and for those on groups galvi.kernels.lanes.
 from __future__ import annotations
 
 from galvi.kernels.forces.rotor_wind import CORE, DESCENT, HIGH, LOW, SHARES, STRENGTH, R
-from galvi.kernels.lanes.elementary import exp, inverse_fourth_root, sine_cosine, sqrt
+from galvi.kernels.lanes.elementary import (
+    exp,
+    inverse_fourth_root,
+    over_cube,
+    sine_cosine,
+    sqrt,
+)
 from galvi.kernels.lie.arithmetic import cross, dot
 
 
@@ -117,7 +123,7 @@ def point_masses(bodies, dimension):
                 square = gap[0] * gap[0]
                 for x in gap[1:]:
                     square = square + x * x
-                pull = 1.0 / (square * sqrt(square))
+                pull = over_cube(1.0, square)
                 onto_i, onto_j = c[j] * pull, c[i] * pull
                 for k, x in enumerate(gap):
                     found[i][k] = onto_i * x + found[i][k]
