@@ -21,6 +21,7 @@ from galvi.doors.judge import Judged, judge
 from galvi.doors.plots import plot as _plot
 from galvi.doors.rebound import from_rebound, to_rebound
 from galvi.doors.scipy import to_scipy
+from galvi.doors.xarray import to_xarray
 from galvi.frames.harmonic_frame import HarmonicFrame
 from galvi.frames.kepler_frame import KeplerFrame
 from galvi.groups.matrices import nearest_rotation
@@ -56,6 +57,7 @@ from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
 from galvi.spaces.polynomial_fourier import PolynomialFourier
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.canonical import Canonical
+from galvi.systems.forces.drag_laws import QuadraticDrag, SchillerNaumann
 from galvi.systems.forces.rotor_drag import RotorDrag
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
@@ -78,6 +80,7 @@ watch_compilation()
 RedoneCurves.redo_of = staticmethod(curves_of_steps)
 Trajectory.to_rebound_of = staticmethod(to_rebound)
 Trajectory.to_scipy_of = staticmethod(to_scipy)
+Trajectory.to_xarray_of = staticmethod(to_xarray)
 Trajectory.plot_of = staticmethod(_plot)
 Galerkin.theory_of = staticmethod(theory)  # it stands above the method, which must not import it
 
@@ -120,11 +123,13 @@ __all__ = [
     "Polynomials",
     "Problem",
     "Product",
+    "QuadraticDrag",
     "Recommendation",
     "RigidBody",
     "Rn",
     "RotorDrag",
     "Rule",
+    "SchillerNaumann",
     "SpringChain",
     "StatesAt",
     "Theory",

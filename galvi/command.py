@@ -1,7 +1,8 @@
 """The command ``galvi``: the suite that stands around the integrators.
 
 In a wheel the suite's folders lie in ``galvi/_suite``, in a checkout beside ``galvi``. That place
-comes first on the path, so that a user's own folders of these names are not imported instead.
+comes first on the path, so that a user's own folders of these names are not imported instead, and
+the current folder last, for integrators and problems named on the command line.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ SUITE = HERE / "_suite"
 def main() -> int:
     """Run the suite's command line; returns its exit status, 2 where a package is missing."""
     place = str(SUITE if SUITE.is_dir() else HERE.parent)
-    sys.path[:] = [place, *(one for one in sys.path if one != place)]
+    others = [one for one in sys.path if one not in (place, "", str(Path.cwd()))]
+    sys.path[:] = [place, *others, str(Path.cwd())]
     try:
         runpy.run_module("reports", run_name="__main__", alter_sys=True)
     except ModuleNotFoundError as error:

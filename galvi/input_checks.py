@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from galvi.arrays import Array, read_only
 
 LARGEST = 2**62  # largest whole number: the kernels count in 64 bits
+SHOWN = 200  # characters of a value in a message
 LONG = 256  # bits of the longest whole number that messages show in full
 
 
@@ -31,7 +33,7 @@ def whole(name: str, value: Any, at_least: int = 1, at_most: int | None = None) 
         if beyond or at_most is not None:
             limit = f"from {at_least} to {most}"
         long = isinstance(value, int) and value.bit_length() > LONG
-        received = f"a number of {value.bit_length()} bits" if long else repr(value)
+        received = f"a number of {value.bit_length()} bits" if long else shown(value)
         raise ValueError(f"{name} must be a whole number {limit}; received {received}.")
     return number
 
@@ -41,10 +43,11 @@ def real(name: str, value: Any, remedy: str = "") -> float:
     if type(value) is float and math.isfinite(value):
         return value
     number = float("nan")
-    if np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf":
-        number = float(value)
+    with suppress(ValueError):  # of lists that are no array
+        if np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf":
+            number = float(value)
     if not math.isfinite(number):
-        raise ValueError(_sentence(f"{name} must be a finite real number", repr(value), remedy))
+        raise ValueError(_sentence(f"{name} must be a finite real number", shown(value), remedy))
     return number
 
 
@@ -52,8 +55,18 @@ def positive(name: str, value: Any, remedy: str = "") -> float:
     """``value`` as a finite float above zero, or ValueError."""
     number = real(name, value, remedy)
     if number <= 0.0:
-        raise ValueError(_sentence(f"{name} must be positive", repr(value), remedy))
+        raise ValueError(_sentence(f"{name} must be positive", shown(value), remedy))
     return number
+
+
+def has_items(value: Any) -> bool:
+    """Whether one can iterate over the value, as over no array without dimensions."""
+    return isinstance(value, Iterable) and not (isinstance(value, np.ndarray) and not value.ndim)
+
+
+def several(value: Any) -> tuple[Any, ...]:
+    """The items, or the value alone when it has none."""
+    return tuple(value) if has_items(value) else (value,)
 
 
 def returned(name: str, value: Any) -> float:
@@ -62,7 +75,7 @@ def returned(name: str, value: Any) -> float:
     if number.ndim:
         raise ValueError(f"{name} must return a number; received an array of shape {number.shape}.")
     if number.dtype.kind not in "iuf":
-        raise ValueError(f"{name} must return a real number; received {value!r}.")
+        raise ValueError(f"{name} must return a real number; received {shown(value)}.")
     return float(number)
 
 
@@ -73,7 +86,9 @@ def array(name: str, value: Any, shape: Sequence[int] | None = None, remedy: str
     except ValueError:
         given = np.array(None)
     if given.dtype.kind not in "iuf":
-        raise ValueError(_sentence(f"{name} must be an array of real numbers", repr(value), remedy))
+        raise ValueError(
+            _sentence(f"{name} must be an array of real numbers", shown(value), remedy)
+        )
     numbers = np.array(given, dtype=np.float64)
     if shape is not None and numbers.shape != tuple(shape):
         raise ValueError(
@@ -87,6 +102,12 @@ def array(name: str, value: Any, shape: Sequence[int] | None = None, remedy: str
             )
         )
     return read_only(numbers)
+
+
+def shown(value: Any) -> str:
+    """A value in a message: on one line, its middle left out when it is long."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= SHOWN else f"{text[: SHOWN // 2]} ... {text[-SHOWN // 2 :]}"
 
 
 def _sentence(expected: str, received: str, remedy: str) -> str:

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, cast
 
 from galvi.charts.cayley import Cayley
 from galvi.charts.chart import Chart, MovingChart
+from galvi.input_checks import shown
 from galvi.properties.classical_methods import classical_name
 from galvi.properties.orders import orders
 from galvi.properties.symmetry import is_symmetric
@@ -49,7 +50,7 @@ class Galerkin:
             value, kinds = getattr(self, name), (kind,) if isinstance(kind, str) else kind
             if isinstance(value, type) or not any(hasattr(value, one) for one in kinds):
                 raise TypeError(
-                    f"{name} must be a {name} such as galvi.{example}; received {value!r}."
+                    f"{name} must be a {name} such as galvi.{example}; received {shown(value)}."
                 )
         tabulate(self.space, self.rule)
         s = self.space.degree

@@ -10,13 +10,17 @@ from typing import Any
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
+from galvi.input_checks import shown
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.canonical import Canonical
+from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.potentials.potential import Potential
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import System
+
+WithFunctions = Canonical | Lagrangian | RigidBody | FreeBody  # systems of a user's functions
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +55,13 @@ class Problem:
     def __post_init__(self) -> None:
         if isinstance(self.system, type) or not hasattr(self.system, "velocity_shape"):
             raise TypeError(
-                f"system must be a system such as galvi.NBody(masses); received {self.system!r}."
+                f"system must be a system such as galvi.NBody(masses); "
+                f"received {shown(self.system)}."
                 f"{_remedy(self.system)}"
             )
         if hasattr(self.q0, "as_matrix"):
             raise ValueError(
-                f"q0 must be an array, a rotation as its matrix; received {self.q0!r}. "
+                f"q0 must be an array, a rotation as its matrix; received {shown(self.q0)}. "
                 f"Give q0.as_matrix()."
             )
         q0 = input_checks.array("q0", self.q0)
@@ -70,11 +75,12 @@ class Problem:
         object.__setattr__(self, "v0", v0)
         object.__setattr__(self, "t0", input_checks.real("t0", self.t0))
         if not isinstance(self.parameters, Mapping):
-            raise TypeError(f"parameters must be a dict of names; received {self.parameters!r}.")
+            raise TypeError(
+                f"parameters must be a dict of names; received {shown(self.parameters)}."
+            )
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
-        if isinstance(self.system, Canonical | Lagrangian | RigidBody):
+        if isinstance(self.system, WithFunctions):
             self.system.check_derivatives(self.q0, self.v0, self.t0)
-        if isinstance(self.system, Canonical | Lagrangian):
             self.system.trace(self.q0, self.v0, self.t0)
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -40,7 +40,7 @@ class Trajectory:
     counts        steps, iterations, force_evaluations, hessian_evaluations, linear_solves, and
                   for N bodies pair_evaluations, including those of two-body iterations; and
                   newton_steps, where fixed-point iteration left some of a Lagrangian or a body to
-                  Newton's method; in a frame further_steps, which took many more passes
+                  Newton's method; in a frame inertial_steps, done in the inertial one
     step          the step size; None for a reference that chooses its own steps
     method        the method or reference that computed it
     curves        the Galerkin curve of each step; None if not kept
@@ -70,6 +70,7 @@ class Trajectory:
     # The doors stand above a run, which must not import them: registered by galvi/__init__.
     to_rebound_of: ClassVar[Callable[..., Any]]
     to_scipy_of: ClassVar[Callable[..., Any]]
+    to_xarray_of: ClassVar[Callable[..., Any]]
     plot_of: ClassVar[Callable[..., Any]]
 
     def __call__(self, t: Any) -> Array:
@@ -103,6 +104,10 @@ class Trajectory:
     def to_scipy(self) -> Any:
         """The run with the fields of SciPy's solve_ivp: see galvi.doors.scipy."""
         return self.to_scipy_of(self)
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset with named dimensions: see galvi.doors.xarray."""
+        return self.to_xarray_of(self)
 
     def plot(self) -> Any:
         """A matplotlib figure of the motion and the energy: see galvi.doors.plots."""

@@ -21,6 +21,7 @@ from references.mujoco.steps import (
     MUJOCO_IMPLICITFAST,
     MUJOCO_RK4,
 )
+from references.pinocchio.accelerations_ivp import PINOCCHIO_ACCELERATIONS
 from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import IAS15
 from references.rebound.janus import JANUS
@@ -96,6 +97,7 @@ REFERENCES: tuple[Contender, ...] = (
     MUJOCO_IMPLICITFAST,
     MUJOCO_DISCRETE,
     MUJOCO_ACCELERATIONS,
+    PINOCCHIO_ACCELERATIONS,
 )
 
 

@@ -14,10 +14,13 @@ from galvi import (
     Canonical,
     CentralForce,
     CosinePotential,
+    FreeBody,
     LinearSpring,
     NBody,
     Problem,
+    QuadraticDrag,
     RotorDrag,
+    SchillerNaumann,
     SpringChain,
     UniformField,
 )
@@ -35,11 +38,21 @@ FORMULAS: Mapping[type, tuple[Callable[..., Any], tuple[str, ...]]] = {
     UniformField: (formulas.uniform, ("force",)),
     SpringChain: (formulas.spring_chain, ("alpha", "beta")),
 }
+DRAG: Mapping[type, Callable[..., Any]] = {
+    QuadraticDrag: formulas.rotor_drag,
+    SchillerNaumann: formulas.rotor_drag_by_reynolds,
+}
 
 
 def is_forced(problem: Problem) -> bool:
     """Whether an external force acts, by the system's field ``force`` where it has one."""
     return getattr(problem.system, "force", None) is not None
+
+
+def is_thrown(problem: Problem) -> bool:
+    """Whether it is a FreeBody on which gravity alone acts."""
+    system = problem.system
+    return isinstance(system, FreeBody) and system.potential is None and not is_forced(problem)
 
 
 def is_moved_by(problem: Problem, potential: type) -> bool:
@@ -101,8 +114,9 @@ def potential_force(problem: Problem) -> Force:
 def external_force(problem: Problem) -> Force:
     """The force f(q, v, t) of a system on a vector space that has one."""
     system: Any = problem.system
-    if type(system.force) is RotorDrag:
-        return by_formula(formulas.rotor_drag, system.force.factor)
+    if type(system.force) is RotorDrag and type(system.force.drag_law) in DRAG:
+        law = system.force.drag_law
+        return by_formula(DRAG[type(law)], system.force.factor, *law.numbers)
     return by_function(system.force, "qvt" if system.timed_force else "qv", 1.0)
 
 

@@ -32,6 +32,7 @@ from references.mujoco.steps import (
     MUJOCO_IMPLICITFAST,
     MUJOCO_RK4,
 )
+from references.pinocchio.accelerations_ivp import PINOCCHIO_ACCELERATIONS
 from references.rebound import bulirsch_stoer, leapfrog, saba, whfast, whfast512
 from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import IAS15
@@ -61,7 +62,8 @@ from references.textbook.stormer_verlet import STORMER_VERLET
 SPRING, ORBIT = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.3)
 SWING, TURN = galvi.problems.planar_pendulum(), galvi.problems.free_rigid_body()
 HANGING, PLANETS = galvi.problems.pendulum_3d(), galvi.problems.solar_system()
-CHAIN, SPRUNG = galvi.problems.double_pendulum(), galvi.problems.elastic_pendulum()
+CHAIN = galvi.problems.double_pendulum()
+SPRUNG = galvi.problems.elastic_pendulum  # made when asked for, by SymPy
 THROWN, ARM = galvi.problems.free_body_se3(), galvi.problems.skew_arm()
 OF_SECOND, OF_FIRST = "Its error of second order in its step.", "Its error of first order."
 OWN = "Its own error at this setting."
@@ -141,6 +143,7 @@ TEXTBOOK = (
         QUATERNION_DOP853, TURN, 1.0, 1e-13, setting={"tolerance": 1e-14}, note=OWN
     ),  # 6e-15
 )
+TREES = (AgreementCase(PINOCCHIO_ACCELERATIONS, ARM, 0.5, 1e-12, note=OWN),)  # 1e-14
 SKY = (AgreementCase(JPL_EPHEMERIS, PLANETS, 100.0, 1e-6, 50, note=POINTS),)  # 1e-7
 
 AGREEMENTS: tuple[Claim, ...] = (
@@ -153,14 +156,16 @@ AGREEMENTS: tuple[Claim, ...] = (
     agreement("A7", "galvi and the textbook's methods", TEXTBOOK),
     agreement("A8", "galvi and JPL's ephemeris", SKY),
     agreement("A9", "the truths of the claims, each and a second one", TRUTHS),
+    agreement("A10", "galvi and Pinocchio", TREES),
 )
-CASES = (*CLOSED, *STORED, *REBOUND, *MUJOCO, *HEYOKAS, *SCIPY, *TEXTBOOK, *SKY)
+CASES = (*CLOSED, *STORED, *REBOUND, *MUJOCO, *HEYOKAS, *SCIPY, *TEXTBOOK, *SKY, *TREES)
 # The optional engines, for `verify --require`, by the name of their package.
 ENGINES: Mapping[str, Contender] = {
     "rebound": IAS15,
     "mujoco": MUJOCO_RK4,
     "heyoka": HEYOKA,
     "jplephem": JPL_EPHEMERIS,
+    "pinocchio": PINOCCHIO_ACCELERATIONS,
 }
 
 

@@ -27,28 +27,8 @@ def load_class(path: str) -> Any:
 
     Raises ContenderError when it cannot be imported or lacks a required member.
     """
-    module_name, _, name = path.partition(":")
-    if not all(part.isidentifier() for part in (*module_name.split("."), name)):
-        raise ContenderError(
-            f"a contender is named package.module:Class; received {path!r}{_suggested_path(path)}"
-        )
-    try:
-        module = importlib.import_module(module_name)
-    except BaseException as error:
-        missing = getattr(error, "name", None) if isinstance(error, ModuleNotFoundError) else None
-        if missing and (module_name + ".").startswith(missing + "."):
-            raise ContenderError(
-                f"there is no module {missing!r} to take {name} from; name one that Python can "
-                f"import from this folder"
-            ) from None
-        raise ContenderError(f"importing {module_name} raised {describe_error(error)}") from None
-    if not hasattr(module, name):
-        known = [word for word in vars(module) if not word.startswith("_")]
-        near = difflib.get_close_matches(name, known, n=1)
-        raise ContenderError(
-            f"module {module_name} has no {name!r}{f'; did you mean {near[0]!r}?' if near else ''}"
-        )
-    contender = getattr(module, name)
+    contender = object_at(path, "contender", "Class")
+    name = path.partition(":")[2]
     if isinstance(contender, type):
         try:
             contender = contender()
@@ -68,6 +48,35 @@ def load_class(path: str) -> Any:
             f"{contender.name!r}"
         )
     return contender
+
+
+def object_at(path: str, kind: str, noun: str) -> Any:
+    """What a module has at "package.module:name"; kind and noun are for messages.
+
+    Raises ContenderError when it cannot be imported.
+    """
+    module_name, _, name = path.partition(":")
+    if not all(part.isidentifier() for part in (*module_name.split("."), name)):
+        raise ContenderError(
+            f"a {kind} is named package.module:{noun}; received {path!r}{_suggested_path(path)}"
+        )
+    try:
+        module = importlib.import_module(module_name)
+    except BaseException as error:
+        missing = getattr(error, "name", None) if isinstance(error, ModuleNotFoundError) else None
+        if missing and (module_name + ".").startswith(missing + "."):
+            raise ContenderError(
+                f"there is no module {missing!r} to take {name} from; name one that Python can "
+                f"import from this folder"
+            ) from None
+        raise ContenderError(f"importing {module_name} raised {describe_error(error)}") from None
+    if not hasattr(module, name):
+        known = [word for word in vars(module) if not word.startswith("_")]
+        near = difflib.get_close_matches(name, known, n=1)
+        raise ContenderError(
+            f"module {module_name} has no {name!r}{f'; did you mean {near[0]!r}?' if near else ''}"
+        )
+    return getattr(module, name)
 
 
 def _suggested_path(path: str) -> str:

@@ -37,7 +37,7 @@ INTEGRATORS = {  # by their names in REBOUND
     "trace": TRACE,
 }
 ADAPTIVE = ("ias15", "bs")
-PART, ENGINE = "body", "rebound"
+PART, ENGINE, MORE = "body", "rebound", "pip install heyoka"
 COARSEST = 6.0 + 1.0 / 3.0  # steps a revolution of the fastest body; a whole number resonates
 OURS, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
 
@@ -70,14 +70,13 @@ def states(problem: Problem, duration: float) -> int:
 def sources(problem: Problem, duration: float) -> list[Source]:
     """Solvers that are fit to be the truth, the best first; opinions last."""
     found = [
-        Source("REBOUND IAS15", ias15.IAS15, dict(ias15.DEFAULT)),
-        Source("REBOUND IAS15, epsilon 1e-10", ias15.IAS15, {**ias15.DEFAULT, "epsilon": 1e-10}),
-        Source("SciPy DOP853, rtol 3e-14", DOP853, dict(TIGHT)),
-        Source("heyoka", HEYOKA, {}),
-        Source(
-            "galvi degree 16", gauss_collocation(16), {}, 0.125 * shortest_period(problem), True
-        ),
-    ]
+        Source("REBOUND IAS15", "REBOUND", ias15.IAS15, dict(ias15.DEFAULT)),
+        Source("REBOUND IAS15, epsilon 1e-10", "REBOUND", ias15.IAS15,
+               {**ias15.DEFAULT, "epsilon": 1e-10}),
+        Source("SciPy DOP853, rtol 3e-14", "SciPy", DOP853, dict(TIGHT)),
+        Source("heyoka", "heyoka", HEYOKA, {}),
+        Source("galvi degree 16", "", gauss_collocation(16), {}, 0.125 * shortest_period(problem)),
+    ]  # fmt: skip
     return [one for one in found if not one.contender.missing and one.contender.supports(problem)]
 
 

@@ -18,15 +18,20 @@ from references import Contender
 class Source:
     """A contender whose runs may be the truth, at this setting.
 
+    engine   what computes the forces; "" for galvi, whose opinion is not counted as a source
     step     largest step; None where it chooses its own
-    opinion  whether it is galvi's, which is not counted as a source
     """
 
     label: str
+    engine: str
     contender: Contender
     setting: Mapping[str, Any]
     step: float | None = None
-    opinion: bool = False
+
+    @property
+    def opinion(self) -> bool:
+        """Whether it is galvi's."""
+        return not self.engine
 
     def run(self, problem: Problem, duration: float, samples: int) -> Trajectory:
         """The run with so many states after the start."""
@@ -75,6 +80,7 @@ class Kind(Protocol):
     ADAPTIVE: Sequence[str]  # those that choose their steps
     PART: str  # what a part of the model is called
     ENGINE: str  # to install where no source of the truth can be run
+    MORE: str  # to install where all sources are of one engine
 
     def default_duration(self, problem: Problem) -> float:
         """Where none is asked for."""

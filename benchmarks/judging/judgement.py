@@ -13,7 +13,7 @@ import pandas as pd
 
 import galvi
 from benchmarks.judging import bodies, trees
-from benchmarks.judging.candidate import Candidate, Kind, Own
+from benchmarks.judging.candidate import Candidate, Kind, Own, Source
 from benchmarks.judging.neighbours import horizons
 from benchmarks.judging.truth import Agreement, agreements
 from galvi import Multibody, NBody, Problem, Trajectory, input_checks
@@ -27,6 +27,7 @@ REPEATS = 3
 PATIENCE = 3.0  # seconds for the settings of one integrator
 SLOWER = 20.0  # times as long as one that reaches the error: not tried any further
 MOST_RUNS = 12  # of one integrator
+LOST = 1e-3  # share of the motion by which sources differ where there is no truth any more
 LEAST, MOST = 1.4, 4.0  # factors between the steps of two runs
 COLUMNS = ("integrator", "setting", "error", "seconds", "energy_error", "reached", "status")
 
@@ -38,6 +39,7 @@ class Judgement:
     kind         of model
     problem      the model, and its duration
     error        that is asked for, largest distance from the truth of any part at any time
+    source       of the truth
     agreements   of the truth with other sources
     own          the user's setting: label, error, seconds, energy_error, momentum_error, status
     own_errors   t, error: of the user's run
@@ -52,6 +54,7 @@ class Judgement:
     problem: Problem
     duration: float
     error: float
+    source: Source
     agreements: tuple[Agreement, ...]
     own: Mapping[str, Any]
     own_errors: pd.DataFrame
@@ -64,8 +67,25 @@ class Judgement:
     @property
     def truth_agreement(self) -> float:
         """The largest distance between two sources of the truth; NaN with one source only."""
-        counted = (one.largest for one in self.agreements if not one.opinion)
+        counted = (one.largest for one in self.agreements if not one.source.opinion)
         return max(counted, default=math.nan)
+
+    @property
+    def trusted_until(self) -> float:
+        """The last time before two sources differ by LOST of the motion; inf where they do not."""
+        still = np.broadcast_to(self.problem.q0, self.truth.q.shape)
+        size = float(np.max(self.kind.errors(replace(self.truth, q=still), self.truth)))
+        ends = [math.inf]
+        for one in self.agreements:
+            parted = np.flatnonzero(~(one.apart < LOST * size))
+            ends += [float(one.t[parted[0] - 1])] if parted.size and not one.source.opinion else []
+        return min(ends)
+
+    @property
+    def engines(self) -> tuple[str, ...]:
+        """Those that the truth rests on."""
+        every = (self.source, *(one.source for one in self.agreements))
+        return tuple(dict.fromkeys(one.engine for one in every if not one.opinion))
 
     @property
     def recommended(self) -> Mapping[str, Any] | None:
@@ -124,16 +144,16 @@ def judge(
         raise ValueError("nothing moves from this start: choose another, such as a keyframe.")
     thin = _thinned(truth, dense)
     others = [one for one in every if one is not first and one not in stopped]
-    checks = agreements(thin, first.label, others, kind.errors, PIECES, report)
+    checks = agreements(thin, others, kind.errors, PIECES, report)
     report(f"own: {mine.label}")
     found, over_time, parts = _own(kind, mine, problem, span, thin)
-    known = max((one.largest for one in checks if not one.opinion), default=0.0)
+    known = max((one.largest for one in checks if not one.source.opinion), default=0.0)
     wanted = np.fmax(found["error"], 10.0 * known) if error is None else error
     report("neighbouring starts")
     ends = horizons(kind, first, thin, wanted)
     table = _scan(kind, problem, span, thin, wanted, report)
     return Judgement(
-        kind, problem, span, wanted, tuple(checks), found, over_time, parts, table,
+        kind, problem, span, wanted, first, tuple(checks), found, over_time, parts, table,
         kind.encounters(truth), ends, truth,
     )  # fmt: skip
 

@@ -15,19 +15,21 @@ SEED = 20_260_101
 
 
 def apart(kind: Kind, source: Source, truth: Trajectory, known: float) -> Array:
-    """How far a run from a start that is known so well may be off, (saved,)."""
-    problem, amount = truth.problem, max(known, SMALLEST)
+    """How far a run from a start known so well, SMALLEST or worse, may be off, (saved,)."""
+    problem = truth.problem
     signs = np.random.default_rng(SEED).choice([-1.0, 1.0], 2 * problem.q0.size)
-    shifted = kind.shifted(problem, amount, signs)
+    shifted = kind.shifted(problem, known, signs)
     run = source.run(shifted, float(truth.t[-1] - truth.t[0]), len(truth.t) - 1)
-    found: Array = kind.errors(run, truth).max(axis=1) * (known / amount)
+    found: Array = kind.errors(run, truth).max(axis=1)
     return found
 
 
 def horizons(kind: Kind, source: Source, truth: Trajectory, error: float) -> pd.DataFrame:
     """For starts known to ``KNOWN``, the first time at which the error is reached; NaN for none."""
+    measured = {one: apart(kind, source, truth, one) for one in KNOWN if one >= SMALLEST}
     rows = []
     for known in KNOWN:
-        beyond = np.flatnonzero(~(apart(kind, source, truth, known) < error))
+        found = measured[max(known, SMALLEST)] * min(known / SMALLEST, 1.0)
+        beyond = np.flatnonzero(~(found < error))
         rows.append((known, float(truth.t[beyond[0]]) if beyond.size else np.nan))
     return pd.DataFrame(rows, columns=["start_known_to", "until"])

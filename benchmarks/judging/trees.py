@@ -13,6 +13,7 @@ from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import galvi_label
 from galvi import Multibody, Problem, Trajectory
 from galvi.arrays import Array
+from references import Contender
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.mujoco.steps import (
     MUJOCO_DISCRETE,
@@ -21,6 +22,7 @@ from references.mujoco.steps import (
     MUJOCO_IMPLICITFAST,
     MUJOCO_RK4,
 )
+from references.pinocchio.accelerations_ivp import PINOCCHIO_ACCELERATIONS
 
 DURATION = 10.0
 INTEGRATORS = {  # by their names in MuJoCo, in lower case
@@ -31,7 +33,8 @@ INTEGRATORS = {  # by their names in MuJoCo, in lower case
     "discrete": MUJOCO_DISCRETE,
 }
 ADAPTIVE: tuple[str, ...] = ()
-PART, ENGINE = "joint", "mujoco-core"
+PART, ENGINE, MORE = "joint", "mujoco-core", "pip install pin"
+TIGHT, LOOSER = 1e-13, 1e-11  # tolerances
 FINE = 100_000  # steps of the second source
 COARSEST = 200  # steps of MuJoCo's integrators in the whole time
 OURS = (4, 8)  # degrees
@@ -50,18 +53,22 @@ def states(problem: Problem, duration: float) -> int:
 
 
 def sources(problem: Problem, duration: float) -> list[Source]:
-    """Solvers on MuJoCo's accelerations, and its own at a small step; one engine in all of them."""
-    tolerances = (1e-13, 1e-11)
+    """DOP853 on MuJoCo's accelerations and on Pinocchio's, or without that at two tolerances;
+    MuJoCo's RK4 at a small step."""
+    alone = bool(PINOCCHIO_ACCELERATIONS.missing)
     found = [
-        *(
-            Source(f"DOP853 on MuJoCo's accelerations, tolerance {one:g}", MUJOCO_ACCELERATIONS,
-                   {"tolerance": one})
-            for one in tolerances
-        ),
-        Source("MuJoCo RK4, small steps", MUJOCO_RK4, {}, duration / FINE),
-        Source("galvi degree 8", gauss_collocation(8), {}, duration / 2000, True),
+        _dop853("MuJoCo", MUJOCO_ACCELERATIONS, TIGHT),
+        _dop853("MuJoCo", MUJOCO_ACCELERATIONS, LOOSER) if alone
+        else _dop853("Pinocchio", PINOCCHIO_ACCELERATIONS, TIGHT),
+        Source("MuJoCo RK4, small steps", "MuJoCo", MUJOCO_RK4, {}, duration / FINE),
+        Source("galvi degree 8", "", gauss_collocation(8), {}, duration / 2000),
     ]  # fmt: skip
     return [one for one in found if not one.contender.missing and one.contender.supports(problem)]
+
+
+def _dop853(engine: str, contender: Contender, tolerance: float) -> Source:
+    label = f"DOP853 on {engine}'s accelerations, tolerance {tolerance:g}"
+    return Source(label, engine, contender, {"tolerance": tolerance})
 
 
 def candidates(problem: Problem, duration: float) -> Iterator[list[Candidate]]:

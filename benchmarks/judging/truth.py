@@ -19,16 +19,14 @@ Errors = Callable[[Trajectory, Trajectory], Array]
 class Agreement:
     """The largest distance of a part of the model between two sources, until one of them stops.
 
-    between  their labels
-    t        (times,)
-    apart    (times,)
-    opinion  whether the other one is galvi, which does not count
+    source  the other one
+    t       (times,)
+    apart   (times,)
     """
 
-    between: tuple[str, str]
+    source: Source
     t: Array
     apart: Array
-    opinion: bool = False
 
     @property
     def largest(self) -> float:
@@ -55,7 +53,7 @@ def in_pieces(source: Source, problem: Problem, duration: float, pieces: int) ->
 
 
 def agreements(
-    truth: Trajectory, label: str, others: Sequence[Source], errors: Errors, pieces: int,
+    truth: Trajectory, others: Sequence[Source], errors: Errors, pieces: int,
     report: Callable[[str], None],
 ) -> list[Agreement]:  # fmt: skip
     """Of the truth with each other source, at ``pieces`` times among its states."""
@@ -73,5 +71,5 @@ def agreements(
         until = replace(thinned, t=thinned.t[:reached], q=thinned.q[:reached],
                         p=thinned.p[:reached], velocities=thinned.v[:reached])  # fmt: skip
         apart = errors(run, until).reshape(reached, -1).max(axis=1)
-        found.append(Agreement((label, source.label), until.t, apart, source.opinion))
+        found.append(Agreement(source, until.t, apart))
     return found

@@ -36,7 +36,7 @@ def energy(problem: Problem, q: Array, v: Array) -> Array:
         return total
     if isinstance(system, RigidBody):
         return _turning_energy(system, v) + _height_energy(system.potential, q)
-    if isinstance(system, FreeBody):
+    if isinstance(system, FreeBody) and system.potential is None:
         thrown = 0.5 * system.mass * np.sum(v[:, 3:] ** 2, axis=-1)
         for axis in range(3):
             thrown -= system.mass * system.g[axis] * q[:, axis, 3]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -17,23 +18,26 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.store.provenance import ROOT
+from benchmarks.store.row_files import RowFiles
+from benchmarks.studies.round_off_long import version
 
-COLUMNS = (
-    "problem",
-    "import",
-    "cold",
-    "warm",
-    "import_in_numpys",
-    "warm_in_numpys",
-    "few_steps",
-    "many_steps",
-)
+COLUMNS: Mapping[str, type] = {
+    "problem": str,
+    "import": float,
+    "cold": float,
+    "warm": float,
+    "import_in_numpys": float,
+    "warm_in_numpys": float,
+    "few_steps": float,
+    "many_steps": float,
+}
 TIMES = 2  # processes, the first to fill the cache; the fastest counts
 STEPS, MANY_STEPS, QUICK_STEPS = 10**4, 3 * 10**5, 10**5
 EXPLANATION = (
     "Seconds in a fresh process: to import galvi, then to the end of a first run of ten steps. "
     "Cold: nothing is compiled, in processor time, once for each kernel, and empty where another "
-    "row has the same kernel; warm: everything is in the cache on disk. Since seconds of different "
+    "row has the same kernel, or where make studies measures it: the general kernel takes most of "
+    "a minute; warm: everything is in the cache on disk. Since seconds of different "
     "machines do not compare, they are also given relative to the import of numpy. Memory is the "
     f"peak of the process after {STEPS:,} steps, and after a second run of {MANY_STEPS:,} "
     f"({QUICK_STEPS:,} in the quick form; a fiftieth for the Lagrangian and the force), of which "
@@ -106,7 +110,8 @@ print(json.dumps([numpys, imported, first, processor, peaks]))
 """
 
 
-ALL, NOTHING = "all", "nothing"
+ALL, NOTHING, LONG = "all", "nothing", "long"
+FOLDER = "start_up"  # subfolder of the studies
 SLOW = 0.02  # for the general kernel of groups, whose step takes fifty times as long
 
 
@@ -118,7 +123,7 @@ class Start:
     problem  an expression that constructs it
     step     step size of the run
     imports  imports needed by the expression besides galvi
-    cold     what a cold run compiles: ALL, or NOTHING new
+    cold     what a cold run compiles: ALL, or NOTHING new, or all but for the LONG form alone
     share    share of the many steps after which memory is measured
     """
 
@@ -131,7 +136,7 @@ class Start:
 
 
 STARTS = (  # what compiles longest first: two processes compile at a time
-    Start("Lagrangian on SO(3): heavy body", "own.top()", 0.1, "import own", share=SLOW),
+    Start("Lagrangian on SO(3): heavy body", "own.top()", 0.1, "import own", LONG, SLOW),
     Start("point masses: outer solar system", "galvi.problems.outer_solar_system()", 200.0),
     Start("central force: Kepler, e = 0.6", "galvi.problems.kepler(0.6)", 0.1, cold=NOTHING),
     Start("spring: harmonic oscillator", "galvi.problems.harmonic_oscillator()", 0.1),
@@ -187,12 +192,10 @@ def start_up_table(
     """
 
     def cold(start: Start) -> float:
-        if quick or start.cold == NOTHING:
+        if quick or start.cold != ALL:
             return float("nan")
         report(f"{start.label}, cold")
-        with own_folder() as folder:
-            cache = str(folder / "cache") if start.cold == ALL else ""
-            return started(start, folder, cache=cache).processor
+        return _compiling(start)
 
     with ThreadPoolExecutor(2) as pool:
         colds = list(pool.map(cold, STARTS))
@@ -202,6 +205,52 @@ def start_up_table(
         with own_folder() as folder:
             rows.append(_row(start, folder, seconds, quick))
     return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+@dataclass(frozen=True)
+class Part:
+    """A cold run that only the long form makes, with the file of its row."""
+
+    start: Start
+    files: RowFiles
+
+    @property
+    def title(self) -> str:
+        """For progress output and the table."""
+        return f"{self.start.label}, cold"
+
+    @property
+    def name(self) -> str:
+        """The name of its file: what is compiled, and the version."""
+        return f"{re.sub('[^a-z0-9]+', '-', self.start.label.lower())}_{version()}"
+
+    def done(self) -> bool:
+        """Whether its row exists."""
+        return self.files.read(self.name) is not None
+
+    def run(self, report: Callable[[str], None]) -> None:
+        """Compile in an empty cache, and write the row."""
+        report(self.title)
+        row = {"problem": self.title, "cold": _compiling(self.start)}
+        frame = pd.DataFrame([row], columns=list(COLUMNS))
+        self.files.write(self.name, frame)
+
+
+def parts(studies: Path, report: Callable[[str], None]) -> list[Part]:
+    """The runs of the long form."""
+    files = RowFiles(studies / FOLDER, COLUMNS, report)
+    return [Part(start, files) for start in STARTS if start.cold == LONG]
+
+
+def stored(studies: Path, report: Callable[[str], None]) -> pd.DataFrame:
+    """Their rows."""
+    return RowFiles(studies / FOLDER, COLUMNS, report).all()
+
+
+def _compiling(start: Start) -> float:
+    """Processor time of the first run with nothing compiled."""
+    with own_folder() as folder:
+        return started(start, folder, cache=str(folder / "cache")).processor
 
 
 @contextmanager

@@ -12,7 +12,7 @@ DISCRETE, ROUNDED = 0.01, 3.0  # tolerances for an error, see Case
 
 @dataclass(frozen=True)
 class Case:
-    """A run of galvi that is timed, counted and compared with the truth.
+    """A run of galvi, or of another integrator, that is timed, counted and compared with the truth.
 
     name       unique, for tables and command lines
     kind       STEP: one call; TRAJECTORY: many steps; ROUND_OFF: so many steps that rounding
@@ -31,6 +31,8 @@ class Case:
     rounding   errors below this are rounding, of the run or the truth, and never an alarm
     count_tolerance  the same for each count; 0, since counts are exact on one build and machine
     slower     relative growth of the median time required for an alarm besides the rank test
+    contender  "package.module:Class" of another integrator, run at `setting` over step * steps in
+               place of galvi's method; see `benchmarks.external.integrator`
     """
 
     name: str
@@ -51,3 +53,5 @@ class Case:
     rounding: float = 1e-13
     count_tolerance: float = 0.0
     slower: float = 0.10
+    contender: str = ""
+    setting: Mapping[str, Any] = field(default_factory=dict)

@@ -6,7 +6,8 @@ start-up and compilation are outside every sample. Requests and answers are dict
 values:
 
 {"do": "run", "case"}                          the end states, counts, status, seconds of the
-                                               first call, numbers that identify the problem
+                                               first call, numbers that identify the problem, and
+                                               the file of galvi or of the integrator
 {"do": "time", "case", "repeats", "attempts"}   seconds of one call, see `sample`
 any                                            "raised": the exception, when there was one
 """
@@ -14,6 +15,7 @@ any                                            "raised": the exception, when the
 from __future__ import annotations
 
 import gc
+import importlib
 import math
 import sys
 import time
@@ -37,6 +39,9 @@ def prepared(case: Mapping[str, Any]) -> Callable[[], list[Any]]:
     import galvi
 
     problems = starts(problem_of(case), case["starts"])
+    if case.get("contender"):
+        run, duration = contender_of(case).run, case["step"] * case["steps"]
+        return lambda: [run(one, duration, dict(case["setting"])) for one in problems]
     charts = (getattr(galvi, case["chart"])(),) if case["chart"] else ()
     rule = getattr(galvi, case["rule"])(case["points"])
     method = galvi.Galerkin(galvi.Polynomials(case["degree"]), rule, *charts)
@@ -46,6 +51,13 @@ def prepared(case: Mapping[str, Any]) -> Callable[[], list[Any]]:
         return [galvi.integrate(one, method, step, steps, save_every=steps) for one in problems]
 
     return call
+
+
+def contender_of(case: Mapping[str, Any]) -> Any:
+    """The case's integrator, from its module "package.module:Class" on the path."""
+    module, _, name = case["contender"].partition(":")
+    found = getattr(importlib.import_module(module), name)
+    return found() if isinstance(found, type) else found
 
 
 def starts(problem: Any, count: int) -> list[Any]:
@@ -128,15 +140,14 @@ def sample(call: Callable[[], Any], repeats: int, attempts: int = 1) -> dict[str
 
 def run(case: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[str, Any]:
     """Make the first call of a case, and store the call in `calls`."""
-    import galvi
-
     start = time.perf_counter()
     call = prepared(case)
     runs = call()
     first = time.perf_counter() - start
     calls[case["name"]] = call
     times = {"first_call": first, "warm": sample(call, 1)["processor"]}
-    origin = {"galvi": galvi.__file__, "problem": probed(problem_of(case))}
+    module = sys.modules[case["contender"].partition(":")[0] if case.get("contender") else "galvi"]
+    origin = {"code": module.__file__, "problem": probed(problem_of(case))}
     return described(runs) | times | origin
 
 

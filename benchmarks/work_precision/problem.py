@@ -15,7 +15,8 @@ from references import Contender
 Setting = Mapping[str, Any]
 POSITION, ATTITUDE, ANGLE = "position", "attitude", "angle"
 COORDINATES, MOTION = "coordinates", "attitude and place"
-STOPS = (1e-9, 1e-12)  # a coarse error needs no solution to round-off
+# A coarse error needs no solution to round-off: tolerances, and the settings for which they pay.
+STOPS = {1e-9: slice(2), 1e-12: slice(3)}
 EPS = float(np.finfo(float).eps)
 
 
@@ -34,17 +35,13 @@ class Truth:
     end          (...,) in the configuration's shape
     error        its own error, measured like `WorkPrecisionProblem.distance`
     description  text for the table
-    source       label of the contenders it comes from, which are not compared with it
+    source       label and settings, as text, of the run that it is: not compared with itself
     """
 
     end: Array
     error: float
     description: str
-    source: str = ""
-
-    def is_from(self, contender: str) -> bool:
-        """Whether the contender would be compared with itself."""
-        return bool(self.source) and contender.startswith(self.source)
+    source: tuple[str, str] | None = None
 
 
 def farthest_body(q: Array, truth: Array) -> float:
@@ -100,8 +97,11 @@ def fixed(duration: float, steps: int) -> Setting:
 
 
 def stopped_early_too(settings: Sequence[Setting]) -> list[Setting]:
-    """The settings, and again with galvi's iterations stopped at STOPS."""
-    return [*settings, *({**setting, "tolerance": stop} for stop in STOPS for setting in settings)]
+    """The settings, from coarse to fine, and again with galvi's iterations stopped at STOPS."""
+    return [
+        *settings,
+        *({**one, "tolerance": stop} for stop, part in STOPS.items() for one in settings[part]),
+    ]
 
 
 def adaptive(key: str, values: Sequence[float]) -> list[Setting]:

@@ -60,11 +60,13 @@ def work_precision(
     report: Callable[[str], None] = lambda sentence: None,
     externals: Sequence[ExternalContender] = (),
     problem: str = "",
+    cases: Sequence[WorkPrecisionProblem] = (),
 ) -> pd.DataFrame:
     """One row for each problem, contender and setting; external integrators take part where
     they can.
 
-    With the name of a problem, for that one only. Raises ValueError when there is no such problem.
+    With the name of a problem, for that one only; with ``cases`` for these in place of the suite's.
+    Raises ValueError when there is no such problem.
 
     quantity      the quantity of the error: position, attitude, angle, coordinates or attitude and
                   place
@@ -81,7 +83,7 @@ def work_precision(
     status        empty; 'truth'; a warning about the error; or why the run failed
     reference     the truth and its accuracy
     """
-    known = work_precision_problems(quick)
+    known = cases or work_precision_problems(quick)
     chosen = [case for case in known if problem in ("", case.problem.name)]
     if not chosen:
         raise ValueError(f"there is no problem {problem!r} to compare on; known: {problems(quick)}")
@@ -98,8 +100,8 @@ def problems(quick: bool = False) -> tuple[str, ...]:
 
 def _least(case: WorkPrecisionProblem, quick: bool) -> float:
     """Seconds of each setting in a round; fewer where runs are lengthened."""
-    least = 0.01 if quick else 0.12
-    return 0.5 * least if case.repeated_run or case.net_time else least
+    least = 0.01 if quick else 0.06
+    return 0.6 * least if case.repeated_run or case.net_time else least
 
 
 def _study(case: WorkPrecisionProblem, least: float, report: Callable[[str], None]) -> pd.DataFrame:
@@ -175,7 +177,7 @@ def _row(
     error, status = nan, one.why
     if one.run is not None and not one.run.success:
         status = one.run.status
-    elif one.run is not None and truth.is_from(one.contender):
+    elif one.run is not None and truth.source == (one.contender, one.settings):
         status = TRUTH
     elif one.run is not None:
         error = case.distance(one.run.q[-1], truth.end)

@@ -15,6 +15,7 @@ from galvi.analysis.frame_theory import in_frame
 from galvi.analysis.friedrichs import Z0
 from galvi.analysis.motion_theory import motion_theory
 from galvi.analysis.norms import norms
+from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.properties.classical_methods import classical_names
 from galvi.properties.orders import orders
@@ -193,17 +194,18 @@ def _pair(method: Any, rule: Any) -> tuple[Space, Rule]:
         if isinstance(method, type) or not (hasattr(method, "space") and hasattr(method, "rule")):
             raise TypeError(
                 f"theory is of a method such as galvi.Galerkin(galvi.Polynomials(8), "
-                f"galvi.gauss(8)), or of a space and a rule; received {method!r}."
+                f"galvi.gauss(8)), or of a space and a rule; received {shown(method)}."
             )
         if rule is not None:
             raise TypeError(
-                f"a method has its own rule; received {rule!r} besides. Give a space and a rule, "
+                f"a method has its own rule; "
+                f"received {shown(rule)} besides. Give a space and a rule, "
                 f"or name the problem: theory(method, problem=problem)."
             )
         return method.space, method.rule
     if not isinstance(rule, Rule):
         raise TypeError(
-            f"the theory of a space needs a rule such as galvi.gauss(8); received {rule!r}."
+            f"the theory of a space needs a rule such as galvi.gauss(8); received {shown(rule)}."
         )
     return checked(method), rule
 
@@ -212,7 +214,8 @@ def _check(problem: Any, step: Any, lipschitz: Any) -> None:
     for name, value in (("step", step), ("lipschitz", lipschitz)):
         if value is not None and problem is None:
             raise ValueError(
-                f"{name} means nothing without a problem; received {value!r}. Give the problem too."
+                f"{name} means nothing without a problem; "
+                f"received {shown(value)}. Give the problem too."
             )
     if problem is not None and not isinstance(problem, Problem):
         raise TypeError(

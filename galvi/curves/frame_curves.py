@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.curves.curves import located
+from galvi.curves.curves import Curves, located
 from galvi.spaces.space import Space
 
 TINY = 1e-100  # imaginary increments of complex steps
@@ -23,6 +23,9 @@ class MovingPath(Protocol):
     def flow(self, w: Any, t: Any) -> Any:
         """q (k, *shape) at times t (k,) after w (k, 2, m)."""
 
+    def curves(self, number: int, base: Array) -> Curves:
+        """Those of a step that was done in the inertial frame, from time 0 on."""
+
 
 @dataclass(frozen=True, eq=False)
 class FrameCurves:
@@ -31,7 +34,8 @@ class FrameCurves:
     space         psi_i are its basis functions after the constant, minus their values at 0
     t0, step      start of the first curve and the length h of each
     bases         (steps, 2, m) the state in the frame before each step
-    coefficients  (steps, 2 n, dimension - 1): n rows of places, and n of velocities
+    coefficients  (steps, 2 n, dimension - 1): n rows of places, and n of velocities; of a step that
+                  was done in the inertial frame all but the first are NaN, and its base has (q, v)
     first         number of the first step since the problem's start
     path          the frame
     """
@@ -52,9 +56,7 @@ class FrameCurves:
 
     def places(self, index: Any, tau: Array) -> Array:
         """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
-        w, _rate, since = self._moving(index, tau)
-        places: Array = self.path.flow(w, since)
-        return places
+        return self._each(index, tau, self._own_places, Curves.position)
 
     def velocity(self, t: Any) -> Array:
         """dq/dt at t, where two steps meet that of the later one. ValueError outside the run."""
@@ -64,6 +66,25 @@ class FrameCurves:
 
     def velocities(self, index: Any, tau: Array) -> Array:
         """dq/dt (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
+        return self._each(index, tau, self._own_velocities, Curves.velocity)
+
+    def _each(self, index: Any, tau: Array, own: Any, elsewhere: Any) -> Array:
+        """Values by ``own`` in the frame, and by ``elsewhere`` on curves in the inertial one."""
+        away = np.isnan(self.coefficients[index, -1, -1]) & ~np.isnan(self.bases[index, 0, 0])
+        rows, values = [np.flatnonzero(~away)], [own(index[~away], tau[~away])]
+        for k in np.unique(index[away]).tolist():
+            rows.append(np.flatnonzero(away & (index == k)))
+            curves = self.path.curves(self.first + k, self.bases[k])
+            values.append(elsewhere(curves, tau[rows[-1]] * self.step))
+        found: Array = np.concatenate(values)[np.argsort(np.concatenate(rows))]
+        return found
+
+    def _own_places(self, index: Any, tau: Array) -> Array:
+        w, _rate, since = self._moving(index, tau)
+        places: Array = self.path.flow(w, since)
+        return places
+
+    def _own_velocities(self, index: Any, tau: Array) -> Array:
         w, rate, since = self._moving(index, tau)
         moved = self.path.flow(w + 1j * TINY * rate, since + 1j * TINY)
         velocities: Array = np.imag(moved) / TINY

@@ -9,6 +9,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.groups.se3 import SE3
 from galvi.groups.so3 import SO3
+from galvi.input_checks import shown
 from galvi.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def orthogonality_defect(run: Trajectory, t: Any = None) -> Array:
 
 def _matrices(run: Trajectory, t: Any) -> Array:
     if not isinstance(run, Trajectory):
-        raise TypeError(f"run must be a galvi.Trajectory; received {run!r}.")
+        raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")
     group = getattr(run.problem.system, "group", None)
     if not isinstance(group, (SO3, SE3)):
         raise ValueError(

@@ -7,6 +7,7 @@ from typing import Any, cast
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.input_checks import shown
 from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
@@ -81,10 +82,10 @@ def _of_tree(run: Trajectory, times: Array, q: Array, p: Array, t: Any) -> Array
 
 def _states(run: Trajectory, t: Any) -> tuple[Array, Array, Array]:
     if not isinstance(run, Trajectory):
-        raise TypeError(f"run must be a galvi.Trajectory; received {run!r}.")
+        raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")
     if t is None:
         return run.t, run.q, run.p
-    times, q = np.asarray(t, dtype=np.float64), run(t)
+    q, times = run(t), np.asarray(t, dtype=np.float64)
     return times, q, momentum_at(run.problem.system, q, run.velocity(t), times)
 
 

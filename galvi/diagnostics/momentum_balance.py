@@ -10,6 +10,7 @@ import numpy as np
 from galvi.arrays import Array, read_only
 from galvi.diagnostics.invariants import linear_momentum, momentum_map
 from galvi.diagnostics.stage_states import stage_states
+from galvi.input_checks import shown
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import force_at
 from galvi.systems.rigid_body import RigidBody
@@ -51,7 +52,7 @@ def momentum_balance(run: Trajectory, *, linear: bool = False) -> MomentumBalanc
     without curves at every step.
     """
     if not isinstance(run, Trajectory):
-        raise TypeError(f"run must be a galvi.Trajectory; received {run!r}.")
+        raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")
     system: Any = run.problem.system
     if not isinstance(system, Canonical | RigidBody):
         raise ValueError(

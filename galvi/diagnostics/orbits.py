@@ -9,6 +9,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
+from galvi.input_checks import shown
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
@@ -72,7 +73,7 @@ class OrbitalElements:
                 f"negative one; received {e.tolist()} and axes {a.tolist()}."
             )
         if not np.all(mu > 0.0):
-            raise ValueError(f"gm must be positive; received {gm!r}.")
+            raise ValueError(f"gm must be positive; received {shown(gm)}.")
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             return _states(a, e, i, node, turn, mean, mu)
 
@@ -191,6 +192,8 @@ def _angle(x: Array) -> Array:
 
 
 def _nbody(run: Trajectory) -> NBody:
+    if not isinstance(run, Trajectory):
+        raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")
     system = run.problem.system
     if not isinstance(system, NBody):
         raise ValueError(

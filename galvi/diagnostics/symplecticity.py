@@ -7,11 +7,12 @@ from typing import cast
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.diagnostics.frame_derivative import frame_step_derivative
 from galvi.diagnostics.group_symplecticity import group_step_derivative, group_symplecticity_defect
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.group_system import group_system
-from galvi.run.integrate import integrate
+from galvi.run.integrate import check_types, integrate
 from galvi.run.interruption import uninterrupted
 from galvi.systems.system import VectorSystem
 
@@ -22,13 +23,12 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     On a Lie group D(eta1, mu1)/D(eta0, mu0), see `galvi.diagnostics.group_symplecticity`.
 
     At the converged stages Q, (I - h^2 A x da/dq) dQ = dq + c h dv, and the updates are linear in
-    da/dq dQ. Raises ValueError when the step itself fails, and for a method in a moving frame.
+    da/dq dQ. In a moving frame see `galvi.diagnostics.frame_derivative`. Raises ValueError when the
+    step itself fails.
     """
+    check_types(problem, method, "step_derivative(problem, method, step)")
     if method.in_frame:
-        raise ValueError(
-            f"the derivative of a step in a moving frame is not known; received {method!r}. "
-            f"Difference the ends of steps from nearby starts, or use another chart."
-        )
+        return frame_step_derivative(problem, method, step)
     if group_system(problem, method) is not None:
         return group_step_derivative(problem, method, step)
     h, table, d = step, method.table, problem.q0.size
@@ -59,6 +59,7 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     Round-off for a symplectic method. On a Lie group, the form in left trivialisation (H 3.1.1), to
     about 1e-12. Raises as `step_derivative`.
     """
+    check_types(problem, method, "symplecticity_defect(problem, method, step)")
     if not method.in_frame and group_system(problem, method) is not None:
         return group_symplecticity_defect(problem, method, step)
     d, shape = problem.q0.size, problem.q0.shape

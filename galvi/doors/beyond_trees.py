@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from galvi.input_checks import shown
+
 Found = str | None
 SLIDE, HINGE = 2, 3  # as MuJoCo numbers joints
 
@@ -22,12 +24,14 @@ def checked_names(ignore: Any) -> set[str]:
     """The names of PARTS in ``ignore``; TypeError or ValueError for anything else."""
     given = (ignore,) if isinstance(ignore, str) else ignore
     if not isinstance(given, Iterable):
-        raise TypeError(f"ignore must be names such as ('contacts',); received {ignore!r}.")
+        raise TypeError(f"ignore must be names such as ('contacts',); received {shown(ignore)}.")
     plain = {_plain(name): name for name in PARTS}
     names = list(given)
     for name in names:
         if not isinstance(name, str) or _plain(name) not in plain:
-            raise ValueError(f"ignore must name some of {', '.join(PARTS)}; received {name!r}.")
+            raise ValueError(
+                f"ignore must name some of {', '.join(PARTS)}; received {shown(name)}."
+            )
     return {plain[_plain(name)] for name in names}
 
 

@@ -7,6 +7,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 
+from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.trajectory import Trajectory
 
@@ -59,7 +60,7 @@ def cite(run: Trajectory) -> Citation:
     Raises TypeError for anything but a run.
     """
     if not isinstance(run, Trajectory):
-        raise TypeError(f"run must be a galvi.Trajectory; received {run!r}.")
+        raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")
     method, problem = run.method, run.problem
     if isinstance(method, Galerkin):
         keys, done = ["Hall2013", "Miglio2016"], f"with {method.name}"

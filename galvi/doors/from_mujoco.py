@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.doors.beyond_trees import beyond_trees, checked_names, motors
-from galvi.kernels.lanes.tree import DOFS, SLIDE
+from galvi.kernels.lanes.trees.tree import DOFS, SLIDE
 from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
 from galvi.systems.trees.joint import Joint
@@ -132,6 +131,8 @@ def _disabled(model: Any, flag: str) -> bool:
 
 
 def _rotation(quaternion: Any) -> Array:
+    from scipy.spatial.transform import Rotation  # a fifth of galvi's import
+
     result: Array = Rotation.from_quat(np.asarray(quaternion)[[1, 2, 3, 0]]).as_matrix()
     return result
 

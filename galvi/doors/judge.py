@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from galvi.doors.from_mujoco import from_mujoco
 from galvi.doors.rebound import from_rebound
+from galvi.input_checks import shown
 
 if TYPE_CHECKING:
     import pandas
@@ -95,7 +96,7 @@ def judge(
     if not (is_file or of_mujoco or type(source).__module__.startswith("rebound")):
         raise TypeError(
             f"source must be a rebound.Simulation, a mujoco.MjModel or the path of a file of one; "
-            f"received {source!r}."
+            f"received {shown(source)}."
         )
     if of_mujoco or (is_file and Path(source).suffix in MODELS):
         from_mujoco(source, ignore, key)  # what cannot be judged is refused here

@@ -67,14 +67,28 @@ class Frame(Hashable, Protocol):
     def rows(self, problem: Problem) -> int:
         """n, the coordinates in the frame that collocation moves."""
 
-    def enter(self, problem: Problem) -> Array:
-        """The start (8, m): q, its low part, v, its low part, then x, its low part, x' and its."""
+    def enter(self, problem: Problem, q: Array, v: Array) -> Array:
+        """A state (8, m): q, its low part, v, its low part, then x, its low part, x' and its."""
 
     def motion(self, problem: Problem, step: float, c: Array) -> Motion:
         """The frame for steps of this size and nodes c (P,)."""
 
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
         """q (k, *shape) at times t (k,) after w (k, 2, m), also for complex w and t: analytic."""
+
+    def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
+        """D phi_t(w), and the derivative by w of what is left, w' at the time t, at w (2, m).
+
+        Both (2 d, 2 d), of (x, x') with the d entries that a state has in the frame.
+        """
+
+
+def matrix_of(frame: Frame, problem: Problem) -> Array:
+    """The matrix (d, d) from places, or velocities, to those in the frame."""
+    unit, zero = np.eye(problem.q0.size), np.zeros_like(problem.q0)
+    states = (frame.enter(problem, x.reshape(problem.q0.shape), zero) for x in unit)
+    columns = [state[4] + state[5] for state in states]
+    return np.array(columns).T[: problem.q0.size]
 
 
 def revolution(M: Array, e: float) -> tuple[Array, Array]:

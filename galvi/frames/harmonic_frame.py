@@ -108,13 +108,13 @@ class HarmonicFrame:
         """See `Frame`."""
         return problem.q0.size
 
-    def enter(self, problem: Problem) -> Array:
+    def enter(self, problem: Problem, q: Array, v: Array) -> Array:
         """See `Frame`."""
         system: Any = problem.system
         F, _squares = _modes(self, problem)
         state = np.zeros((8, problem.q0.size))
-        state[0], state[2] = problem.q0, problem.v0
-        state[4], state[6] = (system.momentum(x) @ F for x in (problem.q0, problem.v0))
+        state[0], state[2] = q, v
+        state[4], state[6] = (system.momentum(x) @ F for x in (q, v))
         return state
 
     def motion(self, problem: Problem, step: float, c: Array) -> Motion:
@@ -136,6 +136,20 @@ class HarmonicFrame:
         F, squares = _modes(self, problem)
         omega, t = np.sqrt(squares), t[:, None]
         return (np.cos(omega * t) * w[:, 0] + _sine(omega, t) * w[:, 1]) @ F.T
+
+    def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
+        """See `Frame`."""
+        F, squares = _modes(self, problem)
+        system: Any = problem.system
+        omega = np.sqrt(squares)
+        c, s = np.cos(omega * t), _sine(omega, np.array(t))
+        q = F @ (c * w[0] + s * w[1])
+        rest = np.diag(squares) - F.T @ system.potential_hessian(q, problem.t0) @ F
+        ahead = np.concatenate([np.diag(c), np.diag(s)], axis=1)
+        turned = np.concatenate([np.diag(-squares * s), np.diag(c)], axis=1)
+        slope = rest @ ahead
+        return np.concatenate([ahead, turned]), np.concatenate([-s[:, None] * slope,
+                                                                c[:, None] * slope])  # fmt: skip
 
 
 def _sine(omega: Array, t: Array) -> Array:
@@ -166,7 +180,7 @@ def _modes(frame: HarmonicFrame, problem: Problem) -> tuple[Array, Array]:
 
 def _sizes(frame: HarmonicFrame, problem: Problem, step: float) -> Array:
     """Sizes of modes: of velocities their largest amplitude, of places that over omega."""
-    state, (_, squares) = frame.enter(problem), _modes(frame, problem)
+    state, (_, squares) = frame.enter(problem, problem.q0, problem.v0), _modes(frame, problem)
     fast = float(np.sqrt(np.max(state[6] ** 2 + squares * state[4] ** 2)))
     far = max(float(np.max(np.abs(state[4]))), abs(step) * fast)
     omega = np.sqrt(squares)

@@ -4,27 +4,37 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision, rounded
-from galvi.frames.frame import EVEN, Motion
+from galvi.frames.frame import EVEN, Motion, matrix_of
+from galvi.frames.hierarchy import (
+    Hierarchy,
+    about_the_heaviest,
+    hierarchy_of,
+    jacobi,
+    mean_anomaly,
+    names_of,
+    nested_in,
+)
+from galvi.frames.kepler_orbits import attraction, orbits, pulled_back
+from galvi.input_checks import shown
 from galvi.kernels.compile.function_pointers import addresses
-from galvi.kernels.lanes.frames import universal
+from galvi.kernels.lanes.frames import kepler_functions
 from galvi.kernels.lanes.frames.collocation import DRIFT, LEAVE, RATES
-from galvi.kernels.lanes.frames.kepler import rows_of_kepler
-from galvi.kernels.lanes.frames.kepler_functions import FUNCTIONS
+from galvi.kernels.lanes.frames.hierarchy import rows_of_hierarchy
+from galvi.kernels.lanes.frames.kepler import rows_of_planets
 from galvi.kernels.lanes.vectors import LANES
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
 FLAT = 0.45  # half of what planets need, whose orbits may change
 ROUNDEST = 0.9  # largest eccentricity of the orbit on which nodes are placed
-CORRECTIONS = 60
+TINY = 1e-100  # imaginary increments
 
 
 @dataclass(frozen=True)
@@ -39,15 +49,23 @@ class KeplerFrame:
     even    whether nodes are Gauss nodes in time; else in the eccentric anomaly of the innermost
             orbit at the start, moved towards each other at the step's middle
 
-    Every body needs a bound orbit, and a step at most about one revolution of the innermost one.
+    hierarchy  nested tuples of bodies, by number or by the problem's names for them, for others
+            than one star with planets: ("Sun", ("Earth", "Moon"), "Mars") or ((0, 1), (2, 3)). Each
+            part moves about all parts before it. It has all bodies with a mass; massless ones that
+            it leaves out move about the first part. None: the heaviest body and its planets
+
+    Every body needs a bound orbit, and a step at most about one revolution of the fastest one.
     """
 
     passes: int | None = None
     even: bool = False
+    hierarchy: Any = None
 
     def __post_init__(self) -> None:
         if self.passes is not None:
             object.__setattr__(self, "passes", input_checks.whole("passes", self.passes))
+        if self.hierarchy is not None:
+            object.__setattr__(self, "hierarchy", _nested(self.hierarchy))
 
     @property
     def name(self) -> str:
@@ -74,150 +92,180 @@ class KeplerFrame:
                 f"a KeplerFrame needs an NBody system of at least two bodies; received {what}. Use "
                 f"another chart."
             )
-        found = _hierarchy(problem)
-        if not np.all(found.axes > 0.0):
-            body = _name(problem, found.bodies[1 + int(np.argmin(found.axes > 0.0))])
+        if self.hierarchy is not None:
+            wrong = nested_in(problem, self.hierarchy)[1]
+            if wrong:
+                return (
+                    f"the hierarchy of a KeplerFrame must name every body that has a mass once; "
+                    f"received {wrong}."
+                )
+        found = self._found(problem)
+        bound = np.isfinite(found.axes) & (found.axes > 0.0)
+        if not np.all(bound):
+            _first, middle, end = found.pairs[int(np.argmin(bound))]
+            names = [str(names_of(problem)[found.bodies[k]]) for k in range(middle, end)]
+            inner = "the heaviest body" if self.hierarchy is None else "what its hierarchy names"
+            bodies = f"bod{'y' if len(names) == 1 else 'ies'} {', '.join(names)}"
             return (
-                f"a KeplerFrame needs bound orbits about the heaviest body; received one of body "
-                f"{body} that is not, at the start. Use another chart."
+                f"a KeplerFrame needs bound orbits about {inner}; received one of {bodies} that is "
+                f"not, at the start. Use another chart."
             )
         return ""
+
+    def _found(self, problem: Problem) -> Hierarchy:
+        nested = (
+            about_the_heaviest(problem)
+            if self.hierarchy is None
+            else nested_in(problem, self.hierarchy)[0]
+        )
+        return hierarchy_of(problem, nested)
 
     def rows(self, problem: Problem) -> int:
         """See `Frame`."""
         return problem.q0.size - problem.q0.shape[1]
 
-    def enter(self, problem: Problem) -> Array:
+    def enter(self, problem: Problem, q: Array, v: Array) -> Array:
         """See `Frame`."""
-        found = _hierarchy(problem)
-        n, D = len(found.bodies) - 1, problem.q0.shape[1]
-        state = np.zeros((8, problem.q0.size + LANES))
-        state[0, : problem.q0.size], state[2, : problem.q0.size] = (
-            problem.q0.ravel(), problem.v0.ravel(),
-        )  # fmt: skip
-        for row, exact in ((4, found.places), (6, found.speeds)):
+        found, size = self._found(problem), q.size
+        state = np.zeros((8, size + LANES))
+        state[0, :size], state[2, :size] = q.ravel(), v.ravel()
+        for row, x in ((4, q), (6, v)):
+            exact = jacobi(problem, found.bodies, found.pairs, x)
             entries = np.concatenate([exact[1:].T.ravel(), exact[0]])
-            state[row, : D * n + D] = rounded(entries)
+            state[row, :size] = rounded(entries)
             with extended_precision():
-                state[row + 1, : D * n + D] = rounded(entries - decimals(rounded(entries)))
+                state[row + 1, :size] = rounded(entries - decimals(rounded(entries)))
         return state
 
     def motion(self, problem: Problem, step: float, c: Array) -> Motion:
         """See `Frame`."""
-        found = _hierarchy(problem)
-        D, functions = problem.q0.shape[1], FUNCTIONS[problem.q0.shape[1]]
+        found, D = self._found(problem), problem.q0.shape[1]
+        kind = PLANETS if self.hierarchy is None else NESTED
         last = max(
             np.flatnonzero(_farthest(found, step) > FLAT), default=-1
         )  # of those that turn far
-        head = [step, found.numbers[0], (int(last) + 2) // 2]
-        numbers = np.concatenate([head, found.numbers[1:], np.array(found.bodies, dtype=float)])
+        numbers = np.concatenate([
+            [step, (int(last) + 2) // 2], found.masses, *kind.blocks(found), 1.0 / found.whole,
+            np.array(found.bodies, dtype=float),
+        ])  # fmt: skip
+        functions, n = kind.functions[D], len(found.pairs)
         pointers = addresses(*zip(functions, (RATES, DRIFT, LEAVE), strict=True))
         clock = EVEN if self.even else _clock(found, step)
-        n = len(found.bodies) - 1
         places, speeds = (
             np.linalg.norm(np.array(exact[1:], dtype=float), axis=1)
             for exact in (found.places, found.speeds)
         )
-        circular = np.sqrt(found.numbers[1 : 1 + n] / places)  # of a body that starts at rest
+        circular = np.sqrt(found.whole / places)  # of a body that starts at rest
         speeds = np.where(speeds > 0.0, speeds, circular)
         sizes = np.concatenate([np.tile(places, D), np.tile(speeds, D)])
         stretch = 0.0 if self.even else _stretch(clock[0], c)
-        return Motion(pointers, functions, numbers, rows_of_kepler(D) * n, n, sizes, clock, stretch)
+        return Motion(pointers, functions, numbers, kind.rows(D) * n, n, sizes, clock, stretch)
 
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
         """See `Frame`."""
-        found = _hierarchy(problem)
-        n, D = len(found.bodies) - 1, problem.q0.shape[1]
-        mu = found.numbers[1 : 1 + n]
-        share = found.numbers[1 + 2 * n : 1 + 3 * n]
-        q, v = (w[:, half, : D * n].reshape(-1, D, n) for half in range(2))
-        Q = _kepler(mu, q, v, t[:, None])
-        inner = np.zeros_like(Q[:, :, 0])
-        places = []
-        for i in range(n):
-            places.append(inner + Q[:, :, i])
-            inner = inner + share[i] * Q[:, :, i]
-        centre = slice(D * n, D * n + D)
-        star = w[:, 0, centre] + t[:, None] * w[:, 1, centre] - inner
-        out = np.empty((len(t), n + 1, D), dtype=Q.dtype)
-        out[:, found.bodies[0]] = star
-        for body, place in zip(found.bodies[1:], places, strict=True):
-            out[:, body] = star + place
-        return out
+        found, D = self._found(problem), problem.q0.shape[1]
+        q, v, centre = _parts(w, found, D)
+        Q = orbits(found.whole, q, v, t[:, None]).places
+        return _bodies(found, Q, centre[:, 0] + t[:, None] * centre[:, 1])
+
+    def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
+        """See `Frame`; by complex steps."""
+        found, D = self._found(problem), problem.q0.shape[1]
+        d, n, system = problem.q0.size, len(found.pairs), cast(NBody, problem.system)
+        nudged = w[None, :, :d] + 1j * TINY * np.eye(2 * d).reshape(2 * d, 2, d)
+        q, v, centre = _parts(nudged, found, D)
+        after = orbits(found.whole, q, v, np.full((2 * d, 1), t))
+        bodies = _bodies(found, after.places, centre[:, 0] + t * centre[:, 1])
+        pull = attraction(system.G * system.masses, bodies)
+        into = matrix_of(self, problem)[: D * n]
+        whole = (pull.reshape(2 * d, d) @ into.T).reshape(2 * d, D, n)
+        cube = np.sum(after.places**2, axis=1)[:, None] ** 1.5
+        rest = whole + found.whole * after.places / cube
+        slopes = pulled_back(found.whole, q, v, after, rest)
+        free = centre[:, 0] + t * centre[:, 1], centre[:, 1]
+        ends = [
+            np.concatenate([x.reshape(2 * d, D * n), y], axis=1)
+            for x, y in zip((after.places, after.speeds), free, strict=True)
+        ]
+        rates = [
+            np.concatenate([x.reshape(2 * d, D * n), 0.0 * y], axis=1)
+            for x, y in zip(slopes, free, strict=True)
+        ]
+        motion, slope = (np.imag(np.concatenate(x, axis=1)).T / TINY for x in (ends, rates))
+        return motion, slope
 
 
-class Hierarchy(NamedTuple):
-    """Jacobi coordinates of a problem, n planets in the order of their orbits.
+def _parts(w: Array, found: Hierarchy, D: int) -> tuple[Array, Array, Array]:
+    """Places and velocities (k, D, n) of pairs, and both of the barycentre (k, 2, D)."""
+    n = len(found.pairs)
+    q, v = (w[:, half, : D * n].reshape(-1, D, n) for half in range(2))
+    return q, v, w[:, :, D * n : D * n + D]
 
-    bodies          (n + 1,) the star and the planets, among the problem's bodies
-    places, speeds  (n + 1, D) of decimals: of the barycentre, then Jacobi's
-    axes            (n,) semi-major axes in the frame; not positive for an orbit that is not bound
-    eccentricities  (n,)
-    phase           mean anomaly of the innermost orbit at the start over 2 pi
-    numbers         as in galvi.kernels.lanes.frames.kepler, without h
+
+def _bodies(found: Hierarchy, Q: Array, centre: Array) -> Array:
+    """The bodies' places (k, bodies, D) from those of pairs (k, D, n) and the barycentre's."""
+    out = np.empty((len(Q), len(found.bodies), Q.shape[1]), dtype=Q.dtype)
+    out[:, found.bodies[0]] = centre
+    for i in range(len(found.pairs) - 1, -1, -1):
+        one, other = (found.bodies[k] for k in found.pairs[i, :2])
+        out[:, one] -= found.share[i] * Q[:, :, i]
+        out[:, other] = out[:, one] + Q[:, :, i]
+    return out
+
+
+class Kind(NamedTuple):
+    """What differs between planets about a star and other hierarchies.
+
+    functions  by dimension, see galvi.kernels.lanes.frames.kepler_functions
+    rows       of work for each pair, from the dimension
+    blocks     the numbers of a hierarchy that are the frame's own
     """
 
-    bodies: list[int]
-    places: Any
-    speeds: Any
-    axes: Array
-    eccentricities: Array
-    phase: float
-    numbers: Array
+    functions: Any
+    rows: Any
+    blocks: Any
 
 
-@lru_cache(maxsize=32)
-def _hierarchy(problem: Problem) -> Hierarchy:
-    system: Any = problem.system
-    masses, q, v = system.G * system.masses, problem.q0, problem.v0
-    star = int(np.argmax(masses))
-    others = [i for i in range(masses.size) if i != star]
-    gap, speed = q[others] - q[star], v[others] - v[star]
-    distance = np.linalg.norm(gap, axis=1)
-    whole = masses[star] + masses[others]
-    inverse = 2.0 / distance - np.sum(speed**2, axis=1) / whole
-    rank = np.where(inverse > 0.0, 1.0 / np.where(inverse > 0.0, inverse, 1.0), np.inf)
-    bodies = [star, *(others[k] for k in np.lexsort((distance, rank)))]
+def _of_planets(found: Hierarchy) -> list[Array]:
     with extended_precision():
-        m = decimals(system.G) * decimals(system.masses)
-        m = m[bodies]
-        inner = np.array([sum(m[: i + 1]) for i in range(len(m))])  # M_0, M_1, ...
-        jacobi = []
-        for exact in (decimals(q)[bodies], decimals(v)[bodies]):
-            centre, rows = exact[0], []
-            for i in range(1, len(m)):
-                rows.append(exact[i] - centre)
-                centre = centre + (m[i] / inner[i]) * rows[-1]
-            jacobi.append(np.array([centre, *rows]))
+        m = decimals(found.masses[: 1 + len(found.pairs)])
+        inner = np.cumsum(m)
         M, before = inner[1:], inner[:-1]
-        star_share = m[0] / before
-        blocks = [
-            M,
-            m[1:],
-            m[1:] / M,
-            star_share,
-            (before - m[0]) / before,
-            M / before,
-            1 / before,
-            1 / M,
-        ]
-        numbers = np.concatenate([rounded(m[:1]), *(rounded(block) for block in blocks)])
-    Q, V = (np.array(exact[1:], dtype=float) for exact in jacobi)
-    mu = np.array(M, dtype=float)
-    r = np.linalg.norm(Q, axis=1)
-    axes = 1.0 / (2.0 / r - np.sum(V**2, axis=1) / mu)
-    sine = np.sum(Q * V, axis=1) / np.sqrt(mu * np.abs(axes))  # e sin u, and e cos u
-    cosine = 1.0 - r / axes
-    e, u = np.hypot(sine, cosine), math.atan2(sine[0], cosine[0])
-    phase = (u - float(e[0]) * math.sin(u)) / (2.0 * math.pi)
-    places, speeds = jacobi
-    return Hierarchy(bodies, places, speeds, axes, e, phase, numbers)
+        rows = m[0] / before, (before - m[0]) / before, M / before, 1 / before
+        return [rounded(row) for row in rows]
+
+
+def _of_pairs(found: Hierarchy) -> list[Array]:
+    with extended_precision():
+        other = rounded(1 - decimals(found.share))
+    return [other, *found.pairs.T.astype(float)]
+
+
+PLANETS = Kind(kepler_functions.PLANETS, rows_of_planets, _of_planets)
+NESTED = Kind(kepler_functions.NESTED, rows_of_hierarchy, _of_pairs)
+
+
+def _nested(given: Any) -> Any:
+    """A hierarchy of tuples, whole numbers and names; ValueError for others."""
+
+    def part(one: Any, top: bool = False) -> Any:
+        if isinstance(one, (tuple, list)) and len(one) > 1:
+            return tuple(part(inner) for inner in one)
+        if isinstance(one, str) and not top:
+            return one
+        if isinstance(one, (int, np.integer)) and not isinstance(one, bool) and not top:
+            return int(one)
+        raise ValueError(
+            f"hierarchy must be nested tuples of at least two parts each, bodies by number or "
+            f"name, e.g. ('Sun', ('Earth', 'Moon')); received {shown(given)}."
+        )
+
+    return part(given, top=True)
 
 
 def _farthest(found: Hierarchy, step: float) -> Array:
     """Bounds of |beta X^2| in half a step, (n,)."""
-    mu = found.numbers[1 : 1 + found.axes.size]
-    pace = np.sqrt(mu / found.axes**3) / np.maximum(1.0 - found.eccentricities, 0.01)
+    pace = np.sqrt(found.whole / found.axes**3) / np.maximum(1.0 - found.eccentricities, 0.01)
     return (0.5 * step * pace) ** 2
 
 
@@ -232,28 +280,7 @@ def _stretch(turns: float, c: Array) -> float:
 
 
 def _clock(found: Hierarchy, step: float) -> tuple[float, float, float]:
-    """The clock of the innermost orbit; `EVEN` where a step is not short enough for it."""
-    turns = step * math.sqrt(found.numbers[1] / found.axes[0] ** 3) / (2.0 * math.pi)
-    return turns, min(float(found.eccentricities[0]), ROUNDEST), found.phase
-
-
-def _kepler(mu: Array, q: Array, v: Array, t: Array) -> Array:
-    """Q (k, D, n) after times t (k, 1) from q and v; complex numbers give the derivative."""
-    r0 = np.sqrt(np.sum(q * q, axis=1))
-    eta, beta = np.sum(q * v, axis=1), 2.0 * mu / r0 - np.sum(v * v, axis=1)
-    zeta = mu - beta * r0
-    X = t * beta / mu
-    for _ in range(CORRECTIONS):
-        G = universal.universal(beta, X, 10)
-        step = universal.far_correction(beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, np.sqrt)
-        X = X + step
-        if np.all(np.abs(step) <= 1e-15 * np.abs(X)):
-            break
-    _, G2, G3, _, _ = universal.universal(beta, X, 10)
-    return q * (1.0 - mu * G2 / r0)[:, None] + v * (t - mu * G3)[:, None]
-
-
-def _name(problem: Problem, body: int) -> Any:
-    names: Any = problem.parameters.get("bodies")
-    fits = isinstance(names, (tuple, list)) and len(names) == problem.q0.shape[0]
-    return names[body] if fits else body
+    """The clock of the fastest orbit."""
+    k = found.fastest
+    turns = step * math.sqrt(found.whole[k] / found.axes[k] ** 3) / (2.0 * math.pi)
+    return turns, min(float(found.eccentricities[k]), ROUNDEST), mean_anomaly(found, k)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.input_checks import shown
 
 CLOSE = 1e-9
 RANK = 1e-14  # singular values below this share of the largest count as 0
@@ -17,9 +18,10 @@ def check_rotation(name: str, R: Array, n: int) -> None:
             f"{name} must be a rotation matrix of shape ({n}, {n}); received shape {R.shape}."
             f"{_conversion(R, n)}"
         )
-    defect = float(np.max(np.abs(R.T @ R - np.eye(n))))
-    determinant = float(np.linalg.det(R))
-    if defect > CLOSE or determinant < 0.0:
+    with np.errstate(over="ignore", invalid="ignore"):
+        defect = float(np.max(np.abs(R.T @ R - np.eye(n))))
+        determinant = float(np.linalg.det(R))
+    if not defect <= CLOSE or determinant < 0.0:
         what = f"|R^T R - I| = {defect:.1e}" if defect > CLOSE else f"determinant {determinant:.3g}"
         nearest = _nearest(R)
         remedy = (
@@ -76,7 +78,7 @@ def nearest_rotation(matrix: Array) -> Array:
     """
     given = np.asarray(matrix)
     if given.dtype.kind not in "iuf":
-        raise ValueError(f"matrix must hold real numbers; received {matrix!r}.")
+        raise ValueError(f"matrix must hold real numbers; received {shown(matrix)}.")
     matrix = given.astype(np.float64)
     square = matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1] and matrix.size > 0
     if not square or not np.all(np.isfinite(matrix)):

@@ -8,12 +8,14 @@ from typing import Any
 from galvi import input_checks
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
+from galvi.systems.forces.drag_laws import SchillerNaumann
 from galvi.systems.forces.rotor_drag import RotorDrag
 from galvi.systems.potentials.uniform_field import UniformField
 
 GRAVITY = 9.80665  # m / s^2, standard gravity (CGPM 1901)
 AIR = 1.225  # kg / m^3, at sea level and 15 C (ISO 2533, International Standard Atmosphere)
 SAND = 2650.0  # kg / m^3, quartz (CRC Handbook of Chemistry and Physics)
+VISCOSITY = 1.7894e-5  # Pa s, of air at 15 C (ISO 2533)
 DRAG_COEFFICIENT = 0.44  # of a sphere, 1e3 < Re < 1e5 (Newton's law; Bird et al., 6.3)
 SMALLEST, LARGEST = 1e-6, 1e-2  # m
 
@@ -22,7 +24,7 @@ def brownout(
     diameter: float = 100e-6,
     position: Any = (8.5, 0.0, 3.0),
     velocity: Any = (0.0, 1.0, 0.0),
-    drag_coefficient: float = DRAG_COEFFICIENT,
+    drag_coefficient: float | None = DRAG_COEFFICIENT,
 ) -> Problem:
     """Gravity, as a potential, and the drag M (14) in the wind of `galvi.RotorDrag`.
 
@@ -31,8 +33,8 @@ def brownout(
     velocity          (3,) m / s
     drag_coefficient  C_d, constant as in M (14), which gives no value. The default 0.44 holds at
                       higher Reynolds numbers than those of real grains: 200 micrometres at 3 to
-                      9 m/s give Re from 40 to 125 and C_d = 24 / Re + 3.6 Re^-0.313 from 1.7 to 1
-                      (Schiller and Naumann)
+                      9 m/s give Re from 40 to 125 and C_d = 24 / Re + 3.6 Re^-0.313 from 1.7 to 1.
+                      None: that C_d, of `galvi.SchillerNaumann`
 
     f = -(1/2) rho_air |w| w (pi d^2 / 4) C_d with w = v - wind(q, t), only C^1 at w = 0.
     There is no contact with the ground; the wind is tangential there.
@@ -46,7 +48,7 @@ def brownout(
             f"diameter must be from {SMALLEST:g} to {LARGEST:g} m; received {diameter!r}. "
             f"Give it in metres: 100 micrometres are 100e-6."
         )
-    coefficient = input_checks.positive("drag_coefficient", drag_coefficient)
+    drag = _drag(d, drag_coefficient)
     place = input_checks.array("position", position, (3,), "Give x, y and z in metres, z up.")
     speed = input_checks.array(
         "velocity", velocity, (3,), "Give x, y and z in metres a second, z up."
@@ -59,14 +61,27 @@ def brownout(
     system = Canonical(
         mass,
         UniformField((0.0, 0.0, -mass * GRAVITY)),
-        force=RotorDrag(0.5 * AIR * math.pi * d**2 / 4.0 * coefficient),
+        force=drag,
         timed_force=True,
     )
     return Problem(
         system=system,
         q0=place,
         v0=speed,
-        name=f"brownout, {d * 1e6:g} micrometres",
-        parameters={"diameter": d, "drag_coefficient": coefficient},
+        name=f"brownout, {d * 1e6:g} micrometres"
+        + ("" if drag_coefficient is not None else ", Schiller-Naumann"),
+        parameters={"diameter": d, **_coefficient(drag_coefficient)},
         units="m, s, kg; z up from the ground, below the rotor's hub",
     )
+
+
+def _drag(d: float, coefficient: float | None) -> RotorDrag:
+    """The drag on a sphere of diameter d [m]."""
+    if coefficient is None:
+        return RotorDrag(3.0 * math.pi * VISCOSITY * d, SchillerNaumann(AIR * d / VISCOSITY))
+    known = input_checks.positive("drag_coefficient", coefficient)
+    return RotorDrag(0.5 * AIR * math.pi * d**2 / 4.0 * known)
+
+
+def _coefficient(coefficient: float | None) -> dict[str, float]:
+    return {} if coefficient is None else {"drag_coefficient": float(coefficient)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi import input_checks
+from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
@@ -20,7 +21,7 @@ def heavy_top(spin: float = 8.0, tilt: float = 0.5) -> Problem:
     """
     rate, angle = input_checks.real("spin", spin), input_checks.real("tilt", tilt)
     if not 0.0 < angle < np.pi:
-        raise ValueError(f"tilt must be between 0 and pi radians; received {tilt!r}.")
+        raise ValueError(f"tilt must be between 0 and pi radians; received {shown(tilt)}.")
     from scipy.spatial.transform import Rotation  # a fifth of galvi's import
 
     return Problem(

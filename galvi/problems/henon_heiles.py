@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from galvi import input_checks
+from galvi.input_checks import shown
 from galvi.kernels.compile.jit import jit
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
@@ -43,7 +44,7 @@ def henon_heiles(energy: float = 0.1) -> Problem:
     if not resting <= energy < 1.0 / 6.0:
         raise ValueError(
             f"energy must be in [{resting:.6g}, 1/6), so that the start exists and the motion is "
-            f"bounded; received {energy!r}."
+            f"bounded; received {shown(energy)}."
         )
     return Problem(
         system=Canonical(1.0, potential, gradient, hessian),

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from galvi import input_checks
+from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
 from galvi.systems.potentials.central_force import CentralForce
@@ -20,7 +21,7 @@ def kepler(eccentricity: float = 0.6) -> Problem:
     e = input_checks.real("eccentricity", eccentricity)
     if not 0.0 <= e < 1.0:
         raise ValueError(
-            f"eccentricity must be in [0, 1), a bound orbit; received {eccentricity!r}."
+            f"eccentricity must be in [0, 1), a bound orbit; received {shown(eccentricity)}."
         )
     return Problem(
         system=Canonical(mass=1.0, potential=CentralForce(1.0)),

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from galvi import input_checks
+from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
 from galvi.systems.potentials.cosine_potential import CosinePotential
@@ -19,7 +20,9 @@ def planar_pendulum(amplitude: float = 2.0) -> Problem:
     """
     angle = input_checks.real("amplitude", amplitude)
     if not 0.0 < angle < math.pi:
-        raise ValueError(f"amplitude must be between 0 and pi radians; received {amplitude!r}.")
+        raise ValueError(
+            f"amplitude must be between 0 and pi radians; received {shown(amplitude)}."
+        )
     return Problem(
         system=Canonical(mass=1.0, potential=CosinePotential(1.0)),
         q0=np.array([angle]),

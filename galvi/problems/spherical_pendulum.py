@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi import input_checks
+from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
@@ -20,7 +21,7 @@ def spherical_pendulum(angle: float = 1.0, rate: float = 0.5) -> Problem:
     """
     theta, turning = input_checks.real("angle", angle), input_checks.real("rate", rate)
     if not 0.0 < theta < np.pi:
-        raise ValueError(f"angle must be between 0 and pi radians; received {angle!r}.")
+        raise ValueError(f"angle must be between 0 and pi radians; received {shown(angle)}.")
     from scipy.spatial.transform import Rotation  # a fifth of galvi's import
 
     R = Rotation.from_euler("y", theta).as_matrix() @ np.diag([1.0, -1.0, -1.0])

@@ -8,6 +8,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from galvi import input_checks
+from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.recommend.extrapolation_check import extrapolation_objection
 from galvi.recommend.recommendation import Candidate, Recommendation
@@ -58,14 +59,15 @@ def recommend(
     functions pass through.
     """
     if not isinstance(problem, Problem):
-        raise TypeError(f"problem must be a galvi.Problem; received {problem!r}.")
+        raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
     asked = input_checks.positive("error", error, "Give it in the problem's unit of length.")
     length = input_checks.positive("duration", duration, "Give the length of the run.")
     if not isinstance(by, str) or by not in ALLOWED:
-        raise ValueError(f"by must be one of {', '.join(ALLOWED)}; received {by!r}.")
+        raise ValueError(f"by must be one of {', '.join(ALLOWED)}; received {shown(by)}.")
     if not isinstance(degrees, (tuple, list, range)) or not degrees:
         raise ValueError(
-            f"degrees must be a tuple or list of whole numbers, as (6, 8); received {degrees!r}."
+            f"degrees must be a tuple or list of whole numbers, as (6, 8); "
+            f"received {shown(degrees)}."
         )
     some = [input_checks.whole("each of degrees", s, 1, MOST) for s in degrees]
     room = ALLOWED[by] if budget is None else input_checks.positive("budget", budget)

@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from galvi import input_checks
 from galvi.extended_precision import extended_precision
+from galvi.input_checks import shown
 from galvi.rules.rule import Rule
 
 
@@ -20,7 +21,7 @@ def composite(rule: Rule, pieces: int) -> Rule:
     least 1.
     """
     if not isinstance(rule, Rule):
-        raise TypeError(f"rule must be a rule such as galvi.gauss(8); received {rule!r}.")
+        raise TypeError(f"rule must be a rule such as galvi.gauss(8); received {shown(rule)}.")
     number = input_checks.whole("pieces", pieces)
     return rule if number == 1 else _composite(rule, number)
 

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from galvi.extended_precision import decimals, extended_precision
+from galvi.input_checks import shown
 from galvi.rules.rule import Rule, from_interval, number_of_points
 from galvi.spaces.legendre import legendre
 
@@ -20,7 +21,7 @@ def radau(points: int, left: bool = False) -> Rule:
     whole number from 1 to 1000.
     """
     if not isinstance(left, (bool, np.bool_)):
-        raise ValueError(f"left must be True or False; received {left!r}.")
+        raise ValueError(f"left must be True or False; received {shown(left)}.")
     return _radau(number_of_points(points), bool(left))
 
 

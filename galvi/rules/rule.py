@@ -12,6 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision, rounded
+from galvi.input_checks import shown
 from galvi.spaces.legendre import legendre
 
 MOST = 1000  # points of a rule made in extended precision, which takes 10 s
@@ -37,7 +38,7 @@ class Rule:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str):
-            raise ValueError(f"name of a rule must be a text; received {self.name!r}.")
+            raise ValueError(f"name of a rule must be a text; received {shown(self.name)}.")
         object.__setattr__(self, "degree", input_checks.whole("degree of a rule", self.degree, 0))
         for field in ("exact_nodes", "exact_weights"):
             object.__setattr__(self, field, _row(field, getattr(self, field)))
@@ -111,12 +112,13 @@ def _row(field: str, values: Any) -> tuple[Decimal, ...]:
     """The values as decimals, or ValueError unless they are finite numbers in one row."""
     try:
         numbers = np.asarray(values)
-        finite = bool(np.all(np.isfinite(numbers.astype(np.float64))))
+        real = numbers.dtype.kind in "iufO"  # O: decimals
+        finite = real and bool(np.all(np.isfinite(numbers.astype(np.float64))))
     except (TypeError, ValueError):
         finite = False
     if not finite or numbers.ndim != 1:
         raise ValueError(
-            f"{field} of a rule must be finite numbers in one row; received {values!r}."
+            f"{field} of a rule must be finite numbers in one row; received {shown(values)}."
         )
     return tuple(decimals(numbers))
 
@@ -126,7 +128,8 @@ def number_of_points(value: Any, at_least: int = 1) -> int:
     number = input_checks.whole("points", value, at_least)
     if number > MOST:
         raise ValueError(
-            f"points must be a whole number from {at_least} to {MOST}; received {value!r}. For "
+            f"points must be a whole number from {at_least} to {MOST}; "
+            f"received {shown(value)}. For "
             f"more points use galvi.composite(galvi.gauss(8), pieces)."
         )
     return number

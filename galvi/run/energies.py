@@ -11,10 +11,9 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.method import Galerkin
-from galvi.problem import Problem
+from galvi.problem import Problem, WithFunctions
 from galvi.symbolic.traces import traces
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
-from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
@@ -49,9 +48,9 @@ class States(NamedTuple):
 
 def conserves_energy(system: Any) -> bool:
     """Whether a system conserves its energy: it has no external force, and no explicit time."""
-    if isinstance(system, NBody | FreeBody):
+    if isinstance(system, NBody):
         return True
-    if not isinstance(system, Canonical | RigidBody | Lagrangian):
+    if not isinstance(system, WithFunctions):
         return False
     return system.force is None and not system.explicit_time
 
@@ -90,13 +89,13 @@ def energies(
 def start_energies(problem: Problem) -> tuple[float, float]:
     """T and V at the start."""
     system = problem.system
-    fixed = isinstance(system, NBody | FreeBody) or not _has_user_functions(system)
+    fixed = isinstance(system, NBody) or not _has_user_functions(system)
     return (_start_energies if fixed else _start_energies.__wrapped__)(problem)
 
 
 def _has_user_functions(system: Any) -> bool:
     """Whether functions of a system are a user's, which may refer to numbers that change."""
-    if isinstance(system, RigidBody):
+    if isinstance(system, RigidBody | FreeBody):
         return not isinstance(system.potential, UniformGravity | None)
     known = traces(system)
     return bool(known.found or known.refused)
@@ -132,7 +131,7 @@ def kick_energy(problem: Problem, step: float) -> float:
             force = system.force_at_rest(q, t)
             rate = np.linalg.solve(system.mass(q, v, t), force)
         elif isinstance(system, FreeBody):
-            force = np.concatenate([np.zeros(3), system.mass * q[:3, :3].T @ system.g])
+            force = system.lagrangian.force_at_rest(q, t)
             rate = system.velocity(force)
         elif isinstance(system, RigidBody):
             force = system.torque(q, t)
@@ -158,8 +157,8 @@ def _of_builtin(
     n = len(states.t)
     value, at_rest, momenta = function.at_states(states.q, states.v, states.t)
     rest = -at_rest
-    if function is not system.function:  # traced: the user's own function is asked now and then
-        for k in sorted({n - 1, *range(0, n, -(-n // ASKED))}):
+    if function is not system.function:  # traced
+        for k in _asked(n):
             with _noting(raised, k), suppress(ArithmeticError, ValueError):
                 q, t = states.q[k], float(states.t[k])
                 value[k] = system.value(q, states.v[k], t)
@@ -168,6 +167,23 @@ def _of_builtin(
     if not (near.all() and np.isfinite(rest).all()):
         return _one_by_one(system, states, False, raised)
     return (states.p * states.v).sum(axis=1) - value - rest, rest
+
+
+def _of_builtin_at_rest(system: Lagrangian, states: States, raised: Raised | None) -> Array:
+    """V of a traced body, the energy at rest, (n,)."""
+    function, n = system.builtin, len(states.t)
+    assert function is not None
+    rest = np.zeros((n, system.group.dimension))
+    found: Array = -function.at_states(states.q, rest, states.t)[1]
+    for k in _asked(n):
+        with _noting(raised, k), suppress(ArithmeticError, ValueError):
+            found[k] = -system.value(states.q[k], rest[k], float(states.t[k]))
+    return found
+
+
+def _asked(n: int) -> list[int]:
+    """The rows of n states at which a user's own function is asked, though it was traced."""
+    return sorted({n - 1, *range(0, n, -(-n // ASKED))})
 
 
 def _one_by_one(
@@ -204,6 +220,9 @@ def _belong(system: Lagrangian, q: Array, p: Array, v: Array, t: float) -> bool:
 
 
 def _potential(system: Any, states: States, raised: Raised | None) -> Array:
+    body = isinstance(system, RigidBody | FreeBody) and bool(traces(system).found)
+    if body and system.lagrangian.builtin is not None:
+        return _of_builtin_at_rest(system.lagrangian, states, raised)
     system = cast(VectorSystem, system)
     with suppress(Exception):  # what is raised here is raised again below, state by state
         return np.asarray(system.potential_energy(states.q, states.t), dtype=np.float64)

@@ -17,6 +17,7 @@ from typing import Any
 from tqdm import tqdm
 
 from galvi import input_checks
+from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
@@ -56,10 +57,11 @@ def integrate_many(
     Raises ValueError or TypeError for bad input before any run starts; exceptions of user functions
     pass through. Both carry a note with the index of the problem.
     """
-    if isinstance(problems, Problem) or not isinstance(problems, Iterable):
+    if isinstance(problems, Problem) or not input_checks.has_items(problems):
         raise TypeError(
             f"problems must be several galvi.Problem values, as in "
-            f"[problem.with_initial_state(q, v), ...]; received {problems!r}. For one problem, "
+            f"[problem.with_initial_state(q, v), ...]; "
+            f"received {shown(problems)}. For one problem, "
             f"call galvi.integrate."
         )
     given = tuple(problems)

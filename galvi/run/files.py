@@ -24,6 +24,7 @@ from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
 from galvi.curves.redone_curves import RedoneCurves
 from galvi.groups import GROUPS
+from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
 from galvi.trajectory import Trajectory
@@ -40,10 +41,11 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     Raises ValueError for a run of a reference and for one whose space or rule is not galvi's own.
     """
     if not isinstance(run, Trajectory) or run.checkpoint is None:
-        raise ValueError(f"only a run of galvi.integrate can be saved; received {run!r}.")
+        raise ValueError(f"only a run of galvi.integrate can be saved; received {shown(run)}.")
     if not is_storable(run.method):
         raise ValueError(
-            f"a run can be saved when its space and rule are galvi's own; received {run.method!r}. "
+            f"a run can be saved when its space and rule are galvi's own; "
+            f"received {shown(run.method)}. "
             f"Save run.t, run.q and run.p with numpy.savez instead."
         )
     target = Path(path)
@@ -95,7 +97,7 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
     when the given problem differs in its system or initial state.
     """
     if problem is not None and not isinstance(problem, Problem):
-        raise TypeError(f"problem must be a galvi.Problem; received {problem!r}.")
+        raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
     try:
         with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from galvi.checkpoint import Checkpoint
 from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.forces.lagrangian_derivatives import Law
-from galvi.kernels.nystrom.solve import NEWTON_STREAK
+from galvi.kernels.nystrom.solve import DIVERGED, NEWTON_STREAK
 from galvi.kernels.on_group.advance import STREAK, advance_group, compiled_advance_group
 from galvi.kernels.on_group.stages import Basis
 from galvi.method import Galerkin
@@ -20,7 +20,7 @@ from galvi.run.engine import Call
 from galvi.run.group_system import group_system
 from galvi.run.law_stepper import group_law_stepper, has_group_law, has_law, law_stepper
 from galvi.run.nystrom_steppers import kernel_tableau
-from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays, run_plan
+from galvi.run.run_arrays import LEFT_OVER, RunArrays, run_plan
 from galvi.symbolic.traces import Traces, traces
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.tableau import Tableau
@@ -104,7 +104,7 @@ def stepper_after_failure(
     def counted(todo: int) -> int:
         before = work.done
         code = call(todo)
-        work.counts[LEFT_TO_NEWTON] += work.done - before
+        work.counts[LEFT_OVER] += work.done - before
         return code
 
     return counted
@@ -131,7 +131,12 @@ def compiled_stepper(
             code = by_newton(min(todo, int(work.solver_state[STREAK])))
             work.solver_state[STREAK] -= work.done - before
             return code
-        code = packed(todo)
+        try:
+            code = packed(todo)
+        except Exception:  # of a function called where the iteration strayed, or raised again below
+            if start.solver == "fixed_point":
+                raise
+            code = DIVERGED
         if code and start.solver == "fixed_point":
             return code
         if code:

@@ -14,23 +14,22 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
+from galvi.input_checks import shown
 from galvi.method import Galerkin
-from galvi.problem import Problem
+from galvi.problem import Problem, WithFunctions
 from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
 from galvi.run.run_arrays import check_memory
 from galvi.symbolic.traces import Traces, traces
 from galvi.systems.canonical import Canonical
-from galvi.systems.lagrangian import Lagrangian
-from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
 from galvi.trajectory import Trajectory
 
 LARGEST_SLACK = 0.25  # steps by which a time may differ from a whole number of them
 LOG = logging.getLogger("galvi")
 _TRACED: WeakKeyDictionary[Problem, Traces] = WeakKeyDictionary()  # with which p0 was computed
-_ANNOUNCED: WeakSet[Canonical | Lagrangian] = WeakSet()
+_ANNOUNCED: WeakSet[WithFunctions] = WeakSet()
 _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 
 
@@ -54,10 +53,9 @@ def integrate(
     duration    length of time, positive and a whole number of steps
     save_every  k keeps steps 0, k, 2 k, ... and the last
     curves      keep every step's Galerkin curve; None: only when save_every is 1
-    solver      "auto", "fixed_point" or "newton"; on groups, "fixed_point" only for a RigidBody
-                without a force, free or in UniformGravity, and for a FreeBody, and on Rn for a
-                Lagrangian, or a Canonical system with a force, whose functions are built in, from
-                SymPy, or could be traced
+    solver      "auto", "fixed_point" or "newton"; on groups, and for a Canonical system with a
+                force, "fixed_point" only where functions are built in, from SymPy, or could be
+                traced
     tolerance   change relative to |q| at which a step's iteration stops; None: round-off
     progress    True shows a progress bar
 
@@ -79,6 +77,16 @@ def integrate(
     return run(progress=progress)
 
 
+def check_types(problem: object, method: object, call: str) -> None:
+    """TypeError unless they are a problem and a method; ``call`` shows how."""
+    for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
+        if not isinstance(value, kind):
+            raise TypeError(
+                f"{name} must be a galvi.{kind.__name__}; received {shown(value)}. "
+                f"Call galvi.{call}."
+            )
+
+
 def prepared(
     problem: Problem,
     method: Galerkin,
@@ -95,13 +103,7 @@ def prepared(
 
     Arguments are checked, except that the result fits in memory: see `check_memory`.
     """
-    for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
-        if not isinstance(value, kind):
-            raise TypeError(
-                f"{name} must be a galvi.{kind.__name__}; received {value!r}. Call "
-                f"galvi.integrate(problem, method, step, steps), or give a duration instead of "
-                f"steps."
-            )
+    check_types(problem, method, "integrate(problem, method, step, steps), or give a duration")
     h = input_checks.real(
         "step", step, "The length of a run is given by steps or duration, its begin by problem.t0."
     )
@@ -114,10 +116,10 @@ def prepared(
             f"{np.spacing(problem.t0):.1e} apart. Shift t0 towards 0, or use a larger step."
         )
     if not isinstance(solver, str) or solver not in SOLVERS:
-        raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {solver!r}.")
+        raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {shown(solver)}.")
     save_every = input_checks.whole("save_every", save_every)
     tol = ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance)
-    if isinstance(problem.system, Canonical | Lagrangian):
+    if isinstance(problem.system, WithFunctions):
         _trace_anew(problem, problem.system)
     engine = engine_for(problem, method)
     if solver not in engine.solvers:
@@ -128,12 +130,11 @@ def prepared(
     if solver == "fixed_point" and not engine.solves_by_iteration(problem, method):
         raise ValueError(
             f"with a group, an external force or a degree for each component, the solver "
-            f"fixed_point is for a RigidBody without a force, free or in UniformGravity, for a "
-            f"FreeBody, and on Rn for functions that are built in, from SymPy, or could be traced; "
-            f"received {problem!r} with {method.name}{_because(problem)}. Use the solver auto."
+            f"fixed_point is for functions that are built in, from SymPy, or could be traced; "
+            f"received {shown(problem)} with {method.name}{_because(problem)}. Use the solver auto."
         )
     _check_functions(problem)
-    if solver != "newton" and isinstance(problem.system, Canonical | Lagrangian):
+    if solver != "newton" and isinstance(problem.system, WithFunctions):
         _announce(problem, problem.system)
     begin = engine.start(problem, method)
     start = Checkpoint(0, *begin, solver, tol, save_every, curves)
@@ -164,7 +165,7 @@ def resume(
     """
     if not isinstance(run, Trajectory) or run.checkpoint is None or run.step is None:
         raise ValueError(
-            f"only a run of galvi.integrate with its problem can be resumed; received {run!r}."
+            f"only a run of galvi.integrate with its problem can be resumed; received {shown(run)}."
         )
     if not run.success and not run.interrupted and not np.all(np.isfinite(run.q[-1])):
         raise ValueError(f"a run that failed cannot be resumed; its status: {run.status}")
@@ -173,7 +174,7 @@ def resume(
         start = replace(start, save_every=input_checks.whole("save_every", save_every))
     if curves is not None:
         start = replace(start, curves=curves)
-    if isinstance(problem.system, Canonical | Lagrangian):
+    if isinstance(problem.system, WithFunctions):
         _trace_anew(problem, problem.system)
     if until is None:
         total = number_of_steps(run.step, steps, duration)
@@ -221,7 +222,7 @@ def steps_until(until: float, t0: float, step: float, done: int) -> int:
     return whole - done
 
 
-def _trace_anew(problem: Problem, system: Canonical | Lagrangian) -> None:
+def _trace_anew(problem: Problem, system: WithFunctions) -> None:
     """Trace functions that refer to numbers which changed since the last time."""
     system.trace(problem.q0, problem.v0, problem.t0, anew=True)
     if _TRACED.get(problem) is not traces(system):
@@ -229,7 +230,7 @@ def _trace_anew(problem: Problem, system: Canonical | Lagrangian) -> None:
         vars(problem).pop("p0", None)
 
 
-def _announce(problem: Problem, system: Canonical | Lagrangian) -> None:
+def _announce(problem: Problem, system: WithFunctions) -> None:
     """Log once, as a warning of logger ``galvi``, that a system runs without a law.
 
     Not that of a compiled gradient without an external force: it takes few microseconds a step.
@@ -258,7 +259,7 @@ def _check_functions(problem: Problem) -> None:
         return
     system = problem.system
     with np.errstate(all="ignore"):
-        if isinstance(system, Lagrangian | Canonical | RigidBody):
+        if isinstance(system, WithFunctions):
             system.check_functions(problem.q0, problem.v0, problem.t0)
         if not hasattr(system, "group"):
             _check_force(cast(VectorSystem, system).acceleration(problem.q0, problem.t0))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
-from typing import Any, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
 from galvi.groups.rn import Rn
 from galvi.kernels.compile.function_pointers import addresses
+from galvi.kernels.lanes.called import called_numbers
 from galvi.kernels.lanes.group_law import compiled_advance_group_law
 from galvi.kernels.lanes.group_pass import GROUP_PASS_TYPE
 from galvi.kernels.lanes.group_rows import PLACE, rows_of_group_work
@@ -22,25 +24,54 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine import Call
 from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
-from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
-from galvi.symbolic.lane_law import compiled_group_law, compiled_law, coupled
+from galvi.run.run_arrays import CALLED, FORCES_IN_LANES, RunArrays, run_plan
+from galvi.symbolic.lane_law import called, compiled_group_law, compiled_law, coupled
 from galvi.symbolic.traces import Traces, traces
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
+from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.tableau import Tableau
 
 
-def lane_law(system: Any, d: int) -> tuple[str, Array] | None:
-    """The lines and constants of the law for lanes of a system of d coordinates, or None."""
-    return _lane_law(system, d, traces(system))
+class LaneLaw(NamedTuple):
+    """A law for lanes.
+
+    lines      that define it, see galvi.symbolic.lane_law
+    constants  of the law
+    calls      the functions that it calls, which must exist as long; None where it calls none
+    """
+
+    lines: str
+    constants: Array
+    calls: LagrangianKernel | None = None
+
+
+def lane_law(system: Any, d: int) -> LaneLaw | None:
+    """The law for lanes of a system of d coordinates on R^d, or None."""
+    group = getattr(system, "group", None)
+    on_space = isinstance(group, Rn) or isinstance(system, Canonical)
+    return _lane_law(system, d, traces(system)) if on_space else None
 
 
 @lru_cache(maxsize=32)
-def _lane_law(system: Any, d: int, found: Traces) -> tuple[str, Array] | None:
-    """As ``lane_law``, which depends on the traces that were found."""
-    whole = CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system
-    on_space = isinstance(getattr(whole, "group", None), Rn)
-    return cast(tuple[str, Array] | None, getattr(whole, "lane_law", None)) if on_space else None
+def _lane_law(system: Any, d: int, found: Traces) -> LaneLaw | None:
+    """The law for lanes of a system, which depends on the traces that were found; else one that
+    calls its functions, if they are compiled."""
+    whole: Any = CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system
+    law = getattr(whole, "lane_law", None)
+    if law is not None:
+        return LaneLaw(*law)
+    kernel: LagrangianKernel = whole.lagrangian_kernel()
+    if not kernel.compiled:
+        return None
+    group = whole.group
+    lines = called(math.prod(group.shape), d)
+    return LaneLaw(lines, called_numbers(kernel, group.layout), kernel)
+
+
+def with_room(law: LaneLaw, d: int, width: int) -> Array:
+    """The constants of a law, and after them room that it may write to, for ``width`` lanes."""
+    return np.append(law.constants, np.zeros(width * d * (d + 1) // 2))
 
 
 def has_law(problem: Problem, method: Galerkin) -> bool:
@@ -112,16 +143,16 @@ def law_stepper(
     d, s = problem.q0.size, method.stages
     found = lane_law(problem.system, d)
     assert found is not None
-    lines, constants = found
-    law, function = _compiled(lines, d)
+    law, function = _compiled(found.lines, d)
     given = law_tables(method.table, step, component_degrees(method))
     width = given[3].shape[1]
     scratch, spare = aligned((rows_of_work(d), width), (6, max(width, d, s)))
-    numbers = np.zeros(2 * d + 3)
+    constants, numbers = with_room(found, d, width), np.zeros(2 * d + 3)
+    work.counts[CALLED] = found.calls is not None
     kernel = compiled_advance_law()
     plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
-    def call(todo: int, kept_alive: Any = function) -> int:
+    def call(todo: int, kept_alive: Any = (function, found)) -> int:
         before = work.counts[FORCES]
         code = int(kernel(
             law, constants, given, plan, todo, progress, scratch, numbers, spare, kept,
@@ -132,28 +163,27 @@ def law_stepper(
     return call
 
 
-@lru_cache(maxsize=32)
-def group_lane_law(system: Any) -> tuple[str, Array] | None:
-    """The lines and constants of the law for lanes of a system on a group with rotations."""
+def group_law(system: Any) -> LaneLaw | None:
+    """The law for lanes of a system on a group other than R^d, or None."""
     group = getattr(system, "group", None)
-    on_group = group is not None and not isinstance(group, Rn)
-    return cast(tuple[str, Array] | None, getattr(system, "lane_law", None)) if on_group else None
+    if group is None or isinstance(group, Rn):
+        return None
+    return _lane_law(system, group.dimension, traces(system))
 
 
 def has_group_law(problem: Problem) -> bool:
-    """Whether the problem's system has a law for lanes on its group, which has rotations."""
-    return group_lane_law(cast(Any, problem.system)) is not None
+    """Whether the problem's system has a law for lanes on a group other than R^d."""
+    return group_law(problem.system) is not None
 
 
 @lru_cache(maxsize=32)
-def _compiled_on_group(system: Any, chart: int) -> tuple[int, Array, Any]:
-    """The address of the system's law in a chart, its constants, and the function, which must be
-    kept."""
-    found = group_lane_law(system)
-    assert found is not None
+def _compiled_on_group(system: Any, chart: int, found: Traces) -> tuple[int, LaneLaw, Any]:
+    """The address of the system's law in a chart, the law, and the function, which must be kept."""
+    law = _lane_law(system, system.group.dimension, found)
+    assert law is not None
     layout = tuple(tuple(map(int, row)) for row in system.group.layout)
-    function = compiled_group_law(found[0], layout, chart)
-    return int(addresses((function, GROUP_PASS_TYPE))[0]), np.array(found[1]), function
+    function = compiled_group_law(law.lines, layout, chart)
+    return int(addresses((function, GROUP_PASS_TYPE))[0]), law, function
 
 
 @lru_cache(maxsize=32)
@@ -195,22 +225,26 @@ def group_law_stepper(
     """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
     system: Any = problem.system
     layout, chart = system.group.layout, method.group_chart.number
-    law, constants, function = _compiled_on_group(system, chart)
+    law, found, function = _compiled_on_group(system, chart, traces(system))
     tables, complement, others = group_law_tables(method.table, step)
     d, width, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
     scratch, spare = aligned(
         (rows_of_group_work(d, extra), width), (7, max(9, width, *work.state.shape))
     )
-    numbers = np.zeros(3 * d + PLACE + problem.q0.size)
+    constants, numbers = with_room(found, d, width), np.zeros(3 * d + PLACE + problem.q0.size)
+    work.counts[CALLED] = found.calls is not None
     arrays = (scratch, tables, complement, constants, numbers)
     given = np.array([*(array.ctypes.data for array in arrays), width, extra])
     kernel = compiled_advance_group_law()
     plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 
-    def call(todo: int, kept_alive: Any = (function, given, arrays)) -> int:
-        return int(kernel(
+    def call(todo: int, kept_alive: Any = (function, found, given, arrays)) -> int:
+        before = work.counts[FORCES]
+        code = int(kernel(
             law, given.ctypes.data, layout, chart, others, plan, todo, progress, scratch, numbers,
             spare, kept,
         ))  # fmt: skip
+        work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
+        return code
 
     return call

@@ -30,7 +30,7 @@ TRIED = {
 
 
 @lru_cache(maxsize=32)
-def _start(problem: Problem, stages: int) -> Start:
+def nystrom_start(problem: Problem, stages: int) -> Start:
     """The state's rows are q, its low part, v and its low part; no accelerations are known yet."""
     d = problem.q0.size
     state = np.zeros((4, d))
@@ -60,7 +60,7 @@ def accelerations_from_substeps(
     q, _, v, _ = work.state
     here = Problem(problem.system, q.reshape(shape), v.reshape(shape), t)
     for parts in SUBSTEPS:
-        begin = Checkpoint(0, *_start(here, method.stages), "fixed_point", 1e-8)
+        begin = Checkpoint(0, *nystrom_start(here, method.stages), "fixed_point", 1e-8)
         run = substeps(here, method, step / parts, parts, begin)
         work.counts[:2] += run.counts["iterations"], run.counts["force_evaluations"]
         if run.success:
@@ -98,7 +98,7 @@ def _momenta(problem: Problem, velocities: Array) -> Array:
 
 
 NYSTROM = Engine(
-    start=lambda problem, method: _start(problem, method.stages),
+    start=lambda problem, method: nystrom_start(problem, method.stages),
     velocity_row=2,
     solves_by_iteration=lambda problem, method: True,
     is_compiled=_is_compiled,

@@ -20,8 +20,9 @@ from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 
 COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
-LEFT_TO_NEWTON, FORCES_IN_LANES = 5, 6  # indices in RunArrays.counts
-FEWEST, MOST, APART = 64, 1024, 512  # watched steps of a run: about one in APART, within limits
+LEFT_OVER, FORCES_IN_LANES, CALLED = 5, 6, 7  # indices in RunArrays.counts
+FEWEST, MOST, APART = 16, 1024, 64  # watched steps of a run: about one in APART, within limits
+EACH = 127  # steps of a run up to which each is watched
 NEVER = 62  # watches every 2^62-th step, which is none
 
 
@@ -60,9 +61,10 @@ class RunArrays(NamedTuple):
 
     state, stages, solver_state  see galvi.checkpoint
     step_angle                   (1,) rotation angle of a failed step, radians; 0 without rotations
-    counts                       (7,) as in COUNTED, then evaluations of single pairs of bodies,
-                                 steps that fixed-point iteration left to Newton's method, and
-                                 force evaluations that called no function of the user
+    counts                       (8,) as in COUNTED, then evaluations of single pairs of bodies,
+                                 steps that fixed-point iteration left to Newton's method, or a
+                                 moving frame to the inertial one, force evaluations in lanes, and
+                                 whether these call compiled functions
     saved_steps                  (saved,) numbers of the saved steps
     saved_q                      (saved, r) configurations, NaN until they are computed
     saved_v                      (saved, d) velocities, on groups momenta; NaN until computed
@@ -112,7 +114,7 @@ class RunArrays(NamedTuple):
             passage = start.passage.copy() if start.passage.size else np.zeros(5)
         return cls(
             start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
-            np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_v,
+            np.zeros(8, dtype=np.int64), saved_steps, saved_q, saved_v,
             _unknown(rows, curve_size[0]), _unknown(rows, curve_size[1], m), watch,
             _unknown(seen, r + d + stages), passage,
         )  # fmt: skip
@@ -121,6 +123,19 @@ class RunArrays(NamedTuple):
     def done(self) -> int:
         """Steps done so far."""
         return int(self.solver_state[DONE])
+
+    def record(self, start: Checkpoint, steps: int, q: Array, v: Array) -> None:
+        """Count a step that ends at (q, v), as galvi.kernels.run_record does, without its curve."""
+        self.solver_state[DONE] += 1
+        row, rest = divmod(self.done, start.save_every)
+        if self.done == steps:
+            row, rest = len(self.saved_q) - 1, 0
+        if rest == 0:
+            self.saved_q[row], self.saved_v[row] = q, v
+        number = start.first + self.done
+        row = (number >> self.watch) - (start.first >> self.watch) - 1
+        if number % (1 << self.watch) == 0 and row < len(self.seen):
+            self.seen[row, : q.size + v.size] = np.concatenate([q, v])
 
 
 def _unknown(*shape: int) -> Array:
@@ -144,5 +159,7 @@ def run_plan(
 
 def watched_steps(steps: int) -> int:
     """k so that a run of ``steps`` steps is watched at every 2^k-th."""
+    if steps <= EACH:
+        return 0
     wanted = min(max(steps // APART, FEWEST), MOST)
     return max(steps // wanted, 1).bit_length() - 1

@@ -16,7 +16,7 @@ from galvi.run.encounters import unresolved_passage
 from galvi.run.energy_check import Judgement, judge
 from galvi.run.engine import Engine
 from galvi.run.interruption import Interrupts
-from galvi.run.run_arrays import LEFT_TO_NEWTON, RunArrays
+from galvi.run.run_arrays import CALLED, LEFT_OVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED
 
@@ -94,9 +94,12 @@ def _completed(
     if not reasons:
         if found.unjudged:
             return f"Completed, but the energy {_unjudged(found)}."
-        left = int(work.counts[LEFT_TO_NEWTON])
-        said = engine.exceptions[1].format(left=left, steps=steps)
-        return f"{COMPLETED} {said}" if left else COMPLETED
+        left = int(work.counts[LEFT_OVER])
+        said = [engine.exceptions[1].format(left=left, steps=steps)] if left else []
+        if work.counts[CALLED]:
+            why = getattr(problem.system, "untraced", "")
+            said.append(f"Compiled functions were called one state at a time: {why}.")
+        return " ".join([COMPLETED, *said])
     remedy = "Use a smaller step or a higher degree"
     if _given(problem):
         remedy += ", and check that the derivatives are those of the energy"

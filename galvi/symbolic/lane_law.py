@@ -42,6 +42,14 @@ steps_of_law = law_steps(law, {d}, {stages}{after})
 def members_DIGEST(words):
     steps_of_law(words)
 """
+GRAIN_PASS = """
+
+pass_of_grains = grain_pass(wind, drag, {s})
+
+
+def grain_pass_DIGEST(work, numbers):
+    pass_of_grains(work, numbers)
+"""
 GROUP_MEMBERS = """
 
 steps_of_law = group_steps(law, {layout}, {chart}{after})
@@ -103,10 +111,24 @@ def compiled_group_law(law: str, layout: tuple[tuple[int, ...], ...], chart: int
     return symbolic_code.functions(source)["law_pass"]
 
 
+@lru_cache(maxsize=64)
+def compiled_grain_pass(wind: str, drag: str, s: int) -> Any:
+    """The galvi.kernels.lanes.grains.iteration of s stages, of the lines that define ``wind`` and
+    ``drag``, compiled at the first call."""
+    head = "from galvi.kernels.lanes.grains.iteration import grain_pass\n"
+    source = symbolic_code.with_digest(head + wind + drag + GRAIN_PASS.format(s=s))
+    return symbolic_code.functions(source)["grain_pass"]
+
+
 def built_in(name: str, *arguments: Any) -> str:
     """The lines that define a law of galvi.kernels.lanes.laws, made with these arguments."""
     given = ", ".join(map(repr, arguments))
     return f"from galvi.kernels.lanes.laws import {name}\n\nlaw = {name}({given})\n"
+
+
+def called(entries: int, d: int) -> str:
+    """The lines that define galvi.kernels.lanes.called's law, of elements with so many entries."""
+    return f"from galvi.kernels.lanes.called import called\n\nlaw = called({entries}, {d})\n"
 
 
 @lru_cache(maxsize=256)

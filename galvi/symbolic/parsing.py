@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from galvi import input_checks
+from galvi.input_checks import shown
 from galvi.symbolic.expression import complete, in_words, real_expression, unlike
 
 
@@ -123,7 +124,8 @@ def _listed(name: str, given: Any) -> list[Any]:
 
     if isinstance(given, Set | Mapping | sympy.Set | sympy.Dict):
         raise TypeError(
-            f"{name} must be a list, in the order of the coordinates; received {given!r}, which "
+            f"{name} must be a list, in the order of the coordinates; "
+            f"received {shown(given)}, which "
             f"has no order."
         )
     several = isinstance(given, Iterable | sympy.MatrixBase) and not isinstance(given, str)
@@ -160,12 +162,12 @@ def _velocities(places: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
 
 def _numbers(parameters: Any, sympy: Any) -> dict[Any, float]:
     if parameters is not None and not isinstance(parameters, Mapping):
-        raise TypeError(f"parameters must be a dict of symbols; received {parameters!r}.")
+        raise TypeError(f"parameters must be a dict of symbols; received {shown(parameters)}.")
     given = dict(parameters or {})
     for symbol in given:
         if not isinstance(symbol, sympy.Symbol):
             raise TypeError(
-                f"parameters must have SymPy symbols as keys; received {symbol!r}."
+                f"parameters must have SymPy symbols as keys; received {shown(symbol)}."
                 + " Give the symbol, not its name." * isinstance(symbol, str)
             )
     ordered = sorted(given, key=lambda symbol: (symbol.name, str(symbol.assumptions0)))

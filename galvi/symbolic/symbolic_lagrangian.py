@@ -17,7 +17,8 @@ class SymbolicLagrangian:
     """L(q, v) or L(q, v, t) from `galvi.Lagrangian.from_sympy`; its repr is the expression.
 
     text       the expression in the user's notation
-    source     generated code with functions law, value and switches
+    source     generated code with functions law, value and switches, and where q has other entries
+               than v, slopes
     constants  values of the parameters
     dimension  d, the number of coordinates
     switching  the expressions whose sign changes where L may not be C^2, in the user's notation
@@ -43,8 +44,8 @@ class SymbolicLagrangian:
         return float(self._in_python("value", q, v, *t)[0])
 
     def slopes(self, q: Array, v: Array, *t: Any) -> Array:
-        """dL/dv and dL/dq, (2 d,)."""
-        return self._in_python("law", q, v, *t)
+        """dL/dv and the Euclidean dL/dq, (d + entries of q,)."""
+        return self._in_python("slopes" if "def slopes_" in self.source else "law", q, v, *t)
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
         """As `BuiltinLagrangian.at_states`."""
@@ -59,10 +60,11 @@ class SymbolicLagrangian:
         made = symbolic_code.functions(self.source)
         numbers = np.array(self.constants)
         values, found = np.empty((2, 1, len(q))), np.empty((2, self.dimension, len(q)))
+        entries = q.reshape(len(q), -1).T
         with np.errstate(all="ignore"):
             for out, rates in zip(values, (v, np.zeros_like(v)), strict=True):
-                made["value"].py_func(q.T, rates.T, t, numbers, out)
-            made["law"].py_func(q.T, v.T, t, numbers, found)
+                made["value"].py_func(entries, rates.T, t, numbers, out)
+            made["law"].py_func(entries, v.T, t, numbers, found)
         return values[0, 0], values[1, 0], found[0].T
 
     def switches(self, q: Array, v: Array, *t: Any) -> Array:
@@ -76,11 +78,12 @@ class SymbolicLagrangian:
 
     def _in_python(self, name: str, q: Array, v: Array, t: float = 0.0) -> Array:
         function = symbolic_code.functions(self.source)[name].py_func
-        sizes = {"law": 2 * self.dimension, "value": 1, "switches": len(self.switching)}
-        out = np.full((2, self.dimension) if name == "law" else sizes[name], np.nan)
+        d, entries = self.dimension, np.ravel(q)
+        sizes = {"slopes": d + entries.size, "value": 1, "switches": len(self.switching)}
+        out = np.full((2, d) if name == "law" else sizes[name], np.nan)
         with np.errstate(all="ignore"):
             try:
-                function(np.asarray(q), np.asarray(v), np.float64(t), np.array(self.constants), out)
+                function(entries, np.asarray(v), np.float64(t), np.array(self.constants), out)
             except (ArithmeticError, ValueError):  # math's functions raise where numpy's are NaN
                 out[...] = np.nan
         return out.ravel()

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.groups.group import Group
+from galvi.kernels.lanes.group_rows import Chart
 from galvi.symbolic.graph import Node, Untraceable
 from galvi.symbolic.round_off import evaluated
 
@@ -17,28 +19,39 @@ FARTHEST = 0.4  # distance of these states from the start, over the scales of a 
 ROUNDINGS = 64.0  # bounds on the rounding error that a difference from the function may have
 STEPS = 2.0**-17, 2.0**-25  # of differences, over the scales of the function
 ACCURACY = 1e-3  # of a difference, relative to its terms; that of a slope left out is about 1
+CAYLEY = 0  # the chart, of which only the derivative at 0 matters, that moves states
 
 
 @dataclass(frozen=True)
 class States:
-    """q (n, d), v (n, d) and t (n,) of n states."""
+    """Entries q (n, r) of elements of a group, v (n, d) and t (n,) of n states."""
 
+    group: Group
     q: Array
     v: Array
     t: Array
 
     @classmethod
-    def near(cls, q: Array, v: Array, t: float, scales: Sequence[Array]) -> States:
+    def near(cls, group: Group, q: Array, v: Array, t: float, scales: Sequence[Array]) -> States:
         """The start, then random states ever nearer to it."""
         random = np.random.default_rng(20)
         far = np.append(0.0, FARTHEST * 0.7 ** np.arange(STATES - 1.0))[:, None]
-        by_q, by_v, by_t = (random.uniform(-1.0, 1.0, (STATES, k)) for k in (q.size, q.size, 1))
+        by_q, by_v, by_t = (random.uniform(-1.0, 1.0, (STATES, k)) for k in (v.size, v.size, 1))
         time = t + (abs(t) or 1.0) * (far * by_t)[:, 0]
-        return cls(q + far * by_q * scales[0], v + far * by_v * scales[1], time)
+        start = cls(group, np.tile(np.ravel(q), (STATES, 1)), np.tile(v, (STATES, 1)), time)
+        return start.moved(1.0, far * by_q * scales[0], far * by_v * scales[1])
 
     def moved(self, far: float, by_q: Array, by_v: Array) -> States:
-        """The states with ``far`` times (n, d) added to q and to v."""
-        return States(self.q + far * by_q, self.v + far * by_v, self.t)
+        """The states with q moved along the group, and v, by ``far`` times (n, d)."""
+        rows = zip(self.q.tolist(), (far * by_q).tolist(), strict=True)
+        chart = self.chart
+        q = np.array([chart.place(g, xi) for g, xi in rows])
+        return States(self.group, q, self.v + far * by_v, self.t)
+
+    @property
+    def chart(self) -> Chart:
+        """The group in a chart, for numbers and nodes."""
+        return Chart(self.group.layout.tolist(), CAYLEY)
 
     @property
     def values(self) -> dict[str, Array]:
@@ -48,7 +61,8 @@ class States:
 
     def arguments(self, k: int, takes: str) -> tuple[Any, ...]:
         """Those of a function at state k."""
-        every = {"q": self.q[k].copy(), "v": self.v[k].copy(), "t": float(self.t[k])}
+        q = self.q[k].reshape(self.group.shape)
+        every = {"q": q.copy(), "v": self.v[k].copy(), "t": float(self.t[k])}
         return tuple(every[name] for name in takes)
 
 
@@ -110,6 +124,7 @@ def check_slopes(
 ) -> None:  # fmt: skip
     """`Untraceable` unless these are the derivatives of a value, and finite at the start.
 
+    by_q  (d,), along q hat(e_a)
     by_v  (d,), or () for a value that does not depend on v
     """
     slopes = evaluated([*by_q, *by_v], states.values)[0].T
@@ -157,7 +172,7 @@ def _refuse_undefined(derivatives: Array) -> None:
 
 def _directions(states: States, scales: Sequence[Array]) -> tuple[Array, Array]:
     random = np.random.default_rng(21)
-    by_q, by_v = (random.uniform(0.5, 1.0, states.q.shape) * scale for scale in scales)
+    by_q, by_v = (random.uniform(0.5, 1.0, states.v.shape) * scale for scale in scales)
     return by_q, by_v
 
 

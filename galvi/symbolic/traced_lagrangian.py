@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.groups.group import Group
 from galvi.symbolic import code as symbolic_code
 from galvi.symbolic.code import POWER
 from galvi.symbolic.derivatives import gradient
@@ -25,7 +26,7 @@ Function = Callable[..., Any]
 
 @dataclass(frozen=True, eq=False)
 class TracedLagrangian:
-    """What was found by tracing a Lagrangian L(q, v) or L(q, v, t) on R^d, or its slopes.
+    """What was found by tracing a Lagrangian L(q, v) or L(q, v, t), or its slopes.
 
     law         the lines that define its law for lanes, see galvi.symbolic.lane_law
     constants   of the law
@@ -50,21 +51,23 @@ class TracedLagrangian:
 
 
 def traced_lagrangian(
-    function: Function, slopes: Function | None, q: Array, v: Array, t: float, timed: bool,
-    scales: Sequence[Array],
+    function: Function, slopes: Function | None, group: Group, q: Array, v: Array, t: float,
+    timed: bool, scales: Sequence[Array],
 ) -> TracedLagrangian:  # fmt: skip
     """Traces slopes, if given, else the Lagrangian, and checks what it finds near a state.
 
     With slopes the Lagrangian itself is not called: it serves for energies only.
 
+    slopes  dL/dv and the Euclidean dL/dq in one vector, (d + entries of q,)
     timed   whether the functions take (q, v, t) instead of (q, v)
     scales  (d,), (d,) lengths over which L changes with q and v
 
     Raises `Untraceable`.
     """
-    d, graph, takes = q.size, Graph(), "qvt" if timed else "qv"
-    symbols = graph.variables("q", d), graph.variables("v", d), graph.variables("t")
-    states, samples = States.near(q, v, t, scales), []
+    d, graph, takes = v.size, Graph(), "qvt" if timed else "qv"
+    symbols = graph.variables("q", *q.shape), graph.variables("v", d), graph.variables("t")
+    states, samples = States.near(group, q, v, t, scales), []
+    entries = symbols[0].ravel()
 
     def find(function: Function, shape: tuple[int, ...]) -> list[Node]:
         sample = Sample.of(function, states, takes, math.prod(shape))
@@ -74,18 +77,21 @@ def traced_lagrangian(
 
     L: Node | None = None
     if slopes is not None:
-        by = find(slopes, (2 * d,))
+        euclidean = find(slopes, (d + q.size,))
     else:
         (L,) = find(function, ())
-        by = gradient(L, [*symbols[1], *symbols[0]])
+        euclidean = gradient(L, [*symbols[1], *entries])
+    momenta, along = euclidean[:d], states.chart.left_derivative(entries, euclidean[d:])
+    by = [*momenta, *(x + graph.number(0.0) for x in along)]
+    if L is not None:
         check_slopes(L, by[d:], by[:d], states, scales)
-    printed, momenta = GraphCode(), by[:d]
+    printed = GraphCode()
     lines, results = printed.written([*by[d:], *momenta, *mass(momenta, symbols[1])], POWER)
     if len(lines) > LONGEST:
         raise Untraceable(f"its derivatives take more than {LONGEST} operations")
     law = law_lines(lines, results, d)
     check_mass(law, printed.constants, by, states, scales)
-    found = None if L is None else _lagrangian(repr(function), printed, by, L, law)
+    found = None if L is None else _lagrangian(repr(function), printed, by, euclidean, L, law)
     return TracedLagrangian(law, printed.constants, found, tuple(samples))
 
 
@@ -96,12 +102,15 @@ def mass(momenta: Sequence[Node], v: Sequence[Node]) -> list[Node]:
 
 
 def _lagrangian(
-    text: str, printed: GraphCode, by: Sequence[Node], L: Node, law: str
-) -> SymbolicLagrangian:
+    text: str, printed: GraphCode, by: Sequence[Node], euclidean: Sequence[Node], L: Node, law: str
+) -> SymbolicLagrangian:  # fmt: skip
     """L and its derivatives as compiled functions, as of galvi.symbolic.from_sympy."""
     d, bodies = len(by) // 2, {}
     places = [f"out[{k // d}, {k % d}]" for k in range(2 * d)]
-    for name, nodes, stored in (("law", by, places), ("value", [L], ["out[0]"])):
+    functions = [("law", by, places), ("value", [L], ["out[0]"])]
+    if [x.index for x in by] != [x.index for x in euclidean]:
+        functions.append(("slopes", euclidean, [f"out[{k}]" for k in range(len(euclidean))]))
+    for name, nodes, stored in functions:
         lines, found = printed.written(nodes)
         stores = [f"{place} = {code}" for place, code in zip(stored, found, strict=True)]
         bodies[name] = ("q, v, t, c, out", [*lines, *stores])

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.groups.group import Group
+from galvi.groups.rn import Rn
 from galvi.symbolic.code import POWER
 from galvi.symbolic.derivatives import gradient as derivatives
 from galvi.symbolic.graph import Graph, Node, Untraceable
@@ -48,8 +50,9 @@ class TracedTerm:
 
 
 def traced_force(
-    force: Function, q: Array, v: Array, t: float, timed: bool, scales: Sequence[Array]
-) -> TracedTerm:
+    force: Function, group: Group, q: Array, v: Array, t: float, timed: bool,
+    scales: Sequence[Array],
+) -> TracedTerm:  # fmt: skip
     """``force(q, v, t, c)`` from a user's force of (q, v), or of (q, v, t) if ``timed``.
 
     q, v, t  state near which it is checked
@@ -58,9 +61,9 @@ def traced_force(
     Raises `Untraceable`.
     """
     takes = "qvt" if timed else "qv"
-    states = States.near(q, v, t, scales)
-    sample = Sample.of(force, states, takes, q.size)
-    nodes = traced(force, _symbols(q.size, takes), (q.size,))
+    states = States.near(group, q, v, t, scales)
+    sample = Sample.of(force, states, takes, v.size)
+    nodes = traced(force, _symbols(q.shape, v.size, takes), (v.size,))
     return _term("force(q, v, t, c)", nodes, check_values(sample, nodes))
 
 
@@ -73,8 +76,8 @@ def traced_gradient(
     `traced_force`. Raises `Untraceable`.
     """
     takes, scales = "qt" if timed else "q", (scale, np.zeros(q.size))
-    states = States.near(q, np.zeros(q.size), t, scales)
-    symbols = _symbols(q.size, takes)
+    states = States.near(Rn(q.size), q, np.zeros(q.size), t, scales)
+    symbols = _symbols(q.shape, q.size, takes)
     if gradient is None:
         sample = Sample.of(potential, states, takes, 1)
         (V,) = traced(potential, symbols, ())
@@ -88,9 +91,9 @@ def traced_gradient(
     return _term("slopes(q, t, c)", nodes, sample)
 
 
-def _symbols(d: int, takes: str) -> list[Any]:
-    graph = Graph()
-    return [graph.variables(name, *(() if name == "t" else (d,))) for name in takes]
+def _symbols(shape: tuple[int, ...], d: int, takes: str) -> list[Any]:
+    graph, shapes = Graph(), {"q": shape, "v": (d,), "t": ()}
+    return [graph.variables(name, *shapes[name]) for name in takes]
 
 
 def _term(head: str, nodes: Sequence[Node], sample: Sample) -> TracedTerm:

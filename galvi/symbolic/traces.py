@@ -70,6 +70,11 @@ def trace(
     vars(system)[KEPT] = Traces(found, refused)
 
 
+def share(system: Any, other: Any) -> None:
+    """Let a system whose functions another one calls have the traces of that one."""
+    vars(system)[KEPT] = traces(other)
+
+
 def refuse(system: Any, name: str, reason: str) -> None:
     """Forget one of the traces of a system."""
     known = traces(system)

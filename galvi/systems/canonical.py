@@ -12,6 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.groups.rn import Rn
+from galvi.input_checks import shown
 from galvi.kernels.forces import force_kinds
 from galvi.symbolic.lane_force import fits
 from galvi.symbolic.traced_terms import traced_gradient
@@ -70,7 +71,7 @@ class Canonical:
         for name in ("potential", "gradient", "hessian"):
             function = getattr(self, name)
             if not callable(function) and (name == "potential" or function is not None):
-                raise TypeError(f"{name} must be a function of q; received {function!r}.")
+                raise TypeError(f"{name} must be a function of q; received {shown(function)}.")
         if self.explicit_time and self._builtin:
             raise ValueError(
                 f"explicit_time means functions of (q, t); {self.potential!r} takes q alone. "
@@ -158,8 +159,9 @@ class Canonical:
             refuse(self, "dV/dq", "it is not finite at a start")
 
     def _finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
-        scales = difference_scales(Rn(q.size), q, v)
-        finders: dict[str, Function] = {**force_finder(self, q, v, t, scales)}
+        group = Rn(q.size)
+        scales = difference_scales(group, q, v)
+        finders: dict[str, Function] = {**force_finder(self, group, q, v, t, scales)}
         written_out = self.force is not None or fits(q.size, self.mass.ndim == 2)
         if written_out and (self.gradient is not None or self._builtin is None):
             finders["dV/dq"] = lambda: traced_gradient(

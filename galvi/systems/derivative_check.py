@@ -18,6 +18,7 @@ from weakref import WeakSet
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.input_checks import shown
 
 TOLERANCE = 1e-4  # of a derivative, relative to the sum of the sizes of its terms
 # Binary exponents of 1 / s in the order tried: most functions agree at the first two or three.
@@ -198,7 +199,7 @@ def _change(curve: Curve, given: float, exponents: Sequence[int]) -> float:
 def check_switch(check: Any) -> None:
     """TypeError unless a system's keyword ``check`` is True or False."""
     if not isinstance(check, bool):
-        raise TypeError(f"check must be True or False; received {check!r}.")
+        raise TypeError(f"check must be True or False; received {shown(check)}.")
 
 
 def lengths(q: Array) -> Array:

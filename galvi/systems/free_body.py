@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -11,35 +12,73 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.groups.se3 import SE3
+from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
+from galvi.symbolic.traces import reasons, share
+from galvi.systems.derivative_check import check_switch
+from galvi.systems.forces.external_force import check_force, lane_law_with_force, with_force
+from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.rigid_body import inverse, possible_inertia
+
+Function = Callable[..., Any]
 
 
 @dataclass(frozen=True, eq=False)
 class FreeBody:
-    """L = w . J w / 2 + mass |v|^2 / 2 + mass g . x for the rigid motion [[R, x], [0, 1]].
+    """L = w . J w / 2 + mass |v|^2 / 2 + mass g . x - V for the rigid motion q = [[R, x], [0, 1]].
 
-    mass     positive
-    inertia  J about the centre of mass x, in the body's frame: (3,) principal moments or (3, 3)
-    g        (3,) acceleration of gravity in space
+    mass           positive
+    inertia        J about the centre of mass x, in the body's frame: (3,) principal moments or
+                   (3, 3)
+    g              (3,) acceleration of gravity in space
+    potential      V of one motion q (4, 4), besides gravity; None for none
+    gradient       the Euclidean dV/dq, (4, 4), whose last row is not used; differenced from V when
+                   missing
+    force          an external torque and force (6,) in the body's frame, of (q, v); see
+                   galvi.systems.forces.external_force
+    explicit_time  potential and gradient take (q, t) instead of (q)
+    timed_force    the force takes (q, v, t)
+    check          compare the gradient with differences of V when a `Problem` is made
 
     Configurations are (4, 4); velocities (6,) are (w, v), both in the body's frame, and momenta
-    p = (J w, mass v). Raises ValueError for a mass or an inertia that no body can have.
+    p = (J w, mass v). Functions are traced as those of a `galvi.Lagrangian`. Raises ValueError for
+    a mass or an inertia that no body can have, TypeError for something that cannot be called.
     """
 
     mass: float
     inertia: Any
     g: Any = (0.0, 0.0, 0.0)
+    potential: Function | None = None
+    gradient: Function | None = None
+    force: Function | None = None
+    explicit_time: bool = field(default=False, kw_only=True)
+    timed_force: bool = field(default=False, kw_only=True)
+    check: bool = field(default=True, kw_only=True, compare=False)
 
     def __post_init__(self) -> None:
+        check_force(self)
+        check_switch(self.check)
         object.__setattr__(self, "mass", input_checks.positive("mass", self.mass))
         object.__setattr__(self, "inertia", possible_inertia(self.inertia))
         object.__setattr__(self, "g", input_checks.array("g", self.g, (3,)))
+        for name in ("potential", "gradient"):
+            function = getattr(self, name)
+            if function is not None and not callable(function):
+                raise TypeError(f"{name} must be a function of q; received {shown(function)}.")
+        if self.potential is None and (self.gradient is not None or self.explicit_time):
+            raise ValueError(
+                "a gradient and explicit_time are those of a potential; received none. Give one."
+            )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return FreeBody, (self.mass, self.inertia, self.g)
+        make = partial(
+            FreeBody, explicit_time=self.explicit_time, timed_force=self.timed_force,
+            check=self.check,
+        )  # fmt: skip
+        functions = self.potential, self.gradient, self.force
+        return make, (self.mass, self.inertia, self.g, *functions)
 
     @property
     def group(self) -> SE3:
@@ -54,6 +93,56 @@ class FreeBody:
         """ValueError unless q is a rigid motion."""
         self.group.check("q0", q)
 
+    def check_functions(self, q: Array, v: Array, t: float) -> None:
+        """ValueError unless the given functions return what they should there, finite."""
+        if self.has_functions:
+            self.lagrangian.check_functions(q, v, t)
+
+    def check_derivatives(self, q: Array, v: Array, t: float) -> None:
+        """ValueError unless a gradient is that of V, at a state and near it."""
+        if self.gradient is not None:
+            self.lagrangian.check_derivatives(q, v, t)
+
+    @property
+    def has_functions(self) -> bool:
+        """Whether there is a potential besides gravity, or a force."""
+        return self.potential is not None or self.force is not None
+
+    @cached_property
+    def lagrangian(self) -> Lagrangian:
+        """The same system by functions of (q, v), which are traced, or called."""
+        momentum, weight, V, gradient = (
+            self.momentum, self.mass * self.g, self.potential, self.gradient,
+        )  # fmt: skip
+
+        def L(q: Any, v: Any, *t: Any) -> Any:
+            found = 0.5 * v @ momentum(v) + weight @ q[:3, 3]
+            return found if V is None else found - V(q, *t)
+
+        def slopes(q: Any, v: Any, *t: Any) -> Any:
+            along = np.zeros((4, 4)) if gradient is None else -np.asarray(gradient(q, *t))
+            place = along[:3, 3] + weight
+            return np.concatenate([
+                momentum(v), along[0, :3], place[:1], along[1, :3], place[1:2], along[2, :3],
+                place[2:], along[3],
+            ])  # fmt: skip
+
+        return Lagrangian(
+            L, self.group, slopes if V is None or gradient is not None else None, self.force,
+            explicit_time=self.explicit_time, timed_force=self.timed_force, check=self.check,
+        )  # fmt: skip
+
+    def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
+        """As `galvi.Lagrangian.trace`: of the potential or its gradient, and of the force."""
+        if self.has_functions:
+            self.lagrangian.trace(q, v, t, anew)
+            share(self, self.lagrangian)
+
+    @property
+    def untraced(self) -> str:
+        """As `galvi.Lagrangian.untraced`."""
+        return reasons(self)
+
     def momentum(self, v: Array) -> Array:
         """p = (J w, mass v), v of shape (..., 6)."""
         return np.concatenate([v[..., :3] @ self.inertia, self.mass * v[..., 3:]], axis=-1)
@@ -67,19 +156,39 @@ class FreeBody:
         return inverse(self.inertia)
 
     def potential_energy(self, q: Array, t: Array) -> Array:
-        """V = -mass g . x, (...), for q of shape (..., 4, 4)."""
+        """V - mass g . x, (...), for q of shape (..., 4, 4) and times t (...)."""
         result: Array = -self.mass * (q[..., :3, 3] @ self.g)
-        return result
+        if self.potential is None:
+            return result
+        rows, times = q.reshape(-1, 4, 4), np.broadcast_to(t, q.shape[:-2]).ravel()
+        values = [
+            self.potential(*((x.copy(), float(s)) if self.explicit_time else (x.copy(),)))
+            if np.all(np.isfinite(x))
+            else np.nan
+            for x, s in zip(rows, times, strict=True)
+        ]
+        return result + np.array(values, dtype=np.float64).reshape(q.shape[:-2])
 
     def lagrangian_kernel(self) -> LagrangianKernel:
-        """Derivatives of L for the kernels; constants: J by rows, mass, g."""
+        """Derivatives of L for the kernels; without a potential the constants are J by rows, mass,
+        g."""
+        if self.potential is not None:
+            return self.lagrangian.lagrangian_kernel()
         constants = np.concatenate([self.inertia.ravel(), [self.mass], self.g])
-        return LagrangianKernel(
+        known = LagrangianKernel(
             lagrangian_derivatives.LAW, lagrangian_derivatives.free_body, constants=constants
         )
+        return with_force(known, self, 4)
 
     @property
-    def lane_law(self) -> tuple[str, Array]:
-        """The lines and constants of its law for lanes, see galvi.symbolic.lane_law."""
+    def lane_law(self) -> tuple[str, Array] | None:
+        """The lines and constants of its law for lanes, see galvi.symbolic.lane_law, or None."""
+        if self.potential is not None:
+            return self.lagrangian.lane_law
         law = lane_law.built_in("free_body", bool(np.any(self.g)))
-        return law, self.lagrangian_kernel().constants
+        return lane_law_with_force((law, self.lagrangian_kernel().constants), self)
+
+    @property
+    def potential_calls_per_force(self) -> int:
+        """As `galvi.Lagrangian.potential_calls_per_force`."""
+        return 0 if self.potential is None else self.lagrangian.potential_calls_per_force

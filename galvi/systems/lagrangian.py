@@ -15,6 +15,7 @@ from galvi.charts.exponential import Exponential
 from galvi.charts.maps import place
 from galvi.groups.group import Group, is_group
 from galvi.groups.rn import Rn
+from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import kinks
 from galvi.symbolic.from_sympy import symbolic
@@ -84,9 +85,11 @@ class Lagrangian:
         for name in ("function", "slopes"):
             value = getattr(self, name)
             if not callable(value) and (name == "function" or value is not None):
-                raise TypeError(f"{name} must be a function of (q, v); received {value!r}.")
+                raise TypeError(f"{name} must be a function of (q, v); received {shown(value)}.")
         if not is_group(self.group):
-            raise TypeError(f"group must be a group such as galvi.SO3(); received {self.group!r}.")
+            raise TypeError(
+                f"group must be a group such as galvi.SO3(); received {shown(self.group)}."
+            )
 
     @classmethod
     def from_sympy(
@@ -205,26 +208,25 @@ class Lagrangian:
 
         anew  look again if the functions changed since then
         """
-        if not isinstance(self.group, Rn):
-            return
-        trace(self, lambda: self._finders(q, v, t), anew)
+        trace(self, lambda: self.finders(q, v, t), anew)
         found = None if anew else traces(self).found.get("L")
         if found is not None and self.slopes is None and not found.defined(q, v, t):
             refuse(self, "L", "its derivatives are not finite at a start")
 
-    def _finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
+    def finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
+        """What finds each trace near a state, for galvi.symbolic.traces."""
         scales = difference_scales(self.group, q, v)
-        finders: dict[str, Function] = {**force_finder(self, q, v, t, scales)}
+        finders: dict[str, Function] = {**force_finder(self, self.group, q, v, t, scales)}
         if self.slopes is not None or not self._brings_slopes:
             finders["L"] = lambda: traced_lagrangian(
-                self.function, self.slopes, q, v, t, self.explicit_time, scales
+                self.function, self.slopes, self.group, q, v, t, self.explicit_time, scales
             )
         return finders
 
     @property
     def untraced(self) -> str:
-        """Why functions are called one state at a time; "" where they are traced or built in, on
-        groups other than Rn, where none are traced, and before the first `Problem`."""
+        """Why functions are called one state at a time; "" where they are traced or built in, and
+        before the first `Problem`."""
         return reasons(self)
 
     @property
@@ -287,11 +289,11 @@ class Lagrangian:
 
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels, compiled or differenced."""
+        side = self.group.shape[0] if len(self.group.shape) == 2 else 0
         if self.slopes is None and self.builtin is not None:
             law, constants = self.builtin.compiled()
             kernel = LagrangianKernel(lagrangian_derivatives.LAW, law, constants=constants)
-            return with_force(kernel, self, 0)
-        side = self.group.shape[0] if len(self.group.shape) == 2 else 0
+            return with_force(kernel, self, side)
         timed, compiled, function = self.explicit_time, False, self.slopes
         if function is None:
             kind, function = (

@@ -7,8 +7,10 @@ from typing import Any, cast
 
 import numpy as np
 
+from galvi import input_checks
 from galvi.arrays import Array
 from galvi.groups.group import Group
+from galvi.input_checks import shown
 from galvi.systems.forces.external_force import force_at
 from galvi.systems.lagrangian import Function, Lagrangian
 from galvi.systems.trees import mujoco_states
@@ -42,9 +44,9 @@ class Multibody(Lagrangian):
     gravity: Any = (0.0, 0.0, -9.81)
 
     def __post_init__(self) -> None:
-        links = (self.links,) if isinstance(self.links, Link) else tuple(self.links)
+        links = input_checks.several(self.links)
         if not all(isinstance(link, Link) for link in links):
-            raise TypeError(f"links must be galvi.Link values; received {self.links!r}.")
+            raise TypeError(f"links must be galvi.Link values; received {shown(self.links)}.")
         tree = RigidTree(links, self.gravity)
         damping = [np.full(joint.dimension, joint.damping) for joint in tree.joints]
         object.__setattr__(self, "links", links)

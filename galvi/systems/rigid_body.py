@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from types import NoneType
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,10 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.groups.so3 import SO3
+from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
+from galvi.symbolic.traces import reasons, share
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
@@ -34,6 +35,7 @@ from galvi.systems.forces.external_force import (
     lane_law_with_force,
     with_force,
 )
+from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.returned import returned_array
@@ -57,10 +59,11 @@ class RigidBody:
     timed_force    the force takes (R, v, t)
     check          compare the gradient with differences of V when a `Problem` is made
 
-    Configurations are (3, 3), velocities and momenta p = J v (3,), in the body's frame. A gradient
-    and a force compiled with ``numba.njit`` run inside the kernel; a potential without a gradient
-    is differenced in Python, also when it is compiled. Raises ValueError for an inertia that no
-    body can have, TypeError for something that cannot be called.
+    Configurations are (3, 3), velocities and momenta p = J v (3,), in the body's frame. The
+    functions are traced and run in vector instructions where they can be (see `untraced`). Where
+    not, a gradient and a force compiled with ``numba.njit`` run inside the kernel; a potential
+    without a gradient is differenced in Python, also when it is compiled. Raises ValueError for an
+    inertia that no body can have, TypeError for something that cannot be called.
     """
 
     inertia: Any
@@ -78,7 +81,7 @@ class RigidBody:
         for name in ("potential", "gradient"):
             function = getattr(self, name)
             if function is not None and not callable(function):
-                raise TypeError(f"{name} must be a function of R; received {function!r}.")
+                raise TypeError(f"{name} must be a function of R; received {shown(function)}.")
         if self.gradient is not None and self.potential is None:
             raise ValueError("a gradient needs its potential; received none. Give both.")
         if self.explicit_time and isinstance(self.potential, UniformGravity):
@@ -142,6 +145,39 @@ class RigidBody:
 
         check_derivatives(self, {"gradient of the potential": through})
 
+    @cached_property
+    def lagrangian(self) -> Lagrangian:
+        """The same system by functions of (q, v), which are traced."""
+        momentum, V, gradient = self.momentum, self.potential, self.gradient
+
+        def L(R: Any, v: Any, *t: Any) -> Any:
+            kinetic = 0.5 * v @ momentum(v)
+            return kinetic if V is None else kinetic - V(R, *t)
+
+        def slopes(R: Any, v: Any, *t: Any) -> Any:
+            assert gradient is not None
+            return np.concatenate([momentum(v), -np.asarray(gradient(R, *t)).ravel()])
+
+        return Lagrangian(
+            L, self.group, None if gradient is None else slopes, self.force,
+            explicit_time=self.explicit_time, timed_force=self.timed_force,
+        )  # fmt: skip
+
+    def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
+        """As `galvi.Lagrangian.trace`: of the potential or its gradient, and of the force."""
+        if self.force is not None or not self._known_potential:
+            self.lagrangian.trace(q, v, t, anew)
+            share(self, self.lagrangian)
+
+    @property
+    def untraced(self) -> str:
+        """As `galvi.Lagrangian.untraced`."""
+        return reasons(self)
+
+    @property
+    def _known_potential(self) -> bool:
+        return self.gradient is None and isinstance(self.potential, UniformGravity | None)
+
     def momentum(self, v: Array) -> Array:
         """p = J v in the body's frame, v of shape (..., 3)."""
         return v @ self.inertia
@@ -202,15 +238,16 @@ class RigidBody:
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels; the constants begin with J by rows."""
         numbers = self.inertia.ravel()
-        if self.gradient is None and (
-            self.potential is None or isinstance(self.potential, UniformGravity)
-        ):
-            weight = np.zeros(6) if self.potential is None else self.potential.numbers
+        if self._known_potential:
+            known = self.potential
+            weight = known.numbers if isinstance(known, UniformGravity) else np.zeros(6)
             constants = np.concatenate([numbers, weight])
-            known = LagrangianKernel(
+            law = LagrangianKernel(
                 lagrangian_derivatives.LAW, lagrangian_derivatives.rigid_body, constants=constants
             )
-            return with_force(known, self, 3)
+            return with_force(law, self, 3)
+        if self.gradient is None and self.lagrangian.builtin is not None:
+            return self.lagrangian.lagrangian_kernel()
         slope = self.slope()
         signature = lagrangian_derivatives.signature(
             lagrangian_derivatives.GRADIENT, self.explicit_time, 3
@@ -228,16 +265,16 @@ class RigidBody:
     @property
     def lane_law(self) -> tuple[str, Array] | None:
         """The lines and constants of its law for lanes, see galvi.symbolic.lane_law, or None."""
-        if self.gradient is not None or not isinstance(self.potential, UniformGravity | None):
-            return None
+        if not self._known_potential:
+            return self.lagrangian.lane_law
         law = lane_law.built_in("rigid_body", self.potential is not None)
         return lane_law_with_force((law, self.lagrangian_kernel().constants), self)
 
     @property
     def potential_calls_per_force(self) -> int:
         """Potentials evaluated, for each component, to difference one gradient; else 0."""
-        known = self.gradient is not None or isinstance(self.potential, (UniformGravity, NoneType))
-        return 0 if known else CALLS
+        known = self.gradient is not None or self._known_potential
+        return 0 if known or self.lagrangian.builtin is not None else CALLS
 
     def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:
         q = np.array(q, dtype=np.float64)

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from galvi import FreeBody, Problem, Trajectory
+from galvi import Problem, Trajectory
 from galvi.extended_precision import decimals
 from references.as_trajectory import as_trajectory
 from references.closed_forms.decimal_trigonometry import DIGITS
 from references.closed_forms.top_motion import motion
 from references.contender import require
-from references.newton import is_forced
+from references.newton import is_thrown
 from references.setting import check_keys, described, sample_times
 
 
@@ -32,8 +32,8 @@ class ThrownBody:
     missing: str = ""
 
     def supports(self, problem: Problem) -> bool:
-        """A FreeBody without external force."""
-        return isinstance(problem.system, FreeBody) and not is_forced(problem)
+        """A FreeBody on which gravity alone acts."""
+        return is_thrown(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""

@@ -12,6 +12,7 @@ numbers of each formula
     spring_chain  alpha, beta           Fermi, Pasta, Ulam and Tsingou (1955), eqs. 1 and 2
     gravity       dimension, G m_1 ...  f_i = sum_j G m_j (q_j - q_i) / |q_j - q_i|^3, for each mass
     rotor_drag    k                     f = -k |w| w, w = v - wind(q, t) (M 14)
+    rotor_drag_by_reynolds  k, s        f = -k (1 + 0.15 (s |w|)^0.687) w (Schiller and Naumann)
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from math import exp
 from typing import Any
 
 import numpy as np
+from numba.extending import register_jitable
 
 # The rotor's wind (M 6.2), in metres and seconds, as stated in `galvi.kernels.forces.rotor_wind`.
 RADIUS, CORE, DOWNWASH = 7.0, 2.5, 10.0
@@ -87,8 +89,9 @@ def gravity(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
                 out[b + x] -= numbers[1 + i] * attraction
 
 
-def rotor_drag(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
-    """f = -k |w| w in the wind of four vortex rings and their images below the ground.
+@register_jitable
+def wind(q: Any, t: Any) -> Any:
+    """The radial wind over r, and the vertical wind, of four vortex rings and their images.
 
     The Stokes stream function of a ring is psi = C r^2 B^(-3/4), B = P^2 - 4 R^2 r^2,
     P = r^2 + R^2 + zeta^2 + a^2, at the height zeta above the ring; u_r = -psi_z / r,
@@ -106,10 +109,28 @@ def rotor_drag(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
             factor = sign * np.sqrt(np.sqrt(B)) / (B * B)  # B^(-7/4)
             radial += 3.0 * zeta * P * factor
             axial += (2.0 * B + 3.0 * square * (2.0 * RADIUS**2 - P)) * factor
-    a = v[0] - CIRCULATION * radial * q[0]
-    b = v[1] - CIRCULATION * radial * q[1]
-    c = v[2] - CIRCULATION * axial
-    speed = np.sqrt(a * a + b * b + c * c)
-    out[0] -= numbers[0] * speed * a
-    out[1] -= numbers[0] * speed * b
-    out[2] -= numbers[0] * speed * c
+    return CIRCULATION * radial, CIRCULATION * axial
+
+
+def rotor_drag(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
+    """f = -k |w| w."""
+    radial, axial = wind(q, t)
+    a = v[0] - radial * q[0]
+    b = v[1] - radial * q[1]
+    c = v[2] - axial
+    rate = numbers[0] * np.sqrt(a * a + b * b + c * c)
+    out[0] -= rate * a
+    out[1] -= rate * b
+    out[2] -= rate * c
+
+
+def rotor_drag_by_reynolds(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
+    """f = -k (1 + 0.15 (s |w|)^0.687) w."""
+    radial, axial = wind(q, t)
+    a = v[0] - radial * q[0]
+    b = v[1] - radial * q[1]
+    c = v[2] - axial
+    rate = numbers[0] * (1.0 + 0.15 * (numbers[1] * np.sqrt(a * a + b * b + c * c)) ** 0.687)
+    out[0] -= rate * a
+    out[1] -= rate * b
+    out[2] -= rate * c

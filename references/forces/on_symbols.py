@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
-import sympy
 from numba.core.registry import CPUDispatcher
 
 from galvi.arrays import Array
@@ -36,7 +35,15 @@ class Written:
 
 
 def _exact(x: Any) -> Any:
+    import sympy
+
     return x.expression if isinstance(x, Written) else sympy.Rational(float(x))
+
+
+def _elementary(name: str) -> Any:
+    import sympy
+
+    return getattr(sympy, name)
 
 
 def _add_operations() -> None:
@@ -47,8 +54,7 @@ def _add_operations() -> None:
         setattr(Written, f"__r{name}__",
                 lambda a, b, of=of: Written(of(_exact(b), a.expression)))  # fmt: skip
     for name in ("sin", "cos", "tan", "exp", "log", "sqrt"):
-        of = getattr(sympy, name)
-        setattr(Written, name, lambda a, of=of: Written(of(a.expression)))
+        setattr(Written, name, lambda a, name=name: Written(_elementary(name)(a.expression)))
 
 
 _add_operations()

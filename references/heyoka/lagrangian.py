@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
-
-import sympy
 
 from galvi import Problem
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.elimination import solved
 from references.heyoka.on_coordinates import OnCoordinates, compiled
-from references.textbook.lagrange_equations import TIME, LagrangeEquations
+from references.textbook.lagrange_equations import LagrangeEquations, time_symbol
 
-FUNCTIONS = {
-    *(sympy.sin, sympy.cos, sympy.tan, sympy.asin, sympy.acos, sympy.atan, sympy.atan2),
-    *(sympy.sinh, sympy.cosh, sympy.tanh, sympy.asinh, sympy.acosh, sympy.atanh),
-    *(sympy.exp, sympy.log, sympy.erf),
-}
-OPERATIONS = (sympy.Add, sympy.Mul, sympy.Pow, sympy.Symbol, sympy.Rational)
+KNOWN = (
+    *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "erf"),
+    *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+    *("Add", "Mul", "Pow", "Symbol", "Rational"),
+)
 
 
 @dataclass(frozen=True)
@@ -33,9 +30,7 @@ class HeyokaLagrangian(OnCoordinates):
         without branches, of functions that heyoka has, without external force.
         """
         equations = LagrangeEquations.of(problem)
-        return equations is not None and all(
-            kind in FUNCTIONS or issubclass(kind, OPERATIONS) for kind in equations.kinds
-        )
+        return equations is not None and all(issubclass(kind, _known()) for kind in equations.kinds)
 
     def integrator(self, problem: Problem, tolerance: float, accurate: bool, compact: bool) -> Any:
         """As `OnCoordinates.integrator`."""
@@ -43,6 +38,14 @@ class HeyokaLagrangian(OnCoordinates):
         assert equations is not None
         began = problem.t0 if equations.timed else 0.0
         return _compiled(equations, began, self.precision, tolerance, accurate, compact)
+
+
+@cache
+def _known() -> tuple[type, ...]:
+    """SymPy's types of what heyoka has."""
+    import sympy
+
+    return tuple(getattr(sympy, name) for name in KNOWN)
 
 
 @lru_cache(maxsize=16)
@@ -56,10 +59,11 @@ def _compiled(
 ) -> Any:
     """heyoka's integrator of these equations, for any start at the time `began`."""
     import heyoka
+    import sympy
 
     number = heyoka_engine.kind(precision)
     known = {x: heyoka.expression(str(x)) for x in (*equations.q, *equations.v)}
-    known[TIME] = heyoka.time + heyoka.expression(number(began))
+    known[time_symbol()] = heyoka.time + heyoka.expression(number(began))
 
     def translated(expression: Any) -> Any:
         numbers = {x: _number(x, number) for x in expression.atoms(sympy.Rational)}
@@ -75,6 +79,7 @@ def _compiled(
 def _number(x: Any, number: Any) -> Any:
     """A rational in the engine's precision; one that double precision holds is exact in any."""
     import heyoka
+    import sympy
 
     if sympy.Rational(float(x)) == x:
         return heyoka.expression(float(x))

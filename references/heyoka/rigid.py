@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from galvi import FreeBody, Problem, Trajectory
+from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from galvi.extended_precision import decimals
 from references.as_trajectory import as_trajectory
@@ -19,7 +19,7 @@ from references.closed_forms.principal_body import is_known_body
 from references.contender import require
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DEFAULT
-from references.newton import is_forced
+from references.newton import is_thrown
 from references.rigid_equations import rotation
 from references.setting import check_keys, described, sample_times
 
@@ -44,8 +44,8 @@ class HeyokaRigid:
         return heyoka_engine.missing(self.precision)
 
     def supports(self, problem: Problem) -> bool:
-        """A RigidBody that is free or has its weight, or a FreeBody, without external force."""
-        return is_known_body(problem) or (_is_thrown(problem) and not is_forced(problem))
+        """A RigidBody that is free or has its weight, or a FreeBody in gravity alone."""
+        return is_known_body(problem) or is_thrown(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
@@ -55,7 +55,7 @@ class HeyokaRigid:
         options = heyoka_engine.options(setting, self.precision)
         number = heyoka_engine.kind(self.precision)
         moving, numbers = _numbers(problem)
-        kind = "thrown" if _is_thrown(problem) else "heavy" if len(numbers) > 9 else "free"
+        kind = "thrown" if is_thrown(problem) else "heavy" if len(numbers) > 9 else "free"
         engine = _compiled(kind, self.precision, *heyoka_engine.switches(options))
         engine.pars[:] = [_rounded(x, number) for x in numbers]
         start = np.array([number(x) for x in (1.0, 0.0, 0.0, 0.0)])
@@ -81,10 +81,6 @@ class HeyokaRigid:
         )
 
 
-def _is_thrown(problem: Problem) -> bool:
-    return isinstance(problem.system, FreeBody)
-
-
 def _numbers(problem: Problem) -> tuple[list[Decimal], list[Decimal]]:
     """What starts besides the quaternion, and the constants.
 
@@ -98,7 +94,7 @@ def _numbers(problem: Problem) -> tuple[list[Decimal], list[Decimal]]:
         adjugate = np.array([np.cross(J[(i + 1) % 3], J[(i + 2) % 3]) for i in range(3)])
         found = list((adjugate / (J[0] @ adjugate[0])).ravel())
         moving = list(J @ decimals(problem.v0[:3]))
-        if _is_thrown(problem):
+        if is_thrown(problem):
             speed = decimals(problem.q0[:3, :3]) @ decimals(problem.v0[3:])
             return [*moving, *decimals(problem.q0[:3, 3]), *speed], [*found, *decimals(system.g)]
         weight = system.potential

@@ -27,7 +27,7 @@ from references.mujoco.chain import MujocoChain, mujoco_chain
 from references.mujoco.mjcf import document, text
 from references.mujoco.principal import SLACK, principal
 from references.mujoco.tree import MujocoTree, is_tree
-from references.newton import is_forced, replaces_force
+from references.newton import is_forced, is_thrown, replaces_force
 from references.rigid_equations import has_known_weight
 from references.textbook.chain_equations import is_chain
 
@@ -75,7 +75,7 @@ def supports(problem: Problem) -> bool:
     if is_chain(problem):
         return True
     if isinstance(system, FreeBody):
-        return True
+        return is_thrown(problem)
     if isinstance(system, RigidBody):
         return system.potential is None or has_known_weight(problem)
     return (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from galvi.arrays import Array
 
@@ -15,6 +14,8 @@ def principal(inertia: Array) -> tuple[Array, Array]:
 
     MuJoCo's own ``fullinertia`` is off by some 10 roundings, and its order of the axes is its own.
     """
+    from scipy.spatial.transform import Rotation
+
     moments, axes = np.diag(inertia).copy(), np.eye(3)
     if np.any(inertia != np.diag(moments)):
         moments, axes = np.linalg.eigh(inertia)

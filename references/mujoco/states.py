@@ -13,7 +13,6 @@ body's frame.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from galvi import Multibody
 from galvi.arrays import Array
@@ -29,6 +28,8 @@ def to_mujoco(joint: str | Multibody, q: Array, v: Array) -> tuple[Array, Array]
         return q, v
     if joint == "chain":
         return np.diff(q, prepend=0.0, axis=-1), np.diff(v, prepend=0.0, axis=-1)
+    from scipy.spatial.transform import Rotation
+
     R = q[..., :3, :3]
     turned = Rotation.from_matrix(R).as_quat()[..., FROM_SCIPY]
     if joint == "ball":
@@ -48,6 +49,8 @@ def from_mujoco(joint: str | Multibody, qpos: Array, qvel: Array) -> tuple[Array
         return qpos, qvel
     if joint == "chain":
         return np.cumsum(qpos, axis=-1), np.cumsum(qvel, axis=-1)
+    from scipy.spatial.transform import Rotation
+
     finite = np.all(np.isfinite(qpos), axis=-1)
     R = np.full((len(qpos), 3, 3), np.nan)
     R[finite] = Rotation.from_quat(qpos[finite, -4:][:, TO_SCIPY]).as_matrix()

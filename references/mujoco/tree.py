@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from galvi import Joint, Link, Multibody, Problem
 from references.mujoco.mjcf import OFF, document, text
@@ -47,6 +46,8 @@ class MujocoTree:
 
 
 def _body(link: Link, inner: str) -> str:
+    from scipy.spatial.transform import Rotation
+
     place, turn = link.place, link.attitude
     if any(joint.type == "free" for joint in link.joints):
         rest = link.joints[0].rest  # which a free joint's spring has from its body's place

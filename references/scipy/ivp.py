@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import scipy
-from scipy.integrate import solve_ivp
 
 from galvi import Canonical, NBody, Problem, Trajectory, input_checks
 from galvi.arrays import Array
@@ -82,6 +81,8 @@ def solve(
     solver: str, slope: Any, times: Array, start: Array, setting: Mapping[str, Any]
 ) -> tuple[Array, int, Failure | None]:
     """States (saved, n) of y' = slope(t, y), NaN past a failure; calls of slope; the failure."""
+    from scipy.integrate import solve_ivp  # a fifth of the import of the references
+
     options = tolerances(setting)
     for key in ("first_step", "max_step"):
         if key in setting:

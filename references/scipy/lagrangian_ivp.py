@@ -8,13 +8,12 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import sympy
 
 from galvi import Lagrangian, Problem, Trajectory
 from galvi.arrays import Array
 from references.contender import require
 from references.scipy.ivp import run_on_coordinates
-from references.textbook.lagrange_equations import TIME, LagrangeEquations
+from references.textbook.lagrange_equations import LagrangeEquations, time_symbol
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,9 @@ class LagrangianIvp:
 @lru_cache(maxsize=16)
 def accelerations(equations: LagrangeEquations) -> Callable[[Array, Array, float], Array]:
     """a(q, v, t) (d,) in double precision."""
-    states = [equations.q, equations.v, TIME]
+    import sympy
+
+    states = [equations.q, equations.v, time_symbol()]
     pull = sympy.lambdify(states, list(equations.pull), cse=True)
     mass = sympy.lambdify(states, [list(row) for row in equations.mass], cse=True)
 

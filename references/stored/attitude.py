@@ -37,9 +37,9 @@ def _identity(problem: Problem) -> Identity:
 STORED_ATTITUDE = StoredStates(
     name="stored truth, rigid bodies",
     module="references.stored.attitude",
-    cases={
-        "pendulum_3d": (problems.pendulum_3d(), 20.0),
-        "heavy_top": (problems.heavy_top(), 20.0),
+    made={
+        "pendulum_3d": (problems.pendulum_3d, 20.0),
+        "heavy_top": (problems.heavy_top, 20.0),
     },
     engine=HEYOKA_RIGID_QUADRUPLE,
     knows=_is_heavy,

@@ -30,9 +30,9 @@ def _identity(problem: Problem) -> Identity:
 STORED_CHAIN = StoredStates(
     name="stored truth, chains",
     module="references.stored.chain",
-    cases={
-        "double_pendulum": (problems.double_pendulum(), 10.0),
-        "planar_chain": (problems.planar_chain(), 10.0),
+    made={
+        "double_pendulum": (problems.double_pendulum, 10.0),
+        "planar_chain": (problems.planar_chain, 10.0),
     },
     engine=HEYOKA_CHAIN_QUADRUPLE,
     knows=is_chain,

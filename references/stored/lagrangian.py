@@ -9,12 +9,10 @@ from __future__ import annotations
 import sys
 from functools import lru_cache
 
-import sympy
-
 from galvi import Problem, problems
 from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN_QUADRUPLE
 from references.stored.states import Identity, StoredStates
-from references.textbook.lagrange_equations import TIME, LagrangeEquations
+from references.textbook.lagrange_equations import LagrangeEquations, time_symbol
 
 DIGITS = 30
 
@@ -31,9 +29,11 @@ def _identity(problem: Problem) -> Identity:
 
 @lru_cache(maxsize=32)
 def _at_a_state(equations: LagrangeEquations) -> Identity:
+    import sympy
+
     state = {x: sympy.Rational(k + 2, k + 3) for k, x in enumerate(equations.q)}
     state |= {x: sympy.Rational(2 * k + 1, k + 4) for k, x in enumerate(equations.v)}
-    state[TIME] = sympy.Rational(1, 2)
+    state[time_symbol()] = sympy.Rational(1, 2)
     rows = {"momenta": equations.momenta, "mass": sum(equations.mass, ()), "force": equations.pull}
     return {
         name: [float(x.evalf(DIGITS, subs=state)) for x in row] for name, row in rows.items() if row
@@ -43,10 +43,10 @@ def _at_a_state(equations: LagrangeEquations) -> Identity:
 STORED_LAGRANGIAN = StoredStates(
     name="stored truth, Lagrangians",
     module="references.stored.lagrangian",
-    cases={
-        "elastic_pendulum": (problems.elastic_pendulum(), 10.0),
-        "henon_heiles": (problems.henon_heiles(), 40.0),
-        "fermi_pasta_ulam_tsingou": (problems.fermi_pasta_ulam_tsingou(), 20.0),
+    made={
+        "elastic_pendulum": (problems.elastic_pendulum, 10.0),
+        "henon_heiles": (problems.henon_heiles, 40.0),
+        "fermi_pasta_ulam_tsingou": (problems.fermi_pasta_ulam_tsingou, 20.0),
     },
     engine=HEYOKA_LAGRANGIAN_QUADRUPLE,
     knows=lambda problem: LagrangeEquations.of(problem) is not None,

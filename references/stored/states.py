@@ -36,7 +36,7 @@ class StoredStates:
     """Stored states of a few problems, which are recognised bit for bit except for t0.
 
     module    that makes the files anew, with ``python -m``
-    cases     file: problem and horizon, in its unit of time
+    made      file: what makes its problem, and the horizon in its unit of time
     engine    heyoka in quadruple precision
     knows     problem -> whether it is of the kind that has an identity
     identity  problem -> the numbers that tell it from another, to the last bit
@@ -48,13 +48,18 @@ class StoredStates:
 
     name: str
     module: str
-    cases: Mapping[str, tuple[Problem, float]]
+    made: Mapping[str, tuple[Callable[[], Problem], float]]
     engine: Contender
     knows: Callable[[Problem], bool]
     identity: Callable[[Problem], Identity]
     columns: Callable[[Problem], Sequence[str]]
     exact: bool = True
     missing: str = ""
+
+    @cached_property
+    def cases(self) -> Mapping[str, tuple[Problem, float]]:
+        """Case -> its problem and horizon."""
+        return {case: (make(), horizon) for case, (make, horizon) in self.made.items()}
 
     @cached_property
     def files(self) -> Mapping[str, Kept]:

@@ -6,12 +6,11 @@ M a = dL/dq - (d2L/dv dq) v - d2L/dv dt,   M = d2L/dv2
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from operator import mul, truediv
 from typing import Any
 
 import numpy as np
-import sympy
 from numba.core.registry import CPUDispatcher
 
 from galvi import Canonical, Lagrangian, Problem
@@ -20,14 +19,22 @@ from references.forces.given_gradient import agrees, points_around
 from references.forces.on_symbols import formulas_of, written
 from references.newton import is_forced, potential_formula, replaces_force
 
-TIME = sympy.Symbol("t", real=True)
+# SymPy, where it is used, is imported: it takes a fifth of the import of the references.
+
+
+@cache
+def time_symbol() -> Any:
+    """The symbol of the time."""
+    import sympy
+
+    return sympy.Symbol("t", real=True)
 
 
 @dataclass(frozen=True)
 class LagrangeEquations:
     """The equations of motion of d coordinates, without external force.
 
-    q, v     the symbols, (d,) each; the time is TIME
+    q, v     the symbols, (d,) each; the time is `time_symbol`
     momenta  dL/dv, (d,)
     mass     M by rows, (d, d); () where the equations are solved for a
     pull     the right-hand side, (d,)
@@ -59,11 +66,13 @@ class LagrangeEquations:
     @cached_property
     def timed(self) -> bool:
         """Whether they depend on the time."""
-        return any(TIME in x.free_symbols for x in (*self.pull, *sum(self.mass, ())))
+        return any(time_symbol() in x.free_symbols for x in (*self.pull, *sum(self.mass, ())))
 
     @cached_property
     def kinds(self) -> set[type]:
         """The types of all nodes of their expressions."""
+        import sympy
+
         return {
             type(node)
             for one in (*self.pull, *sum(self.mass, ()))
@@ -73,12 +82,16 @@ class LagrangeEquations:
 
 def symbols(d: int) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     """q0, q1, ... and v0, v1, ..., all real."""
+    import sympy
+
     q, v = (tuple(sympy.Symbol(f"{x}{i}", real=True) for i in range(d)) for x in "qv")
     return q, v
 
 
 @lru_cache(maxsize=32)
 def _from_expression(text: str, constants: tuple[float, ...]) -> LagrangeEquations:
+    import sympy
+
     L = sympy.sympify(text)
     L = L.xreplace({x: sympy.Rational(x) for x in L.atoms(sympy.Float)})
     velocities = [x for x in L.free_symbols if x.name[0] == "v"]
@@ -86,7 +99,7 @@ def _from_expression(text: str, constants: tuple[float, ...]) -> LagrangeEquatio
     momenta = [L.diff(x) for x in v]
     mass = [[p.diff(x) for x in v] for p in momenta]
     pull = [
-        L.diff(q[i]) - sum(p.diff(x) * w for x, w in zip(q, v, strict=True)) - p.diff(TIME)
+        L.diff(q[i]) - sum(p.diff(x) * w for x, w in zip(q, v, strict=True)) - p.diff(time_symbol())
         for i, p in enumerate(momenta)
     ]
     d = len(q)
@@ -99,10 +112,14 @@ def _from_expression(text: str, constants: tuple[float, ...]) -> LagrangeEquatio
 
 def _shortest(ratio: Any) -> Any:
     """The ratio as it is or cancelled, whichever takes fewer operations."""
+    import sympy
+
     return min((ratio, sympy.cancel(ratio)), key=sympy.count_ops)
 
 
 def _from_potential(problem: Problem) -> LagrangeEquations | None:
+    import sympy
+
     system: Any = problem.system
     if problem.q0.ndim != 1:
         return None
@@ -134,6 +151,7 @@ def _from_potential(problem: Problem) -> LagrangeEquations | None:
 @lru_cache(maxsize=32)
 def _pull_of_formula(formula: Any, numbers: tuple[float, ...], d: int) -> tuple[Any, ...] | None:
     """The force of one of `references.forces.formulas`."""
+    import sympy
 
     def force(q: Array, v: Array) -> Array:
         out = written([sympy.Integer(0)] * d)
@@ -146,6 +164,8 @@ def _pull_of_formula(formula: Any, numbers: tuple[float, ...], d: int) -> tuple[
 @lru_cache(maxsize=32)
 def _pull_of_gradient(gradient: Any, d: int) -> tuple[Any, ...] | None:
     """Minus a gradient that runs on symbols, and whose formula gives the same at a few places."""
+    import sympy
+
     q, _ = symbols(d)
     slopes = formulas_of(gradient, written(q))
     if slopes is None or len(slopes) != d:

@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import scipy.integrate
+import scipy
 
 from galvi import Problem, Trajectory, input_checks
 from galvi.arrays import Array
@@ -103,7 +103,9 @@ def _stuck(t: float) -> str:
 @cache
 def _tableau() -> tuple[Array, Array, Array]:
     """A with the weights as its last row (13, 12), and the two error estimates (12,)."""
-    method: Any = scipy.integrate.DOP853
+    from scipy.integrate import DOP853
+
+    method: Any = DOP853
     A = np.vstack([method.A, method.B])
     return tuple(np.ascontiguousarray(x) for x in (A, method.E3[:-1], method.E5[:-1]))
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import sys
+import time
 from collections.abc import Sequence
 
 from benchmarks.store.atomic import write
@@ -22,15 +24,20 @@ def write_sections(results: Sequence[SectionResult], suite: Suite, options: Opti
             write(options.out / f"{name}.csv", as_csv(one.frame))
             origin = suite.provenance(options.command)
             note_origin(options.out, f"{name}.csv", origin, options.quick)
-            write_table(options.out / "tables", name, one.section.table(one.frame)[0])
+            table = one.section.table(one.frame)[0]
+            write_table(options.out / "tables", name, table, origin=origin)
 
 
-def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str, ...]:
-    """`studies`: do every missing run; returns a sentence for each one that raised.
+def run_long_forms(
+    suite: Suite, options: Options, only: str = "", minutes: float = math.inf
+) -> tuple[str, ...]:
+    """`studies`: do every missing run; returns a sentence for each that raised, or found a fault.
 
-    only  names of studies, with commas between; all when empty. Raises ValueError for another name
+    only     names of studies, with commas between; all when empty; ValueError for another name
+    minutes  after which no further run is started
     """
     failures: list[str] = []
+    end = time.monotonic() + 60.0 * minutes
     folder = options.out / FOLDER
 
     def say(text: str) -> None:
@@ -49,9 +56,11 @@ def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str,
         print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are there.")
         with Studies(len(missing)) as studies:
             for one in missing:
+                if time.monotonic() > end:
+                    break
                 try:
                     with studies(section.name, one.title) as report:
-                        one.run(report)
+                        failures += one.run(report) or ()
                 except Exception as error:
                     failures.append(f"{one.title}: not run ({type(error).__name__}: {error}).")
     print(f"The rows are in {folder}; build shows them.")

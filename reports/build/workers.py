@@ -1,23 +1,25 @@
-"""Run studies without timings in two parallel processes.
+"""Run studies without timings, and draw figures, in two parallel processes.
 
-One takes them from the front and the other from the back: neighbours need the same kernels, and
-where these are not compiled yet a process would wait for the other one.
+Of the studies, one takes them from the front and the other from the back: neighbours need the same
+kernels, and where these are not compiled yet a process would wait for the other one.
 """
 
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor
 from concurrent.futures import wait as first_of
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
+from typing import Any
 
 import pandas as pd
 
@@ -26,6 +28,7 @@ from galvi.run.ensemble import processors
 WORKERS = 2
 THREADS = "OPENBLAS_NUM_THREADS"
 FEWEST = 4  # fewer studies do not repay the start of the processes
+MANY = 16  # and fewer figures
 
 
 def study_in_workers(
@@ -70,6 +73,26 @@ def study_in_workers(
                 if process not in others:
                     process.kill()
             raise
+
+
+def map_in_workers(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
+    """``list(map(function, jobs))``, in two processes where there are enough jobs that can be
+    pickled, in this one otherwise."""
+    if len(jobs) < MANY or processors() < WORKERS or not _sent(jobs):
+        return list(map(function, jobs))
+    pool = ProcessPoolExecutor(WORKERS, get_context("spawn"), _begin)
+    try:
+        with _one_thread_each():
+            return list(pool.map(function, jobs))
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _sent(jobs: Sequence[Any]) -> bool:
+    try:
+        return bool(pickle.dumps(jobs))
+    except (pickle.PicklingError, AttributeError, TypeError):  # as of a lambda
+        return False
 
 
 @contextmanager

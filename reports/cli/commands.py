@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 import tempfile
@@ -34,10 +35,24 @@ CONTENDER = typer.Option(
     metavar="package.module:Class",
     help="An external integrator to include in the comparison; may be repeated.",
 )
+TRACKED = typer.Option(
+    [],
+    "--contender",
+    metavar="package.module:Class",
+    help="An integrator of the repository around this folder, to track; may be repeated.",
+)
+PROBLEM = typer.Option(
+    [],
+    "--problem",
+    metavar="package.module:function",
+    help="A problem of your own to compare on, in place of the suite's; may be repeated.",
+)
 ONLY = typer.Option(
     "", "--only", metavar="top,kepler", help="Only problems with one of these in their names."
 )
 ANEW = typer.Option(False, "--anew", help="Start over instead of resuming an interrupted build.")
+KEPT = typer.Option(False, "--kept", help="Only draw and write the pages, from kept rows.")
+SINGLE = typer.Option(False, "--single-file", help="Also write all pages as one file.")
 FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Output folder.")
 
 
@@ -79,7 +94,7 @@ def application(load: Load, command: str) -> typer.Typer:
         out: Path = FOLDER,
     ) -> int:
         if context.invoked_subcommand is None:
-            return build_all(quick, claims, contender, anew, out)
+            return build_all(quick, claims, contender, anew, False, False, out)
         named = (("quick", quick), ("claims", claims), ("contender", contender), ("anew", anew))
         given = [f"--{name}" for name, value in named if value]
         given += ["--out"] if out != OUT else []
@@ -114,13 +129,17 @@ def application(load: Load, command: str) -> typer.Typer:
         quick: bool = QUICK,
         only: str = ONLY,
         contender: list[str] = CONTENDER,
+        problem: list[str] = PROBLEM,
         out: Path = FOLDER,
     ) -> int:
         from reports.build.compare import compare, compare_sections
         from reports.results.external import joined
         from reports.results.only import narrowed
+        from reports.results.own_problems import with_problems
 
-        known = load()
+        known = with_problems(load(), problem) if problem else load()
+        if problem:
+            out = OUT / "own" if out == OUT else out  # full results stay
         if only:
             try:
                 known = narrowed(known, only, quick)
@@ -147,15 +166,23 @@ def application(load: Load, command: str) -> typer.Typer:
         claims: str = CLAIMS,
         contender: list[str] = CONTENDER,
         anew: bool = ANEW,
+        kept: bool = KEPT,
+        single: bool = SINGLE,
         out: Path = FOLDER,
     ) -> int:
-        from reports.build.build import build
+        from reports.build.build import build, build_kept
         from reports.results.external import joined
 
         known = load()
+        if kept:
+            try:
+                build_kept(known, options(known, quick, out), single)
+            except ValueError as error:
+                raise typer.BadParameter(f"--kept: {error}") from None
+            return 0
         with joined(known, contender) as suite:
             asked = options(suite, quick, out, claims, contenders=contender, anew=anew)
-            verified, compared, sections = build(suite, asked)
+            verified, compared, sections = build(suite, asked, single)
             failures = [
                 *compared.measured.failures,
                 *(one.failure for one in sections if one.failure),
@@ -168,33 +195,44 @@ def application(load: Load, command: str) -> typer.Typer:
     @app.command("studies", help="Run the long studies (hours); resumes after an interruption.")
     def long_studies(
         only: str = typer.Option("", "--only", metavar="mutants,turning", help="Some of them."),
+        minutes: float = typer.Option(math.inf, "--minutes", help="Start no run after these."),
         out: Path = FOLDER,
     ) -> int:
         from reports.build.sections import run_long_forms
 
         suite = load()
         try:
-            failures = run_long_forms(suite, options(suite, False, out), only)
+            failures = run_long_forms(suite, options(suite, False, out), only, minutes)
         except ValueError as error:
             raise typer.BadParameter(f"--only: {error}") from None
         for failure in failures:
             print(failure, file=sys.stderr)
         return int(bool(failures))
 
-    @app.command("export", help="Write a table of the report as CSV, Parquet, LaTeX or Markdown.")
+    @app.command(
+        "export", help="Write a table as CSV, Parquet, LaTeX or Markdown, or a figure for a paper."
+    )
     def export_table(
-        name: str = typer.Argument(..., metavar="TABLE", help="E.g. work_precision, ratios."),
-        form: str = typer.Option("csv", "--format", metavar="parquet|latex|csv|markdown"),
+        name: str = typer.Argument(
+            ..., metavar="NAME", help="E.g. work_precision, ratios, numbers, fig-3-02."
+        ),
+        form: str = typer.Option(
+            "csv", "--format", metavar="parquet|latex|csv|markdown|pdf|svg|png"
+        ),
         sort: str = typer.Option(
             "", "--sort", metavar="error,-seconds", help="Columns to sort by."
         ),
         to: Path = typer.Option(
-            None, "--to", metavar="FILE", help="Output file; default in tables/."
+            None, "--to", metavar="FILE", help="Output file; default in tables/ or figures/."
         ),
+        width: str = typer.Option("page", "--width", metavar="column|page", help="Of a figure."),
         out: Path = FOLDER,
     ) -> int:
-        from reports.cli.export import export
+        from reports.cli.export import PICTURES, export, export_figure
 
+        if form in PICTURES:
+            print(export_figure(load(), out, name, form, width, to))
+            return 0
         columns = [word.strip() for word in sort.split(",") if word.strip()]
         print(export(out, name, form, columns, to))
         return 0
@@ -208,6 +246,7 @@ def application(load: Load, command: str) -> typer.Typer:
         isolate: bool = typer.Option(
             False, "--isolate", help="Give each side its own environment (minutes)."
         ),
+        contender: list[str] = TRACKED,
         quick: bool = QUICK,
         out: Path = FOLDER,
     ) -> int:
@@ -215,7 +254,9 @@ def application(load: Load, command: str) -> typer.Typer:
 
         suite = load()
         options(suite, quick, out)  # rejects an --out that is not a folder
-        return track_command(out, suite.provenance(command), against, only, quick, isolate)
+        return track_command(
+            out, suite.provenance(command), against, only, quick, isolate, contender
+        )
 
     @app.command(
         "judge", help="How wrong a model's own run is, and what reaches an error cheapest."

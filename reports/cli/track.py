@@ -5,11 +5,12 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 
 import typer
 
+from benchmarks.external.loading import ContenderError
 from benchmarks.store.atomic import write
 from benchmarks.store.provenance import ROOT
 from benchmarks.timings.case import Case
@@ -18,10 +19,13 @@ from references.setting import nearest
 from reports.results.job_summary import write_job_summary
 from reports.results.progress import Studies
 from reports.tracking.against import compare
-from reports.tracking.checkouts import CannotCompare, checkouts
+from reports.tracking.checkouts import CannotCompare, Checkout, checkouts
 from reports.tracking.isolation import isolated
 from reports.tracking.outcome import as_json, summary
+from reports.tracking.project import contender_cases, project_checkouts
 from reports.tracking.record import track
+
+Sides = AbstractContextManager[tuple[Checkout, Checkout]]
 
 
 def track_command(
@@ -31,21 +35,34 @@ def track_command(
     only: Sequence[str],
     quick: bool,
     isolate: bool,
+    contenders: Sequence[str] = (),
 ) -> int:
     """Show the history, or compare with a revision; returns 1 if worse, 2 if not comparable.
+
+    contenders  integrators of the repository that the current folder is in, to compare in place of
+                galvi
 
     Raises typer.BadParameter for incompatible options and for an unknown benchmark.
     """
     if against is None:
-        if only or isolate:
-            raise typer.BadParameter("--only and --isolate require --against REV.")
+        if only or isolate or contenders:
+            raise typer.BadParameter("--only, --isolate and --contender require --against REV.")
         return track(out, provenance)
     if not against.strip():
         raise typer.BadParameter(
             "--against expects a commit, a branch or a tag; received nothing: is a variable empty?"
         )
     try:
-        return track_against(against, choose_cases(only, quick), out, provenance, isolate)
+        if contenders:
+            if only or isolate:
+                raise typer.BadParameter("--only and --isolate are not for a --contender.")
+            sides, cases = project_checkouts(against, Path.cwd()), contender_cases(contenders)
+        else:
+            cases = choose_cases(only, quick)
+            sides = checkouts(against, ROOT)
+        return track_against(sides, cases, out, provenance, isolate)
+    except ContenderError as error:
+        raise typer.BadParameter(f"--contender: {error}") from None
     except CannotCompare as error:
         print(error, file=sys.stderr)
         return 2
@@ -65,9 +82,11 @@ def choose_cases(only: Sequence[str], quick: bool) -> tuple[Case, ...]:
 
 
 def track_against(
-    revision: str, cases: Sequence[Case], out: Path, provenance: Mapping[str, str], isolate: bool
+    both: Sides, cases: Sequence[Case], out: Path, provenance: Mapping[str, str], isolate: bool
 ) -> int:
     """Compare the working tree with a revision; print and write against.md and against.json.
+
+    both  a context of base and head
 
     Returns 0 when nothing got worse, 1 when something did. Raises CannotCompare.
     """
@@ -75,7 +94,7 @@ def track_against(
         # SIGTERM acts as an interrupt, so that folders and processes are cleaned up.
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
         stack.callback(signal.signal, signal.SIGTERM, before)
-        sides = stack.enter_context(checkouts(revision, ROOT))
+        sides = stack.enter_context(both)
         base, head = map(isolated, sides) if isolate else sides
         outcome = compare(base, head, cases, stack.enter_context(Studies(3)))
     write(out / "against.json", as_json(outcome, provenance))

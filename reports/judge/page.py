@@ -54,7 +54,10 @@ def as_json(found: Judgement) -> dict[str, Any]:
         "error": found.error,
         "passed": found.passed,
         "truth_agreement": plain(found.truth_agreement),
-        "sources": [{"between": list(one.between), "largest": plain(one.largest)}
+        "truth": found.source.label,
+        "trusted_until": plain(found.trusted_until),
+        "engines": list(found.engines),
+        "sources": [{"source": one.source.label, "largest": plain(one.largest)}
                     for one in found.agreements],
         "own": plain(found.own),
         "own_errors": plain(found.own_errors),

@@ -74,7 +74,7 @@ def _errors(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
         positive = one.apart > 0.0
         axes.semilogy(
             one.t[positive], one.apart[positive], color=COLOURS[(0, 2, 3, 4)[k % 4]], linewidth=0.9,
-            label=f"truth against {one.between[1]}",
+            label=f"truth against {one.source.label}",
         )  # fmt: skip
     axes.axhline(found.error, color=GUIDE, linestyle=(0, (4, 2)), label="error asked for")
     axes.set(xlabel="$t$", ylabel=f"largest error of a {found.kind.PART}", title="errors")

@@ -35,7 +35,7 @@ def sentences(found: Judgement) -> list[str]:
     else:
         faster = own["seconds"] / best["seconds"]
         whole = faster > 1.0 and not math.isnan(own["error"])
-        compared = f", {faster:.2g} times as fast as your run" if whole else ""
+        compared = f", {float(f'{faster:.2g}'):g} times as fast as your run" if whole else ""
         result.append(
             f"The cheapest that reaches {asked} is {best['integrator']}, "
             f"{best['setting']}: {readable(best['error'])} in {seconds(best['seconds'])}{compared}."
@@ -57,12 +57,21 @@ def sentences(found: Judgement) -> list[str]:
 
 
 def _truth(found: Judgement) -> str:
-    first = found.agreements[0].between[0]
-    others = "; ".join(f"{one.between[1]}, to {readable(one.largest)}" for one in found.agreements)
-    text = f"The truth is {first}. With it agree {others}."
-    if found.kind.ENGINE == "mujoco-core":
-        text += " All but galvi's are accelerations of one engine, MuJoCo."
-    if found.truth_agreement > TRUSTED * found.error:
+    text = f"The truth is {found.source.label}."
+    others = [f"{one.source.label}, to {readable(one.largest)}" for one in found.agreements]
+    text += f" With it agree {'; '.join(others)}." if others else ""
+    if len(found.engines) == 1:
+        more = f": {found.kind.MORE} adds another" if found.kind.MORE else ""
+        text += f" All but galvi's are of one engine only, {found.engines[0]}{more}."
+    if math.isfinite(found.trusted_until):
+        elapsed = found.trusted_until - found.problem.t0
+        text += (
+            f" After t = {found.trusted_until:.6g} these part, and nothing can be judged: take "
+            f"--duration {elapsed:.6g}."
+            if elapsed > 0.0
+            else " These part at once: nothing can be judged."
+        )
+    elif found.truth_agreement > TRUSTED * found.error:
         text += " That is not far below the error asked for: errors near it are bounds."
     return text
 

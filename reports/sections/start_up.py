@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from benchmarks.studies.start_up import EXPLANATION, start_up_table
-from reports.results.section import Section
+from benchmarks.studies.start_up import EXPLANATION, parts, start_up_table, stored
+from reports.results.section import LongForm, Section
 from reports.tables.study_table import readable_table
 
 HEADINGS = {
@@ -25,6 +25,7 @@ START_UP = Section(
     text=EXPLANATION,
     measure=start_up_table,
     table=partial(readable_table, headings=HEADINGS),
+    long_form=LongForm(parts, stored),
     compared=True,
     timed=True,
 )

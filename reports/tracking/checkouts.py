@@ -33,11 +33,13 @@ class Checkout:
     folder  contains the package
     name    for messages, e.g. "a1b2c3d4e5f6"
     python  interpreter to run it with
+    places  where it imports from; () for the folder alone
     """
 
     folder: Path
     name: str
     python: str = sys.executable
+    places: tuple[Path, ...] = ()
 
 
 @contextmanager
@@ -48,7 +50,7 @@ def checkouts(revision: str, root: Path) -> Iterator[tuple[Checkout, Checkout]]:
     current folder belongs to another repository.
     """
     _check_current_folder(root)
-    commit = _commit(revision, root)
+    commit = commit_of(revision, root)
     with tempfile.TemporaryDirectory(prefix="galvi-track-") as place:
         base = committed(commit, root, Path(place) / "base")
         yield base, working_tree(root, Path(place) / "head")
@@ -56,14 +58,19 @@ def checkouts(revision: str, root: Path) -> Iterator[tuple[Checkout, Checkout]]:
 
 def committed(commit: str, root: Path, folder: Path) -> Checkout:
     """Extract the files of a commit. Raises CannotCompare for a commit without galvi."""
-    with tarfile.open(fileobj=io.BytesIO(_git(root, "archive", "--format=tar", commit))) as archive:
-        archive.extractall(folder, filter="data")
+    extract(commit, root, folder)
     if not (folder / PACKAGE).is_dir():
         raise CannotCompare(
             f"--against expects a revision that has {PACKAGE}; {commit[:12]} has none."
         )
     seed_kernels(root, folder)
     return Checkout(folder, commit[:12])
+
+
+def extract(commit: str, root: Path, folder: Path) -> None:
+    """All files of a commit."""
+    with tarfile.open(fileobj=io.BytesIO(git(root, "archive", "--format=tar", commit))) as archive:
+        archive.extractall(folder, filter="data")
 
 
 def working_tree(root: Path, folder: Path) -> Checkout:
@@ -74,8 +81,8 @@ def working_tree(root: Path, folder: Path) -> Checkout:
         with suppress(FileNotFoundError):
             shutil.copyfile(root / name, folder / name)
     seed_kernels(root, folder)
-    commit = _git(root, "rev-parse", "HEAD").decode().strip()[:12]
-    changed = _git(root, "status", "--porcelain", "--", PACKAGE)
+    commit = git(root, "rev-parse", "HEAD").decode().strip()[:12]
+    changed = git(root, "status", "--porcelain", "--", PACKAGE)
     return Checkout(folder, f"the working tree ({commit} with changes)" if changed else commit)
 
 
@@ -90,28 +97,32 @@ def seed_kernels(root: Path, folder: Path) -> None:
 
 def _check_current_folder(root: Path) -> None:
     """Raise CannotCompare in another repository, whose HEAD would be mistaken for galvi's."""
-    own, here = _top(root), _top(Path.cwd())
+    own, here = top_of(root), top_of(Path.cwd())
+    theirs = "another project's integrators need --contender package.module:Class"
     if own is None:
-        raise CannotCompare(f"track --against needs a git checkout of galvi; {root} is none.")
+        raise CannotCompare(
+            f"track --against needs a git checkout of galvi, and {root} is none; {theirs}."
+        )
     if own != here:
         raise CannotCompare(
             f"track --against compares revisions of its own checkout: expected to be run in {own}, "
-            f"received {here or Path.cwd()}; change to {own} first."
+            f"received {here or Path.cwd()}; change to {own} first, or, as {theirs}, give that."
         )
 
 
-def _top(folder: Path) -> Path | None:
+def top_of(folder: Path) -> Path | None:
     """The root of the repository that contains a folder; None outside of any."""
     try:
-        return Path(_git(folder, "rev-parse", "--show-toplevel").decode().strip())
+        return Path(git(folder, "rev-parse", "--show-toplevel").decode().strip())
     except subprocess.CalledProcessError:
         return None
 
 
-def _commit(revision: str, root: Path) -> str:
+def commit_of(revision: str, root: Path) -> str:
+    """The full name of a revision. Raises CannotCompare for one that git does not know."""
     name = f"{revision}^{{commit}}"
     try:
-        found = _git(root, "rev-parse", "--verify", "--quiet", "--end-of-options", name)
+        found = git(root, "rev-parse", "--verify", "--quiet", "--end-of-options", name)
     except subprocess.CalledProcessError:
         raise CannotCompare(
             f"--against expects a revision that git knows; received {revision!r}. "
@@ -120,7 +131,8 @@ def _commit(revision: str, root: Path) -> str:
     return found.decode().strip()
 
 
-def _git(folder: Path, *arguments: str) -> bytes:
+def git(folder: Path, *arguments: str) -> bytes:
+    """What git prints. Raises CannotCompare without git, CalledProcessError where git fails."""
     try:
         done = subprocess.run(["git", *arguments], cwd=folder, capture_output=True, check=True)
     except FileNotFoundError:

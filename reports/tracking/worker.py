@@ -46,9 +46,9 @@ class Worker:
     def run(self, case: Case) -> dict[str, Any]:
         """Make the first call, which compiles; returns its results. Raises Failed."""
         answer = self._ask({"do": "run", "case": asdict(case)})
-        found = Path(answer.pop("galvi"))
+        found = Path(answer.pop("code"))
         if self.checkout.folder.resolve() not in found.resolve().parents:
-            raise Failed(f"It ran the galvi of {found.parent}, not that of its own checkout.")
+            raise Failed(f"It ran {found}, not that of its own checkout.")
         return answer
 
     def time(self, case: Case, repeats: int, attempts: int) -> float:
@@ -83,7 +83,9 @@ class Worker:
     def _start(self) -> subprocess.Popen[bytes]:
         self.pipe, other = Pipe()
         kept = {key: value for key, value in os.environ.items() if key not in CALLERS_OWN}
-        own = dict.fromkeys(ONE_THREAD, "1") | {"PYTHONPATH": str(self.checkout.folder.resolve())}
+        folders = self.checkout.places or (self.checkout.folder,)
+        places = [str(one.resolve()) for one in folders]
+        own = dict.fromkeys(ONE_THREAD, "1") | {"PYTHONPATH": os.pathsep.join(places)}
         self.process = subprocess.Popen(
             [self.checkout.python, "-P", str(worker.__file__), str(other.fileno())],
             stdin=subprocess.DEVNULL,

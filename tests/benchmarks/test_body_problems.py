@@ -54,7 +54,7 @@ def test_everyone_takes_part_in_every_chart_and_by_every_integrator(make: Any) -
         assert more & labels == (more if make is free_body else set())
         assert case.quantity == ATTITUDE and case.repeated_run
         assert all(one.contender.supports(case.problem) for one in case.participants)
-        assert case.truth().error < 2e-16 and case.truth().source == ""
+        assert case.truth().error < 2e-16 and case.truth().source is None
     steps = {
         label: [one.get("step") for one in settings] for label, _, settings in case.participants
     }

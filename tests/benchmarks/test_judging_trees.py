@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import galvi
 from benchmarks.judging import trees
-from benchmarks.judging.judgement import judge
+from benchmarks.judging.judgement import Judgement, judge
 from galvi import Problem
 from references.closed_forms.pendulum import PENDULUM
+from references.pinocchio.accelerations_ivp import PINOCCHIO_ACCELERATIONS
+from reports.judge.sentences import sentences
 
 pytest.importorskip("mujoco")
 
@@ -25,8 +28,12 @@ def swing(damping: float = 0.0, **own: object) -> Problem:
     return Problem(system, q, v, parameters={"integrator": "RK4", "dt": 0.02, **own})
 
 
-def test_the_error_of_a_pendulum_is_that_against_the_closed_form() -> None:
-    found = judge(swing(), duration=10.0, error=1e-6)
+@pytest.fixture(scope="module")
+def found() -> Judgement:
+    return judge(swing(), duration=10.0, error=1e-6)
+
+
+def test_the_error_of_a_pendulum_is_that_against_the_closed_form(found: Judgement) -> None:
     plain = galvi.Problem(galvi.Canonical(1.01, galvi.CosinePotential(9.81)), [2.0], [0.0])
     exact = PENDULUM.run(plain, found.duration, {"samples": 100})
     mine = trees.INTEGRATORS["rk4"].run(swing(), 10.0, {"step": 0.02, "save_every": 5})
@@ -39,6 +46,26 @@ def test_the_error_of_a_pendulum_is_that_against_the_closed_form() -> None:
         found.table["integrator"]
     )
     assert len(found.encounters.columns) == 0
+
+
+def test_where_sources_part_nothing_is_judged(found: Judgement) -> None:
+    """Planted: a source that leaves the truth after 4 s."""
+    assert math.isinf(found.trusted_until) and "part" not in sentences(found)[1]
+    one = found.agreements[0]
+    parted = replace(one, apart=np.where(one.t > 4.0, 0.1, one.apart))
+    wrong = replace(found, agreements=(parted, *found.agreements[1:]))
+    assert wrong.trusted_until == 4.0
+    assert "After t = 4 these part, and nothing can be judged" in sentences(wrong)[1]
+    opinion = replace(parted, source=found.agreements[-1].source)
+    assert math.isinf(replace(found, agreements=(opinion,)).trusted_until)
+
+
+def test_the_page_says_where_all_sources_are_of_one_engine(found: Judgement) -> None:
+    alone = "All but galvi's are of one engine only, MuJoCo: pip install pin adds another."
+    assert (alone in sentences(found)[1]) is bool(PINOCCHIO_ACCELERATIONS.missing)
+    first, *others = found.agreements
+    second = replace(first, source=replace(first.source, label="another", engine="Pinocchio"))
+    assert alone not in sentences(replace(found, agreements=(second, *others)))[1]
 
 
 def test_a_damped_tree_has_no_energy_error() -> None:
@@ -71,6 +98,7 @@ def test_a_start_at_which_nothing_moves_is_refused() -> None:
 
 
 def test_a_run_that_fails_is_told_and_has_no_error() -> None:
-    found = judge(swing(), duration=10.0, error=1e-6, own={"integrator": "rk4", "dt": 5.0})
-    assert math.isnan(found.own["error"]) or found.own["error"] > 1.0
+    stiff = swing(damping=1000.0)  # beyond the stability of RK4 with its steps
+    found = judge(stiff, duration=1.0, error=1e-6)
+    assert math.isnan(found.own["error"]) and "unstable" in found.own["status"]
     assert not found.passed and np.isfinite(found.parts["largest_error"]).all()

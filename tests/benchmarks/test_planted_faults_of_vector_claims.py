@@ -51,6 +51,7 @@ from tests.benchmarks.planted_tables import contradicted, faulty
         (V29, faulty(integral=1.5),
          {v29.ANGULAR, v29.ENERGY, v29.PLACE,
           *(f"{v29.DEFECT}, {name}" for name in ("harmonic frame", "Kepler frame")),
+          *(f"{v29.FROM_EXACT}, {name}" for name in v29.FRAMES),
           *(f"{v29.ORDER}, {name}, {k} stages" for name in v29.FRAMES for k in (2, 3))}),
     ],
     ids=lambda value: getattr(value, "id", None),

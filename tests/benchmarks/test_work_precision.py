@@ -12,9 +12,11 @@ import pytest
 from benchmarks.statistics import timing
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.cost import COLUMNS, cost_table
+from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import Truth, WorkPrecisionProblem
 from benchmarks.work_precision.problems import work_precision_problems
 from benchmarks.work_precision.problems.applegate import applegate
+from benchmarks.work_precision.problems.arms import skew_arm
 from benchmarks.work_precision.problems.kepler import kepler
 from benchmarks.work_precision.problems.outer_solar_system import outer_solar_system
 from benchmarks.work_precision.problems.solar_system import solar_system
@@ -34,6 +36,15 @@ def study(monkeypatch: pytest.MonkeyPatch) -> pd.DataFrame:
     return work_precision.work_precision(quick=True)
 
 
+def test_of_a_contender_that_is_the_truth_only_the_run_that_it_is_is_not_compared() -> None:
+    pytest.importorskip("mujoco")
+    case = skew_arm(quick=False)
+    source = case.truth().source
+    labels = [(one.label, readable_setting(setting))
+              for one in case.participants for setting in one.settings]  # fmt: skip
+    assert labels.count(source) == 1 and [label for label, _ in labels].count(source[0]) > 2
+
+
 def test_every_row_has_error_time_with_interval_status_and_truth(study: pd.DataFrame) -> None:
     assert tuple(study.columns) == work_precision.COLUMNS
     assert set(study["contender"]) == set(FEW)
@@ -50,7 +61,9 @@ def test_every_row_has_error_time_with_interval_status_and_truth(study: pd.DataF
 def test_the_truth_is_not_judged_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     case = small()
     end = case.truth().end
-    truth = Truth(end, 0.0, "REBOUND IAS15", source="REBOUND IAS15")
+    (settings,) = (one.settings for one in case.participants if one.label == "REBOUND IAS15")
+    source = ("REBOUND IAS15", readable_setting(settings[-1]))
+    truth = Truth(end, 0.0, "REBOUND IAS15", source)
     monkeypatch.setattr(
         work_precision,
         "work_precision_problems",
@@ -58,7 +71,9 @@ def test_the_truth_is_not_judged_by_itself(monkeypatch: pytest.MonkeyPatch) -> N
     )
     rows = work_precision.work_precision(quick=True)
     own = rows[rows["contender"] == "REBOUND IAS15"]
-    assert len(own) and own["error"].isna().all() and (own["status"] == "truth").all()
+    *others, last = own.to_dict("records")
+    assert last["status"] == "truth" and math.isnan(last["error"])
+    assert others and all(one["error"] > 0.0 and one["status"] != "truth" for one in others)
     assert own["seconds"].notna().all()
 
 
@@ -94,21 +109,25 @@ def test_the_arenas_name_each_contender_once_and_use_whole_steps(quick: bool) ->
 def test_planets_meet_every_peer_at_its_default_and_its_best(make: Any) -> None:
     case = make(quick=True)
     participants = {label: settings for label, _, settings in case.participants}
-    assert {f"galvi degree {s}, Gauss {s}" for s in (6, 8, 12, 16)} <= set(participants)
+    assert {f"galvi degree {s}, Gauss {s}" for s in (8, 12, 16)} <= set(participants)
     assert participants["REBOUND IAS15"][0]["adaptive_mode"] == "PRS23"
     assert participants["REBOUND IAS15, GLOBAL"][0]["adaptive_mode"] == "GLOBAL"
     assert all(one["safe_mode"] == 0 for one in participants["REBOUND WHFast, best"])
     assert all(one["safe_mode"] == 1 for one in participants["REBOUND WHFast, default"])
-    assert {"REBOUND SABA(10,6,4)", "heyoka", "SciPy DOP853"} <= set(participants)
+    assert {"REBOUND SABA(10,6,4)", "heyoka"} <= set(participants)
+    assert ("SciPy DOP853" in participants) == (make is not applegate)
     assert ("REBOUND WHFast512" in participants) == (make is solar_system)
 
 
-def test_applegate_s_planets_meet_every_contender_of_the_outer_planets() -> None:
+def test_applegate_s_planets_meet_the_contenders_of_the_outer_planets_but_for_the_slowest() -> None:
     ours, theirs = (
         {label: settings for label, _, settings in make(False).participants}
         for make in (applegate, outer_solar_system)
     )
-    assert set(ours) == set(theirs)
+    assert set(theirs) - set(ours) == {
+        "SciPy DOP853", *(f"galvi Kepler frame, Gauss {s}, 2 passes" for s in (8, 16))
+    }  # fmt: skip
+    assert set(ours) <= set(theirs)
     assert all(len(ours[label]) <= len(theirs[label]) for label in ours)
     assert ours["heyoka"] == theirs["heyoka"][: len(ours["heyoka"])]
     assert {one["tolerance"] for one in ours["heyoka"]} == {2.0**-52, 1e-18}
@@ -132,7 +151,7 @@ def test_the_truth_of_the_planets_is_better_than_any_contender_and_none_of_galvi
     for make in (outer_solar_system, solar_system, applegate):
         truth = make(quick).truth()
         assert "quadruple" in truth.description or "real128" in truth.description
-        assert truth.error < 1e-11 and truth.source == ""
+        assert truth.error < 1e-11 and truth.source is None
 
 
 def test_planets_are_timed_against_the_stored_truth(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ def opaque(function):
     """The same function of q, v and perhaps t, which cannot be traced."""
 
     def same(*qvt):
-        float(qvt[0][0])
+        float(np.ravel(qvt[0])[0])
         return function(*qvt)
 
     return same

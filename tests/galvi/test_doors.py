@@ -145,6 +145,34 @@ def test_an_import_needs_no_engine_and_a_missing_one_is_a_sentence():
     ]
 
 
+def test_a_run_as_a_data_set_of_xarray():
+    pytest.importorskip("xarray")
+    problem = galvi.from_rebound(simulation())
+    run = galvi.integrate(problem, EIGHT, 0.1, 10)
+    found = run.to_xarray()
+    assert found["q"].dims == ("t", "body", "axis") and found.attrs["steps"] == 10
+    planet = found["q"].sel(body="Planet", axis="y")
+    assert np.array_equal(planet, run.q[:, 1, 1]) and np.array_equal(found["t"], run.t)
+    assert np.array_equal(found["v"], run.v) and np.array_equal(found["energy"], galvi.energy(run))
+    for other, dims in (
+        (galvi.problems.free_rigid_body(), ("t", "row", "column")),
+        (galvi.problems.kepler(0.3), ("t", "coordinate")),
+        (galvi.problems.skew_arm(floating=True), ("t", "entry")),
+    ):
+        found = galvi.integrate(other, SIX, 0.1, 3).to_xarray()
+        assert found["q"].dims == dims and found["p"].dims == found["v"].dims
+    assert found["velocity"].values[[0, 5, 6]].tolist() == [
+        "free of body, 0", "free of body, 5", "hinge of link 1",
+    ]  # fmt: skip
+
+
+def test_xarray_is_imported_when_called(monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    run = galvi.integrate(galvi.problems.kepler(0.3), SIX, 0.1, 3)
+    with pytest.raises(ModuleNotFoundError, match="pip install xarray"):
+        run.to_xarray()
+
+
 def test_a_run_as_a_result_of_scipy():
     problem = galvi.problems.kepler(0.3)
     run = galvi.integrate(problem, EIGHT, 0.1, 20)

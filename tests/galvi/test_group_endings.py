@@ -11,7 +11,6 @@ from tests.galvi.group_matrices import title
 from tests.galvi.group_motions import (
     ALL,
     CAYLEY,
-    COUPLED,
     EXPONENTIAL,
     FREE,
     PENDULUM,
@@ -22,6 +21,7 @@ from tests.galvi.group_motions import (
     hall,
     same,
 )
+from tests.galvi.lagrangians import opaque
 
 
 @pytest.mark.parametrize("method", [collocation(6), hall(7)], ids=["packed", "H's"])
@@ -87,13 +87,17 @@ def test_fixed_point_iteration_alone_is_what_its_name_says(problem, chart):
     assert (problem is FREE and chart != RODRIGUES) == (not alone.success)
 
 
+def called(system):
+    return galvi.Problem(system, np.eye(3), np.ones(3))
+
+
 @pytest.mark.parametrize(
     ("problem", "method"),
     [
-        (COUPLED, collocation(4)),
-        (COUPLED, hall(4, EXPONENTIAL)),
-        (galvi.Problem(galvi.RigidBody((1, 1, 1), lambda R: 0.0), np.eye(3), np.ones(3)),
-         collocation(4)),
+        (called(galvi.RigidBody((1, 1, 1), opaque(lambda R: 0.0))), collocation(4)),
+        (called(galvi.RigidBody((1, 1, 1), force=opaque(lambda R, v: 0.0 * v))),
+         hall(4, EXPONENTIAL)),
+        (called(galvi.Lagrangian(opaque(lambda R, v: 0.5 * v @ v), galvi.SO3())), collocation(4)),
     ],
 )  # fmt: skip
 def test_fixed_point_iteration_is_refused_where_there_is_none(problem, method):
@@ -101,5 +105,5 @@ def test_fixed_point_iteration_is_refused_where_there_is_none(problem, method):
         galvi.integrate,
         lambda p, *rest, **more: galvi.integrate_many([p], *rest, **more),
     ):
-        with pytest.raises(ValueError, match=r"the solver fixed_point is for a RigidBo"):
+        with pytest.raises(ValueError, match=r"solver fixed_point is for functions"):
             call(problem, method, 0.1, 3, solver="fixed_point")

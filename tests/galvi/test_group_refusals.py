@@ -16,6 +16,7 @@ from tests.galvi.group_bodies import (
     kinetic,
     start,
 )
+from tests.galvi.lagrangians import opaque
 
 NOT_FINITE = "potential and gradient must be finite at the start"
 REMEDY = r" Give three positive moments, each at most the sum of the others, or such a matrix\."
@@ -122,11 +123,12 @@ def test_what_a_users_function_raises_reaches_the_caller(which):
             return np.concatenate([qv[1], np.zeros(9)])
         return {"gradient": 0.0 * qv[0], "function": 0.5 * np.sum(qv[-1] ** 2)}.get(which, 0.0)
 
+    called = opaque(raises)
     systems = {
-        "potential": lambda: galvi.RigidBody(MOMENTS, raises),
-        "gradient": lambda: galvi.RigidBody(MOMENTS, bent, raises, check=False),
-        "function": lambda: galvi.Lagrangian(raises, SO3),
-        "slopes": lambda: galvi.Lagrangian(kinetic, SO3, raises),
+        "potential": lambda: galvi.RigidBody(MOMENTS, called),
+        "gradient": lambda: galvi.RigidBody(MOMENTS, bent, called, check=False),
+        "function": lambda: galvi.Lagrangian(called, SO3),
+        "slopes": lambda: galvi.Lagrangian(kinetic, SO3, called),
     }
     with pytest.raises(LookupError, match="left the table"):
         galvi.integrate(start(systems[which]()), FOUR, 0.1, 1000)

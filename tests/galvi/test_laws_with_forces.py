@@ -9,7 +9,6 @@ import pytest
 import sympy as sp
 
 import galvi
-from galvi.kernels.forces import rotor_wind
 from galvi.kernels.lanes import laws, potentials
 from galvi.run.law_stepper import has_law, lane_law
 from tests.galvi.test_laws import LAGRANGIANS, t
@@ -49,11 +48,14 @@ def test_a_forced_run_is_that_of_the_general_kernel(name: str, method: galvi.Gal
 
 
 @WITH_METHODS
-@pytest.mark.parametrize("diameter", [10e-6, 100e-6, 400e-6])
+@pytest.mark.parametrize(
+    ("diameter", "coefficient"),
+    [(10e-6, 0.44), (100e-6, 0.44), (400e-6, 0.44), (50e-6, None), (400e-6, None)],
+)
 def test_a_grain_in_the_wind_is_that_of_the_general_kernel(
-    diameter: float, method: galvi.Galerkin
+    diameter: float, coefficient: float | None, method: galvi.Galerkin
 ) -> None:
-    start = galvi.problems.brownout(diameter)
+    start = galvi.problems.brownout(diameter, drag_coefficient=coefficient)
     assert differences(start, method, 0.005, 100) < 1e-14
 
 
@@ -91,13 +93,17 @@ def test_a_million_steps_of_a_grain() -> None:
     assert run.success and run.counts["linear_solves"] == 0
 
 
-def test_the_drag_is_that_of_the_kernel() -> None:
+@pytest.mark.parametrize(
+    "law", [galvi.QuadraticDrag(), galvi.SchillerNaumann(7.0)], ids=lambda law: law.name
+)
+def test_the_drag_is_that_of_the_kernel(law: Any) -> None:
     random = np.random.default_rng(5)
     q, v = random.normal(scale=6.0, size=(3, 50)), random.normal(scale=4.0, size=(3, 50))
     times, found = random.uniform(0, 5, 50), np.zeros((50, 2, 3))
+    kernel, constants = galvi.RotorDrag(0.3, law).compiled()
     for k in range(50):
-        rotor_wind.drag(q[:, k], v[:, k], times[k], np.array([0.3]), found[k])
-    drag = np.array(laws.rotor_drag(q, v, times, [0.3]))
+        kernel(q[:, k], v[:, k], times[k], constants, found[k])
+    drag = np.array(getattr(laws, f"{law.name}_drag")(q, v, times, constants))
     np.testing.assert_allclose(drag, found[:, 1].T, rtol=1e-12, atol=1e-14)
 
 

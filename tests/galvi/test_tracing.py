@@ -13,6 +13,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numba import njit
 
+from galvi.groups.rn import Rn
 from galvi.symbolic import derivatives, graph_code, traced_lagrangian
 from galvi.symbolic.graph import Graph, Untraceable
 from galvi.symbolic.round_off import evaluated
@@ -29,7 +30,9 @@ STEP = 1e-30  # of complex differences, which have no cancellation
 def found(function: Any, slopes: Any = None, timed: bool = False, q: Any = Q) -> Any:
     """The law, as a function of (q, v, t), and what was traced."""
     one = np.ones(len(q))
-    made = trace_lagrangian(function, slopes, q, np.resize(V, len(q)), T, timed, (one, one))
+    made = trace_lagrangian(
+        function, slopes, Rn(len(q)), q, np.resize(V, len(q)), T, timed, (one, one)
+    )
     names: dict[str, Any] = {}
     exec(made.law, names)
     return lambda q, v, t=0.0: names["law"](q, v, t, made.constants), made
@@ -325,7 +328,7 @@ def test_a_force_and_a_gradient_are_traced_alike() -> None:
         return 1.5 * q @ q + np.cos(q[0] * q[1])
 
     names: dict[str, Any] = {}
-    push = traced_force(force, Q, V, T, True, SCALES)
+    push = traced_force(force, Rn(2), Q, V, T, True, SCALES)
     exec(push.lines, names)
     values = names["force"](list(Q), list(V), T, push.constants)
     np.testing.assert_allclose(values, force(Q, V, T), rtol=1e-14)

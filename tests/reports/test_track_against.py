@@ -78,7 +78,8 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def compared(root: Path, revision: str = "HEAD") -> int:
-    return track_against(revision, (CASE,), root.parent / "out", {"date": "d"}, False)
+    sides = checkouts(revision, root)
+    return track_against(sides, (CASE,), root.parent / "out", {"date": "d"}, False)
 
 
 def sentence(root: Path) -> str:
@@ -199,10 +200,11 @@ def test_an_interrupt_leaves_no_folder_and_no_process(checkout: Path, number: in
         "import sys, tempfile; from pathlib import Path\n"
         "tempfile.tempdir = sys.argv[2]\n"
         "from reports.cli import track\n"
+        "from reports.tracking.checkouts import checkouts\n"
         "from benchmarks.timings.case import Case\n"
-        "track.ROOT = Path(sys.argv[1])\n"
         f"case = Case(*{(CASE.name, CASE.kind, CASE.problem, 4, 4, 0.1, 10)!r})\n"
-        "track.track_against('HEAD', (case,), Path(sys.argv[3]), {}, False)\n"
+        "sides = checkouts('HEAD', Path(sys.argv[1]))\n"
+        "track.track_against(sides, (case,), Path(sys.argv[3]), {}, False)\n"
     )
     spare, out = checkout.parent / "spare", checkout.parent / "out"
     words = [sys.executable, "-P", "-c", program, str(checkout), str(spare), str(out)]
@@ -238,3 +240,71 @@ def test_benchmarks_are_chosen_by_parts_of_their_names() -> None:
     }
     assert all(case.quick for case in choose_cases([], True))
     assert len(choose_cases([], False)) == len(CASES)
+
+
+MINE = """
+import numpy as np
+import galvi
+
+class Mine:
+    name = "mine"
+
+    def supports(self, problem):
+        return isinstance(problem.system, galvi.Canonical)
+
+    def settings(self, problem, duration):
+        return [{{"samples": 1}}]
+
+    def run(self, problem, duration, setting):
+        t, a = problem.t0 + np.array([0.0, duration]), duration * {rate}
+        q = np.stack([problem.q0, np.cos(a) * problem.q0 + np.sin(a) * problem.v0])
+        p = np.stack([problem.v0, np.cos(a) * problem.v0 - np.sin(a) * problem.q0])
+        return galvi.Trajectory(problem, t, q, p, counts={{"force_evaluations": {count}}})
+"""
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Another project's repository, whose integrator is exact for oscillators; a folder in it."""
+    inner = tmp_path / "project" / "inner"
+    inner.mkdir(parents=True)
+    (inner / "mine_to_track.py").write_text(MINE.format(rate=1.0, count=7))
+    git(inner.parent, "init", "--quiet")
+    git(inner.parent, "add", ".")
+    git(inner.parent, "commit", "--quiet", "-m", "first")
+    monkeypatch.chdir(inner)
+    monkeypatch.syspath_prepend(str(inner))
+    monkeypatch.setattr(
+        "reports.tracking.project.PROBLEMS",
+        {"harmonic_oscillator": ({}, 5.0, "oscillator, closed form")},
+    )
+    return inner
+
+
+def test_another_projects_integrator_is_compared_with_its_own_revision(project: Path) -> None:
+    (project / "mine_to_track.py").write_text(MINE.format(rate=1.001, count=8))
+    asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine"]
+    assert run(load, [*asked, "--out", str(project / "out")]) == 1
+    found = json.loads((project / "out" / "against.json").read_text())
+    (row,) = found["benchmarks"]
+    assert {"counts", "error"} <= set(row["alarms"])
+    assert row["alarms"]["counts"] == "force evaluations 7 became 8, 14 % more."
+    assert found["head"].endswith("with changes)")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--against", "HEAD"], "another project's integrators need --contender package.module"),
+        (["--against", "HEAD", "--contender", "no_such:Mine"], "there is no module 'no_such'"),
+        (["--against", "none", "--contender", "mine_to_track:Mine"], "a revision that git knows"),
+        (["--contender", "mine_to_track:Mine"], "require --against REV"),
+        (["--against", "HEAD", "--contender", "mine_to_track:Mine", "--isolate"], "are not for a"),
+    ],
+)
+def test_what_cannot_be_tracked_in_another_project_is_a_sentence(
+    project: Path, words: list[str], said: str, capsys: pytest.CaptureFixture
+) -> None:
+    assert run(load, ["track", *words, "--out", str(project / "out")]) == 2
+    error = capsys.readouterr().err
+    assert said in error and error.count("\n") == 1

@@ -20,6 +20,7 @@ from references.scipy.ivp import DOP853
 from references.stored.planets import STORED_TRUTH
 
 ORDER, DEFECT = "order of the error at the end", "defect of DF^T J DF = J"
+FROM_EXACT = "defect, from the step's exact derivative"
 LINEAR, ANGULAR = "change of the linear momentum", "change of the angular momentum"
 ENERGY, PLACE = "error of the energy", "error of the place at the end"
 NOISE = "root mean square of the energy's error"
@@ -56,6 +57,11 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
             method = _method(make_method, degree, chart)
             slope = _slope(problem, method, longest, duration, truth)
             found += rows({ORDER: slope}, study=name, n=degree + 1, step=longest)
+        found += rows(
+            {FROM_EXACT: galvi.symplecticity_defect(
+                problem, _method(make_method, 3, chart), longest)},
+            study=name, n=4, step=longest,
+        )  # fmt: skip
         if chart != galvi.KeplerFrame():  # where nodes follow the start, which differences move
             DF = map_derivative(problem, _method(make_method, 3, chart), longest)
             found += rows({DEFECT: canonical_defect(DF)}, study=name, n=4, step=longest)
@@ -132,6 +138,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
     return [
         *(_order(table, name, degree) for name in FRAMES for degree in DEGREES),
         *(_form(table, name) for name, case in FRAMES.items() if case[1] != galvi.KeplerFrame()),
+        *(_exact_form(table, name) for name in FRAMES),
         V29.row(
             EXACT,
             AtMost(1e-11),
@@ -210,6 +217,20 @@ def _form(table: pd.DataFrame, name: str) -> Row:
         "order eight; relative to |DF|^2",
         claimed="a step is symplectic",
         reason="Collocation at Gauss nodes is symplectic whatever their weights in time are.",
+        reference="J",
+    )
+
+
+def _exact_form(table: pd.DataFrame, name: str) -> Row:
+    problem, _, longest, _ = FRAMES[name]
+    return V29.row(
+        f"{FROM_EXACT}, {name}",
+        AtMost(1e-14),
+        _value(table, FROM_EXACT, name, 4),
+        setup=f"{problem.name}, a step of {longest:g}, 3 stages, with its nodes held; relative to "
+        "|DF|^2",
+        claimed="a step is symplectic, also with nodes that are moved",
+        reason="The derivatives of slopes are J times symmetric matrices, and M = 0.",
         reference="J",
     )
 

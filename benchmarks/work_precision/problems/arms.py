@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import galvi
 from benchmarks.work_precision.galvi_methods import gauss_collocation
+from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import (
     COORDINATES,
     MOTION,
@@ -61,7 +62,9 @@ def _arm(
         )
         name = MUJOCO_ACCELERATIONS.name
         description = f"{name}, tolerance {TIGHT:g}; by its difference from {SECOND:g}"
-        return Truth(end, largest_difference(end, coarser), description, source=name)
+        (run,) = adaptive("tolerance", (TIGHT,))
+        source = (name, readable_setting(run))
+        return Truth(end, largest_difference(end, coarser), description, source)
 
     def steps(counts: Sequence[int]) -> list[Setting]:
         return [fixed(duration, count) for count in (counts[1:2] if quick else counts)]
@@ -80,7 +83,7 @@ def _arm(
         Participant(
             MUJOCO_ACCELERATIONS.name,
             MUJOCO_ACCELERATIONS,
-            adaptive("tolerance", (1e-9,) if quick else (1e-6, 1e-9, 1e-11)),
+            adaptive("tolerance", (1e-9,) if quick else (1e-6, 1e-9, 1e-11, TIGHT)),
         )
     )
     return WorkPrecisionProblem(

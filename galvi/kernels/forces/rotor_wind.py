@@ -32,6 +32,7 @@ R, CORE = 7.0, 2.5
 DOWNWASH = 10.0  # m / s, for a hovering helicopter of 3.8 t, by T = 2 rho pi R^2 v^2
 HIGH, LOW, DESCENT = 16.0, 6.0, 2.0
 SHARES = (1.0, 0.75, 0.5, 0.25)
+INERTIA, INERTIA_POWER = 0.15, 0.687  # Schiller and Naumann, Z. VDI 77 (1933) 318
 
 
 def _strength():
@@ -74,11 +75,28 @@ def rotor_wind(x, y, z, t):
 
 
 @jit
-def drag(g, v, t, constants, out):
-    """out[1] <- out[1] - k |w| w, w = v - wind.   constants [k]"""
+def relative_velocity(g, v, t):
+    """w = v - wind, and |w|."""
     x, y, z = rotor_wind(g[0], g[1], g[2], t)
     a, b, c = v[0] - x, v[1] - y, v[2] - z
-    size = constants[0] * math.sqrt(a * a + b * b + c * c)
-    out[1, 0] -= size * a
-    out[1, 1] -= size * b
-    out[1, 2] -= size * c
+    return a, b, c, math.sqrt(a * a + b * b + c * c)
+
+
+@jit
+def quadratic_drag(g, v, t, constants, out):
+    """out[1] <- out[1] - k |w| w.   constants [k]"""
+    a, b, c, speed = relative_velocity(g, v, t)
+    rate = constants[0] * speed
+    out[1, 0] -= rate * a
+    out[1, 1] -= rate * b
+    out[1, 2] -= rate * c
+
+
+@jit
+def schiller_naumann_drag(g, v, t, constants, out):
+    """out[1] <- out[1] - k (1 + 0.15 Re^0.687) w, Re = s |w|.   constants [k, s]"""
+    a, b, c, speed = relative_velocity(g, v, t)
+    rate = constants[0] * (1.0 + INERTIA * (constants[1] * speed) ** INERTIA_POWER)
+    out[1, 0] -= rate * a
+    out[1, 1] -= rate * b
+    out[1, 2] -= rate * c

@@ -115,11 +115,14 @@ class Generic:
 
 
 class Constants:
-    """Constants of a law, spread over eight lanes when they are first used."""
+    """Constants of a law, spread over eight lanes when they are first used.
 
-    def __init__(self, builder, lanes, data, row):
+    of_pass  the Pass that evaluates the law; None outside of one
+    """
+
+    def __init__(self, builder, lanes, data, row, of_pass=None):
         self.builder, self.lanes, self.data, self.row = builder, lanes, data, row
-        self.loaded = {}
+        self.of_pass, self.loaded = of_pass, {}
 
     def __getitem__(self, k):
         if k not in self.loaded:
@@ -176,11 +179,16 @@ class Pass:
     def number(self, lanes, k):
         return Lane(self.builder, lanes.spread(lanes.number(self.numbers, self.row(k))), ())
 
+    def first_pass(self):
+        """Whether this is the first pass of a step, when sizes are not known."""
+        size = self.builder.load(self.builder.gep(self.numbers, [self.row(2 * self.d)]))
+        return self.builder.fcmp_unordered("==", size, ir.Constant(DOUBLE, 0.0))
+
     def evaluate(self, lanes):
         """f, dL/dv and the factors from q and v."""
         d = self.d
         q, v = ([self.load(lanes, block, i) for i in range(d)] for block in (Q, V))
-        constants = Constants(self.builder, lanes, self.constants, self.row)
+        constants = Constants(self.builder, lanes, self.constants, self.row, self)
         forces, momenta, mass = self.law(q, v, self.load(lanes, T), constants)
         factors = [factor for row in factored(mass) for factor in row]
         self.fixed = {k: x for k, x in enumerate(factors) if not isinstance(x, Lane)}

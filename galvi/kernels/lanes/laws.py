@@ -5,15 +5,28 @@ See galvi.kernels.lanes.elementary, and for those on groups galvi.kernels.lanes.
 
 from __future__ import annotations
 
-from galvi.kernels.forces.rotor_wind import CORE, DESCENT, HIGH, LOW, SHARES, STRENGTH, R
+from galvi.kernels.forces.rotor_wind import (
+    CORE,
+    DESCENT,
+    HIGH,
+    INERTIA,
+    INERTIA_POWER,
+    LOW,
+    SHARES,
+    STRENGTH,
+    R,
+)
 from galvi.kernels.lanes.elementary import (
     exp,
     inverse_fourth_root,
+    log,
     over_cube,
     sine_cosine,
     sqrt,
 )
 from galvi.kernels.lie.arithmetic import cross, dot
+
+SMALLEST = 1e-300  # added to a square whose logarithm is taken
 
 
 def planar_chain(n):
@@ -157,19 +170,49 @@ class From:
         return self.constants[self.first + k]
 
 
-def rotor_drag(q, v, t, c):
-    """The force and the constants of galvi.kernels.forces.rotor_wind.drag."""
+def rotor_wind(q, decay):
+    """The wind of galvi.kernels.forces.rotor_wind.
+
+    decay  exp(-t / DESCENT)
+    """
     square = q[0] * q[0] + q[1] * q[1]
-    height = LOW + (HIGH - LOW) * exp(t * (-1.0 / DESCENT))
+    height = LOW + (HIGH - LOW) * decay
     outwards, upwards = 0.0, 0.0
     for share in SHARES:
         spread, rise = _ring(square, q[2] - share * height)
         mirrored, falling = _ring(square, q[2] + share * height)
         outwards, upwards = outwards + (spread - mirrored), upwards + (rise - falling)
     outwards = STRENGTH * outwards
-    w = v[0] - outwards * q[0], v[1] - outwards * q[1], v[2] - STRENGTH * upwards
-    size = -c[0] * sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-    return [size * x for x in w]
+    return outwards * q[0], outwards * q[1], STRENGTH * upwards
+
+
+def quadratic(square, c):
+    """k |w|, and its change by |w| times |w|, from |w|^2.   constants [k]"""
+    rate = c[0] * sqrt(square)
+    return rate, rate
+
+
+def schiller_naumann(square, c):
+    """k (1 + 0.15 Re^0.687), Re = s |w|, as above.   constants [k, s]"""
+    squared = c[1] * c[1] * square + SMALLEST
+    inertial = c[0] * (INERTIA * exp(log(squared) * (0.5 * INERTIA_POWER)))
+    return c[0] + inertial, INERTIA_POWER * inertial
+
+
+def _in_rotor_wind(drag):
+    """The force -rate w, w = v - wind, with the rate of a drag law."""
+
+    def force(q, v, t, c):
+        wind = rotor_wind(q, exp(t * (-1.0 / DESCENT)))
+        w = [x - u for x, u in zip(v, wind, strict=True)]
+        rate = -drag(w[0] * w[0] + w[1] * w[1] + w[2] * w[2], c)[0]
+        return [rate * x for x in w]
+
+    return force
+
+
+quadratic_drag = _in_rotor_wind(quadratic)
+schiller_naumann_drag = _in_rotor_wind(schiller_naumann)
 
 
 def _ring(square, zeta):

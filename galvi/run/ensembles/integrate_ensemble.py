@@ -12,6 +12,7 @@ from tqdm import tqdm
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
+from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.ensemble import processors
@@ -94,7 +95,7 @@ class _Work:
     ) -> None:  # fmt: skip
         self.problem, self.method = problem, method
         if not isinstance(problem, Problem):
-            raise TypeError(f"problem must be a galvi.Problem; received {problem!r}.")
+            raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
         self.q, self.v, self.step = _starts(problem, q0, v0, step, parameters)
         self.members = len(self.q)
         self.parameters = Parameters(problem, parameters, self.members)
@@ -261,7 +262,7 @@ def _kept(keep: Any) -> tuple[Keep | None, Callable[[Any], Any] | None]:
     if callable(keep) and not isinstance(keep, type):
         return None, keep
     raise TypeError(
-        f"keep must be a value such as galvi.FinalStates(), or a function; received {keep!r}."
+        f"keep must be a value such as galvi.FinalStates(), or a function; received {shown(keep)}."
     )
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array, read_only
+from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.run.ensembles.laws import Law, LawNumbers, law_of
 from galvi.symbolic.force import SymbolicForce
@@ -32,13 +33,15 @@ class Parameters:
         self.problem, self.values = problem, dict[str, Array]()
         self.places = _places(problem.system)
         if values is not None and not isinstance(values, Mapping):
-            raise TypeError(f"parameters must be a dict of names and arrays; received {values!r}.")
+            raise TypeError(
+                f"parameters must be a dict of names and arrays; received {shown(values)}."
+            )
         for name, given in (values or {}).items():
             if name not in self.places:
                 known = ", ".join(sorted(self.places)) or "none"
                 raise ValueError(
                     f"parameters must be named as fields of the system are, or as the parameters "
-                    f"of its expression: {known}; received {name!r}."
+                    f"of its expression: {known}; received {shown(name)}."
                 )
             array = np.array(given, dtype=np.float64)
             if array.ndim == 0 or len(array) != members:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
+from galvi.input_checks import shown
 from galvi.kernels.lanes.vectors import LANES
 from galvi.run.ensembles.chunk import Chunk, Kept, run_chunk
 
@@ -71,7 +72,7 @@ def workers_of(executor: Any, own: int) -> int:
     if not callable(getattr(executor, "submit", None)):
         raise TypeError(
             f"executor must have a method submit, as those of concurrent.futures and Dask's Client "
-            f"do; received {executor!r}."
+            f"do; received {shown(executor)}."
         )
     threads = getattr(executor, "nthreads", None)  # of Dask: worker -> threads
     if callable(threads):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from galvi.arrays import Array
 from galvi.curves.frame_curves import FrameCurves
 from galvi.kernels.nystrom.solve import NOT_FINITE
@@ -11,13 +9,14 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.encounters import encounter
 from galvi.run.engine import Engine
+from galvi.run.in_frame.fallback import allowed, inertial_curves, inertial_stepper
 from galvi.run.in_frame.stepper import Path, frame_of, frame_start, frame_stepper, motion_of
 from galvi.run.run_arrays import RunArrays
 from galvi.systems.nbody import NBody
 
-FURTHER = (
-    "{left} of {steps} steps took three or more passes more than the first, since what the frame "
-    "leaves was much stronger there. A smaller step may be needed for accuracy."
+ELSEWHERE = (
+    "{left} of {steps} steps were done in the inertial frame, in parts, since what the moving "
+    "frame leaves was too strong there."
 )
 
 
@@ -49,7 +48,7 @@ def _curves(
     problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, coefficients: Array
 ) -> FrameCurves:
     motion = motion_of(problem, method, step)
-    path = Path(problem, method, motion.clock, motion.stretch)
+    path = Path(problem, method, step, motion.clock, motion.stretch, inertial_curves)
     first = round((t0 - problem.t0) / step)
     bases = bases.reshape(len(bases), 2, -1)
     return FrameCurves(method.space, t0, step, bases, coefficients, first, path)
@@ -60,23 +59,19 @@ def _curve_size(problem: Problem, method: Galerkin) -> tuple[int, int]:
     return 2 * start.shape[1], 2 * frame_of(method).rows(problem)
 
 
-def _nothing(*arguments: Any) -> None:
-    """No second attempt: further passes have been made."""
-
-
 IN_FRAME = Engine(
     start=frame_start,
     velocity_row=2,
     solves_by_iteration=lambda problem, method: True,
     is_compiled=lambda problem, method: True,
     stepper=frame_stepper,
-    stepper_from_guess=frame_stepper,
-    guess_from_substeps=_nothing,
+    stepper_from_guess=inertial_stepper,
+    guess_from_substeps=allowed,
     guess_kind=0,
     momenta=lambda problem, v: problem.system.momentum(v.reshape(-1, *problem.q0.shape)),
     curves=_curves,
     failure=_failure,
     solvers=("auto", "fixed_point"),
-    exceptions=("further_steps", FURTHER),
+    exceptions=("inertial_steps", ELSEWHERE),
     curve_size=_curve_size,
 )

@@ -11,8 +11,10 @@ from numpy.polynomial.legendre import legvander
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
+from galvi.curves.curves import Curves
 from galvi.frames.frame import Frame, Motion, revolution
 from galvi.kernels.lanes.frames.collocation import (
+    ALARM,
     CHANGE,
     MOST_PASSES,
     NOISE,
@@ -31,7 +33,8 @@ from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
 from galvi.spaces.polynomials import Polynomials
 from galvi.tableau import tabulate
 
-FINEST = 2.0**-57  # share of the state that passes may leave in a step, for round-off
+PROBED = 16  # first steps, from which the passes of all are chosen
+FINEST = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
 SMALLEST = 2.0**-80  # what they leave of a step that is said to have converged
 USUAL = 100.0  # a change larger than so many times that at the start calls for further passes
 
@@ -150,54 +153,81 @@ def checks_of(
 ) -> tuple[float, float, float, float]:
     """Passes of a step, the usual change in the last of them, and what further ones may leave.
 
-    Unless the frame says how many, the fewest whose first step ends within the tolerance of one
-    that has converged. They depend on the problem's start alone, so that they are the same in each
-    part of a continued run.
+    Unless the frame says how many, the fewest with which the first `PROBED` steps end, each from
+    the same state, within the tolerance of one that has converged, in their mean. They depend on
+    the problem's start alone, so that they are the same in each part of a continued run.
     """
     left = FINEST if tolerance == ROUND_OFF else tolerance
-    converged = _first_step(problem, method, step, (2.0, -1.0, SMALLEST, 0.0))
-    if converged.code != SOLVED:
+    converged = _probed(problem, method, step, (2.0, -1.0, SMALLEST, 0.0))
+    if not converged:
         return 2.0, -1.0, left, 0.0  # the run finds the same, and says it
-    given = frame_of(method).passes
-    few = range(2, converged.passes + 1) if given is None else (min(given, MOST_PASSES),)
+    given, most = frame_of(method).passes, max(one.passes for one in converged)
+    few = range(2, most + 1) if given is None else (min(given, MOST_PASSES),)
+    seen = converged
     for passes in few:
-        tried = _first_step(problem, method, step, (float(passes), np.inf, left, 0.0))
-        if np.max(np.abs((tried.end - converged.end).sum(axis=0))) <= left:
+        checks = float(passes), np.inf, left, 0.0
+        tried = _probed(problem, method, step, checks, [one.start for one in converged])
+        if len(tried) < len(converged):
+            continue
+        gaps = [one.end - true.end for one, true in zip(tried, converged, strict=True)]
+        seen = tried
+        if np.mean(np.max(np.abs(np.sum(gaps, axis=1)), axis=1)) <= left:
             break
-    return float(passes), max(USUAL * tried.change, NOISE), left, 0.0
+    change = max(one.change for one in seen)
+    return float(passes), max(USUAL * change, NOISE), left, 0.0
 
 
-class FirstStep(NamedTuple):
-    """The first step of a run with so many passes.
+class Probe(NamedTuple):
+    """One of the first steps of a run.
 
+    start   the state before it (8, m)
+    passes  that it took
     change  the last one that was measured
-    code    the kernel's
     end     (2, 2 n) the state in the frame after it and its low part, over their sizes
     """
 
+    start: Array
     passes: int
     change: float
-    code: int
     end: Array
 
 
-def _first_step(
-    problem: Problem, method: Galerkin, step: float, checks: tuple[float, ...]
-) -> FirstStep:
+def _probed(
+    problem: Problem, method: Galerkin, step: float, checks: tuple[float, ...],
+    states: list[Array] | None = None,
+) -> list[Probe]:  # fmt: skip
+    """The first steps of a run, each from its own state if given, up to one that fails."""
     begin = Checkpoint(0, *frame_start(problem, method), "auto", ROUND_OFF, 1, False)
-    work = RunArrays.of(problem, method, 1, begin, 2, (0, 0), watched=False)
-    stepper, tables = _stepper(problem, method, step, 1, begin, work, np.array(checks))
-    code, sizes = stepper(1), motion_of(problem, method, step).sizes
-    n = sizes.size // 2
-    end = np.stack([work.state[row::2, :n].ravel() for row in (4, 5)])
-    change = float(tables[-2][CHANGE])
-    return FirstStep(int(work.counts[ITERATIONS]), change, code, end / sizes)
+    work = RunArrays.of(problem, method, PROBED, begin, 2, (0, 0), watched=False)
+    advance, tables = _stepper(problem, method, step, PROBED, begin, work, np.array(checks))
+    sizes = motion_of(problem, method, step).sizes
+    n, found = sizes.size // 2, []
+    for k in range(PROBED if states is None else len(states)):
+        before = int(work.counts[ITERATIONS])
+        work.state[:] = work.state if states is None else states[k]
+        start = work.state.copy()
+        if advance(1) != SOLVED:
+            break
+        end = np.stack([work.state[row::2, :n].ravel() for row in (4, 5)])
+        passes = int(work.counts[ITERATIONS]) - before
+        found.append(Probe(start, passes, float(tables[-2][CHANGE]), end / sizes))
+    return found
+
+
+def falls_back(checks: tuple[float, ...]) -> bool:
+    """Whether the first step converged, so that others that do not are done elsewhere."""
+    return checks[ALARM] >= 0.0
+
+
+def enter_again(problem: Problem, method: Galerkin, q: Array, v: Array) -> Array:
+    """The state at the end of a step that was done elsewhere."""
+    return frame_of(method).enter(problem, q, v)
 
 
 @lru_cache(maxsize=32)
 def frame_start(problem: Problem, method: Galerkin) -> Start:
     """State, stages and solver_state before the first step."""
-    state = frame_of(method).enter(problem)
+    state = frame_of(method).enter(problem, problem.q0, problem.v0)
     solver_state = np.array([NOTHING, 0, 0], dtype=np.int64)
     return fixed(state, np.zeros((0, method.stages)), solver_state)
 
@@ -208,8 +238,10 @@ class Path:
 
     problem: Problem
     method: Galerkin
+    step: float
     clock: tuple[float, float, float]
     stretch: float
+    elsewhere: Any
 
     def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
         """See `MovingPath`: inverts what galvi.kernels.lanes.frames.rows.place_nodes does."""
@@ -232,6 +264,25 @@ class Path:
         slope = (t_1 - t_0) / ((1.0 - e * np.cos(u)) * (u_1 - u_0) * pace)
         return 0.5 * (1.0 + y), slope
 
+    def times(self, number: int, c: Array) -> tuple[Array, Array]:
+        """Times since a step's centre and weights of the nodes c, as in the kernel."""
+        turns, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
+        if e < 0.0:
+            return (c - 0.5) * self.step, np.full(c.size, self.step)
+        begin = turns * number + phase
+        (u_0, u_1), (t_0, t_1) = revolution(TWO_PI * np.array([begin, begin + turns]), e)
+        place, pace = stretched(2.0 * c - 1.0, self.stretch)
+        u = 0.5 * (u_0 + u_1 + (u_1 - u_0) * place)
+        scale = self.step / (t_1 - t_0)
+        weights = scale * (u_1 - u_0) * pace * (1.0 - e * np.cos(u))
+        return (u - e * np.sin(u) - t_0) * scale - 0.5 * self.step, weights
+
     def flow(self, w: Array, t: Array) -> Array:
         """See `MovingPath`."""
         return frame_of(self.method).flow(self.problem, w, t)
+
+    def curves(self, number: int, base: Array) -> Curves:
+        """See `MovingPath`."""
+        t, q, v = self.problem.t0 + number * self.step, *base[:, : self.problem.q0.size]
+        found: Curves = self.elsewhere(self.problem, self.step, t, q, v)
+        return found

@@ -9,6 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.groups.group import Group
+from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
 from galvi.symbolic.traced_terms import TracedTerm, traced_force
@@ -43,7 +45,7 @@ def check_force(system: Forced) -> None:
     if system.force is None and system.timed_force:
         raise ValueError("timed_force means a force(q, v, t); received no force. Give one.")
     if system.force is not None and not callable(system.force):
-        raise TypeError(f"force must be a function of {arguments}; received {system.force!r}.")
+        raise TypeError(f"force must be a function of {arguments}; received {shown(system.force)}.")
     if isinstance(system.force, BuiltinForce) and not system.timed_force:
         raise ValueError(
             f"{system.force!r} takes (q, v, t); received timed_force=False. Set timed_force."
@@ -92,16 +94,17 @@ def lane_force(system: Forced) -> tuple[str, Array] | None:
 
 
 def force_finder(
-    system: Forced, q: Array, v: Array, t: float, scales: Sequence[Array]
+    system: Forced, group: Group, q: Array, v: Array, t: float, scales: Sequence[Array]
 ) -> dict[str, Callable[[], TracedTerm]]:
     """How to trace a user's force near a state, for galvi.symbolic.traces; empty without one.
 
+    group   of which q is an element
     scales  as for `galvi.symbolic.traced_terms.traced_force`
     """
     force = system.force
     if force is None or isinstance(force, BuiltinForce):
         return {}
-    return {"force": lambda: traced_force(force, q, v, t, system.timed_force, scales)}
+    return {"force": lambda: traced_force(force, group, q, v, t, system.timed_force, scales)}
 
 
 def with_force(field: LagrangianKernel, system: Forced, matrix_rows: int) -> LagrangianKernel:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,31 +11,34 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import rotor_wind
+from galvi.systems.forces.drag_laws import DragLaw, QuadraticDrag
 
 
 @dataclass(frozen=True)
 class RotorDrag:
-    """f = -factor |w| w, w = v - wind(q, t), q and v of shape (3,); M (14).
+    """f = -factor phi(|w|) w, w = v - wind(q, t), q and v of shape (3,).
 
-    factor  rho_air A C_d / 2 in kg/m, for the wind of galvi.kernels.forces.rotor_wind in m/s;
-            ValueError unless finite and positive
+    factor    for the wind of galvi.kernels.forces.rotor_wind in m/s, in the unit that the law
+              states; ValueError unless finite and positive
+    drag_law  phi: `QuadraticDrag`, which is M (14), or `SchillerNaumann`
     """
 
     factor: float
+    drag_law: DragLaw = field(default_factory=QuadraticDrag)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "factor", input_checks.positive("factor", self.factor))
 
     def __call__(self, q: Array, v: Array, t: float) -> Array:
         w = v - np.array(rotor_wind.rotor_wind(q[0], q[1], q[2], t))
-        result: Array = -self.factor * np.sqrt(w @ w) * w
+        result: Array = -self.factor * self.drag_law(np.sqrt(w @ w)) * w
         return result
 
     @property
     def law(self) -> str:
         """As `BuiltinForce.law`."""
-        return "from galvi.kernels.lanes.laws import rotor_drag as force"
+        return f"from galvi.kernels.lanes.laws import {self.drag_law.name}_drag as force"
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """As `BuiltinForce.compiled`, with (factor,) for constants."""
-        return rotor_wind.drag, np.array([self.factor])
+        """As `BuiltinForce.compiled`, with the factor and the law's numbers for constants."""
+        return self.drag_law.drag, np.array([self.factor, *self.drag_law.numbers])

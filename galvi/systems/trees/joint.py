@@ -13,10 +13,11 @@ from galvi.groups.group import Group
 from galvi.groups.rn import Rn
 from galvi.groups.se3 import SE3
 from galvi.groups.so3 import SO3
-from galvi.kernels.lanes import tree
+from galvi.input_checks import shown
+from galvi.kernels.lanes.trees import tree
 
 UNIT = 4.0 * 2.0**-53  # the rounding of a length of 1
-KINDS = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.lanes.tree
+KINDS = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.lanes.trees.tree
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +49,10 @@ class Joint:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.type not in KINDS:
-            raise ValueError(f"type must be one of {', '.join(KINDS)}; received {self.type!r}.")
+        if not isinstance(self.type, str) or self.type not in KINDS:
+            raise ValueError(
+                f"type must be one of {', '.join(KINDS)}; received {shown(self.type)}."
+            )
         axis = input_checks.array("axis", self.axis, (3,))
         length = float(np.linalg.norm(axis))
         if not length > 0.0:
@@ -80,7 +83,7 @@ class Joint:
 
     @property
     def number(self) -> int:
-        """Its kind in galvi.kernels.lanes.tree."""
+        """Its kind in galvi.kernels.lanes.trees.tree."""
         return KINDS.index(self.type)
 
     @property

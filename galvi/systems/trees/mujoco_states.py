@@ -15,11 +15,10 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
-from galvi.kernels.lanes.tree import SLIDE
+from galvi.kernels.lanes.trees.tree import SLIDE
 from galvi.systems.trees.joint import Joint
 
 POSITIONS = (1, 1, 4, 7)  # entries of qpos
@@ -69,6 +68,8 @@ def to_mujoco(joints: Sequence[Joint], group: Group, q: Any, v: Any) -> tuple[Ar
 
 def _rotations(quaternions: Array) -> Array:
     """Matrices (..., 3, 3), NaN where they are not finite."""
+    from scipy.spatial.transform import Rotation  # a fifth of galvi's import
+
     flat = quaternions.reshape(-1, 4)
     known = np.all(np.isfinite(flat), axis=1)
     if not np.all(np.any(flat[known] != 0.0, axis=1)):
@@ -79,6 +80,8 @@ def _rotations(quaternions: Array) -> Array:
 
 
 def _quaternions(R: Array) -> Array:
+    from scipy.spatial.transform import Rotation  # a fifth of galvi's import
+
     flat = R.reshape(-1, 3, 3)
     known = np.all(np.isfinite(flat), axis=(1, 2))
     found = np.full((len(flat), 4), np.nan)

@@ -15,7 +15,7 @@ from galvi.arrays import Array, read_only
 from galvi.groups.group import Group
 from galvi.groups.product import Product
 from galvi.groups.rn import Rn
-from galvi.kernels.lanes import tree
+from galvi.kernels.lanes.trees import tree
 from galvi.systems.trees.joint import Joint
 from galvi.systems.trees.link import Link
 
@@ -31,7 +31,7 @@ class RigidTree:
     gravity  (3,) acceleration
 
     q and v hold the coordinates and velocities of all joints in their order; those of hinges and
-    slides that follow each other are one ``Rn``. The formulas are in galvi.kernels.lanes.tree.
+    slides that follow each other are one ``Rn``. Formulas: galvi.kernels.lanes.trees.tree.
     """
 
     links: tuple[Link, ...]
@@ -89,7 +89,7 @@ class RigidTree:
 
     @cached_property
     def numbers(self) -> Array:
-        """The constants of galvi.kernels.lanes.tree."""
+        """The constants of galvi.kernels.lanes.trees.tree."""
         rows, carried = (
             np.zeros((len(self.joints), tree.JOINT)),
             np.zeros((len(self.joints) + 1, 10)),
@@ -204,7 +204,7 @@ class RigidTree:
             if self.numbers[k] == 0.0:
                 known[k] = 0.0
         literals = {k: float(x) for k, x in known.items()}
-        head = "from galvi.kernels.lanes.tree import tree"
+        head = "from galvi.kernels.lanes.trees.tree import tree"
         return f"{head}\n\nlaw = tree({self.dimension}, {literals})\n"
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:

@@ -10,10 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator
 
 from benchmarks.store.frames import pick
-from reports.figures.style.decades import readable
+from reports.figures.style.decades import powers, readable
 from reports.figures.style.end_labels import Label, label_ends
+from reports.figures.style.identities import line_color
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import BAND, COLOURS
+from reports.figures.style.palette import BAND
 
 LINEAR = 1e-3  # smaller changes are drawn linearly, larger ones logarithmically
 TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
@@ -41,7 +42,7 @@ def energies(
         seen = (t > 0.0) & np.isfinite(change)
         if not np.any(seen):
             raise NoData(f"{study}: no step has a finite {quantity}.")
-        t, change, color = t[seen], change[seen], COLOURS[k % len(COLOURS)]
+        t, change, color = t[seen], change[seen], line_color(study, k)
         axes.plot(t, change, color=color, linewidth=1.0)
         ends.append(Label(t[-1], change[-1], text, color))
         last = max(last, t[-1])
@@ -51,6 +52,7 @@ def energies(
     axes.set(xscale="log", xlabel=xlabel, ylabel=ylabel)
     axes.set_yscale("symlog", linthresh=LINEAR, linscale=0.8)
     axes.yaxis.set_major_locator(FixedLocator(TICKS))
+    powers(axes.yaxis)
     axes.set_ylim(TICKS[0], TICKS[-1])
     readable(axes.xaxis)
     label_ends(axes, ends)

@@ -65,8 +65,7 @@ STAGES = types.UniTuple(MATRIX, 4)
 WORK = types.Tuple((STAGES, STAGES, MATRIX, MATRIX))
 MOST_PASSES = 60
 PASSES, ALARM, LEFT, CHANGE = range(4)
-LEFT_OVER = 5  # of counts: steps that took MANY further passes
-MANY = 3
+FURTHER = 2  # passes more than usual, after which a step is given up
 INFINITE = 1e300
 NOISE = 2.0**-48  # relative change of W that rounding can make
 CONTRACTS = 0.5  # largest ratio of two changes for which further passes are worth their time
@@ -77,8 +76,8 @@ def solve_step(functions, numbers, tables, state, counts, stages, coarse_stages,
     """k at the solution of a step's equations; returns a code.
 
     A fixed number of passes, unless the last change is larger than it was at the start of the run;
-    then as many as leave no more than ``checks`` allow: changes shrink by a ratio r, and the slopes
-    at the last W are r^2 of its change off.
+    then a few more, until they leave no more than ``checks`` allow: changes shrink by a ratio r,
+    and the slopes at the last W are r^2 of its change off. There is no limit for an alarm below 0.
     """
     matrix, b, c, fit, clock, sizes, checks, coarse = tables
     W, k, nodes, guess = stages
@@ -103,10 +102,11 @@ def solve_step(functions, numbers, tables, state, counts, stages, coarse_stages,
             return SOLVED
         if passes > wanted:
             if change <= NOISE or change * change * change <= checks[LEFT] * last * last:
-                counts[LEFT_OVER] += passes >= wanted + MANY
                 return SOLVED
             if not change < INFINITE:
                 return NOT_FINITE
+            if passes >= wanted + FURTHER and checks[ALARM] >= 0.0:
+                return DIVERGED
             if passes > 4 and change > CONTRACTS * last:
                 return DIVERGED
         last = change

@@ -12,329 +12,129 @@ with c_i = m_0 / M_(i-1), f_k = -m_0 x_k / |x_k|^3, p_k the sum of m_j (x_j - x_
 over planets j. The bracket is small, and computed without cancellation (Encke): with
 e = d.(2 Q + d) / |Q|^2 and f = 1 - (1 + e)^(-3/2) it is [(1 - c) Q + c (f x - d)] / |Q|^3.
 
-numbers  h, m_0, pairs of near planets, for which |beta X^2| may exceed 0.9, one more for an odd
-         one; then n each: M, m, m / M, c, 1 - c, M_i / M_(i-1), 1 / M_(i-1), 1 / M
-W, k     (2 D n, P)  D rows of n places Q, D rows of n velocities
-guess    (n, P)      X
-work     (ROWS n, LANES), in blocks of n rows: Q and Q' at the stages (2 D), d (D), x (D), p (D),
-         1 / r, r / M, 1 / r0, and G2, c and M G3 - t of `universal.pull_back`
+Arrays as in `galvi.kernels.lanes.frames.kepler_motion`; the blocks of numbers are m, M, m / M, c,
+1 - c, M_i / M_(i-1), 1 / M_(i-1) and 1 / M, and the frame's own of work d (D), x (D) and p (D).
 """
 
 from __future__ import annotations
 
-import math
-
-from llvmlite import ir
-from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic
 
-from galvi.kernels.lanes.frames import universal
-from galvi.kernels.lanes.frames.reciprocals import Reciprocals
-from galvi.kernels.lanes.frames.rows import OFFSET, WEIGHT
+from galvi.kernels.lanes.frames.kepler_motion import (
+    FIRST_MASS,
+    KEPT,
+    MASS,
+    OWN,
+    SHARE,
+    dot,
+    encke,
+    rates_of_orbits,
+)
 from galvi.kernels.lanes.frames.several import Several
-from galvi.kernels.lanes.functions import square_root
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
+from galvi.kernels.lanes.vectors import NOTHING
 
-NEAR, HEAD = 2, 3  # a number, and numbers before those of planets
-HALVINGS = 2  # of the argument of a series, for near planets
-MASS, OWN, SHARE, STAR, REST, RATIO, INSIDE, INVERSE = range(8)
-KEPT = 6  # blocks of one row
-TERMS = 6  # of a series
-# Share of a step up to which a correction of X, of third order, is the last one of a pass.
-FIRST, SECOND, LATER = 2e-2, 5e-4, 3e-5
-MOST = 12  # corrections
-NAN = math.nan
+STAR, REST, RATIO, INSIDE = 3, 4, 5, 6  # blocks of numbers
 
 
-def rows_of_kepler(dimension):
+def rows_of_planets(dimension):
     """Rows of work for one planet."""
     return 5 * dimension + KEPT
 
 
-def dot(a, b):
-    """a . b, in the plane or in space."""
-    total = a[0] * b[0]
-    for x, y in zip(a[1:], b[1:], strict=True):
-        total = total + x * y
-    return total
+def own_block(orbits, k):
+    """The first block of d, x or p in the work."""
+    return 2 * orbits.D + KEPT + k * orbits.D
 
 
-class Stages:
-    """The parts of a pass; planets are done two at a time, see `Several`."""
+def place(orbits, lanes):
+    """Places from the star: a function of planets and their Q."""
+    builder, D = orbits.builder, orbits.D
+    before = [lanes.variable(NOTHING) for _ in range(D)]
 
-    def __init__(self, context, builder, signature, values, dimension):
-        self.context, self.builder, self.D = context, builder, dimension
-        arrays = [
-            context.make_array(signature.args[k])(context, builder, values[k]) for k in range(6)
-        ]
-        self.numbers, self.nodes, self.W, self.work, self.guess, self.k = (
-            array.data for array in arrays
+    def follow(planets, Q):
+        share, d = orbits.number(lanes, SHARE, planets), []
+        for known, y in zip(before, Q, strict=True):
+            inner = [Lane(builder, builder.load(known))]
+            for one, weight in zip(y.lanes, share.lanes, strict=True):
+                inner.append(inner[-1] + weight * one)
+            builder.store(inner[-1].value, known)
+            d.append(Several(inner[:-1]))
+        nothing = Several(Lane(builder, NOTHING) for _ in planets)
+        places = [x + y for x, y in zip(Q, d, strict=True)]
+        for k, vector in enumerate((d, places, [nothing] * D)):
+            orbits.store_vector(orbits.here, vector, orbits.work, own_block(orbits, k), planets)
+
+    return follow
+
+
+def pull(orbits, lanes):
+    """p from all pairs of planets."""
+    builder, row, D = orbits.builder, orbits.row, orbits.D
+    place_of, pull_of = own_block(orbits, 1), own_block(orbits, 2)
+    with cgutils.for_range(builder, orbits.n, intp=row) as outer:
+        i = (outer.index,)
+        here, mass = (
+            orbits.load_vector(orbits.here, orbits.work, place_of, i),
+            orbits.number(lanes, OWN, i),
         )
-        self.padded = builder.extract_value(arrays[2].shape, 1)
-        self.row = self.padded.type
-        rows = builder.extract_value(arrays[2].shape, 0)
-        self.n = builder.udiv(rows, self.row(2 * dimension))
-        real = values[6].type
-        self.first_pass = builder.fcmp_ordered("==", values[6], ir.Constant(real, 0.0))
-        second_pass = builder.fcmp_ordered("==", values[6], ir.Constant(real, 1.0))
-        self.tolerance = ir.Constant(real, LATER)
-        for one, share in ((second_pass, SECOND), (self.first_pass, FIRST)):
-            self.tolerance = builder.select(one, ir.Constant(real, share), self.tolerance)
-        inverse = Reciprocals(context, builder)
-        self.reciprocal = lambda x: x.each(inverse.reciprocal)
-        self.root = lambda x: x.each(inverse.root)
-        self.here = Lanes(context, builder, self.row(LANES), self.row(0))  # in the work
+        pulled = orbits.variables(lanes, orbits.load_vector(orbits.here, orbits.work, pull_of, i))
+        with cgutils.for_range(builder, outer.index, intp=row) as inner:
+            j = (inner.index,)
+            there = orbits.load_vector(orbits.here, orbits.work, place_of, j)
+            gap = [x - y for x, y in zip(there, here, strict=True)]
+            near = orbits.root(dot(gap, gap))
+            cube = near * near * near
+            onto_i, onto_j = orbits.number(lanes, OWN, j) * cube, mass * cube
+            for x in range(D):
+                other = orbits.load(orbits.here, orbits.work, pull_of + x, j)
+                changed = other - onto_j * gap[x]
+                orbits.store(orbits.here, changed, orbits.work, pull_of + x, j)
+                orbits.keep(orbits.kept(pulled[x]) + onto_i * gap[x], pulled[x])
+        own = [orbits.kept(x) for x in pulled]
+        orbits.store_vector(orbits.here, own, orbits.work, pull_of, i)
 
-    def at(self, block, i):
-        """Row i of a block of n."""
-        return self.builder.add(self.builder.mul(self.n, self.row(block)), i)
 
-    def number(self, lanes, k, planets):
-        """The k-th number of planets, in all lanes."""
+def finish(orbits, lanes):
+    """What is left of the accelerations, pulled back to the step's centre."""
+    builder, D = orbits.builder, orbits.D
+    shared = orbits.scalar(lanes, FIRST_MASS), orbits.weight(lanes)
+    beyond = [lanes.variable(NOTHING) for _ in range(D)]
 
-        def one(i):
-            place = self.builder.add(self.at(k, i), self.row(HEAD))
-            return Lane(self.builder, lanes.spread(lanes.number(self.numbers, place)))
-
-        return Several(one(i) for i in planets)
-
-    def load(self, lanes, data, block, planets):
-        return Several(Lane(self.builder, lanes.load(data, self.at(block, i))) for i in planets)
-
-    def load_vector(self, lanes, data, block, planets):
-        return [self.load(lanes, data, block + x, planets) for x in range(self.D)]
-
-    def store(self, lanes, several, data, block, planets):
-        for lane, i in zip(several.lanes, planets, strict=True):
-            lanes.store(lane.value, data, self.at(block, i))
-
-    def store_vector(self, lanes, vector, data, block, planets):
-        for x, several in enumerate(vector):
-            self.store(lanes, several, data, block + x, planets)
-
-    def scalar(self, lanes, k):
-        """One of the first numbers, in all lanes."""
-        return Lane(self.builder, lanes.spread(lanes.number(self.numbers, self.row(k))))
-
-    def variables(self, lanes, values):
-        """Places for lanes, of each planet."""
-        return [[lanes.variable(lane.value) for lane in value.lanes] for value in values]
-
-    def kept(self, places):
-        """What is in such a place."""
-        return Several(Lane(self.builder, self.builder.load(place)) for place in places)
-
-    def keep(self, value, places):
-        for lane, place in zip(value.lanes, places, strict=True):
-            self.builder.store(lane.value, place)
-
-    def outwards(self, lanes, part):
-        """Do a part (planets, halvings) for all planets, in their order.
-
-        Far planets turn so little in a step that their series need no halving.
-        """
-        builder, row = self.builder, self.row
-        pairs = builder.lshr(self.n, row(1))
-        wanted = builder.fptosi(lanes.number(self.numbers, row(NEAR)), row)
-        all_near = builder.icmp_signed(">", wanted, pairs)
-        near = builder.select(all_near, pairs, wanted)
-
-        def some(begin, end, halvings):
-            with cgutils.for_range(builder, builder.sub(end, begin), intp=row) as loop:
-                first = builder.shl(builder.add(begin, loop.index), row(1))
-                part((first, builder.add(first, row(1))), halvings)
-
-        some(row(0), near, HALVINGS)
-        some(near, pairs, 0)
-        with builder.if_then(builder.trunc(self.n, ir.IntType(1))):
-            last = (builder.sub(self.n, row(1)),)
-            with builder.if_else(all_near) as (halved, whole):
-                with halved:
-                    part(last, HALVINGS)
-                with whole:
-                    part(last, 0)
-
-    def inwards(self, part):
-        """Do a part for all planets, in the opposite order."""
-        builder, row = self.builder, self.row
-        pairs = builder.lshr(self.n, row(1))
-        with builder.if_then(builder.trunc(self.n, ir.IntType(1))):
-            part((builder.sub(self.n, row(1)),))
-        with cgutils.for_range(builder, pairs, intp=row) as loop:
-            left = builder.sub(builder.sub(pairs, row(1)), loop.index)
-            first = builder.shl(left, row(1))
-            part((builder.add(first, row(1)), first))
-
-    def move(self, lanes):
-        """Kepler's motions to the stages, and the places from the star."""
-        builder, D = self.builder, self.D
-        here = Lane(builder, lanes.load(self.nodes, self.row(OFFSET)))
-        h = abs(self.scalar(lanes, 0))
-        before = [lanes.variable(NOTHING) for _ in range(D)]
-
-        def part(planets, halvings):
-            t = Several([here] * len(planets))
-            mu = self.number(lanes, MASS, planets)
-            q, v = (self.load_vector(lanes, self.W, block, planets) for block in (0, D))
-            square = dot(q, q)
-            inverse_0 = self.root(square)
-            r0, eta = square * inverse_0, dot(q, v)
-            beta = 2.0 * mu * inverse_0 - dot(v, v)
-            zeta = mu - beta * r0
-            X, G = self.solved(lanes, planets, halvings, mu, beta, r0, eta, zeta, t, h)
-            r = r0 + (eta * G[0] + zeta * G[1])
-            inverse = self.reciprocal(r)
-            f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
-            rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
-            Q = [x + (f * x + g * y) for x, y in zip(q, v, strict=True)]
-            V = [y + (rate_f * x + rate_g * y) for x, y in zip(q, v, strict=True)]
-            share, d = self.number(lanes, SHARE, planets), []
-            for place, y in zip(before, Q, strict=True):
-                inner = [Lane(builder, builder.load(place))]
-                for one, weight in zip(y.lanes, share.lanes, strict=True):
-                    inner.append(inner[-1] + weight * one)
-                builder.store(inner[-1].value, place)
-                d.append(Several(inner[:-1]))
-            nothing = Several(Lane(builder, NOTHING) for _ in planets)
-            places = [x + y for x, y in zip(Q, d, strict=True)]
-            for block, vector in enumerate((Q, V, d, places, [nothing] * D)):
-                self.store_vector(self.here, vector, self.work, block * D, planets)
-            self.store(lanes, X, self.guess, 0, planets)
-            pace = r * self.number(lanes, INVERSE, planets)
-            lag = universal.lag(mu, X, G, t)
-            for k, lane in enumerate((inverse, pace, inverse_0, G[1], lag, -g)):
-                self.store(self.here, lane, self.work, 5 * D + k, planets)
-
-        self.outwards(lanes, part)
-
-    def solved(self, lanes, planets, halvings, mu, beta, r0, eta, zeta, t, h):
-        """X and G1 to G5 at the times t, from the last pass's X, at first from the mean motion.
-
-        NaN where Kepler's equation was not solved, or X is too large for the series.
-        """
-        builder = self.builder
-        mean = t * beta * self.number(lanes, INVERSE, planets)
-        known = self.load(lanes, self.guess, 0, planets)
-        begin = mean.each(
-            lambda a, b: Lane(builder, builder.select(self.first_pass, a.value, b.value)), known
+    def part(planets):
+        star, weight = (Several([lane] * len(planets)) for lane in shared)
+        Q, d, x, p = (
+            orbits.load_vector(orbits.here, orbits.work, block, planets)
+            for block in (0, *(own_block(orbits, k) for k in range(3)))
         )
-        place, changed, *found = self.variables(lanes, [begin] + [begin * 0.0] * 6)
-        limit = h * Lane(builder, lanes.spread(self.tolerance))
-        with cgutils.for_range(builder, self.row(MOST)) as loop:
-            X = self.kept(place)
-            G = universal.universal(beta, X, TERMS, halvings)
-            step = universal.correction(beta, r0, eta, zeta, X, G, t, self.reciprocal)
-            for variable, value in zip(found, G, strict=True):
-                self.keep(value, variable)
-            self.keep(step, changed)
-            small = (abs(step) * r0).each(lambda a: a <= limit).lanes
-            every = small[0]
-            for one in small[1:]:
-                every = builder.and_(every, one)
-            every = builder.icmp_unsigned(
-                "==", builder.bitcast(every, ir.IntType(LANES)), ir.IntType(LANES)(-1)
-            )
-            with builder.if_then(every):
-                loop.do_break()
-            far = universal.far_correction(
-                beta, r0, eta, zeta, X, G, t,
-                lambda a, b: a.each(lambda x, y: x / y, b), lambda a: a.each(square_root),
-            )  # fmt: skip
-            self.keep(X + far, place)
-        step = self.kept(changed)
-        X = self.kept(place) + step
-        G = universal.moved(beta, [self.kept(one) for one in found], step)
-
-        def checked(x, far, r, b):
-            inside = abs(b) * x * x <= 4.0**halvings * universal.FARTHEST
-            return x.where(builder.and_(abs(far) * r <= limit, inside), NAN)
-
-        return X.each(checked, step, r0, beta), G
-
-    def pull(self, lanes):
-        """p from all pairs of planets."""
-        builder, D = self.builder, self.D
-        with cgutils.for_range(builder, self.n, intp=self.row) as outer:
-            i = (outer.index,)
-            here, mass = (
-                self.load_vector(self.here, self.work, 3 * D, i),
-                self.number(lanes, OWN, i),
-            )
-            pulled = self.variables(lanes, self.load_vector(self.here, self.work, 4 * D, i))
-            with cgutils.for_range(builder, outer.index, intp=self.row) as inner:
-                j = (inner.index,)
-                there = self.load_vector(self.here, self.work, 3 * D, j)
-                gap = [x - y for x, y in zip(there, here, strict=True)]
-                near = self.root(dot(gap, gap))
-                cube = near * near * near
-                onto_i, onto_j = self.number(lanes, OWN, j) * cube, mass * cube
-                for x in range(D):
-                    other = self.load(self.here, self.work, 4 * D + x, j)
-                    self.store(self.here, other - onto_j * gap[x], self.work, 4 * D + x, j)
-                    self.keep(self.kept(pulled[x]) + onto_i * gap[x], pulled[x])
-            own = [self.kept(x) for x in pulled]
-            self.store_vector(self.here, own, self.work, 4 * D, i)
-
-    def finish(self, lanes):
-        """What is left of the accelerations, pulled back to the step's centre."""
-        builder, D = self.builder, self.D
-        shared = (
-            self.scalar(lanes, 1),
-            Lane(builder, lanes.load(self.nodes, self.row(WEIGHT))),
+        inverse = orbits.load(orbits.here, orbits.work, 2 * D, planets)
+        mu, own, c, rest, ratio, inside = (
+            orbits.number(lanes, k, planets) for k in (MASS, OWN, STAR, REST, RATIO, INSIDE)
         )
-        beyond = [lanes.variable(NOTHING) for _ in range(D)]
+        square = inverse * inverse
+        cube = square * inverse
+        e = dot(d, [2.0 * a + b for a, b in zip(Q, d, strict=True)]) * square
+        f, third = encke(orbits, e, 1.0 + e)
+        pull, fall = mu * cube, star * third * cube
+        a = []
+        for k, place in enumerate(beyond):
+            outside = [Lane(builder, builder.load(place))]
+            pulled = own * (p[k] - fall * x[k])
+            for one in pulled.lanes:
+                outside.append(outside[-1] + one)
+            builder.store(outside[-1].value, place)
+            near = pull * (rest * Q[k] + c * (f * x[k] - d[k]))
+            a.append(weight * (near + (ratio * p[k] + inside * Several(outside[:-1]))))
+        orbits.pull_back(lanes, planets, a)
 
-        def part(planets):
-            star, weight = (Several([lane] * len(planets)) for lane in shared)
-            Q, V, d, x, p = (
-                self.load_vector(self.here, self.work, block * D, planets) for block in range(5)
-            )
-            inverse, pace, inverse_0, G2, lag, back = (
-                self.load(self.here, self.work, 5 * D + k, planets) for k in range(KEPT)
-            )
-            mu, own, c, rest, ratio, inside = (
-                self.number(lanes, k, planets) for k in (MASS, OWN, STAR, REST, RATIO, INSIDE)
-            )
-            square = inverse * inverse
-            cube = square * inverse
-            e = dot(d, [2.0 * a + b for a, b in zip(Q, d, strict=True)]) * square
-            root = self.root(1.0 + e)
-            third = root * root * root
-            f = e * (3.0 + e * (3.0 + e)) * (third * third) * self.reciprocal(1.0 + third)
-            pull, fall = mu * cube, star * third * cube
-            a = []
-            for k, place in enumerate(beyond):
-                outside = [Lane(builder, builder.load(place))]
-                pulled = own * (p[k] - fall * x[k])
-                for one in pulled.lanes:
-                    outside.append(outside[-1] + one)
-                builder.store(outside[-1].value, place)
-                near = pull * (rest * Q[k] + c * (f * x[k] - d[k]))
-                a.append(weight * (near + (ratio * p[k] + inside * Several(outside[:-1]))))
-            start = [self.load_vector(lanes, self.W, block, planets) for block in (0, D)]
-            changes = universal.pull_back(mu, G2, lag, back, pace, inverse_0, *start, Q, V, a, dot)
-            for half, vector in enumerate(changes):
-                self.store_vector(lanes, vector, self.k, half * D, planets)
-
-        self.inwards(part)
+    orbits.inwards(part)
 
 
-@intrinsic
-def kepler_rates(typingctx, axes, numbers, nodes, W, work, guess, k, number):
-    """A pass for as many dimensions as ``axes`` has entries; arrays as in the module."""
-    dimension = axes.count
+def planets_alone(orbits, lanes):
+    """A pass at eight stages."""
+    orbits.move(lanes, place(orbits, lanes))
+    pull(orbits, lanes)
+    finish(orbits, lanes)
 
-    def generate(context, builder, signature, values):
-        inner = types.void(*signature.args[1:])
-        made = Stages(context, builder, inner, values[1:], dimension)
-        chunks = builder.udiv(made.padded, made.row(LANES))
-        with cgutils.for_range(builder, chunks, intp=made.row) as loop:
-            lanes = Lanes(context, builder, made.padded, loop.index)
-            made.move(lanes)
-            made.pull(lanes)
-            made.finish(lanes)
-        return context.get_dummy_value()
 
-    return types.void(axes, numbers, nodes, W, work, guess, k, number), generate
+kepler_rates = rates_of_orbits(planets_alone)

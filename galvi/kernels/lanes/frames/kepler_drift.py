@@ -1,9 +1,9 @@
 """Kepler's motions of all planets over a step, in vector instructions over the planets.
 
-Numbers as in `galvi.kernels.lanes.frames.kepler`; then the places of the star and of the planets,
-in their order, among the problem's bodies (n + 1,). In rows 4 to 7 of the state: D times n entries,
-Q by coordinates, then D of the barycentre; likewise their low parts, the velocities and theirs.
-Rows have at least LANES entries more.
+Numbers as in `galvi.kernels.lanes.frames.kepler_motion`; then the places of the bodies in the
+frame's order among the problem's bodies (n + 1,). In rows 4 to 7 of the state: D times n entries, Q
+by coordinates, then D of the barycentre; likewise their low parts, the velocities and theirs. Rows
+have at least LANES entries more.
 """
 
 from __future__ import annotations
@@ -18,15 +18,14 @@ from numba.extending import intrinsic
 
 from galvi.kernels.compile.jit import jit_inline
 from galvi.kernels.lanes.frames import universal
-from galvi.kernels.lanes.frames.kepler import HEAD, INVERSE, MASS, MOST, dot
+from galvi.kernels.lanes.frames.kepler_motion import BLOCKS, HEAD, MASS, MOST, STEP, dot
 from galvi.kernels.lanes.functions import square_root, two_product, two_sum
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
 
 TERMS = 10  # of a series
 SMALL = 2e-6  # share of a step up to which a correction of X is the last one
-FARTHEST = 56.0  # largest |beta X^2| for which the series are accurate: 1.2 revolutions
-BLOCKS = INVERSE + 1  # of numbers of planets
+FARTHEST = 64.0  # largest |beta X^2| for which the series are accurate: 1.27 revolutions
 NAN = math.nan
 
 
@@ -47,7 +46,7 @@ def kepler_drift(typingctx, axes, numbers, share, state):
         size = builder.extract_value(known.shape, 0)
         n = builder.udiv(builder.sub(size, row(HEAD + 1)), row(BLOCKS + 1))
         chunks = builder.udiv(builder.add(n, row(LANES - 1)), row(LANES))
-        h = builder.load(builder.gep(known.data, [row(0)]))
+        h = builder.load(builder.gep(known.data, [row(STEP)]))
         with cgutils.for_range(builder, chunks, intp=row) as loop:
             first = builder.mul(loop.index, row(LANES))
             left = builder.sub(n, first)
@@ -68,7 +67,8 @@ def kepler_drift(typingctx, axes, numbers, share, state):
 
             mask = _below(builder, left)
             t = Lane(builder, lanes.spread(builder.fmul(values[2], h)))
-            mu = load(known.data, builder.add(first, row(HEAD + MASS)))
+            masses = builder.add(row(HEAD), builder.mul(n, row(MASS)))
+            mu = load(known.data, builder.add(first, masses))
             parts = [[load(rows.data, entry(r, x)) for x in range(D)] for r in range(4, 8)]
             moved = _moved(builder, lanes, mask, mu, t, *parts)
             whole = builder.icmp_unsigned(">=", left, row(LANES))

@@ -6,8 +6,10 @@ Numbers and state as in `galvi.kernels.lanes.frames.kepler_drift`.
 from __future__ import annotations
 
 from galvi.kernels.compile.jit import jit_inline, jit_noalloc
-from galvi.kernels.lanes.frames.kepler import HEAD, SHARE, kepler_rates
-from galvi.kernels.lanes.frames.kepler_drift import BLOCKS, kepler_drift, planets_of
+from galvi.kernels.lanes.frames.hierarchy import FIRST, MIDDLE, nested_rates
+from galvi.kernels.lanes.frames.kepler import kepler_rates
+from galvi.kernels.lanes.frames.kepler_drift import kepler_drift, planets_of
+from galvi.kernels.lanes.frames.kepler_motion import BLOCKS, HEAD, SHARE
 from galvi.kernels.lanes.gravity import fused
 from galvi.kernels.lie.arithmetic import two_sum
 
@@ -49,6 +51,31 @@ def leave(numbers, state, D):
         state[1, i], state[3, i] = 0.0, 0.0
 
 
+@jit_inline
+def leave_pairs(numbers, state, D):
+    """As `leave`, of bodies in a hierarchy: outer pairs first, each divides a centre in two."""
+    n = planets_of(numbers)
+    share, first = HEAD + SHARE * n, HEAD + FIRST * n
+    middle, bodies = HEAD + MIDDLE * n, HEAD + BLOCKS * n
+    for half in range(2):
+        out, source = 2 * half, 4 + 2 * half
+        low = out + 1  # what rounding lost
+        for x in range(D):
+            top, centre = D * int(numbers[bodies]) + x, D * n + x
+            state[out, top], state[low, top] = state[source, centre], state[source + 1, centre]
+            for i in range(n - 1, -1, -1):
+                one = D * int(numbers[bodies + int(numbers[first + i])]) + x
+                other = D * int(numbers[bodies + int(numbers[middle + i])]) + x
+                place, rest = state[source, x * n + i], state[source + 1, x * n + i]
+                back = numbers[share + i]
+                state[out, one], lost = two_sum(state[out, one], -(back * place))
+                state[low, one] += lost - back * rest
+                state[out, other], lost = two_sum(state[out, one], place)
+                state[low, other] = state[low, one] + (lost + rest)
+        for i in range(D * (n + 1)):
+            state[out, i], state[low, i] = state[out, i] + state[low, i], 0.0
+
+
 @jit_noalloc
 def rates_in_space(numbers, nodes, W, work, guess, k, number):
     """RATES of galvi.kernels.lanes.frames.collocation."""
@@ -59,6 +86,18 @@ def rates_in_space(numbers, nodes, W, work, guess, k, number):
 def rates_in_plane(numbers, nodes, W, work, guess, k, number):
     """RATES."""
     kepler_rates(PLANE, numbers, nodes, W, work, guess, k, number)
+
+
+@jit_noalloc
+def nested_rates_in_space(numbers, nodes, W, work, guess, k, number):
+    """RATES of bodies in a hierarchy."""
+    nested_rates(SPACE, numbers, nodes, W, work, guess, k, number)
+
+
+@jit_noalloc
+def nested_rates_in_plane(numbers, nodes, W, work, guess, k, number):
+    """RATES of bodies in a hierarchy."""
+    nested_rates(PLANE, numbers, nodes, W, work, guess, k, number)
 
 
 @jit_noalloc
@@ -87,7 +126,23 @@ def leave_plane(numbers, state):
     leave(numbers, state, 2)
 
 
-FUNCTIONS = {
+@jit_noalloc
+def leave_pairs_in_space(numbers, state):
+    """LEAVE of bodies in a hierarchy."""
+    leave_pairs(numbers, state, 3)
+
+
+@jit_noalloc
+def leave_pairs_in_plane(numbers, state):
+    """LEAVE of bodies in a hierarchy."""
+    leave_pairs(numbers, state, 2)
+
+
+PLANETS = {
     2: (rates_in_plane, drift_in_plane, leave_plane),
     3: (rates_in_space, drift_in_space, leave_space),
+}
+NESTED = {
+    2: (nested_rates_in_plane, drift_in_plane, leave_pairs_in_plane),
+    3: (nested_rates_in_space, drift_in_space, leave_pairs_in_space),
 }

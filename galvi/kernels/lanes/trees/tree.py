@@ -26,7 +26,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit
-from galvi.kernels.lanes.sparse import (
+from galvi.kernels.lanes.trees.sparse import (
     atan2,
     cross,
     dot,

@@ -1,0 +1,1 @@
+"""A stated model of a brownout cloud: emission by the wind, flights, what a pilot sees."""

@@ -1,0 +1,41 @@
+"""Random numbers as a function of a key and a counter: Philox4x32-10.
+
+Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy as 1, 2, 3, SC '11 (2011). A grain's
+numbers follow from its own number, whichever grains are drawn with it, and in whatever order.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from galvi.arrays import Array
+
+Words = npt.NDArray[np.uint64]  # each below 2^32
+ROUNDS = 10
+FACTORS = 0xD2511F53, 0xCD9E8D57
+STEPS = 0x9E3779B9, 0xBB67AE85  # of the two words of the key, each round
+LOW = np.uint64(0xFFFFFFFF)
+HALF = np.uint64(32)
+
+
+def philox(counter: Any, key: Any) -> Words:
+    """The four words (4, ...) of counters (4, ...) and keys (2, ...), all below 2^32."""
+    a, b, c, d = (np.asarray(x, dtype=np.uint64) for x in counter)
+    k, l = (np.asarray(x, dtype=np.uint64) for x in key)
+    for _ in range(ROUNDS):
+        first, second = a * np.uint64(FACTORS[0]), c * np.uint64(FACTORS[1])
+        a, b, c, d = (second >> HALF) ^ b ^ k, second & LOW, (first >> HALF) ^ d ^ l, first & LOW
+        k, l = (k + np.uint64(STEPS[0])) & LOW, (l + np.uint64(STEPS[1])) & LOW
+    return np.stack(np.broadcast_arrays(a, b, c, d))
+
+
+def uniforms(grains: Any, attempt: int, seed: int) -> Array:
+    """Four numbers (4, n) in (0, 1) for each grain (n,) by its number, and an attempt."""
+    grain = np.asarray(grains, dtype=np.uint64)
+    zero = np.zeros_like(grain)
+    words = philox((grain & LOW, grain >> HALF, zero + np.uint64(attempt), zero), (seed, 0))
+    numbers: Array = (words.astype(np.float64) + 0.5) / 2.0**32
+    return numbers

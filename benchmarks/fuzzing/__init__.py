@@ -1,0 +1,1 @@
+"""Calls with arguments at random: what must never happen, whatever is given."""

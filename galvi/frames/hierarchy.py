@@ -1,0 +1,195 @@
+"""Bodies in a hierarchy of pairs: generalised Jacobi coordinates."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from galvi.arrays import Array
+from galvi.extended_precision import decimals, extended_precision, rounded
+from galvi.problem import Problem
+
+Nested = Any  # a body's number or name, or a tuple of such parts, inner ones first
+
+
+class Hierarchy(NamedTuple):
+    """Generalised Jacobi coordinates of a problem: n pairs of n + 1 bodies, inner pairs first.
+
+    Pair i joins bodies first <= a < middle and middle <= b < end in the order of ``bodies``; its
+    place is that of the latter's barycentre from the former's.
+
+    bodies          (n + 1,) among the problem's bodies
+    pairs           (n, 3) first, middle and end
+    places, speeds  (n + 1, D) of decimals: of the barycentre, then of pairs, at the start
+    axes            (n,) semi-major axes in the frame; not positive for an orbit that is not bound
+    eccentricities  (n,)
+    masses          of the first body, then of the others (n,), of pairs (n,), and the second side's
+                    share of these (n,): times G, the first of the numbers in
+                    galvi.kernels.lanes.frames.kepler_motion
+    """
+
+    bodies: list[int]
+    pairs: Array
+    places: Any
+    speeds: Any
+    axes: Array
+    eccentricities: Array
+    masses: Array
+
+    @property
+    def fastest(self) -> int:
+        """The pair of the shortest period."""
+        return int(np.argmin(self.axes**3 / self.whole))
+
+    @property
+    def whole(self) -> Array:
+        """G times the masses of pairs, (n,)."""
+        return self.masses[1 + len(self.pairs) :][: len(self.pairs)]
+
+    @property
+    def share(self) -> Array:
+        """The second side's share of them, (n,)."""
+        return self.masses[1 + 2 * len(self.pairs) :]
+
+
+def names_of(problem: Problem) -> Any:
+    """The names of its bodies, or their numbers."""
+    names: Any = problem.parameters.get("bodies")
+    fits = isinstance(names, (tuple, list)) and len(names) == problem.q0.shape[0]
+    return list(names) if fits else list(range(problem.q0.shape[0]))
+
+
+def nested_in(problem: Problem, hierarchy: Nested) -> tuple[Nested, str]:
+    """The hierarchy in numbers of bodies, with massless ones that it leaves out; or what is wrong.
+
+    They move about the first part, ahead of parts that are farther from it.
+    """
+    names, system = names_of(problem), problem.system
+    masses: Array = system.masses  # type: ignore[attr-defined]
+
+    def number(part: Nested) -> Nested:
+        if isinstance(part, tuple):
+            return tuple(number(one) for one in part)
+        if part in names and isinstance(part, str):
+            return names.index(part)
+        return part
+
+    def missing(part: Nested) -> bool:
+        return isinstance(part, str) or not 0 <= part < masses.size
+
+    given = number(hierarchy)
+    found = leaves(given)
+    unknown = [part for part in found if missing(part)]
+    if unknown:
+        return (), f"one with {unknown[0]!r}, which is none of {names}"
+    twice = [names[part] for part in found if found.count(part) > 1]
+    left = [i for i in range(masses.size) if i not in found]
+    heavy = [names[i] for i in left if masses[i] > 0.0]
+    if twice or heavy:
+        return (), f"one with {twice[0]} twice" if twice else f"one without {heavy[0]}"
+
+    def centre(part: Nested) -> Array:
+        inside = leaves(part)
+        whole = float(np.sum(masses[inside]))
+        weights = masses[inside] / whole if whole > 0.0 else np.full(len(inside), 1 / len(inside))
+        place: Array = weights @ problem.q0[inside]
+        return place
+
+    parts = [*given]
+    for body in left:
+        far = [float(np.linalg.norm(centre(part) - centre(parts[0]))) for part in parts[1:]]
+        own = float(np.linalg.norm(problem.q0[body] - centre(parts[0])))
+        parts.insert(1 + sum(one < own for one in far), body)
+    bodies, pairs = _flat(tuple(parts))
+    for first, _middle, end in pairs:
+        if not np.any(masses[bodies[first:end]] > 0.0):
+            return (), f"one that joins {names[bodies[first]]} and others, all of them massless"
+    return tuple(parts), ""
+
+
+def leaves(part: Nested) -> list[Any]:
+    """The bodies of a part."""
+    return [one for inner in part for one in leaves(inner)] if isinstance(part, tuple) else [part]
+
+
+def about_the_heaviest(problem: Problem) -> Nested:
+    """Its heaviest body and the others in the order of their orbits about it."""
+    system: Any = problem.system
+    masses, q, v = system.G * system.masses, problem.q0, problem.v0
+    star = int(np.argmax(masses))
+    others = [i for i in range(masses.size) if i != star]
+    gap, speed = q[others] - q[star], v[others] - v[star]
+    distance = np.linalg.norm(gap, axis=1)
+    whole = masses[star] + masses[others]
+    inverse = 2.0 / distance - np.sum(speed**2, axis=1) / whole
+    rank = np.where(inverse > 0.0, 1.0 / np.where(inverse > 0.0, inverse, 1.0), np.inf)
+    return star, *(others[k] for k in np.lexsort((distance, rank)))
+
+
+def _flat(nested: Nested) -> tuple[list[int], Array]:
+    """The bodies in their order, and the limits of pairs (n, 3)."""
+    bodies: list[int] = []
+    pairs: list[tuple[int, int, int]] = []
+
+    def visit(part: Nested) -> None:
+        if not isinstance(part, tuple):
+            bodies.append(part)
+            return
+        first = len(bodies)
+        visit(part[0])
+        for other in part[1:]:
+            middle = len(bodies)
+            visit(other)
+            pairs.append((first, middle, len(bodies)))
+
+    visit(nested)
+    return bodies, np.array(pairs)
+
+
+@lru_cache(maxsize=32)
+def hierarchy_of(problem: Problem, nested: Nested) -> Hierarchy:
+    """The coordinates of a problem's start."""
+    bodies, pairs = _flat(nested)
+    system: Any = problem.system
+    with extended_precision():
+        m = (decimals(system.G) * decimals(system.masses))[bodies]
+        mass, whole, share = list(m), [], []
+        for first, middle, _ in pairs:
+            whole.append(mass[first] + mass[middle])
+            share.append(mass[middle] / whole[-1])
+            mass[first] = whole[-1]
+        masses = np.concatenate([rounded(m), rounded(np.array(whole)), rounded(np.array(share))])
+    places, speeds = (jacobi(problem, bodies, pairs, x) for x in (problem.q0, problem.v0))
+    Q, V = (np.array(exact[1:], dtype=float) for exact in (places, speeds))
+    mu = np.array(whole, dtype=float)
+    r = np.linalg.norm(Q, axis=1)
+    with np.errstate(divide="ignore"):
+        axes = 1.0 / (2.0 / r - np.sum(V**2, axis=1) / mu)
+    sine = np.sum(Q * V, axis=1) / np.sqrt(mu * np.abs(axes))  # e sin u, and e cos u
+    return Hierarchy(bodies, pairs, places, speeds, axes, np.hypot(sine, 1.0 - r / axes), masses)
+
+
+def jacobi(problem: Problem, bodies: list[int], pairs: Array, x: Array) -> Any:
+    """Places or velocities of the barycentre and of pairs, (n + 1, D) of decimals."""
+    system: Any = problem.system
+    with extended_precision():
+        mass = list((decimals(system.G) * decimals(system.masses))[bodies])
+        centres, rows = list(decimals(x)[bodies]), []
+        for first, middle, _ in pairs:
+            rows.append(centres[middle] - centres[first])
+            whole = mass[first] + mass[middle]
+            centres[first] = centres[first] + (mass[middle] / whole) * rows[-1]
+            mass[first] = whole
+    return np.array([centres[0], *rows])
+
+
+def mean_anomaly(found: Hierarchy, pair: int) -> float:
+    """That of a pair at the start, over 2 pi."""
+    Q, V = (np.array(exact[1 + pair], dtype=float) for exact in (found.places, found.speeds))
+    axis, mu = float(found.axes[pair]), float(found.whole[pair])
+    sine = float(Q @ V) / math.sqrt(mu * abs(axis))
+    u = math.atan2(sine, 1.0 - float(np.linalg.norm(Q)) / axis)
+    return (u - float(found.eccentricities[pair]) * math.sin(u)) / (2.0 * math.pi)

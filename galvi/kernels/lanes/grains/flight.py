@@ -1,0 +1,349 @@
+"""Flights of many grains, eight at a time, each in a lane of its own from its start to its end.
+
+A lane whose grain has landed, or has reached its last time, takes the next grain. Each lane is in
+its own step and iteration: a pass serves all eight, and none waits for another, so that a grain's
+numbers depend on nothing but the grain. A step leads to the next multiple of the grain's step; the
+first one, from the start, is shorter.
+
+Contact with the ground z = 0: where the curve of a solved step comes down to it, the step is done
+anew up to the first root of the curve, and then, where asked, up to the root of its own end, by
+Newton's method: the curve is of order s + 1 inside the step, the end of order 2 s. There the grain
+stays, or its vertical velocity changes to -e times itself and the rest of the step is done anew.
+
+starts     (n, 6)    q and v                      clocks  (n, 2)  time of the start, step
+constants  (n, 2)    those of the drag law        lasts   (n,)    the last time, in steps from 0
+numbers              as in galvi.kernels.lanes.grains.iteration
+curve      (s, s)    row l: the coefficient of tau^(l + 1) of the curve from velocities at stages
+ahead      (s, s)    accelerations at the next stages from those at the last
+rules      (5,)      e, below 0: grains stay; the speed below which they stay; tolerance of the
+                     iteration; whether the root of the step's end is found; time in which decay
+                     falls by e
+every                steps between saved places
+ends       (n, 13)   q, v, time, impulse of the drag and of contacts over the mass: sums of h b a
+codes      (n, 4)    how it ended, contacts, steps, passes
+saved      (n, r, 3) places at times every step k, k = 0, 1, ...; NaN before the start
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+from numba import types
+
+from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
+from galvi.kernels.compile.function_pointers import call_void
+from galvi.kernels.compile.jit import compiled_for, jit, jit_inline
+from galvi.kernels.lanes.grains.iteration import CHANGE, CONSTANTS, DECAY, H, Q, V
+from galvi.kernels.lanes.vectors import LANES
+
+ALOFT, LANDED, FAILED = 1, 2, 3  # codes; 0 is a grain that has not started
+PASSES = 64  # of one step
+ROUNDING = 1e-11  # changes below this that do not shrink are rounding errors of the wind
+SOLVES = 8  # most solves of one contact
+CONTACTS = 1000  # of one grain
+SEARCH = 80  # halvings that find a root of the curve
+CLOSE = 1e-15  # of the way down, at the root of the step's end
+NOBODY = -1
+WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
+END_TIME, DRAG, CONTACT = 6, 7, 10  # columns of ends
+TIME, LEFT, LAST = 0, 1, 2  # rows of `clock`, (3, 8): start, rest of the step, the last change
+INDEX, WHO, PHASE, TRIES, SOLVED, AGAIN = range(6)  # rows of `lane`, (6, 8)
+
+
+@jit_inline
+def value_at(coefficients, tau):
+    """sum_l coefficients_l tau^l."""
+    result = 0.0
+    for l in range(coefficients.size - 1, -1, -1):
+        result = result * tau + coefficients[l]
+    return result
+
+
+@jit_inline
+def first_root(coefficients, scratch):
+    """The first root in (0, 1] of a polynomial that is positive at 0; 2 where there is none.
+
+    Between roots of its derivative it is monotone: these are found first, from the derivative of
+    the highest order on. scratch (3, at least size + 1): a derivative and its roots, and new ones.
+    """
+    n = coefficients.size
+    derivative, roots, new = scratch[0], scratch[1], scratch[2]
+    known = 0
+    for order in range(n - 1, -1, -1):
+        for l in range(n - order):
+            factor = 1.0
+            for k in range(l + 1, l + order + 1):
+                factor *= k
+            derivative[l] = factor * coefficients[l + order]
+        part = derivative[: n - order]
+        found, low = 0, 0.0
+        for piece in range(known + 1):
+            high = roots[piece] if piece < known else 1.0
+            at_low, at_high = value_at(part, low), value_at(part, high)
+            if (at_low > 0.0) != (at_high > 0.0):
+                a, b = low, high
+                for _ in range(SEARCH):
+                    middle = 0.5 * (a + b)
+                    if (value_at(part, middle) > 0.0) == (at_low > 0.0):
+                        a = middle
+                    else:
+                        b = middle
+                new[found] = b
+                found += 1
+            low = high
+        for k in range(found):
+            roots[k] = new[k]
+        known = found
+    return roots[0] if known > 0 else 2.0
+
+
+@jit_inline
+def way_down(work, l, curve, b_table, s, scratch):
+    """The first fraction of the step at which the curve meets the ground; 2 where it does not."""
+    h, z = work[H, l], work[Q + 2, l]
+    coefficients = scratch[3, : s + 1]
+    coefficients[:] = 0.0
+    coefficients[0] = z
+    for k in range(s):
+        v = work[V + 2, l]
+        for j in range(s):
+            v += h * b_table[k * s + j] * work[DECAY + s + 3 * j + 2, l]
+        for m in range(s):
+            coefficients[m + 1] += h * curve[m, k] * v
+    if z == 0.0:  # from the ground: z / tau
+        coefficients = coefficients[1:]
+        if not coefficients[0] > 0.0:
+            return 0.0
+    lowest = coefficients[0]
+    for m in range(1, coefficients.size):
+        lowest += min(0.0, coefficients[m])
+    return 2.0 if lowest > 0.0 else first_root(coefficients, scratch)
+
+
+@jit_inline
+def end_of(work, l, numbers, s, out):
+    """out (9,) <- q, v at the step's end, and the impulse of the drag over the mass."""
+    h, first = work[H, l], 2 * s * s
+    for i in range(3):
+        way, kick, push = 0.0, 0.0, 0.0
+        for j in range(s):
+            b, c = numbers[first + s + j], numbers[first + j]
+            way += b * (1.0 - c) * work[DECAY + s + 3 * j + i, l]
+            kick += b * work[DECAY + s + 3 * j + i, l]
+            push += b * work[DECAY + 4 * s + 3 * j + i, l]
+        out[i] = work[Q + i, l] + h * (work[V + i, l] + h * way)
+        out[3 + i] = work[V + i, l] + h * kick
+        out[6 + i] = h * push
+    out[8] -= h * numbers[first + 2 * s]
+
+
+@jit_inline
+def set_step(work, clock, l, h, numbers, s, fall):
+    """Begin the solve of a step of size h from the state in work."""
+    work[H, l] = h
+    start = math.exp(-clock[TIME, l] / fall)
+    for j in range(s):
+        work[DECAY + j, l] = start * math.exp(-numbers[2 * s * s + j] * h / fall)
+
+
+@jit_inline
+def set_guess(work, l, s, value):
+    """All accelerations <- value."""
+    for k in range(3 * s):
+        work[DECAY + s + k, l] = value
+
+
+@jit_inline
+def extrapolate(work, l, ahead, s, scratch):
+    """Accelerations for the next step of the same size."""
+    for i in range(3):
+        for j in range(s):
+            scratch[0, j] = work[DECAY + s + 3 * j + i, l]
+        for j in range(s):
+            guess = 0.0
+            for k in range(s):
+                guess += ahead[j, k] * scratch[0, k]
+            work[DECAY + s + 3 * j + i, l] = guess
+
+
+@jit_inline
+def keep(saved, who, index, every, x, y, z):
+    """Keep a place at a time that is kept."""
+    if index % every == 0 and index // every < saved.shape[1]:
+        row = index // every
+        saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
+
+
+@jit_inline
+def fill(saved, who, index, every, x, y, z):
+    """Keep a place at all times from a step's end on."""
+    for row in range((index + every - 1) // every, saved.shape[1]):
+        saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
+
+
+@jit
+def fly(law, grains, tables, rules, every, work, results):
+    """Do all flights of a batch. Statuses and states past a failure are as the legend says."""
+    starts, clocks, constants, lasts = grains
+    numbers, curve, ahead = tables
+    ends, codes, saved = results
+    restitution, slow, tolerance, polish, fall = rules
+    s, n = curve.shape[0], starts.shape[0]
+    clock, lane = np.zeros((3, LANES)), np.zeros((6, LANES), np.int64)
+    lane[WHO, :] = NOBODY
+    scratch, out = np.zeros((4, s + 2)), np.zeros(9)
+    work[:, :] = 0.0
+    work[Q + 2, :] = 1.0
+    following, busy = 0, 0
+    most = 0
+    for k in range(n):
+        most += (lasts[k] + 2 + CONTACTS * SOLVES) * 2 * PASSES
+    for _ in range(most):
+        if busy < LANES and following < n:
+            for l in range(LANES):
+                while lane[WHO, l] == NOBODY and following < n:
+                    who = following
+                    following += 1
+                    index = int(clocks[who, 0] / clocks[who, 1]) + 1
+                    ends[who, :6] = starts[who]
+                    ends[who, END_TIME] = clocks[who, 0]
+                    if index > lasts[who]:
+                        continue
+                    codes[who, 0] = ALOFT
+                    keep_start = clocks[who, 0] == (index - 1) * clocks[who, 1]
+                    if keep_start:
+                        keep(saved, who, index - 1, every, starts[who, 0], starts[who, 1],
+                             starts[who, 2])  # fmt: skip
+                    lane[INDEX, l], lane[WHO, l], lane[PHASE, l] = index, who, WHOLE
+                    lane[TRIES, l], lane[AGAIN, l] = 0, 0
+                    for i in range(6):
+                        work[Q + i, l] = starts[who, i]
+                    work[CONSTANTS, l] = constants[who, 0]
+                    work[CONSTANTS + 1, l] = constants[who, 1]
+                    clock[TIME, l] = clocks[who, 0]
+                    clock[LEFT, l] = index * clocks[who, 1] - clocks[who, 0]
+                    set_guess(work, l, s, 0.0)
+                    set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
+                    busy += 1
+        if busy == 0:
+            break
+        call_void(law[0], work, numbers)
+        for l in range(LANES):
+            who = lane[WHO, l]
+            if who == NOBODY:
+                continue
+            codes[who, 3] += 1
+            lane[TRIES, l] += 1
+            change, last = work[CHANGE, l], clock[LAST, l]
+            clock[LAST, l] = change
+            stands = change <= ROUNDING and lane[TRIES, l] > 1 and change >= 0.5 * last
+            if not (change <= tolerance or stands):
+                if change < np.inf and lane[TRIES, l] < PASSES:
+                    continue
+                if lane[AGAIN, l] == 0:  # once more, without what was extrapolated
+                    lane[AGAIN, l], lane[TRIES, l] = 1, 0
+                    set_guess(work, l, s, 0.0)
+                    continue
+                codes[who, 0] = FAILED
+                ends[who, :6] = np.nan
+                fill(saved, who, lane[INDEX, l], every, np.nan, np.nan, np.nan)
+                work[:, l], work[Q + 2, l] = 0.0, 1.0
+                lane[WHO, l] = NOBODY
+                busy -= 1
+                continue
+            lane[TRIES, l], lane[AGAIN, l] = 0, 0
+            end_of(work, l, numbers, s, out)
+            h, phase = work[H, l], lane[PHASE, l]
+            touches = False
+            if phase == WHOLE:
+                tau = way_down(work, l, curve, numbers, s, scratch)
+                if tau == 0.0:
+                    touches, h = True, 0.0
+                elif tau <= 1.0:
+                    lane[PHASE, l] = SHORTENED
+                    lane[SOLVED, l] = 0
+                    set_step(work, clock, l, tau * h, numbers, s, fall)
+                    continue
+            elif phase == LAST_TRY:
+                touches = out[2] <= 0.0
+            else:
+                lane[SOLVED, l] += 1
+                touches = True
+                near = abs(out[2]) <= CLOSE * (work[Q + 2, l] + h * abs(out[5]))
+                if polish > 0.0 and not near and lane[SOLVED, l] < SOLVES and out[5] < 0.0:
+                    longer = h - out[2] / out[5]
+                    if longer >= clock[LEFT, l]:  # not within the step
+                        lane[PHASE, l], touches = LAST_TRY, False
+                        set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
+                        continue
+                    if longer > 0.0:
+                        set_step(work, clock, l, longer, numbers, s, fall)
+                        continue
+            lane[PHASE, l] = WHOLE
+            if h > 0.0:
+                codes[who, 2] += 1
+                for i in range(3):
+                    work[Q + i, l], work[V + i, l] = out[i], out[3 + i]
+                    ends[who, DRAG + i] += out[6 + i]
+            if touches:
+                codes[who, 1] += 1
+                clock[TIME, l] += h
+                clock[LEFT, l] -= h
+                work[Q + 2, l] = 0.0
+                down = work[V + 2, l]
+                if restitution < 0.0 or -restitution * down < slow or codes[who, 1] >= CONTACTS:
+                    for i in range(3):
+                        ends[who, i], ends[who, 3 + i] = work[Q + i, l], 0.0
+                        ends[who, CONTACT + i] -= work[V + i, l]
+                    ends[who, END_TIME] = clock[TIME, l]
+                    codes[who, 0] = LANDED
+                    fill(saved, who, lane[INDEX, l], every, work[Q, l], work[Q + 1, l], 0.0)
+                    work[:, l], work[Q + 2, l] = 0.0, 1.0
+                    lane[WHO, l] = NOBODY
+                    busy -= 1
+                    continue
+                work[V + 2, l] = -restitution * down
+                ends[who, CONTACT + 2] -= (1.0 + restitution) * down
+                if clock[LEFT, l] > 0.0:
+                    set_guess(work, l, s, 0.0)
+                    set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
+                    continue
+            index = lane[INDEX, l]
+            keep(saved, who, index, every, work[Q, l], work[Q + 1, l], work[Q + 2, l])
+            clock[TIME, l] = index * clocks[who, 1]
+            if index >= lasts[who]:
+                for i in range(6):
+                    ends[who, i] = work[Q + i, l]
+                ends[who, END_TIME] = clock[TIME, l]
+                work[:, l], work[Q + 2, l] = 0.0, 1.0
+                lane[WHO, l] = NOBODY
+                busy -= 1
+                continue
+            lane[INDEX, l] = index + 1
+            clock[LEFT, l] = (index + 1) * clocks[who, 1] - clock[TIME, l]
+            if not touches and h > 0.999 * clocks[who, 1]:
+                extrapolate(work, l, ahead, s, scratch)
+            else:
+                last = 3 * (s - 1)
+                for j in range(s - 1):
+                    for i in range(3):
+                        work[DECAY + s + 3 * j + i, l] = work[DECAY + s + last + i, l]
+            set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
+
+
+@cache
+def compiled_fly():
+    """``fly`` compiled or cached, one kernel for all winds and drag laws."""
+    whole = types.int64[::1]
+    signature = types.void(
+        whole,
+        types.Tuple((MATRIX, MATRIX, MATRIX, whole)),
+        types.Tuple((VECTOR, MATRIX, MATRIX)),
+        types.UniTuple(types.float64, 5),
+        types.int64,
+        MATRIX,
+        types.Tuple((MATRIX, types.int64[:, ::1], TENSOR3)),
+    )
+    return compiled_for(fly, signature)

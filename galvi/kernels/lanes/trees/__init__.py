@@ -1,0 +1,1 @@
+"""Trees of rigid bodies on joints, by recursion."""

@@ -1,0 +1,225 @@
+"""Flights of many grains above the ground, in lanes and threads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from galvi import input_checks
+from galvi.arrays import Array
+from galvi.kernels.compile.function_pointers import addresses
+from galvi.kernels.forces.rotor_wind import DESCENT
+from galvi.kernels.lanes.grains import flight
+from galvi.kernels.lanes.grains.iteration import PASS_OF_GRAINS, rows_of_grains
+from galvi.kernels.lanes.vectors import LANES
+from galvi.method import Galerkin
+from galvi.run.ensemble import processors
+from galvi.run.interruption import defer_interrupts
+from galvi.run.nystrom_steppers import aligned, collocation_tables
+from galvi.symbolic.lane_law import compiled_grain_pass
+from galvi.systems.forces.drag_laws import DragLaw
+
+Codes = npt.NDArray[np.int64]
+ROTOR = "from galvi.kernels.lanes.laws import rotor_wind as wind\n"
+BATCH = 4096  # grains of one call of the kernel
+TOLERANCE = 1e-14  # change of the last pass, relative to the velocities
+WAITING, ALOFT, LANDED, FAILED = range(4)  # statuses; a grain waits that starts after the end
+STATUSES = (
+    "not started: its time is after the end",
+    "aloft at the end",
+    "stays on the ground",
+    "the stage equations were not solved: take a shorter step",
+)
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What a contact with z = 0 does.
+
+    restitution  vertical speed after a contact over that before; None: a grain stays where it lands
+    slowest      m/s, of a rebound; a slower grain stays
+    exact        whether the time of contact is the root of the end of a shortened step, of order
+                 2 s with s points, or that of the curve of the whole step, of order s + 1
+    """
+
+    restitution: float | None = None
+    slowest: float = 0.05
+    exact: bool = True
+
+
+@dataclass(frozen=True)
+class Flights:
+    """What became of n grains.
+
+    status           (n,)       index of STATUSES
+    t, q, v          (n,), (n, 3)  the last time and state: at the end, or on the ground
+    drag             (n, 3)     impulse of the drag over the mass, m/s
+    contact          (n, 3)     impulses of the ground over the mass
+    contacts, steps, passes  (n,)  how many; passes of the iteration
+    places           (n, k, 3)  at the saved times; NaN before the start and after a failure
+    """
+
+    status: Codes
+    t: Array
+    q: Array
+    v: Array
+    drag: Array
+    contact: Array
+    contacts: Codes
+    steps: Codes
+    passes: Codes
+    places: Array
+
+
+def follow(
+    method: Galerkin,
+    q0: Array,
+    v0: Array,
+    t0: Array,
+    rates: Array,
+    drag: DragLaw,
+    step: float | Array,
+    until: float,
+    *,
+    gravity: float,
+    saves: int = 0,
+    ground: Ground = Ground(),
+    wind: str = ROTOR,
+    tolerance: float = TOLERANCE,
+    threads: int | None = None,
+) -> Flights:
+    """Follow n grains from their starts to a common end, or to where they stay on the ground.
+
+    method  as many points as coefficients, e.g. ``Galerkin(Polynomials(2), gauss(2))``
+    q0, v0  (n, 3) in m and m/s, z above the ground or on it with an upward velocity
+    t0      (n,) starts in s, from 0 on; a grain that would start after the end does not
+    rates   (n, 1 + numbers of the drag law): factor over mass, then the law's numbers
+    step    s, one for all or (n,), each a whole fraction of ``until``: steps end at its multiples,
+            so that the first one is shorter
+    saves   places are kept at so many equal parts of ``until``, and at 0
+    wind    the lines that define ``wind`` in lanes, see galvi.kernels.lanes.grains.iteration
+
+    A grain's numbers do not depend on the other grains, their order, lanes or threads. Raises
+    ValueError for bad input, KeyboardInterrupt after Ctrl-C.
+    """
+    _check_method(method)
+    q0, v0, t0, rates = (np.array(x, dtype=np.float64) for x in (q0, v0, t0, rates))
+    n = len(t0)
+    steps = _steps(step, until, saves, n)
+    _check_starts(q0, v0, t0, rates, drag, n)
+    starts = np.concatenate([q0, v0], axis=1)
+    clocks = np.stack([t0, until / steps], axis=1)
+    constants = np.zeros((n, 2))
+    constants[:, : rates.shape[1]] = rates
+    restitution = -1.0 if ground.restitution is None else float(ground.restitution)
+    rules = (restitution, ground.slowest, tolerance, float(ground.exact), DESCENT)
+    ends, codes = np.full((n, 13), 0.0), np.zeros((n, 4), np.int64)
+    places = np.full((n, saves + 1 if saves else 0, 3), np.nan)
+    law, kept_alive = _compiled(wind, drag.name, method.stages)
+    tables, kernel = _tables(method, gravity), flight.compiled_fly()
+
+    def batch(part: Any) -> None:
+        (work,) = aligned((rows_of_grains(method.stages), LANES))
+        every = int(steps[part][0]) // saves if saves else 1
+        kernel(law, (starts[part], clocks[part], constants[part], steps[part]), tables, rules,
+               every, work, (ends[part], codes[part], places[part]))  # fmt: skip
+
+    _do(batch, _batches(steps), threads)
+    del kept_alive
+    return Flights(
+        codes[:, 0], ends[:, 6], ends[:, :3], ends[:, 3:6], ends[:, 7:10], ends[:, 10:],
+        codes[:, 1], codes[:, 2], codes[:, 3], places,
+    )  # fmt: skip
+
+
+def _do(batch: Callable[[Any], None], parts: list[Any], threads: int | None) -> None:
+    """Do all batches; after Ctrl-C no new one begins."""
+    with defer_interrupts() as pressed:
+
+        def one(part: Any) -> None:
+            if not pressed():
+                batch(part)
+
+        with ThreadPoolExecutor(threads or processors()) as pool:
+            list(pool.map(one, parts))
+        if pressed():
+            raise KeyboardInterrupt
+
+
+def _batches(steps: Codes) -> list[Any]:
+    """Slices of at most BATCH grains with steps of one size."""
+    changes = np.flatnonzero(np.diff(steps)) + 1
+    edges = np.unique(np.concatenate([[0], changes, np.arange(0, len(steps), BATCH), [len(steps)]]))
+    return [slice(int(a), int(b)) for a, b in pairwise(edges)]
+
+
+def _steps(step: float | Array, until: float, saves: int, n: int) -> Codes:
+    """The number of steps from 0 to the end, (n,)."""
+    until = input_checks.positive("until", until)
+    sizes = np.broadcast_to(np.array(step, dtype=np.float64), (n,))
+    if not (np.all(np.isfinite(sizes)) and np.all(sizes > 0.0)):
+        raise ValueError("step must be positive and finite; received another. Give it in seconds.")
+    counts = np.rint(until / sizes).astype(np.int64)
+    whole = np.abs(counts * sizes - until) <= 1e-9 * until
+    if not np.all(whole & (counts % max(1, saves) == 0)):
+        wrong = float(sizes[~(whole & (counts % max(1, saves) == 0))][0])
+        raise ValueError(
+            f"step must be a whole fraction of until and of its {max(1, saves)} saved parts; "
+            f"received {wrong!r} for {until!r}. Take until / n with n a multiple of saves."
+        )
+    return counts
+
+
+def _check_starts(q0: Array, v0: Array, t0: Array, rates: Array, drag: DragLaw, n: int) -> None:
+    expected = {"q0": (q0, (n, 3)), "v0": (v0, (n, 3)), "t0": (t0, (n,)),
+                "rates": (rates, (n, 1 + len(drag.numbers)))}  # fmt: skip
+    for name, (array, shape) in expected.items():
+        if array.shape != shape:
+            raise ValueError(
+                f"{name} must have shape {shape}; received {array.shape}. Give a row a grain."
+            )
+        if not np.all(np.isfinite(array)):
+            raise ValueError(f"{name} must be finite; received NaN or infinity. Leave them out.")
+    low = (q0[:, 2] < 0.0) | ((q0[:, 2] == 0.0) & (v0[:, 2] <= 0.0))
+    if np.any(low) or np.any(t0 < 0.0):
+        raise ValueError(
+            "grains must start above the ground, or on it with an upward velocity, from t = 0 on; "
+            f"received {int(np.sum(low | (t0 < 0.0)))} others. Leave them out."
+        )
+
+
+def _check_method(method: Galerkin) -> None:
+    if method.stages != method.space.dimension - 1 or np.any(method.table.b <= 0.0):
+        raise ValueError(
+            f"grains take methods with as many points as coefficients; received {method.name}. "
+            "Take galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s))."
+        )
+
+
+@lru_cache(maxsize=32)
+def _compiled(wind: str, drag: str, s: int) -> tuple[Any, Any]:
+    """The address of a pass, and the function, which must exist as long."""
+    lines = f"from galvi.kernels.lanes.laws import {drag} as drag\n"
+    function = compiled_grain_pass(wind, lines, s)
+    return addresses((function, PASS_OF_GRAINS)), function
+
+
+@lru_cache(maxsize=32)
+def _tables(method: Galerkin, gravity: float) -> tuple[Array, Array, Array]:
+    """A method in the layout of galvi.kernels.lanes.grains; gravity in m/s^2, downwards."""
+    table, s = method.table, method.stages
+    tables = collocation_tables(table, 1.0)
+    A, B = tables[0][:s, :s].T, tables[1][:s, :s].T
+    numbers = np.concatenate([B.ravel(), (A @ B).ravel(), table.c, table.b, [-gravity]])
+    # the integrals of the polynomials through the stages, by powers of tau
+    powers = np.linalg.inv(np.vander(table.c, increasing=True)) / np.arange(1, s + 1)[:, None]
+    shifted = np.vander(1.0 + table.c, s, increasing=True)
+    ahead = shifted @ np.linalg.inv(np.vander(table.c, increasing=True))
+    return numbers, np.ascontiguousarray(powers), np.ascontiguousarray(ahead)

@@ -1,0 +1,1 @@
+"""Pinocchio's dynamics of trees of rigid bodies."""

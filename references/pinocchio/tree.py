@@ -1,0 +1,164 @@
+"""Converts trees of rigid bodies to Pinocchio, and their states and accelerations.
+
+joint         Pinocchio's coordinates and velocities
+hinge, slide  q - zero, its rate
+ball          quaternion, w last; angular velocity in the frame that it turns
+free          place, quaternion, w last; velocity of the place in that frame, angular velocity
+
+Those of `galvi.Multibody.to_mujoco` have w first, and a free joint's velocity in space.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from galvi import Joint, Link, Multibody
+from galvi.arrays import Array
+from references.tree_ivp import SCALAR, joints_of
+
+OLDEST = 3  # earlier ones leave armatures out of accelerations
+
+
+def missing() -> str:
+    """One sentence saying why Pinocchio cannot be used here; empty when it can."""
+    try:
+        import pinocchio
+    except ImportError as error:
+        return f"{error}. Install pin, which is Pinocchio."
+    found = str(getattr(pinocchio, "__version__", "of another project"))
+    if not hasattr(pinocchio, "aba") or int(found.partition(".")[0]) < OLDEST:
+        return f"pinocchio {found} is not Pinocchio {OLDEST} or newer. Install pin."
+    return ""
+
+
+def version() -> str:
+    """Name and version of the engine."""
+    import pinocchio
+
+    return f"pinocchio {pinocchio.__version__}"
+
+
+@lru_cache(maxsize=8)
+def compiled(system: Multibody) -> PinocchioTree:
+    """The tree in Pinocchio, made once for each system."""
+    return PinocchioTree.of(system)
+
+
+@dataclass(frozen=True, eq=False)
+class PinocchioTree:
+    """Pinocchio's model of a tree, and what it has no part for: springs and damping.
+
+    order    (nq,) entries of qpos in Pinocchio's order;  zeros: (nq,) to be taken from them
+    scalars  hinges and slides: their entries of qpos, those of qvel, stiffness and rest
+    turning  balls and free joints: the joint, its first entries of qpos and of qvel
+    damping  (nv,)
+    """
+
+    model: Any
+    data: Any
+    order: Array
+    zeros: Array
+    scalars: tuple[Array, Array, Array, Array]
+    turning: tuple[tuple[Joint, int, int], ...]
+    damping: Array
+
+    @classmethod
+    def of(cls, system: Multibody) -> PinocchioTree:
+        """The same bodies, joints and armatures."""
+        import pinocchio
+
+        model = pinocchio.Model()
+        model.gravity.linear = np.array(system.gravity)
+        carried: list[tuple[int, Any]] = []
+        for link in system.links:
+            ground = (0, pinocchio.SE3.Identity())
+            parent = ground if link.parent is None else carried[link.parent]
+            carried.append(_added(model, link, *parent))
+        armature, damping, zeros = np.zeros(model.nv), np.zeros(model.nv), np.zeros(model.nq)
+        order: list[int] = []
+        scalars: list[tuple[float, ...]] = []
+        turning = []
+        for joint, at, dof in joints_of(system):
+            armature[dof : dof + joint.dimension] = joint.armature
+            damping[dof : dof + joint.dimension] = joint.damping
+            if joint.type in SCALAR:
+                order, zeros[at] = [*order, at], joint.zero
+                scalars.append((at, dof, joint.stiffness, joint.rest))
+                continue
+            turn = at + 3 * (joint.type == "free")
+            order += [*range(at, turn), turn + 1, turn + 2, turn + 3, turn]
+            turning.append((joint, at, dof))
+        model.armature = armature
+        table = np.array(scalars).reshape(-1, 4).T
+        split = (table[0].astype(int), table[1].astype(int), table[2], table[3])
+        return cls(
+            model, model.createData(), np.array(order), zeros, split, tuple(turning), damping
+        )
+
+    def accelerations(self, qpos: Array, qvel: Array) -> Array:
+        """qvel' (nv,) by the algorithm of articulated bodies, for quaternions of any length."""
+        import pinocchio
+        from scipy.spatial.transform import Rotation
+
+        places, rates = qpos[self.order] - self.zeros, qvel.copy()
+        forces = -self.damping * qvel
+        entries, dofs, stiffness, rests = self.scalars
+        forces[dofs] -= stiffness * (qpos[entries] - rests)
+        floating = []
+        for joint, at, dof in self.turning:
+            free = joint.type == "free"
+            quaternion = places[at + 3 * free : at + 3 * free + 4]
+            quaternion /= np.linalg.norm(quaternion)  # in place
+            R = Rotation.from_quat(quaternion).as_matrix()
+            spin = slice(dof + 3 * free, dof + 3 * free + 3)
+            if joint.stiffness:
+                back = Rotation.from_matrix(joint.rest[:3, :3].T @ R).as_rotvec()
+                forces[spin] -= joint.stiffness * back
+            if free:
+                drift = slice(dof, dof + 3)
+                pull = forces[drift] - joint.stiffness * (qpos[at : at + 3] - joint.rest[:3, 3])
+                rates[drift] = R.T @ qvel[drift]
+                # The armature is that of the velocity in space, which changes by this besides.
+                turned = np.cross(qvel[spin], rates[drift])
+                forces[drift] = R.T @ pull - joint.armature * turned
+                floating.append((R, drift, turned))
+        found = np.array(pinocchio.aba(self.model, self.data, places, rates, forces))
+        for R, drift, turned in floating:
+            found[drift] = R @ (found[drift] + turned)
+        return found
+
+
+def _added(model: Any, link: Link, joint: int, place: Any) -> tuple[int, Any]:
+    """The joint that carries the link, and the link's frame in that joint's.
+
+    joint, place  those of its parent
+    """
+    import pinocchio
+
+    free = any(one.type == "free" for one in link.joints)
+    if not free:  # whose coordinates are the place
+        place = place * pinocchio.SE3(np.array(link.attitude), np.array(link.place))
+    for one in link.joints:
+        anchor = pinocchio.SE3(np.eye(3), np.array(one.anchor) * (not free))
+        joint = model.addJoint(joint, _joint(one), place * anchor, f"joint {model.njoints}")
+        place = anchor.inverse()
+    inertia = pinocchio.Inertia(link.mass, np.array(link.centre), np.array(link.inertia))
+    model.appendBodyToJoint(joint, inertia, place)
+    return joint, place
+
+
+def _joint(joint: Joint) -> Any:
+    import pinocchio
+
+    if joint.type == "ball":
+        return pinocchio.JointModelSpherical()
+    if joint.type == "free":
+        return pinocchio.JointModelFreeFlyer()
+    axis = np.array(joint.axis)
+    if joint.type == "hinge":
+        return pinocchio.JointModelRevoluteUnaligned(axis)
+    return pinocchio.JointModelPrismaticUnaligned(axis)

@@ -1,0 +1,91 @@
+"""SciPy's DOP853 on the accelerations of a tree of rigid bodies, whichever engine computes them.
+
+States are those of `galvi.Multibody.to_mujoco`, with unit quaternions among the coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, cast
+
+import numpy as np
+
+from galvi import Joint, Multibody, Problem, Trajectory, input_checks
+from galvi.arrays import Array
+from references.as_trajectory import Failure, as_trajectory
+from references.setting import check_keys, described, sample_times
+
+Accelerations = Callable[[Array, Array], Array]
+SCALAR = ("hinge", "slide")
+SMALLEST = 3e-14  # relative tolerance; SciPy's least
+
+
+def integrated(
+    name: str, engine: str, accelerations: Accelerations, problem: Problem, duration: float,
+    setting: Mapping[str, Any],
+) -> Trajectory:  # fmt: skip
+    """Adaptive steps in Python. Setting: samples, tolerance (1e-13 when not given).
+
+    accelerations  (qpos, qvel) -> qvel', for quaternions of any length
+    """
+    from scipy.integrate import solve_ivp
+
+    check_keys(setting, ("samples", "tolerance"))
+    tolerance = input_checks.positive("tolerance", setting.get("tolerance", 1e-13))
+    times = sample_times(problem.t0, duration, setting)
+    system = cast(Multibody, problem.system)
+    qpos, qvel = system.to_mujoco(problem.q0, problem.v0)
+    turning, size = joints_of(system), qpos.size
+
+    def slope(t: float, y: Array) -> Array:
+        places, rates = y[:size], y[size:]
+        return np.concatenate([_moving(places, rates, turning), accelerations(places, rates)])
+
+    with np.errstate(all="ignore"):
+        solved = solve_ivp(
+            slope, (times[0], times[-1]), np.concatenate([qpos, qvel]), "DOP853", t_eval=times,
+            rtol=max(tolerance, SMALLEST), atol=tolerance,
+        )  # fmt: skip
+    row = solved.y.shape[1]
+    states = np.full((len(times), size + qvel.size), np.nan)
+    states[:row] = solved.y.T
+    q, v = system.from_mujoco(states[:, :size], states[:, size:])
+    why = f"SciPy gave up before sample {row}: {solved.message} Loosen the tolerance."
+    return as_trajectory(
+        problem,
+        described(name, setting, engine),
+        times,
+        q,
+        v,
+        counts={"force_evaluations": int(solved.nfev)},
+        failure=None if solved.success else Failure(row=row, step=row, why=why),
+    )
+
+
+def joints_of(system: Multibody) -> list[tuple[Joint, int, int]]:
+    """Each joint, and its first entries of qpos and qvel."""
+    found, at, dof = [], 0, 0
+    for joint in system.tree.joints:
+        found.append((joint, at, dof))
+        at += {"ball": 4, "free": 7}.get(joint.type, 1)
+        dof += joint.dimension
+    return found
+
+
+def _moving(qpos: Array, qvel: Array, joints: list[tuple[Joint, int, int]]) -> Array:
+    """qpos': that of a quaternion (c, u) is (-u . w, c w + u x w) / 2."""
+    if qpos.size == qvel.size:
+        return qvel
+    found = np.empty(qpos.size)
+    for joint, at, dof in joints:
+        if joint.type in SCALAR:
+            found[at] = qvel[dof]
+            continue
+        if joint.type == "free":
+            found[at : at + 3] = qvel[dof : dof + 3]
+            at, dof = at + 3, dof + 3
+        quaternion = qpos[at : at + 4] / np.linalg.norm(qpos[at : at + 4])
+        c, u, w = quaternion[0], quaternion[1:], qvel[dof : dof + 3]
+        found[at] = -0.5 * (u @ w)
+        found[at + 1 : at + 4] = 0.5 * (c * w + np.cross(u, w))
+    return found

@@ -1,0 +1,159 @@
+"""The stated brownout cloud: random numbers, emission, fall speeds and the pilot's ray."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import dblquad
+
+import galvi
+from benchmarks.brownout import cost
+from benchmarks.brownout import emission as emissions
+from benchmarks.brownout.cloud import (
+    BLUR,
+    BY_REYNOLDS,
+    CONSTANT,
+    DIAMETERS,
+    PILOT,
+    SEEN,
+    UNTIL,
+    Cloud,
+    optical_depth,
+)
+from benchmarks.brownout.emission import Emission, friction_speed, threshold, upward_flux
+from benchmarks.brownout.philox import philox, uniforms
+from galvi.run.grains.flights import follow
+
+ONES = 0xFFFFFFFF
+
+
+@pytest.mark.parametrize(
+    ("counter", "key", "words"),
+    [
+        ((0,) * 4, (0,) * 2, (0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8)),
+        ((ONES,) * 4, (ONES,) * 2, (0x408F276D, 0x41C83B0E, 0xA20BC7C6, 0x6D5451FD)),
+        (
+            (0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344), (0xA4093822, 0x299F31D0),
+            (0xD16CFE09, 0x94FDCCEB, 0x5001E420, 0x24126EA1),
+        ),
+    ],
+)  # fmt: skip
+def test_the_random_numbers_are_those_of_their_authors(counter, key, words) -> None:
+    assert tuple(philox(counter, key)) == words
+
+
+@given(seed=st.integers(0, 2**32 - 1), order=st.permutations(range(20)))
+@settings(max_examples=20, deadline=None)
+def test_a_grains_random_numbers_follow_from_its_number(seed: int, order: list[int]) -> None:
+    whole = uniforms(np.arange(20), 3, seed)
+    np.testing.assert_array_equal(uniforms(np.array(order), 3, seed), whole[:, order])
+    assert np.all((whole > 0.0) & (whole < 1.0))
+    assert not np.any(np.isin(whole, uniforms(np.arange(20), 4, seed)))
+
+
+def test_thresholds_are_those_of_shao_and_lu() -> None:
+    """Smallest near 75 micrometres; by hand for quartz in air."""
+    found = [threshold(d) for d in DIAMETERS]
+    np.testing.assert_allclose(found, [0.551, 0.271, 0.237, 0.259, 0.335], atol=6e-4)
+    sizes = np.geomspace(1e-5, 1e-3, 400)
+    least = math.sqrt(3e-4 / (2650.0 * 9.80665))
+    assert abs(sizes[np.argmin([threshold(d) for d in sizes])] / least - 1.0) < 0.02
+
+
+def test_the_flux_is_whites_and_begins_at_the_threshold() -> None:
+    u, least = 1.0, threshold(1e-4)
+    stated = 1e-3 * 2.61 * 1.225 / 9.80665 * u**3 * (1 - least) * (1 + least) ** 2
+    assert upward_flux(u, 1e-4) == pytest.approx(stated, rel=1e-13)
+    assert upward_flux(0.999 * least, 1e-4) == 0.0 < upward_flux(1.001 * least, 1e-4)
+    assert friction_speed(7.0, 4.0) == pytest.approx(0.4 * 25.4 / math.log(1000.0), rel=0.01)
+
+
+@pytest.mark.parametrize("diameter", [10e-6, 100e-6])
+def test_the_mass_lifted_is_an_adaptive_quadratures(diameter: float) -> None:
+    known = Emission(diameter, UNTIL)
+    exact = dblquad(lambda r, t: known.density(r, t), 0.0, UNTIL, 0.5, 20.0, epsrel=1e-5)[0]
+    assert known.mass == pytest.approx(exact, rel=1e-4)  # 1e-5
+
+
+def test_starts_are_distributed_as_the_mass() -> None:
+    """Moments of radius and time within 5 standard errors; the angle and height uniform."""
+    known, n = Emission(100e-6, UNTIL), 20_000
+    q, v, t = known.starts(np.arange(n))
+    r = np.hypot(q[:, 0], q[:, 1])
+    grid = emissions._on_grid(known)
+    middles = (np.arange(len(grid)) + 0.5) / len(grid)
+    for seen, of, axis in ((r, 0.5 + 19.5 * middles, 1), (t, UNTIL * middles, 0)):
+        weights = grid.sum(axis=axis) / grid.sum()
+        mean = float(weights @ of)
+        spread = math.sqrt(float(weights @ (of - mean) ** 2))
+        assert abs(seen.mean() - mean) < 5.0 * spread / math.sqrt(n)
+    turns = np.arctan2(q[:, 1], q[:, 0]) / (2.0 * np.pi) % 1.0
+    for uniform in (turns, q[:, 2]):
+        assert abs(uniform.mean() - 0.5) < 5.0 / math.sqrt(12.0 * n)
+    np.testing.assert_allclose(v[:, 2], friction_speed(r, t))
+    assert np.all(v[:, 2] > threshold(100e-6))
+    some = known.starts(np.array([5, 17_000, 3]))
+    np.testing.assert_array_equal(some[0], q[[5, 17_000, 3]])
+
+
+def test_grains_that_no_wind_lifts_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(emissions, "ATTEMPTS", 3)
+    with pytest.raises(RuntimeError, match="no place and time was drawn"):
+        Emission(1e-2, UNTIL).starts(np.arange(4))
+
+
+@pytest.mark.parametrize(
+    ("drag", "speeds"), [(CONSTANT, (0.80, 2.54, 5.07)), (BY_REYNOLDS, (0.0080, 0.58, 3.08))]
+)
+def test_fall_speeds_are_those_of_the_drag_laws(drag: str, speeds: tuple[float, ...]) -> None:
+    """They solve weight = drag; a grain far from the rotor reaches them."""
+    for diameter, stated in zip((10e-6, 100e-6, 400e-6), speeds, strict=True):
+        law, rates = Cloud(diameter, drag).rates
+        fall = follow(
+            galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3)), [[1e6, 0.0, 50.0]],
+            np.zeros((1, 3)), [0.0], rates[None], law, 1 / 256, 4.0, gravity=9.80665,
+        ).v[0]  # fmt: skip
+        assert fall[2] == pytest.approx(-stated, rel=0.012)
+        assert rates[0] * law(-fall[2]) * -fall[2] == pytest.approx(9.80665, rel=1e-4)
+
+
+def test_the_optical_depth_is_that_of_a_uniform_slab() -> None:
+    """tau = n sigma L where the number density n is the same everywhere: r uniform in r^2."""
+    random, n = np.random.default_rng(3), 400_000
+    r, z = np.sqrt(random.uniform(0.0, 400.0, n)), random.uniform(-3.0, 8.0, n)
+    q = np.stack([r, 0.0 * r, z], axis=1)
+    length = math.hypot(SEEN[0] - PILOT[0], SEEN[1] - PILOT[1])
+    mass = 2650.0 * math.pi * 1e-12 / 6.0
+    tau = 2.0 * math.pi * 1e-8 / 4.0 * length / (math.pi * 400.0 * 11.0) / mass
+    found = optical_depth(q, 100e-6)
+    assert abs(found.mean() / tau - 1.0) < 5.0 * found.std() / found.mean() / math.sqrt(n) + 0.02
+    assert 0.03 * length > BLUR
+
+
+def test_the_cost_of_a_step_has_a_row_for_each_drag_and_size(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(cost, "QUICK_GRAINS", 40)
+    monkeypatch.setattr(cost, "ROUNDS", 1)
+    table = cost.cost_of_clouds(True)
+    assert tuple(table.columns) == tuple(cost.COLUMNS)
+    assert len(table[table["degree"] == 2]) == 2 * len(DIAMETERS)
+    assert set(table["degree"]) == {1, 2, 4} and np.all(table["passes"] > 1.0)
+    beside = table[table["single"].notna()]["micrometres"]
+    assert set(np.rint(beside)) == {100.0, 400.0}
+
+
+def test_the_long_form_keeps_what_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cost, "MILLION", 500)
+    runs = cost.parts(tmp_path, print)
+    assert len(runs) == len(DIAMETERS) and not any(run.done() for run in runs)
+    runs[2].run(lambda sentence: None)
+    assert [run.done() for run in runs] == [False, False, True, False, False]
+    (row,) = cost.stored(tmp_path, print).to_dict("records")
+    assert row["grains"] == 100 and row["micrometres"] == 100.0 and row["optical_depth"] >= 0.0
+    assert row["commit"] and row["date"] and row["status"] == ""

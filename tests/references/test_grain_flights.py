@@ -1,0 +1,118 @@
+"""The reference for grains that meet the ground: closed forms, SciPy's events and heyoka's."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import galvi
+from references.heyoka.taylor import HEYOKA
+from references.newton import acceleration
+from references.textbook.grain_flights import landings
+
+G = 9.80665
+FAR = 1e6  # m from the axis, where the wind is 1e-13 m/s
+
+
+def starts(n, seed=4):
+    random = np.random.default_rng(seed)
+    r, angle = random.uniform(5.0, 11.0, n), random.uniform(0.0, 2.0 * np.pi, n)
+    q = np.stack([r * np.cos(angle), r * np.sin(angle), random.uniform(0.05, 1.5, n)], axis=1)
+    return q, random.normal(size=(n, 3)), random.uniform(0.0, 1.0, n)
+
+
+def test_a_fall_in_still_air_is_the_textbooks():
+    problem = galvi.problems.brownout(200e-6)
+    fastest = math.sqrt(float(problem.system.mass) * G / problem.system.force.factor)
+    heights = np.array([0.1, 0.5, 2.0])
+    q = np.stack([0.0 * heights + FAR, 0.0 * heights, heights], axis=1)
+    found = landings(problem, q, 0.0 * q, 0.0 * heights, 5.0)
+    time = fastest / G * np.arccosh(np.exp(G * heights / fastest**2))
+    assert np.all(found.landed) and np.all(found.q[:, 2] == 0.0)
+    np.testing.assert_allclose(found.t, time, rtol=1e-12)  # 3e-14
+
+
+def test_a_rebound_leaves_the_ground_with_its_share_of_the_speed():
+    problem = galvi.problems.brownout(200e-6)
+    fastest = math.sqrt(float(problem.system.mass) * G / problem.system.force.factor)
+    time = fastest / G * math.acosh(math.exp(G / fastest**2))
+    u = 0.5 * fastest * math.tanh(G * time / fastest)
+    rise = fastest / G * math.atan(u / fastest)
+    found = landings(problem, [[FAR, 0.0, 1.0]], np.zeros((1, 3)), [0.0], time + rise,
+                     restitution=0.5)  # fmt: skip
+    top = fastest**2 / (2.0 * G) * math.log(1.0 + (u / fastest) ** 2)
+    assert not found.landed[0]
+    assert found.q[0, 2] == pytest.approx(top, rel=1e-11) and abs(found.v[0, 2]) < 1e-11
+
+
+@pytest.mark.parametrize("coefficient", [0.44, None])
+def test_scipys_events_find_the_same_landings(coefficient):
+    problem = galvi.problems.brownout(200e-6, drag_coefficient=coefficient)
+    q, v, t = starts(5)
+    found, accelerated = landings(problem, q, v, t, 3.0), acceleration(problem)
+
+    def ground(t, y):
+        return y[2]
+
+    ground.terminal, ground.direction = True, -1.0
+    for k in range(5):
+        solved = solve_ivp(
+            lambda t, y: np.concatenate([y[3:], accelerated(y[:3], y[3:], t)]),
+            (t[k], 3.0), np.concatenate([q[k], v[k]]), "DOP853", rtol=1e-12, atol=1e-13,
+            events=ground, max_step=0.02,
+        )  # fmt: skip
+        assert found.landed[k] == (solved.status == 1)
+        end = solved.y_events[0][0] if found.landed[k] else solved.y[:, -1]
+        np.testing.assert_allclose(found.q[k], end[:3], atol=1e-9)
+
+
+@pytest.mark.skipif(bool(HEYOKA.missing), reason=HEYOKA.missing)
+def test_heyokas_events_find_the_same_landings_of_thirty_grains():
+    """With the wind from its stream function, by heyoka's derivatives."""
+    import heyoka as hy
+
+    from galvi.kernels.forces import rotor_wind as field
+
+    x, y, z, *v = hy.make_vars("x", "y", "z", "vx", "vy", "vz")
+    s = hy.make_vars("s")
+    height = field.LOW + (field.HIGH - field.LOW) * hy.exp(-hy.time / field.DESCENT)
+    stream = hy.expression(0.0)
+    for share in field.SHARES:
+        for zeta, sign in ((z - share * height, 1.0), (z + share * height, -1.0)):
+            P = s + field.R**2 + zeta * zeta + field.CORE**2
+            stream += sign * field.STRENGTH * (P * P - 4.0 * field.R**2 * s) ** -0.75
+    square = {"s": x * x + y * y}
+    outwards = hy.subs(-hy.diff(stream, "z"), square)
+    upwards = hy.subs(2.0 * stream + 2.0 * s * hy.diff(stream, "s"), square)
+    w = [a - b for a, b in zip(v, (x * outwards, y * outwards, upwards), strict=True)]
+    speed = hy.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+    problem = galvi.problems.brownout(200e-6, drag_coefficient=None)
+    rate = problem.system.force.factor / float(problem.system.mass)
+    scale = problem.system.force.drag_law.scale
+    pull = [-rate * (1.0 + 0.15 * (scale * speed) ** 0.687) * a for a in w]
+    equations = list(zip((x, y, z), v, strict=True))
+    equations += list(zip(v, (pull[0], pull[1], pull[2] - G), strict=True))
+    engine = hy.taylor_adaptive(
+        equations, np.zeros(6), compact_mode=True,
+        t_events=[hy.t_event(z, direction=hy.event_direction.negative)],
+    )  # fmt: skip
+    q, u, t = starts(30)
+    found = landings(problem, q, u, t, 3.0)
+    for k in range(30):
+        engine.time = t[k]
+        engine.reset_cooldowns()
+        engine.state[:] = np.concatenate([q[k], u[k]])
+        outcome = engine.propagate_until(3.0)[0]
+        landed = outcome != hy.taylor_outcome.time_limit
+        assert landed == found.landed[k]
+        np.testing.assert_allclose(engine.time, found.t[k], atol=1e-10)
+        np.testing.assert_allclose(engine.state[:3], found.q[k], atol=1e-9)
+
+
+def test_steps_that_become_too_small_are_refused():
+    problem = galvi.problems.brownout(200e-6)
+    with pytest.raises(RuntimeError, match=r"too small for 1 grains: loosen"):
+        landings(problem, [[9.0, 0.0, 1.0]], np.zeros((1, 3)), [0.0], 1.0, tolerance=1e-40)
