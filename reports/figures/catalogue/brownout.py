@@ -44,7 +44,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
             title=f"A sand particle in a rotor's wind, {title}",
             claims=("V23",),
             draw=convergence_in_h,
-            options={"rates": _rates(start), "ylabel": PLACE},
+            options={"rates": _rates(start), "ylabel": PLACE, "unit": "s"},
             caption=f"{SHOWN}. Euler: semi-implicit. {caption}",
             size=(6.4, 4.4),
         )
