@@ -75,13 +75,7 @@ def application(load: Load, command: str) -> typer.Typer:
     ) -> Options:
         chosen = choose_claims(claims, [claim.id for claim in suite.claims])
         engines = () if require is None else choose_engines(require, suite.engines())
-        if out.exists() and not out.is_dir():
-            raise typer.BadParameter(f"--out expects a folder; received the file {out}.")
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-            tempfile.TemporaryFile(dir=out).close()
-        except OSError as error:
-            raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
+        check_folder(out)
         return Options(quick, chosen, out, command, engines, tuple(contenders), anew)
 
     @app.callback(invoke_without_command=True)
@@ -283,6 +277,7 @@ def application(load: Load, command: str) -> typer.Typer:
     ) -> int:
         from reports.cli.judge import judge_command
 
+        check_folder(out)
         start = {"snapshot": snapshot, "key": key, "ignore": ignore}
         return judge_command(file, duration, error, own, start, out, command)
 
@@ -303,6 +298,17 @@ def application(load: Load, command: str) -> typer.Typer:
         return 0
 
     return app
+
+
+def check_folder(out: Path) -> None:
+    """Make the output folder. Raises typer.BadParameter where nothing can be written in it."""
+    if out.exists() and not out.is_dir():
+        raise typer.BadParameter(f"--out expects a folder; received the file {out}.")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=out).close()
+    except OSError as error:
+        raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
 
 
 def run(load: Load, arguments: Sequence[str]) -> int:
