@@ -41,8 +41,8 @@ EXPLANATION = (
     f"the next one where one has landed. {STEPS} steps of {UNTIL / STEPS:g} s, fewer for grains "
     "that are lifted later; iterated to rounding. A pass evaluates wind and drag at every stage. "
     "Beside them a step of a single run of the same method, by galvi.integrate. The long form has "
-    "a million grains on all processors. What a cloud's optical depth gains from a high degree is in "
-    "claim V25."
+    "a million grains on all processors. What a cloud's optical depth gains from a high degree is "
+    "in claim V25."
 )
 
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.store.atomic import write
-from galvi.doors.citations import entries, galvi_version
 from reports.build.compare import Compared, compare
 from reports.build.kept import CLAIMS, kept_claims, kept_comparison, kept_sections
 from reports.build.lock import alone
@@ -25,7 +24,7 @@ from reports.results.origins import note_origin, read_origins
 from reports.results.section_result import SectionResult, measure_sections
 from reports.results.suite import Suite
 from reports.tables.comparison_tables import ComparisonTables, comparison_tables
-from reports.tables.macros import numbers
+from reports.tables.macros import bibliography, numbers
 from reports.tracking.record import history
 
 PAGE = "index.html"
@@ -124,8 +123,7 @@ def _pages(
         checked, comparison, tables, sections, gallery, suite.claims, provenance, options,
         read_origins(options.out), history(options.out),
     )  # fmt: skip
-    bib = "\n\n".join(entries().values()).replace("VERSION", galvi_version())
-    write(options.out / "cite.bib", bib + "\n")
+    write(options.out / "cite.bib", bibliography())
     if checked:
         write(options.out / "tables" / "numbers.tex", numbers(options.out))
     first = write_site(page, options.out)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import textwrap
+
 import matplotlib
 import matplotlib.style
 import pandas as pd
@@ -15,8 +17,9 @@ SMALL = {
     "font.size": 7.0, "axes.titlesize": 7.5, "axes.labelsize": 7.0, "xtick.labelsize": 6.5,
     "ytick.labelsize": 6.5, "legend.fontsize": 6.5, "lines.markersize": 3.0, "lines.linewidth": 1.1,
 }  # fmt: skip
-ROUNDS = 4  # in which the canvas is fitted to the width of what is drawn
+ROUNDS = 6  # in which the canvas is fitted to the width of what is drawn
 CLOSE = 0.01  # inches
+LETTERS = 46  # of a label that fits beside an axis of three inches
 LEAST, TALLEST = 1.6, 1.1  # of a canvas: inches wide; height over width of the result
 
 
@@ -27,9 +30,15 @@ def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes
     """
     with matplotlib.style.context([STYLE, EMBEDDED, SMALL if width < 5.0 else {}]):
         ratio = min(figure.size[1] / figure.size[0], TALLEST)
-        across, high = width, max(ratio, 0.62 if width < 5.0 else 0.0) * width
+        panels = len(figure.options.get("panels", ())) if width < 5.0 else 1
+        least = 0.62 * max(1, panels) if width < 5.0 else 0.0
+        across, high = width, max(ratio, least) * width
         for _ in range(ROUNDS):
             canvas = drawn(figure, frame, (across, high))
+            for axes in canvas.axes:
+                axes.set_ylabel(
+                    textwrap.fill(axes.get_ylabel(), max(20, int(LETTERS * high / 3.0)))
+                )
             canvas.draw_without_rendering()
             pad = 2.0 * matplotlib.rcParams["savefig.pad_inches"]
             wide = canvas.get_tightbbox().width + pad

@@ -27,8 +27,9 @@ SPECIAL = {
     "\u2212": r"\ensuremath{-}", "\u00d7": r"\ensuremath{\times}", "\u00b7": r"\ensuremath{\cdot}",
     "\u03c9": r"\ensuremath{\omega}", "\u03c0": r"\ensuremath{\pi}", "\u00b1": r"\ensuremath{\pm}",
     "\u00b5": r"\ensuremath{\mu}", "\u2264": r"\ensuremath{\leq}", "\u2265": r"\ensuremath{\geq}",
-    "\u202f": r"\,", "\u2009": r"\,", "\u00a0": "~",
+    "\u202f": r"\,", "\u2009": r"\,", "\u00a0": "~", "\n": " ", "\t": " ",
 }  # fmt: skip
+RAISED = re.compile("([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)")
 SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 
@@ -109,11 +110,16 @@ def number(value: float, uncertainty: float | None = None) -> str:
 
 def escape(text: str) -> str:
     """Text in which nothing is a command of TeX; raised signs become exponents."""
-    raised = re.sub(
-        r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda found: f"\0{found[0].translate(SUPERSCRIPTS)}\1", text
+    return "".join(
+        f"\\textsuperscript{{{part.translate(SUPERSCRIPTS)}}}"
+        if RAISED.fullmatch(part)
+        else "".join(
+            SPECIAL.get(letter, letter)
+            for letter in part
+            if letter in SPECIAL or letter.isprintable()
+        )
+        for part in RAISED.split(text)
     )
-    plain = "".join(SPECIAL.get(letter, letter) for letter in raised)
-    return plain.replace("\0", r"\textsuperscript{").replace("\1", "}")
 
 
 def _joined(frame: pd.DataFrame) -> pd.DataFrame:

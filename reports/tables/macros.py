@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from galvi.doors.citations import entries, galvi_version
 from reports.results.origins import read_origins
 from reports.tables.latex import escape, number
 from reports.tables.number_format import known
@@ -40,6 +41,12 @@ def numbers(out: Path) -> str:
     for name, value, what in found:
         seen.setdefault(name, f"\\newcommand{{\\{name}}}{{{value}}} % {' '.join(what.split())}")
     return "\n".join(["% requires siunitx", *seen.values()]) + "\n"
+
+
+def bibliography() -> str:
+    """cite.bib: galvi, both papers, and every code that takes part, for any style of BibTeX."""
+    found = "\n\n".join(entries().values()).replace("VERSION", galvi_version())
+    return found.replace("@software{", "@misc{") + "\n"
 
 
 Line = tuple[str, str, str]  # name, value, what it is

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from benchmarks.brownout.statistics import DEPTH, HEIGHT
 from benchmarks.claims.vector_spaces import v23_brownout_order as v23
 from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
 from benchmarks.claims.vector_spaces import v25_brownout_cloud as v25
@@ -9,6 +10,7 @@ from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY
 from reports.figures.plots.clouds import clouds, moving_cloud
 from reports.figures.plots.convergence import convergence_in_h
 from reports.figures.plots.rate import Rate
+from reports.figures.plots.sampling import sampling
 from reports.figures.plots.traces import STEP, traces
 from reports.results.figure import Figure
 
@@ -123,5 +125,19 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
         caption=f"Every quarter of a second; {v25.IN_MOTION} super-particles of each size. The PNG "
         "shows the end.",
         size=(7.4, 3.2),
+    ),
+    *(
+        Figure(
+            name=f"m-fig-2-{name}",
+            source="M fig. 2",
+            title=f"The cloud's {quantity.split(' [')[0]}: error of the step and of sampling",
+            claims=("V25",),
+            draw=sampling,
+            options={"quantity": quantity, "degrees": {1: "$N=1$", 2: "$N=2$", 4: "$N=4$"}},
+            caption="Mean difference from a run of high order with the same grains, with its "
+            "standard error. Dashed: what a number of grains leaves by chance, below which a finer "
+            "step gains nothing.",
+        )
+        for name, quantity in (("depth", DEPTH), ("height", HEIGHT))
     ),
 )

@@ -13,6 +13,7 @@ from benchmarks.work_precision.fronts import front
 from reports.figures.style.decades import decades, readable
 from reports.figures.style.end_labels import Label, label_ends
 from reports.figures.style.identities import OURS, blue, identity
+from reports.figures.style.legends import NARROW
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import GUIDE
 from reports.figures.style.units import error_label
@@ -44,13 +45,15 @@ def headline(
     known = [name for name in panels if (frame["problem"] == name).any()]
     if not known:
         raise NoData("its problems were not compared.")
-    grid = axes.get_subplotspec().subgridspec(1, len(known), wspace=0.55)
+    narrow = axes.figure.get_figwidth() < NARROW
+    shape = (len(known), 1) if narrow else (1, len(known))
+    grid = axes.get_subplotspec().subgridspec(*shape, wspace=0.55, hspace=0.5)
     axes.set_axis_off()
     first: Axes | None = None
     for column, name in enumerate(known):
         rows = frame[frame["problem"] == name]
         one = axes.figure.add_subplot(grid[column], sharey=first)
-        ylabel = error_label(name, rows["quantity"].iloc[0]) if column == 0 else ""
+        ylabel = error_label(name, rows["quantity"].iloc[0]) if column == 0 or narrow else ""
         one.set(xscale="log", yscale="log", xlabel="time to solution [s]", ylabel=ylabel)
         one.set_title(panels[name])
         ends = [end for line in shown if (end := _line(one, rows, line)) is not None]

@@ -11,6 +11,8 @@ from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodF
 
 from reports.tables.number_format import MINUS, SUPERSCRIPT
 
+ROOM = 2.9  # inches of an axis that holds the round numbers of three decades
+
 
 def decades(axis: Axis, most: int = 9) -> None:
     """At most `most` ticks, each a power of ten, and no minor ticks."""
@@ -50,4 +52,6 @@ def round_numbers(axis: Axis) -> None:
 def readable(axis: Axis) -> None:
     """Round numbers where the axis spans less than three decades, powers of ten where more."""
     low, high = sorted(axis.get_view_interval())
-    (round_numbers if high < 1000.0 * low else decades)(axis)
+    inches = axis.axes.get_position().width * axis.axes.figure.get_figwidth()
+    few = high < (1000.0 if inches > ROOM else 30.0) * low
+    (round_numbers if few else decades)(axis)

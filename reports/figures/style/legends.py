@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from reports.figures.style.identities import grouped, identity
 
-NARROW = 5.0  # inches, below which a legend is under its axes
+NARROW = 4.2  # inches, below which a legend is under its axes
 SHOWN = 3  # markers of an entry that stands for several names
 
 
@@ -37,7 +37,7 @@ def outside(axes: Axes, handles: list[Any], labels: list[str], **more: Any) -> N
     """A legend right of the axes; below them where the figure is narrow."""
     narrow = axes.figure.get_figwidth() < NARROW
     place = (
-        {"loc": "upper center", "bbox_to_anchor": (0.45, -0.2), "ncols": 2, "columnspacing": 1.0}
+        {"loc": "upper center", "bbox_to_anchor": (0.45, -0.22), "ncols": 1}
         if narrow
         else {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0)}
     )
