@@ -31,7 +31,8 @@ def judged(call: Callable[[], Any]) -> str:
     except Exception as error:
         return REFUSED if _is_own(error) else _told(error)
     try:
-        return _flaw(result) or RETURNED
+        with np.errstate(all="ignore"):
+            return _flaw(result) or RETURNED
     except Exception as error:
         return f"of the result, {_told(error)}"
 

@@ -26,6 +26,7 @@ from benchmarks.fuzzing.arguments import (
     SMALL,
     SPACES,
     STEPS,
+    a_run,
     spoilt,
 )
 
@@ -351,15 +352,11 @@ def mujoco_model(data: Any) -> Call:
 
 def rebound_file(data: Any) -> Call:
     """A simulation archive of REBOUND's, damaged."""
-    import rebound
-
-    sim = rebound.Simulation()
-    sim.add(m=1.0)
-    sim.add(m=1e-3, a=1.0, e=0.1)
-    sim.add(a=2.0)
+    planets = st.just(SMALL["outer_solar_system"])
+    run = data.draw(st.builds(a_run, planets, METHODS, STEPS, COUNTS))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "sim.bin"
-        sim.save_to_file(str(path))
+        run.to_rebound().save_to_file(str(path))
         damaged = bits_changed(data, path.read_bytes())
 
     def call() -> Any:

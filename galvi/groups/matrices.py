@@ -18,9 +18,10 @@ def check_rotation(name: str, R: Array, n: int) -> None:
             f"{name} must be a rotation matrix of shape ({n}, {n}); received shape {R.shape}."
             f"{_conversion(R, n)}"
         )
-    defect = float(np.max(np.abs(R.T @ R - np.eye(n))))
-    determinant = float(np.linalg.det(R))
-    if defect > CLOSE or determinant < 0.0:
+    with np.errstate(over="ignore", invalid="ignore"):
+        defect = float(np.max(np.abs(R.T @ R - np.eye(n))))
+        determinant = float(np.linalg.det(R))
+    if not defect <= CLOSE or determinant < 0.0:
         what = f"|R^T R - I| = {defect:.1e}" if defect > CLOSE else f"determinant {determinant:.3g}"
         nearest = _nearest(R)
         remedy = (

@@ -157,8 +157,8 @@ def _of_builtin(
     n = len(states.t)
     value, at_rest, momenta = function.at_states(states.q, states.v, states.t)
     rest = -at_rest
-    if function is not system.function:  # traced: the user's own function is asked now and then
-        for k in sorted({n - 1, *range(0, n, -(-n // ASKED))}):
+    if function is not system.function:  # traced
+        for k in _asked(n):
             with _noting(raised, k), suppress(ArithmeticError, ValueError):
                 q, t = states.q[k], float(states.t[k])
                 value[k] = system.value(q, states.v[k], t)
@@ -167,6 +167,23 @@ def _of_builtin(
     if not (near.all() and np.isfinite(rest).all()):
         return _one_by_one(system, states, False, raised)
     return (states.p * states.v).sum(axis=1) - value - rest, rest
+
+
+def _of_builtin_at_rest(system: Lagrangian, states: States, raised: Raised | None) -> Array:
+    """V of a traced body, the energy at rest, (n,)."""
+    function, n = system.builtin, len(states.t)
+    assert function is not None
+    rest = np.zeros((n, system.group.dimension))
+    found: Array = -function.at_states(states.q, rest, states.t)[1]
+    for k in _asked(n):
+        with _noting(raised, k), suppress(ArithmeticError, ValueError):
+            found[k] = -system.value(states.q[k], rest[k], float(states.t[k]))
+    return found
+
+
+def _asked(n: int) -> list[int]:
+    """The rows of n states at which a user's own function is asked, though it was traced."""
+    return sorted({n - 1, *range(0, n, -(-n // ASKED))})
 
 
 def _one_by_one(
@@ -203,6 +220,9 @@ def _belong(system: Lagrangian, q: Array, p: Array, v: Array, t: float) -> bool:
 
 
 def _potential(system: Any, states: States, raised: Raised | None) -> Array:
+    body = isinstance(system, RigidBody | FreeBody) and bool(traces(system).found)
+    if body and system.lagrangian.builtin is not None:
+        return _of_builtin_at_rest(system.lagrangian, states, raised)
     system = cast(VectorSystem, system)
     with suppress(Exception):  # what is raised here is raised again below, state by state
         return np.asarray(system.potential_energy(states.q, states.t), dtype=np.float64)

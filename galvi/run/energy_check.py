@@ -8,8 +8,8 @@ run starts at rest, the measure is the kinetic energy that the force at the star
 since a coarse step may come to rest again. A run is ruined by steps whose error exceeds its
 measure. What a change of the position by its round-off would do to the energy is not an error.
 
-Energies are evaluated at each step of a short run, at 64 to 2000 evenly spread steps of a long
-one, whichever states it keeps, and at its end; where a run is ruined, also at the kept states
+Energies are evaluated at each step of up to 127, at 16 to 2000 evenly spread steps of a longer run,
+whichever states it keeps, and at its end; where a run is ruined, also at the kept states
 before that. An error that comes and goes between two of these steps is not seen.
 """
 

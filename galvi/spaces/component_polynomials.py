@@ -24,16 +24,17 @@ class ComponentPolynomials:
     degrees: tuple[int, ...]
 
     def __post_init__(self) -> None:
-        given = self.degrees
-        if isinstance(given, str) or not hasattr(given, "__iter__") or not tuple(given):
+        given = () if isinstance(self.degrees, str) else self.degrees
+        degrees = tuple(given) if input_checks.has_items(given) else ()
+        if not degrees:
             raise ValueError(
                 f"degrees must be whole numbers, one for each component, as in (8, 3); received "
-                f"{given!r}."
+                f"{input_checks.shown(self.degrees)}."
             )
         object.__setattr__(
             self,
             "degrees",
-            tuple(input_checks.whole("each of degrees", degree) for degree in given),
+            tuple(input_checks.whole("each of degrees", degree) for degree in degrees),
         )
 
     @property

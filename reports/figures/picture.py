@@ -14,6 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Canvas
 
 from reports.figures.describe import describe
+from reports.figures.moving import animated, hide_all_but_last
 from reports.results.figure import Figure
 
 matplotlib.use("Agg")
@@ -49,7 +50,9 @@ def picture(figure: Figure, frame: pd.DataFrame) -> Picture:
     """Draw a figure from its claim's or its study's frame."""
     with matplotlib.style.context(STYLE):
         canvas = drawn(figure, frame, figure.size)
-        svg, png = saved(canvas, "svg"), saved(canvas, "png")
+        svg = animated(saved(canvas, "svg"))
+        hide_all_but_last(canvas)
+        png = saved(canvas, "png")
         words = describe(canvas)
     title = f"{figure.source}: {figure.title}" if figure.source else figure.title
     return Picture(figure.name, title, figure.caption, svg, png, f"{figure.title}. {words}".strip())

@@ -14,8 +14,8 @@ from reports.tables.number_format import plain
 RESULTS, SPEED, BODIES = "results", "speed", "bodies"
 PICTURES = {  # of the repository: of a report
     "reports/inner_planets.png": "fig-2-14",
-    "reports/headline_rebound.png": "headline-rebound",
-    "reports/headline_mujoco.png": "headline-mujoco",
+    "docs/headline_rebound.png": "headline-rebound",
+    "docs/headline_mujoco.png": "headline-mujoco",
 }
 HEADLINES = (
     ("V3", "base of the one-step error"),

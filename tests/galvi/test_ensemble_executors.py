@@ -49,7 +49,7 @@ def test_on_a_cluster_of_this_machine():
     from distributed import Client, LocalCluster
 
     def local(**options):
-        return LocalCluster(dashboard_address=None, silence_logs=50, **options)
+        return LocalCluster(dashboard_address=":0", silence_logs=50, **options)
 
     one = run()
     with local(n_workers=1, threads_per_worker=2) as cluster, Client(cluster) as client:
@@ -182,7 +182,7 @@ def test_fifty_kills_lose_and_change_nothing(tmp_path):
     import dask
     from distributed import Client, LocalCluster
 
-    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": 50}),
         LocalCluster(silence_logs=50, **options) as cluster,

@@ -109,6 +109,20 @@ def test_a_flight_is_the_run_of_the_general_kernel(
         np.testing.assert_allclose(found.v[k], start.system.velocity(run.p[-1]), atol=1e-9)
 
 
+@pytest.mark.parametrize("coefficient", [0.44, None])
+def test_far_from_the_ground_flights_are_members_of_an_ensemble(coefficient: float | None) -> None:
+    q, v, _ = thrown(21, 8)
+    q[:, 2] += 5.0
+    start = galvi.problems.brownout(200e-6, drag_coefficient=coefficient)
+    law, rates = rates_of(start, 21)
+    found = follow(gauss(2), q, v, np.zeros(21), rates, law, 1 / 64, 0.25, gravity=G)
+    states = np.asarray(galvi.integrate_ensemble(start, q, v, gauss(2), 1 / 64, 16))
+    assert np.all(found.status == ALOFT)
+    np.testing.assert_allclose(found.q, states[:, 0], rtol=0, atol=1e-12)  # 1e-14
+    mass = float(start.system.mass)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(found.v, states[:, 1] / mass, rtol=0, atol=1e-11)
+
+
 @pytest.mark.parametrize("s", [1, 2, 3])
 def test_the_time_of_landing_is_of_the_order_of_the_steps(s: int) -> None:
     time, speed = fallen(HEIGHTS, 3.0)

@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -64,17 +63,6 @@ def test_the_command_answers_and_its_status_says_whether_the_error_is_reached(
     assert run(None, ["judge", *enough]) == 0, capsys.readouterr().err
 
 
-@pytest.fixture
-def in_this_process(monkeypatch, capsys):
-    """`galvi.judge` runs its command here, without the seconds that a new process imports for."""
-
-    def here(arguments, **options):
-        code = run(None, arguments[3:])
-        return subprocess.CompletedProcess(arguments, code, *capsys.readouterr())
-
-    monkeypatch.setattr("galvi.doors.judge.subprocess", SimpleNamespace(run=here))
-
-
 def test_the_same_from_python(model):
     sim = rebound.Simulation(str(model))
     found = galvi.judge(sim, duration=5.0, error=1e-6, own={"integrator": "ias15"})
@@ -89,7 +77,7 @@ def test_the_same_from_python(model):
         galvi.judge(3)
 
 
-def test_what_the_command_refuses_is_a_value_error(model, in_this_process):
+def test_what_the_command_refuses_is_a_value_error(model, judge_in_this_process):
     with pytest.raises(ValueError, match="Own integrator must be one of"):
         galvi.judge(model, own={"integrator": "none"})
 
@@ -119,7 +107,7 @@ ARM = """<mujoco model="arm"><option timestep="0.01" integrator="RK4"/><worldbod
 </body></worldbody><keyframe><key qpos="0.5"/></keyframe></mujoco>"""
 
 
-def test_a_model_of_mujoco(tmp_path, capsys, in_this_process):
+def test_a_model_of_mujoco(tmp_path, capsys, judge_in_this_process):
     mujoco = pytest.importorskip("mujoco")
     (tmp_path / "arm.xml").write_text(ARM)
     given = [str(tmp_path / "arm.xml"), "--duration", "1", "--error", "1e-12", "--key", "0"]

@@ -88,10 +88,10 @@ def evaluate(lanes, numbers, r, d, count, chunk, anew):
             rows[r + d + 1 + i, j] = out[1, i]
             rows[r + 2 * d + 1 + i, j] = out[0, i]
         if anew != 0:
-            step = STEP * (size if size > 0.0 else 1.0)
+            far = STEP * (size if size > 0.0 else 1.0)
             for i in range(d):
                 here = v[i]
-                v[i] = here + step
+                v[i] = here - far if here > 0.0 else here + far  # to where L is rather defined
                 slopes(law, layout, g, v, t, moved)
                 for k in range(i + 1):
                     slope = (moved[0, k] - out[0, k]) / (v[i] - here)

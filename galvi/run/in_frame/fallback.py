@@ -91,7 +91,8 @@ def _in_parts(
             0, *nystrom_start(here, PLAIN.stages), "fixed_point", ROUND_OFF, parts, curves
         )
         work = RunArrays.of(here, PLAIN, parts, begin, 2, (q.size, q.size), watched=False)
-        code = compiled_stepper(here, PLAIN, step / parts, parts, begin, work)(parts)
+        with np.errstate(all="ignore"):  # what is not finite is a code
+            code = compiled_stepper(here, PLAIN, step / parts, parts, begin, work)(parts)
         total = work.counts if total.size == 0 else total + work.counts
         if code != SOLVED:
             last = None

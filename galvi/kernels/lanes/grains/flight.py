@@ -49,7 +49,7 @@ NOBODY = -1
 WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
 END_TIME, DRAG, CONTACT = 6, 7, 10  # columns of ends
 TIME, LEFT, LAST = 0, 1, 2  # rows of `clock`, (3, 8): start, rest of the step, the last change
-INDEX, WHO, PHASE, TRIES, SOLVED = range(5)  # rows of `lane`, (5, 8): SOLVED counts SHORTENED ones
+INDEX, WHO, PHASE, TRIES, SOLVED, AGAIN = range(6)  # rows of `lane`, (6, 8)
 
 
 @jit_inline
@@ -191,7 +191,7 @@ def fly(law, grains, tables, rules, every, work, results):
     ends, codes, saved = results
     restitution, slow, tolerance, polish, fall = rules
     s, n = curve.shape[0], starts.shape[0]
-    clock, lane = np.zeros((3, LANES)), np.zeros((5, LANES), np.int64)
+    clock, lane = np.zeros((3, LANES)), np.zeros((6, LANES), np.int64)
     lane[WHO, :] = NOBODY
     scratch, out = np.zeros((4, s + 2)), np.zeros(9)
     work[:, :] = 0.0
@@ -199,7 +199,7 @@ def fly(law, grains, tables, rules, every, work, results):
     following, busy = 0, 0
     most = 0
     for k in range(n):
-        most += (lasts[k] + 2 + CONTACTS * SOLVES) * PASSES
+        most += (lasts[k] + 2 + CONTACTS * SOLVES) * 2 * PASSES
     for _ in range(most):
         if busy < LANES and following < n:
             for l in range(LANES):
@@ -217,7 +217,7 @@ def fly(law, grains, tables, rules, every, work, results):
                         keep(saved, who, index - 1, every, starts[who, 0], starts[who, 1],
                              starts[who, 2])  # fmt: skip
                     lane[INDEX, l], lane[WHO, l], lane[PHASE, l] = index, who, WHOLE
-                    lane[TRIES, l] = 0
+                    lane[TRIES, l], lane[AGAIN, l] = 0, 0
                     for i in range(6):
                         work[Q + i, l] = starts[who, i]
                     work[CONSTANTS, l] = constants[who, 0]
@@ -242,6 +242,10 @@ def fly(law, grains, tables, rules, every, work, results):
             if not (change <= tolerance or stands):
                 if change < np.inf and lane[TRIES, l] < PASSES:
                     continue
+                if lane[AGAIN, l] == 0:  # once more, without what was extrapolated
+                    lane[AGAIN, l], lane[TRIES, l] = 1, 0
+                    set_guess(work, l, s, 0.0)
+                    continue
                 codes[who, 0] = FAILED
                 ends[who, :6] = np.nan
                 fill(saved, who, lane[INDEX, l], every, np.nan, np.nan, np.nan)
@@ -249,7 +253,7 @@ def fly(law, grains, tables, rules, every, work, results):
                 lane[WHO, l] = NOBODY
                 busy -= 1
                 continue
-            lane[TRIES, l] = 0
+            lane[TRIES, l], lane[AGAIN, l] = 0, 0
             end_of(work, l, numbers, s, out)
             h, phase = work[H, l], lane[PHASE, l]
             touches = False

@@ -128,7 +128,7 @@ class MemberLaw(MemberSteps):
         builder, d = self.builder, self.d
         self.judgement.active.set(self.field("alive") > 0.0)
         with builder.if_then(builder.icmp_unsigned(">", number, self.row(0))):
-            self.extrapolate(BEFORE * d)
+            self.continue_velocities(BEFORE * d)
         self.times(number)
         self.project_velocities()
         self.place_stages()

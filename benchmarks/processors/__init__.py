@@ -1,0 +1,1 @@
+"""How far results differ between processors."""

@@ -1,0 +1,141 @@
+"""Stiff springs in steps beyond their period: errors and resonances, and energy exchange.
+
+The chain of soft and stiff springs of `benchmarks.test_problems.stiff_springs`, in galvi's harmonic
+frame and by two trigonometric methods.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import galvi
+from benchmarks.test_problems.stiff_springs import (
+    SPRINGS,
+    oscillatory_energies,
+    stiff_springs,
+    stiffness,
+)
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from galvi import Problem
+from galvi.arrays import Array
+from references.scipy.ivp import DOP853
+from references.textbook.trigonometric import exponential_integrator, mollified_impulse
+
+COLUMNS = ("study", "contender", "x", "quantity", "value", "evaluations", "status")
+RESONANCE, EXCHANGE, LONG = "steps", "exchange", "long"
+ERROR, CHANGE, TOTAL = "error at the end", "change of the stiff energy", "change of the energy"
+OMEGA = 50.0
+SHORT, QUICK_TURNS, TURNS = 10.0, 20.0, 100.0  # times of errors, and of changes
+PICTURE, TRUTH, LONGEST, QUICK_LONGEST = 200.0, 20.0, 10_000.0, 1_000.0
+LARGEST, POINTS, QUICK_POINTS = 14.0, 40, 12  # of h omega
+STAGES = (2, 4, 8)
+FINE, EXCHANGED = 8, 4.0  # stages and h omega of the exchange
+PARTS = 200
+EXPLANATION = (
+    "Hairer, Lubich and Wanner's chain of soft (quartic) and stiff springs, omega = 50, from their "
+    "start. Errors at t = 10, against DOP853, and the largest change of the stiff springs' energy "
+    "up to t = 100 (20 when quick), over h omega: the true energy changes by 0.06, and what a "
+    "method adds is resonance. The harmonic frame turns the stiff springs exactly; what is left "
+    "feels them, so that its error grows once they turn by more than about pi for each stage, and "
+    "2 stages resonate near multiples of 2 pi. Mollified impulse and the exponential integrator "
+    "take one force a step: their error is of order h^2, whatever omega is, so that they are the "
+    "cheaper ones above an error of about 1e-2, and the frame below. The energies of the "
+    "three stiff springs are exchanged over times of order omega, while their sum stays; over 1e4 "
+    "(1e3 when quick) it must not drift, nor must the whole energy. Evaluations are of the force, "
+    "for a unit of time."
+)
+Report = Callable[[str], None]
+
+
+def stiff_spring_study(quick: bool = False, report: Report = lambda sentence: None) -> pd.DataFrame:
+    """Errors and changes for each method and step, and the energies of the exchange.
+
+    x            h omega, or the time
+    value        of the quantity; of the exchange each spring's energy
+    evaluations  of the force in a unit of time
+    """
+    problem = stiff_springs(OMEGA)
+    report("steps beyond the period of stiff springs")
+    truth = DOP853.run(problem, TRUTH, {"samples": 2, "tolerance": 1e-12})
+    found: list[dict[str, Any]] = []
+    turning = QUICK_TURNS if quick else TURNS
+    for step in np.linspace(0.35, LARGEST, QUICK_POINTS if quick else POINTS):
+        for label, contender in contenders().items():
+            found += _steps(problem, label, contender, float(step), turning, truth.q[1])
+    report("energy exchange of stiff springs")
+    return pd.DataFrame(
+        [*found, *_exchange(problem, truth), *_long(problem, quick)], columns=list(COLUMNS)
+    )
+
+
+def contenders() -> Mapping[str, Any]:
+    """The harmonic frame with several stages, and two trigonometric methods."""
+    frames = {
+        f"galvi harmonic frame, Gauss {s}": gauss_collocation(s, galvi.HarmonicFrame())
+        for s in STAGES
+    }
+    springs = stiffness(OMEGA)
+    others = (mollified_impulse(springs), exponential_integrator(springs))
+    return frames | {one.name: one for one in others}
+
+
+def _steps(
+    problem: Problem, label: str, contender: Any, wanted: float, turning: float, true: Array
+) -> list[dict[str, Any]]:
+    """The rows of one method and step; steps end at SHORT."""
+    count = max(1, round(SHORT * OMEGA / wanted))
+    h = SHORT / count
+    run = contender.run(problem, round(turning / SHORT) * SHORT, {"step": h})
+    scaled = np.concatenate([np.ones(SPRINGS), np.full(SPRINGS, OMEGA)])
+    stiff = oscillatory_energies(run.q, run.p, OMEGA).sum(axis=1)
+    spent = run.counts["force_evaluations"] / (run.t[-1] - run.t[0])
+    known = {"study": RESONANCE, "contender": label, "x": h * OMEGA, "evaluations": spent,
+             "status": "" if run.success else run.status}  # fmt: skip
+    values = {
+        ERROR: float(np.max(np.abs(scaled * (run.q[count] - true)))),
+        CHANGE: float(np.max(np.abs(stiff - stiff[0]))),
+    }
+    return [{**known, "quantity": name, "value": value} for name, value in values.items()]
+
+
+def _exchange(problem: Problem, truth: Any) -> list[dict[str, Any]]:
+    """The energies of stiff springs up to PICTURE, and the error of one of them at TRUTH."""
+    label, count = f"galvi harmonic frame, Gauss {FINE}", round(PICTURE * OMEGA / EXCHANGED)
+    contender = contenders()[label]
+    every = count // (5 * PARTS)
+    run = contender.run(problem, PICTURE, {"step": PICTURE / count, "save_every": every})
+    energies = oscillatory_energies(run.q, run.p, OMEGA)
+    own = {"study": EXCHANGE, "contender": label, "evaluations": np.nan, "status": run.status}
+    rows = [
+        {**own, "x": float(t), "quantity": f"I_{k + 1}", "value": float(energies[row, k])}
+        for k in range(SPRINGS)
+        for row, t in enumerate(run.t)
+    ]
+    steps = round(TRUTH * OMEGA / EXCHANGED)
+    near = contender.run(problem, TRUTH, {"step": TRUTH / steps, "save_every": steps})
+    gap = oscillatory_energies(near.q[-1:], near.p[-1:], OMEGA) - oscillatory_energies(
+        truth.q[-1:], truth.p[-1:], OMEGA
+    )
+    return [*rows, {**own, "x": TRUTH, "quantity": ERROR, "value": float(np.max(np.abs(gap)))}]
+
+
+def _long(problem: Problem, quick: bool) -> list[dict[str, Any]]:
+    """The largest changes in each tenth of a long run."""
+    label, duration = f"galvi harmonic frame, Gauss {FINE}", QUICK_LONGEST if quick else LONGEST
+    count = round(duration * OMEGA / EXCHANGED)
+    setting = {"step": duration / count, "save_every": max(1, count // (10 * PARTS))}
+    run = contenders()[label].run(problem, duration, setting)
+    stiff = oscillatory_energies(run.q, run.p, OMEGA).sum(axis=1)
+    total = np.asarray(galvi.energy(run))
+    spent = run.counts["force_evaluations"] / duration
+    own = {"study": LONG, "contender": label, "evaluations": spent, "status": run.status}
+    return [
+        {**own, "x": float(run.t[part[-1]]), "quantity": name,
+         "value": float(np.max(np.abs(values[part] - values[0])))}
+        for name, values in ((CHANGE, stiff), (TOTAL, total))
+        for part in np.array_split(np.arange(1, len(run.t)), 10)
+    ]  # fmt: skip

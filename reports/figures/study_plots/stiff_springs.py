@@ -1,0 +1,48 @@
+"""Errors and resonances over h omega, and the exchange of energy between stiff springs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from benchmarks.studies.stiff_springs import CHANGE, ERROR, EXCHANGE, LARGEST, RESONANCE
+from reports.figures.style.decades import decades
+from reports.figures.style.identities import identity, in_order
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import GUIDE
+
+
+def errors_and_resonances(axes: Axes, frame: pd.DataFrame) -> None:
+    """Errors at the end, and the largest change of the stiff energy, over h omega / pi."""
+    rows = frame[frame["study"] == RESONANCE]
+    if rows.empty:
+        raise NoData("no steps were measured.")
+    grid = axes.get_subplotspec().subgridspec(1, 2, wspace=0.28)
+    axes.set_axis_off()
+    looks = {name: identity(name).style for name in in_order(rows["contender"])}
+    for column, quantity in enumerate((ERROR, CHANGE)):
+        one = axes.figure.add_subplot(grid[column])
+        for name, look in looks.items():
+            runs = rows[(rows["contender"] == name) & (rows["quantity"] == quantity)]
+            one.plot(runs["x"] / np.pi, runs["value"], label=name, **{**look, "markersize": 3.0})
+        for k in range(1, int(LARGEST / np.pi) + 1):
+            one.axvline(k, color=GUIDE, linewidth=0.6, linestyle=(0, (1, 3)))
+        one.set(yscale="log", xlabel="h omega / pi", title=quantity)
+        decades(one.yaxis, 6)
+        one.title.set_fontsize(9)
+    handles, labels = one.get_legend_handles_labels()
+    axes.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)
+
+
+def energy_exchange(axes: Axes, frame: pd.DataFrame) -> None:
+    """The energies of the stiff springs and their sum over time."""
+    rows = frame[(frame["study"] == EXCHANGE) & (frame["quantity"] != ERROR)]
+    if rows.empty:
+        raise NoData("the exchange was not measured.")
+    table = rows.pivot(index="x", columns="quantity", values="value")
+    for name in table:
+        axes.plot(table.index, table[name], linewidth=0.8, label=str(name))
+    axes.plot(table.index, table.sum(axis=1), linewidth=0.8, color=GUIDE, label="sum")
+    axes.set(xlabel="t", ylabel="energy")
+    axes.legend(loc="center right")

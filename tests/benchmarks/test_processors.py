@@ -1,0 +1,43 @@
+"""The study of processors sees a bit, and a status, that differ."""
+
+from __future__ import annotations
+
+import copy
+import math
+
+import pandas as pd
+import pytest
+
+from benchmarks.processors import study
+from benchmarks.processors.cases import CASES
+from reports.sections.processors import processors_table
+
+END = {"q": [(3.0).hex(), (0.5).hex()], "p": [(1.0).hex()], "status": "Completed.", "iterations": 7}
+
+
+@pytest.fixture
+def ends():
+    other = copy.deepcopy(END)
+    other["q"][1] = math.nextafter(0.5, 1.0).hex()
+    return {"": {"a": END}, "generic": {"a": other}, "znver4": None}
+
+
+def test_a_difference_is_in_units_of_the_largest_entry_and_a_missing_processor_is_named(ends):
+    (row,) = study.compared(ends, "generic")
+    assert row["units"] == 0.25 and row["status"] == ""  # the place of 3 is four times that of 0.5
+    (row,) = study.compared(ends, "znver4")
+    assert row["status"] == study.NOT_HERE
+    (row,) = study.compared(ends, "")
+    assert row["units"] == 0.0
+
+
+def test_a_status_that_differs_is_shown(ends):
+    ends["generic"]["a"]["status"] = "Stopped."
+    rows = [row for name in ends for row in study.compared(ends, name)]
+    table, _ = processors_table(pd.DataFrame(rows).assign(commit="a"))
+    assert table.loc[0, "generic"] == "Stopped." and study.HOST not in table
+
+
+def test_every_case_names_a_problem_and_a_method_that_fit():
+    for problem, method, step, _ in CASES.values():
+        assert step > 0 and problem().q0 is not None and method.name
