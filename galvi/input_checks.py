@@ -59,6 +59,13 @@ def positive(name: str, value: Any, remedy: str = "") -> float:
     return number
 
 
+def flag(name: str, value: Any) -> bool:
+    """``value`` as a bool, or TypeError unless it is True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{name} must be True or False; received {shown(value)}.")
+    return bool(value)
+
+
 def has_items(value: Any) -> bool:
     """Whether one can iterate over the value, as over no array without dimensions."""
     return isinstance(value, Iterable) and not (isinstance(value, np.ndarray) and not value.ndim)

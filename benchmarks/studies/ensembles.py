@@ -23,7 +23,7 @@ import galvi
 from benchmarks.statistics.timing import interleaved
 from galvi.run.ensemble import processors
 from references import DOP853, FREE_TOP, IAS15, KEPLER, RIGID_DOP853
-from references.heyoka.batches import HEYOKA_BATCHES
+from references.heyoka.batches import HEYOKA_BATCHES, HEYOKA_ENSEMBLE
 from references.mujoco.rollout import MUJOCO_ROLLOUT
 from references.rebound.pool import REBOUND_POOL
 
@@ -149,8 +149,9 @@ def candidates(ensemble: Ensemble, pool: Any) -> list[Candidate]:
         found.append(Candidate(MUJOCO_ROLLOUT.name, _of_mujoco(ensemble)))
     if isinstance(problem.system, galvi.NBody) and not REBOUND_POOL.missing:
         found.append(Candidate(REBOUND_POOL.name, _of_rebound(ensemble, pool)))
-    if HEYOKA_BATCHES.supports(problem) and not HEYOKA_BATCHES.missing:
-        found.append(Candidate(HEYOKA_BATCHES.name, _of_heyoka(ensemble)))
+    for heyoka in (HEYOKA_BATCHES, HEYOKA_ENSEMBLE):
+        if heyoka.supports(problem) and not heyoka.missing:
+            found.append(Candidate(heyoka.name, _of_heyoka(heyoka, ensemble)))
     if HEYOKA_BATCHES.supports(problem):
         found.append(Candidate("SciPy DOP853", _of_scipy(ensemble)))
     return found
@@ -186,12 +187,12 @@ def _of_rebound(ensemble: Ensemble, pool: Any) -> Iterator[tuple[str, Call]]:
         )
 
 
-def _of_heyoka(ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
+def _of_heyoka(heyoka: Any, ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
     problem, q, v, duration, *_ = ensemble
     for tolerance in (1e-12, 1e-13, 1e-14, 1e-15):
         yield (
             f"tolerance {tolerance:g}",
-            HEYOKA_BATCHES.prepared(problem, q, v, duration, tolerance),
+            heyoka.prepared(problem, q, v, duration, tolerance, processors()),
         )
 
 

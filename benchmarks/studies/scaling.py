@@ -17,7 +17,7 @@ from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.statistics.timing import Timing, call_of, interleaved, once, warmed
 from benchmarks.studies import roofline
-from benchmarks.studies.many_planets import innermost_period, many_planets
+from benchmarks.test_problems.many_planets import innermost_period, many_planets
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import label_beside, offered_settings, readable_setting
 from galvi import Problem, Trajectory

@@ -1,8 +1,14 @@
-"""heyoka's own ensembles: batches of members in vector instructions, shared by threads."""
+"""Many members in heyoka: batches in vector instructions, shared by threads.
+
+Its own ensembles copy the integrator, with its compiled code, for each batch; a loop over batches
+in each thread copies it once.
+"""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,9 +22,13 @@ from references.newton import is_forced, replaces_force
 
 @dataclass(frozen=True)
 class HeyokaBatches:
-    """Many starts about a fixed centre, in ``taylor_adaptive_batch``."""
+    """Many starts about a fixed centre, in ``taylor_adaptive_batch``.
 
-    name: str = "heyoka, batches in threads"
+    own  by heyoka's ``ensemble_propagate_until_batch``, else by a loop in each thread
+    """
+
+    name: str
+    own: bool
 
     @property
     def missing(self) -> str:
@@ -32,10 +42,11 @@ class HeyokaBatches:
         return central and not is_forced(problem) and not replaces_force(problem)
 
     def prepared(
-        self, problem: Problem, q0: Array, v0: Array, duration: float, tolerance: float
-    ) -> Callable[[], Array]:
-        """A call that runs all members (n, d), n a multiple of the batch, in heyoka's own threads
-        and returns their last places; the integrator is compiled here."""
+        self, problem: Problem, q0: Array, v0: Array, duration: float, tolerance: float,
+        threads: int,
+    ) -> Callable[[], Array]:  # fmt: skip
+        """A call that runs all members (n, d), n a multiple of the batch, and returns their last
+        places; the integrator is compiled here."""
         import heyoka
 
         system: Any = problem.system
@@ -54,12 +65,28 @@ class HeyokaBatches:
             integrator.state[:] = starts[k]
             return integrator
 
+        copies = [copy.deepcopy(one) for _ in range(threads)]
+
+        def some(thread: int) -> list[Array]:
+            found = []
+            for k in range(thread, len(starts), threads):
+                start(copies[thread], k).propagate_until(duration)
+                found.append(copies[thread].state.copy())
+            return found
+
         def call() -> Array:
-            found = heyoka.ensemble_propagate_until_batch(one, duration, len(starts), start)
-            states = np.stack([integrator[0].state for integrator in found])
+            states = np.empty(starts.shape)
+            if self.own:
+                found = heyoka.ensemble_propagate_until_batch(one, duration, len(starts), start)
+                states[:] = [integrator[0].state for integrator in found]
+            else:
+                with ThreadPoolExecutor(threads) as pool:
+                    for thread, rows in enumerate(pool.map(some, range(threads))):
+                        states[thread::threads] = rows
             return states.transpose(0, 2, 1).reshape(-1, 2 * d)[:, :d]
 
         return call
 
 
-HEYOKA_BATCHES = HeyokaBatches()
+HEYOKA_BATCHES = HeyokaBatches("heyoka, batches in threads", own=False)
+HEYOKA_ENSEMBLE = HeyokaBatches("heyoka, its ensembles of batches", own=True)

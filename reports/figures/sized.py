@@ -8,6 +8,7 @@ import matplotlib
 import matplotlib.style
 import pandas as pd
 
+from reports.figures.moving import hide_all_but_last
 from reports.figures.picture import STYLE, drawn, saved
 from reports.results.figure import Figure
 
@@ -45,4 +46,5 @@ def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes
             if abs(wide - width) < CLOSE:
                 break
             across = max(LEAST, across + width - wide)
+        hide_all_but_last(canvas)
         return saved(canvas, form)

@@ -1,6 +1,6 @@
 r"""The numbers of README and pages as macros of LaTeX: numbers.tex.
 
-``\ratioREBOUNDIASOneFiveOuterEMinusEight`` is the time of IAS15 over galvi's at an error of 1e-8.
+``\ratioREBOUNDIASOneFiveOuterSolarSystemOneeMinusEight``: the time of IAS15 over galvi's at 1e-8.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ CLAIMS = "claims.csv"
 
 def macro(*words: str) -> str:
     """A name of letters only: digits are spelt out, other signs begin a new word."""
-    parts = re.split(r"[^A-Za-z0-9]+", " ".join(words).replace("-", " minus "))
+    parts = re.split(r"[^A-Za-z0-9]+", re.sub(r"-(?=\d)", " minus ", " ".join(words)))
     spelt = (re.sub(r"\d", lambda found: DIGITS[int(found[0])], part) for part in parts if part)
     joined = "".join(part[:1].upper() + part[1:] for part in spelt)
     return joined[:1].lower() + joined[1:]

@@ -16,7 +16,7 @@ import pytest
 import yaml
 
 ROOT = Path(__file__).parents[2]
-SHIPPED = {".py", ".typed", ".csv", ".bib", ".css", ".j2", ".mplstyle", ".png"}
+SHIPPED = {".py", ".typed", ".csv", ".bib", ".css", ".js", ".j2", ".mplstyle", ".png"}
 SUITE = ("references", "benchmarks", "reports")
 EXACT = """
 import numpy as np

@@ -8,8 +8,8 @@ import pytest
 
 import galvi
 from benchmarks.studies import roofline, scaling
-from benchmarks.studies.many_planets import innermost_period, many_planets
 from benchmarks.studies.scaling import COLUMNS, TARGET, ScalingParticipant
+from benchmarks.test_problems.many_planets import innermost_period, many_planets
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from galvi.diagnostics.orbits import heliocentric
 

@@ -191,13 +191,14 @@ def test_fifty_kills_lose_and_change_nothing(tmp_path):
         over = threading.Event()
         killed = []
 
-        def kill_workers():
+        def kill_workers():  # while both work: a nanny gives up on one that dies as it starts
             while not over.is_set() and len(killed) < 5:
-                time.sleep(1.5)
+                time.sleep(0.5 * chance.random())
                 pids = [worker.pid for worker in cluster.workers.values() if worker.pid]
-                if pids and not over.is_set():
+                if len(client.run(os.getpid)) == len(pids) == 2 and not over.is_set():
                     killed.append(chance.choice(pids))
                     os.kill(killed[-1], signal.SIGKILL)
+                    time.sleep(5.0)
 
         killer = threading.Thread(target=kill_workers)
         killer.start()

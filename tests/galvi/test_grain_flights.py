@@ -260,6 +260,21 @@ def test_grains_that_cannot_be_solved_fail_alone() -> None:
     np.testing.assert_allclose(found.q[~fails, 0], q[~fails, 0] + 2.0, atol=1e-12)
 
 
+@given(step=st.integers(3, 999).map(lambda k: 1.0 / k))
+@settings(max_examples=30, deadline=None)
+def test_a_grain_that_starts_at_the_end_of_a_step_takes_whole_steps(step: float) -> None:
+    """Also where the division of its time by the step is rounded down; thrown from the ground."""
+    k = np.arange(min(40, round(0.5 / step)))
+    q, v = np.zeros((2, k.size, 3))
+    v[:, 2] = 2.0
+    found = follow(gauss(2), q, v, k * step, np.full((k.size, 1), G / 9.0), NEWTON, step, 1.0,
+                   gravity=G, wind=STILL)  # fmt: skip
+    landed = found.status == LANDED
+    assert landed[0] and np.all(landed | (k * step + found.t[0] > 1.0 - 2.0 * step))
+    np.testing.assert_allclose((found.t - k * step)[landed], found.t[0], atol=1e-9)
+    assert np.all(found.steps[landed] - found.steps[0] <= 2)
+
+
 def test_a_grain_that_starts_after_the_end_waits() -> None:
     found = follow(gauss(2), [[9.0, 0.0, 9.0]] * 2, np.zeros((2, 3)), [0.2, 1.5], [[1.0]] * 2,
                    NEWTON, 0.25, 1.0, gravity=G)  # fmt: skip

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 from reports.tracking.history import COLUMNS, TIME, read_history
+from reports.tracking.known_changes import KnownChange
 from reports.tracking.record import track
 from reports.tracking.series import all_series
 
@@ -158,3 +159,23 @@ def test_the_page_has_each_machine_its_table_and_its_pictures(tmp_path: Path) ->
     assert (tmp_path / "figures" / "track-kepler-degree-8.svg").exists()
     frame = pd.read_csv(tmp_path / "history.csv")
     assert len(frame) == 4 * 6
+
+
+def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = (KnownChange("Kepler", "iterations", "000000000001", "another guess"),)
+    monkeypatch.setattr("reports.tracking.record.known_changes", lambda: known)
+    for k, time in enumerate((1.0, 1.1, 3.0, 0.9)):
+        late = {"counts": {"iterations": 101}} if k else {}
+        start_up = {"import [s]": 0.5 + k, "cold start [s]": 9.0, "memory [MiB]": 180.0}
+        store(tmp_path, f"{k}.json", bench(k, time, first_call=7.25, start_up=start_up, **late))
+    track(tmp_path, {"command": "x"}, lambda sentence: None)
+    page = (tmp_path / "history.html").read_text()
+    assert "Slowest commit kept: 000000000002, at 2.86 times the median" in page
+    assert "fastest: 000000000003+" in page
+    for cell in ("7.25", "3.5", "9", "180"):
+        assert f'<td class="number">{cell}</td>' in page
+    place = page[page.index("Known changes:") :]
+    assert "iterations +1.0 % near 000000000001+: another guess" in place
+    assert "Changes of level" not in page

@@ -6,7 +6,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from benchmarks.studies.stiff_springs import CHANGE, ERROR, EXCHANGE, LARGEST, RESONANCE
+from benchmarks.studies.moving_frames.stiff_springs import (
+    CHANGE,
+    ERROR,
+    EXCHANGE,
+    LARGEST,
+    RESONANCE,
+)
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import identity, in_order
 from reports.figures.style.no_data import NoData

@@ -169,6 +169,24 @@ def extrapolate(work, l, ahead, s, scratch):
 
 
 @jit_inline
+def enter(work, clock, l, start, constants, t, left):
+    """Give a lane to a grain, ``left`` before the end of its first step."""
+    work[:, l] = 0.0
+    for i in range(6):
+        work[Q + i, l] = start[i]
+    work[CONSTANTS, l], work[CONSTANTS + 1, l] = constants[0], constants[1]
+    clock[TIME, l], clock[LEFT, l] = t, left
+
+
+@jit_inline
+def leave(work, lane, l):
+    """Free a lane; what it computes meanwhile is that of a grain at rest, in steps of 0."""
+    work[:, l] = 0.0
+    work[Q + 2, l] = 1.0
+    lane[WHO, l] = NOBODY
+
+
+@jit_inline
 def keep(saved, who, index, every, x, y, z):
     """Keep a place at a time that is kept."""
     if index % every == 0 and index // every < saved.shape[1]:
@@ -192,10 +210,9 @@ def fly(law, grains, tables, rules, every, work, results):
     restitution, slow, tolerance, polish, fall = rules
     s, n = curve.shape[0], starts.shape[0]
     clock, lane = np.zeros((3, LANES)), np.zeros((6, LANES), np.int64)
-    lane[WHO, :] = NOBODY
     scratch, out = np.zeros((4, s + 2)), np.zeros(9)
-    work[:, :] = 0.0
-    work[Q + 2, :] = 1.0
+    for l in range(LANES):
+        leave(work, lane, l)
     following, busy = 0, 0
     most = 0
     for k in range(n):
@@ -206,25 +223,21 @@ def fly(law, grains, tables, rules, every, work, results):
                 while lane[WHO, l] == NOBODY and following < n:
                     who = following
                     following += 1
-                    index = int(clocks[who, 0] / clocks[who, 1]) + 1
+                    t, step = clocks[who, 0], clocks[who, 1]
+                    index = int(t / step) + 1
+                    if index * step <= t:  # t / step was rounded down
+                        index += 1
                     ends[who, :6] = starts[who]
-                    ends[who, END_TIME] = clocks[who, 0]
+                    ends[who, END_TIME] = t
                     if index > lasts[who]:
                         continue
                     codes[who, 0] = ALOFT
-                    keep_start = clocks[who, 0] == (index - 1) * clocks[who, 1]
-                    if keep_start:
+                    if t == (index - 1) * step:
                         keep(saved, who, index - 1, every, starts[who, 0], starts[who, 1],
                              starts[who, 2])  # fmt: skip
-                    lane[INDEX, l], lane[WHO, l], lane[PHASE, l] = index, who, WHOLE
-                    lane[TRIES, l], lane[AGAIN, l] = 0, 0
-                    for i in range(6):
-                        work[Q + i, l] = starts[who, i]
-                    work[CONSTANTS, l] = constants[who, 0]
-                    work[CONSTANTS + 1, l] = constants[who, 1]
-                    clock[TIME, l] = clocks[who, 0]
-                    clock[LEFT, l] = index * clocks[who, 1] - clocks[who, 0]
-                    set_guess(work, l, s, 0.0)
+                    lane[:, l] = 0
+                    lane[INDEX, l], lane[WHO, l] = index, who
+                    enter(work, clock, l, starts[who], constants[who], t, index * step - t)
                     set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
                     busy += 1
         if busy == 0:

@@ -20,6 +20,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from galvi.kernels.lanes.frames.reciprocals import Reciprocals
 from galvi.kernels.lanes.law_pass import Pass
 from galvi.kernels.lanes.members.judgement import Judgement, terms_kept
 from galvi.kernels.lanes.members.rows import (
@@ -109,10 +110,14 @@ class MemberSteps(Pass):
     after_first_pass: Any
     step: Any
 
-    def open(self, context, builder, words, fields, after):
-        """What all members share; ``words`` is the address of these."""
+    def open(self, context, builder, words, fields, after, stages=0):
+        """What all members share; ``words`` is the address of these.
+
+        stages  s, for which loops are written out; 0 for any
+        """
         self.context, self.builder, self.fields, self.after = context, builder, fields, after
         self.d, self.row = fields.d, words.type.pointee
+        builder.reciprocals = Reciprocals(context, builder)
         found = [builder.load(builder.gep(words, [self.row(k)])) for k in range(WORDS)]
         addresses = [builder.inttoptr(word, DOUBLE.as_pointer()) for word in found[:6]]
         self.records, self.all_constants, self.work, self.tables, self.complement, self.reals = (
@@ -120,6 +125,7 @@ class MemberSteps(Pass):
         )
         (self.blocks, self.stages, self.first_step, self.todo, self.kept_terms, self.extra,
          self.given_constants, self.record_rows) = found[6:]  # fmt: skip
+        self.stages = self.row(stages) if stages else self.stages
         self.padded = builder.mul(self.stages, self.row(LANES))
         self.tabled = Tables(*(
             builder.add(builder.mul(self.stages, self.row(a)), self.row(b)) for a, b in PLACES
