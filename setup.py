@@ -8,7 +8,7 @@ import sys
 from setuptools import find_packages, setup
 
 SUITE = ("references", "benchmarks", "reports")
-DATA = ("py.typed", "*.csv", "*.bib", "*.css", "*.j2", "*.mplstyle", "*.png", "data/*.csv")
+DATA = ("py.typed", "*.csv", "*.bib", "*.css", "*.js", "*.j2", "*.mplstyle", "*.png", "data/*.csv")
 
 everything = find_packages(include=[f"{name}{rest}" for name in ("galvi", *SUITE)
                                     for rest in ("", ".*")])  # fmt: skip

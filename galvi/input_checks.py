@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -42,8 +43,9 @@ def real(name: str, value: Any, remedy: str = "") -> float:
     if type(value) is float and math.isfinite(value):
         return value
     number = float("nan")
-    if np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf":
-        number = float(value)
+    with suppress(ValueError):  # of lists that are no array
+        if np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf":
+            number = float(value)
     if not math.isfinite(number):
         raise ValueError(_sentence(f"{name} must be a finite real number", shown(value), remedy))
     return number
@@ -55,6 +57,23 @@ def positive(name: str, value: Any, remedy: str = "") -> float:
     if number <= 0.0:
         raise ValueError(_sentence(f"{name} must be positive", shown(value), remedy))
     return number
+
+
+def flag(name: str, value: Any) -> bool:
+    """``value`` as a bool, or TypeError unless it is True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{name} must be True or False; received {shown(value)}.")
+    return bool(value)
+
+
+def has_items(value: Any) -> bool:
+    """Whether one can iterate over the value, as over no array without dimensions."""
+    return isinstance(value, Iterable) and not (isinstance(value, np.ndarray) and not value.ndim)
+
+
+def several(value: Any) -> tuple[Any, ...]:
+    """The items, or the value alone when it has none."""
+    return tuple(value) if has_items(value) else (value,)
 
 
 def returned(name: str, value: Any) -> float:

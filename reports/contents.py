@@ -14,7 +14,9 @@ from benchmarks.work_precision.cost import cost_table
 from benchmarks.work_precision.run import problems, work_precision
 from benchmarks.work_precision.targets import TARGETS
 from reports.results.suite import Suite
+from reports.sections.brownout_cloud import BROWNOUT_CLOUD
 from reports.sections.engine_versions import ENGINE_VERSIONS
+from reports.sections.ensembles import ENSEMBLES
 from reports.sections.ephemeris import EPHEMERIS
 from reports.sections.free_body_drift import FREE_BODY_DRIFT
 from reports.sections.fuzz import FUZZ
@@ -44,8 +46,10 @@ SECTIONS = (  # in the order of the page
     HIGH_ECCENTRICITY,
     STIFF_SPRINGS,
     SURVIVAL,
+    BROWNOUT_CLOUD,
     RECOMMENDATION,
     START_UP,
+    ENSEMBLES,
     PROCESSORS,
     MUTANTS,
     FUZZ,

@@ -6,9 +6,9 @@ error, or the reference's own error at its setting.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -31,7 +31,7 @@ class AgreementCase:
     """A problem that galvi and a reference both solve.
 
     contender  the reference
-    problem    the problem, over `duration` in its unit of time
+    given      the problem, or what makes it, over `duration` in its unit of time
     limit      bound on the largest component of the difference of the final configurations
     steps      number of galvi's steps, by polynomials of degree 12 with 12 Gauss points
     setting    setting of the reference
@@ -39,12 +39,17 @@ class AgreementCase:
     """
 
     contender: Contender
-    problem: Problem
+    given: Problem | Callable[[], Problem]
     duration: float
     limit: float
     steps: int = 20
     setting: Mapping[str, Any] = field(default_factory=dict)
     note: str = "Both are at round-off."
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The problem."""
+        return self.given if isinstance(self.given, Problem) else self.given()
 
     @property
     def quantity(self) -> str:

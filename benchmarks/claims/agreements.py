@@ -62,7 +62,8 @@ from references.textbook.stormer_verlet import STORMER_VERLET
 SPRING, ORBIT = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.3)
 SWING, TURN = galvi.problems.planar_pendulum(), galvi.problems.free_rigid_body()
 HANGING, PLANETS = galvi.problems.pendulum_3d(), galvi.problems.solar_system()
-CHAIN, SPRUNG = galvi.problems.double_pendulum(), galvi.problems.elastic_pendulum()
+CHAIN = galvi.problems.double_pendulum()
+SPRUNG = galvi.problems.elastic_pendulum  # made when asked for, by SymPy
 THROWN, ARM = galvi.problems.free_body_se3(), galvi.problems.skew_arm()
 OF_SECOND, OF_FIRST = "Its error of second order in its step.", "Its error of first order."
 OWN = "Its own error at this setting."

@@ -14,6 +14,7 @@ import numpy as np
 
 import galvi
 
+Call = tuple[Callable[[], Any], str]  # a call without arguments, and its text
 HERE = Path(galvi.__file__).parent
 KINDS = (ValueError, TypeError, OSError, ImportError, AttributeError)
 RETURNED, REFUSED = "returned", "refused"

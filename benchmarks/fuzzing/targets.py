@@ -6,15 +6,14 @@ arguments, with a text that shows them.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
 
 import galvi
+from benchmarks.fuzzing import files
 from benchmarks.fuzzing.arguments import (
     CHARTS,
     COUNTS,
@@ -26,11 +25,10 @@ from benchmarks.fuzzing.arguments import (
     SMALL,
     SPACES,
     STEPS,
-    a_run,
     spoilt,
 )
+from benchmarks.fuzzing.judgement import Call
 
-Call = tuple[Callable[[], Any], str]
 Target = Callable[[Any], Call]
 SHOWN = 600  # characters of the arguments
 
@@ -161,6 +159,19 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
             "steps": COUNTS,
         },
     ),
+    "integrate_ensemble": (
+        galvi.integrate_ensemble,
+        {
+            "problem": st.just(SMALL["kepler"]),
+            "q0": st.just(SMALL["kepler"].q0 * np.ones((3, 1))),
+            "v0": st.just(SMALL["kepler"].v0 * np.ones((3, 1))),
+            "method": METHODS,
+            "step": STEPS | st.just([0.1, 0.2, 0.1]),
+            "steps": COUNTS,
+            "parameters": st.none(),
+            "keep": st.sampled_from([galvi.FinalStates(), len]),
+        },
+    ),
     "recommend": (
         galvi.recommend,
         {
@@ -206,21 +217,22 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "kepler": (galvi.problems.kepler, {"eccentricity": st.floats(0, 0.9)}),
     "planar_chain": (galvi.problems.planar_chain, {}),
     "solar_system": (galvi.problems.solar_system, {"pluto": st.booleans()}),
-    "run(t)": (lambda run, t: run(t), {"run": RUNS, "t": st.just(0.005)}),
-    "run.velocity(t)": (lambda run, t: run.velocity(t), {"run": RUNS, "t": st.just(0.005)}),
-    "run.to_scipy": (lambda run: run.to_scipy(), {"run": RUNS}),
-    "run.to_frame": (lambda run: run.to_frame(), {"run": RUNS}),
+    "run(t)": (lambda self, t: self(t), {"self": RUNS, "t": st.just(0.005)}),
+    "run.velocity(t)": (lambda self, t: self.velocity(t), {"self": RUNS, "t": st.just(0.005)}),
+    "run.to_scipy": (lambda self: self.to_scipy(), {"self": RUNS}),
+    "run.to_frame": (lambda self: self.to_frame(), {"self": RUNS}),
 }
 
 
 def function(name: str) -> Target:
     """The target that calls FUNCTIONS[name] with up to two odd arguments."""
     called, parameters = FUNCTIONS[name]
+    spoilable = sorted(set(parameters) - {"self"})
 
     def target(data: Any) -> Call:
         odd = (
-            data.draw(st.lists(st.sampled_from(sorted(parameters)), max_size=2, unique=True))
-            if parameters
+            data.draw(st.lists(st.sampled_from(spoilable), max_size=2, unique=True))
+            if spoilable
             else []
         )
         given = {}
@@ -287,94 +299,13 @@ def bodies(data: Any) -> Call:
     return call, shown("bodies", given)
 
 
-def bits_changed(data: Any, whole: bytes) -> bytes:
-    """A file cut short, or with some bytes changed, taken out or put in."""
-    changed = bytearray(whole)
-    for _ in range(data.draw(st.integers(1, 4))):
-        at = data.draw(st.integers(0, max(len(changed) - 1, 0)))
-        kind = data.draw(st.sampled_from(["bit", "byte", "cut", "out", "in"]))
-        if kind == "cut":
-            del changed[at:]
-        elif kind == "out":
-            del changed[at : at + data.draw(st.integers(1, 64))]
-        elif kind == "in":
-            changed[at:at] = data.draw(st.binary(max_size=16))
-        elif changed:
-            changed[at] = (
-                changed[at] ^ (1 << data.draw(st.integers(0, 7)))
-                if kind == "bit"
-                else data.draw(st.integers(0, 255))
-            )
-    return bytes(changed)
-
-
-def saved_run(data: Any) -> Call:
-    """A saved run, damaged: refused, or the run that was saved."""
-    run = data.draw(RUNS)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "run.npz"
-        galvi.save(run, path)
-        whole = path.read_bytes()
-    damaged = bits_changed(data, whole)
-
-    def call() -> Any:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "run.npz"
-            path.write_bytes(damaged)
-            loaded = galvi.load(path)
-        for name in ("t", "q", "p"):
-            if getattr(loaded, name).tobytes() != getattr(run, name).tobytes():
-                raise AssertionError(f"{name} is not what was saved")
-        return loaded
-
-    return call, f"load of {run.problem.name}, {len(whole)} bytes changed to {len(damaged)}"
-
-
-MODEL = b"""<mujoco><compiler angle="radian"/><option gravity="0 0 -9.81"/><worldbody>
-<body name="a" pos="0 0 1"><joint name="j" type="hinge" axis="0 1 0" damping="0.1"/>
-<geom type="capsule" size="0.05 0.3" mass="1.5"/><body name="b" pos="0 0 -0.6">
-<joint type="ball" armature="0.01"/><geom type="box" size="0.1 0.2 0.05" mass="0.7"/></body></body>
-</worldbody><keyframe><key qpos="0.3 1 0 0 0"/></keyframe></mujoco>"""
-
-
-def mujoco_model(data: Any) -> Call:
-    """A model of MuJoCo's, damaged, from a file."""
-    damaged = bits_changed(data, MODEL)
-
-    def call() -> Any:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "model.xml"
-            path.write_bytes(damaged)
-            return galvi.from_mujoco(path)
-
-    return call, damaged.decode("utf-8", "replace")[:SHOWN]
-
-
-def rebound_file(data: Any) -> Call:
-    """A simulation archive of REBOUND's, damaged."""
-    planets = st.just(SMALL["outer_solar_system"])
-    run = data.draw(st.builds(a_run, planets, METHODS, STEPS, COUNTS))
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "sim.bin"
-        run.to_rebound().save_to_file(str(path))
-        damaged = bits_changed(data, path.read_bytes())
-
-    def call() -> Any:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "sim.bin"
-            path.write_bytes(damaged)
-            return galvi.from_rebound(path)
-
-    return call, f"an archive of {len(damaged)} bytes"
-
-
 TARGETS: Mapping[str, Target] = {
     **{name: function(name) for name in FUNCTIONS},
     "a start": start,
     "bodies at random": bodies,
-    "a saved run": saved_run,
-    "a model of MuJoCo's": mujoco_model,
-    "an archive of REBOUND's": rebound_file,
+    "a saved run": files.saved_run,
+    "a model of MuJoCo's": files.mujoco_model,
+    "an archive of REBOUND's": files.rebound_file,
 }
 
 

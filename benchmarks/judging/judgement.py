@@ -122,6 +122,8 @@ def judge(
     span = kind.default_duration(problem) if duration is None else (
         input_checks.positive("duration", duration)
     )  # fmt: skip
+    if mine.step is not None and mine.step > span:
+        raise ValueError(f"own dt must be at most the duration {span:g}; received {mine.step:g}.")
     if mine.step is not None:
         span = math.ceil(span / (SAMPLES * mine.step) - 1e-9) * SAMPLES * mine.step
         report(f"duration {span:g}, {SAMPLES} times a whole number of steps")

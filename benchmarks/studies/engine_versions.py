@@ -21,8 +21,8 @@ import numpy as np
 import pandas as pd
 
 import galvi
+from benchmarks.store.isolated_environment import NotHere, environment, finished
 from benchmarks.store.row_files import RowFiles
-from benchmarks.studies.isolated_environment import NotHere, environment, finished
 from benchmarks.studies.round_off_long import version
 from galvi.arrays import Array
 from references.closed_forms.free_top import FREE_TOP

@@ -13,6 +13,7 @@ from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.studies.relativity import displacement
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import FEWEST, finest
+from benchmarks.work_precision.problem import frame_label
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references.jpl.ephemeris import JPL_EPHEMERIS
@@ -31,12 +32,15 @@ COLUMNS = (
 DAYS = (1000, 5000, 10_000)
 DEGREE, STEP = 12, 10.0  # days; within 1e-12 au of the quadruple truth
 OURS = f"galvi degree {DEGREE}, Gauss {DEGREE}"
+STAGES, LONG_STEP = 16, 20.0  # in the Kepler frame
+IN_FRAME = frame_label(STAGES, None)
 ARC_SECOND = np.pi / 648_000.0
 EXPLANATION = (
     f"galvi, degree {DEGREE}, steps of {STEP:g} days, from DE421's own states of 2000-01-01: the "
     "distance of each body from its position in DE421, and the angle between both as seen from "
     "the Sun. The run's own error, against the same point masses in quadruple precision, is far "
-    "smaller: the difference is that of the models, not of the integrator. Newtonian point masses "
+    "smaller: the difference is that of the models, not of the integrator, and the same in the "
+    f"Kepler frame, with {STAGES} stages and steps of {LONG_STEP:g} days. Newtonian point masses "
     "omit relativity, whose largest term alone displaces a planet about the Sun as given beside "
     "the difference. They also omit the Moon (Earth is the barycentre of both), asteroids, and "
     "the oblateness of the Sun. They suffice for the dynamics of planets, not for pointing a "
@@ -52,7 +56,7 @@ def ephemeris_table(
     """One row for each body and time, of galvi's run and of those of external integrators, at their
     finest setting.
 
-    contender             empty without external integrators
+    contender             galvi, galvi in the Kepler frame, then external integrators
     difference_au         distance to DE421, barycentric
     difference_arcsec     angle at the Sun between the two directions; NaN for the Sun
     relativity_au         displacement by the Schwarzschild term, for the body about the Sun alone
@@ -71,6 +75,9 @@ def ephemeris_table(
     relativity = [_relativity(problem, k) for k in range(len(problem.q0))]
     setting = {"step": STEP, "save_every": round(DAYS[0] / STEP)}
     runs = [(OURS, gauss_collocation(DEGREE).run(problem, duration, setting))]
+    longer = {"step": LONG_STEP, "save_every": round(DAYS[0] / LONG_STEP)}
+    framed = gauss_collocation(STAGES, galvi.KeplerFrame()).run(problem, duration, longer)
+    runs.append((IN_FRAME, framed))
     for external in externals:
         offered = finest(external, problem, duration, samples, FEWEST)
         if offered is not None:
@@ -78,8 +85,7 @@ def ephemeris_table(
             runs.append((external.name, external.run(problem, duration, offered)))
     rows = []
     for contender, run in runs:
-        label = contender if len(runs) > 1 else ""
-        rows += _rows(label, run, sky, truth, relativity)
+        rows += _rows(contender, run, sky, truth, relativity)
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 

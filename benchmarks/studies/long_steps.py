@@ -24,6 +24,8 @@ CHANGE, DIFFERENCE = "change of extent", "extent against IAS15"
 TURN, SHIFT = "perihelion against IAS15", "perihelion against IAS15, times the eccentricity"
 ALONG = "distance to IAS15 on the curve"
 MEAN = "mean distance"
+FRAME_DISTANCE = "distance to IAS15, in the Kepler frame"
+FRAME_ENERGY = "energy error, in the Kepler frame"
 CURVE, ENDS = "position on the curve", "position at step ends"
 
 
@@ -57,6 +59,8 @@ class LongSteps:
                      times the eccentricity: how far that turns the ellipse, relative to its size;
                      largest distance to IAS15 on the curve
         'orbit'      positions from the first body, 'position on the curve' and 'at step ends'
+        'frame'      with n - 1 Gauss points in the Kepler frame: distance to IAS15, largest over
+                     step ends, and energy error
         'reference'  distance between IAS15 with its two step criteria, at the end
         """
         report("IAS15")
@@ -75,7 +79,23 @@ class LongSteps:
             rows += self._errors(run, truth, n)
             if n == self.ns[0]:
                 rows += self._orbits(run) + self._shapes(run, truth)
-        return frame(rows)
+        report(f"the Kepler frame, {self.steps} steps of {self.step:g} d")
+        return frame(rows + self._in_frame(make_method, truth))
+
+    def _in_frame(self, make_method: MakeMethod, truth: Trajectory) -> list[dict[str, Any]]:
+        n = self.ns[0]
+        space, rule = galvi.Polynomials(n - 1), galvi.gauss(n - 1)
+        method = make_method(space, rule, galvi.KeplerFrame())
+        run = galvi.integrate(self.problem, method, self.step, self.steps)
+        distance = np.linalg.norm(run.q - truth.q[:: self.samples // self.steps], axis=-1)
+        known = {"study": "frame", "n": n, "step": self.step, "steps": self.steps,
+                 "status": "" if run.success else run.status,
+                 "force_evaluations": run.counts["force_evaluations"]}  # fmt: skip
+        energy = float(np.max(np.abs(energy_errors(run))))
+        return [row(quantity=FRAME_ENERGY, value=energy, **known)] + [
+            row(quantity=FRAME_DISTANCE, label=body, value=float(np.max(distance[:, k])), **known)
+            for k, body in enumerate(self.bodies)
+        ]
 
     def _errors(self, run: Trajectory, truth: Trajectory, n: int) -> list[dict[str, Any]]:
         settings = {
@@ -165,6 +185,17 @@ def worst_shape(table: pd.DataFrame, quantity: str, bodies: Sequence[str]) -> fl
     """The largest of a quantity of series 'shape' over the bodies; NaN when one is missing."""
     rows = pick(table, study="shape", quantity=quantity)
     return _largest([number(rows, label=body) for body in bodies])
+
+
+def farthest_in_frame(table: pd.DataFrame, bodies: Sequence[str]) -> float:
+    """The largest distance from IAS15 at step ends in the Kepler frame, au."""
+    rows = pick(table, study="frame", quantity=FRAME_DISTANCE)
+    return _largest([number(rows, label=body) for body in bodies])
+
+
+def energy_in_frame(table: pd.DataFrame) -> float:
+    """Largest relative energy error over step ends in the Kepler frame."""
+    return number(table, study="frame", quantity=FRAME_ENERGY)
 
 
 def _largest(values: Sequence[float]) -> float:

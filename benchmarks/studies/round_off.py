@@ -17,15 +17,19 @@ import galvi
 from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.statistics.growth import Growth, growth, rms
 from benchmarks.studies.round_off_participants import (
+    EIGHT,
     KEPT,
+    OUTER,
     SAMPLES,
     YEAR,
+    Bodies,
     GalerkinParticipant,
     ReferenceParticipant,
     RoundOffParticipant,
     Sample,
     rounded,
 )
+from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import ensemble, label_beside, readable_setting
 from galvi import Problem
 from references.rebound.ias15 import IAS15
@@ -50,11 +54,12 @@ STEPS_A_YEAR = 0.5  # fewest for an external integrator without settings: 6 in J
 COARSE = 2.0  # an RMS is resolved above this multiple of the effect of rounding the state
 
 
-def gauss(degree: int, per_orbit: float) -> GalerkinParticipant:
-    """Gauss collocation of this degree, with `per_orbit` steps in a revolution of Jupiter."""
-    return GalerkinParticipant(
-        galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree)), per_orbit
-    )
+def gauss(
+    degree: int, per_orbit: float, chart: Any = None, bodies: Bodies = OUTER
+) -> GalerkinParticipant:
+    """Gauss collocation of this degree, with `per_orbit` steps in a revolution of the clock's
+    planet."""
+    return GalerkinParticipant(gauss_collocation(degree, chart).method, per_orbit, bodies)
 
 
 # Not a whole number of steps in a revolution: at P/10 the truncation error, 2e-15 here, beats with
@@ -64,11 +69,19 @@ PARTICIPANTS: tuple[RoundOffParticipant, ...] = (
     gauss(16, 6.38),
     ReferenceParticipant(IAS15),
 )
+FRAME = gauss(8, 10.38, galvi.KeplerFrame())
+LONGER = 10.0  # times as long, since its steps take so little time
+# Over a million years, with few runs: IAS15 takes most of an hour for each.
+PLANETS: tuple[RoundOffParticipant, ...] = (
+    gauss(16, 1.97, galvi.KeplerFrame(), EIGHT),
+    ReferenceParticipant(IAS15, EIGHT),
+)
+PLANET_RUNS = 4
 
 
-def member(number: int) -> Problem:
-    """The outer solar system with positions and velocities perturbed by about 1e-12, relative."""
-    problem = galvi.problems.outer_solar_system()
+def member(number: int, bodies: Bodies = OUTER) -> Problem:
+    """The planets with positions and velocities perturbed by about 1e-12, relative."""
+    problem = bodies.make()
     off = np.random.default_rng([SEED, number]).standard_normal((2, *problem.q0.shape))
     return problem.with_initial_state(
         problem.q0 * (1.0 + SIZE * off[0]), problem.v0 * (1.0 + SIZE * off[1])
@@ -104,8 +117,11 @@ def brouwer(
     report: Callable[[str], None] = lambda sentence: None,
     participants: Sequence[RoundOffParticipant] = PARTICIPANTS,
     externals: Sequence[ExternalIntegrator] = (),
+    longer: Sequence[RoundOffParticipant] = (),
 ) -> pd.DataFrame:
     """One row for each contender, run and sampled time (in years), with the columns COLUMNS.
+
+    longer  participants that run LONGER times as long
 
     The start is at t = 0, with an error of zero by definition. A contender whose engine is missing
     has no rows. External integrators take part where they can, see
@@ -113,16 +129,16 @@ def brouwer(
     """
     years, runs = (QUICK_YEARS, QUICK_RUNS) if quick else (YEARS, RUNS)
     rows = []
-    for participant in participants:
+    spans = [(one, years) for one in participants] + [(one, LONGER * years) for one in longer]
+    for participant, span in spans:
         if isinstance(participant, ReferenceParticipant) and participant.contender.missing:
             report(f"{participant.label}: {participant.contender.missing}")
             continue
         for number in range(runs):
-            report(
-                f"{participant.label}, {participant.settings}, {years:g} years, run {number + 1}"
-            )
-            seen = participant.samples(member(number), years, None, report)
-            rows += [row(participant, years, number, sample) for sample in seen]
+            report(f"{participant.label}, {participant.settings}, {span:g} years, run {number + 1}")
+            start = member(number, participant.bodies)
+            seen = participant.samples(start, span, None, report)
+            rows += [row(participant, span, number, sample) for sample in seen]
     taken = [one.label for one in participants]
     for external in externals:
         label, starts = label_beside(external, taken), map(member, range(runs))

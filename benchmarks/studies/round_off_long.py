@@ -18,7 +18,16 @@ import pandas as pd
 
 from benchmarks.store.provenance import ROOT, commit
 from benchmarks.store.row_files import RowFiles
-from benchmarks.studies.round_off import COLUMNS, PARTICIPANTS, RUNS, member, row
+from benchmarks.studies.round_off import (
+    COLUMNS,
+    FRAME,
+    PARTICIPANTS,
+    PLANET_RUNS,
+    PLANETS,
+    RUNS,
+    member,
+    row,
+)
 from benchmarks.studies.round_off_participants import (
     KEPT,
     ReferenceParticipant,
@@ -71,7 +80,8 @@ class Part:
             report(sentence)
             self.files.set_aside(saved, "the run that was kept there cannot be used")
 
-        for sample in self.participant.samples(member(self.member), self.years, saved, start_anew):
+        start = member(self.member, self.participant.bodies)
+        for sample in self.participant.samples(start, self.years, saved, start_anew):
             earlier = [each for each in rows if each["sample"] < sample.number]
             if [each["sample"] for each in earlier] != list(KEPT[: KEPT.index(sample.number)]):
                 saved.unlink(missing_ok=True)  # the rows before it are lost: restart the run
@@ -101,7 +111,7 @@ def parts(
     report: Report,
     years: float = YEARS,
     runs: int = RUNS,
-    participants: Sequence[RoundOffParticipant] = PARTICIPANTS,
+    participants: Sequence[RoundOffParticipant] = (*PARTICIPANTS, FRAME, *PLANETS),
     code: str | None = None,
 ) -> list[Part]:
     """All runs, the contenders alternating, so that an interrupted study can be compared.
@@ -116,7 +126,12 @@ def parts(
             report(f"{participant.label}: {participant.contender.missing}")
         else:
             able.append(participant)
-    return [Part(participant, k, years, files, code) for k in range(runs) for participant in able]
+    return [
+        Part(participant, k, years, files, code)
+        for k in range(runs)
+        for participant in able
+        if k < PLANET_RUNS or participant not in PLANETS
+    ]
 
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:

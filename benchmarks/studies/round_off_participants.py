@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -12,6 +13,7 @@ import numpy as np
 import galvi
 from benchmarks.measures.exact_energy import exactly, relative_energy_error
 from benchmarks.measures.orbit_shape import period
+from benchmarks.work_precision.problem import frame_label
 from galvi import Problem
 from references import Contender
 from references.closed_forms.double_double import DoubleDouble
@@ -19,7 +21,25 @@ from references.closed_forms.double_double import DoubleDouble
 SAMPLES = 100
 KEPT = tuple(sorted({round(10 ** (k / 10)) for k in range(21)}))  # log-spaced, in two decades
 YEAR = 365.25
-JUPITER = 1  # its index among the bodies
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """A planetary system, and the planet by whose period steps are chosen.
+
+    words   that follow a label
+    clock   the place of that planet among the bodies, and its name
+    """
+
+    make: Callable[[], Problem]
+    words: str
+    clock: tuple[int, str]
+
+
+OUTER = Bodies(galvi.problems.outer_solar_system, "", (1, "Jupiter"))
+EIGHT = Bodies(
+    partial(galvi.problems.solar_system, pluto=False), ", Sun + 8 planets", (1, "Mercury")
+)
 
 
 @dataclass(frozen=True)
@@ -48,6 +68,10 @@ class RoundOffParticipant(Protocol):
     def settings(self) -> str:
         """The settings in words."""
 
+    @property
+    def bodies(self) -> Bodies:
+        """Whose motion it follows."""
+
     def samples(
         self, problem: Problem, years: float, resume: Path | None, report: Callable[[str], None]
     ) -> Iterator[Sample]:
@@ -61,27 +85,31 @@ class RoundOffParticipant(Protocol):
 
 @dataclass(frozen=True)
 class GalerkinParticipant:
-    """A galvi method with about ``per_orbit`` steps in a revolution of Jupiter."""
+    """A galvi method with about ``per_orbit`` steps in a revolution of the clock's planet."""
 
     method: galvi.Galerkin
     per_orbit: float
+    bodies: Bodies = OUTER
 
     @property
     def label(self) -> str:
         """See `RoundOffParticipant`."""
-        return f"galvi degree {self.method.space.degree}, Gauss {self.method.stages}"
+        stages = self.method.stages
+        plain = f"galvi degree {self.method.space.degree}, Gauss {stages}"
+        label = frame_label(stages, None) if self.method.in_frame else plain
+        return f"{label}{self.bodies.words}"
 
     @property
     def settings(self) -> str:
         """See `RoundOffParticipant`."""
-        return f"step = Jupiter's period / {self.per_orbit}"
+        return f"step = {self.bodies.clock[1]}'s period / {self.per_orbit}"
 
     def samples(
         self, problem: Problem, years: float, resume: Path | None, report: Callable[[str], None]
     ) -> Iterator[Sample]:
         """See `RoundOffParticipant`; the state's low parts are those of `galvi.checkpoint`."""
         length = years * YEAR / SAMPLES
-        each = max(1, round(length * self.per_orbit / period(problem, JUPITER)))
+        each = max(1, round(length * self.per_orbit / period(problem, self.bodies.clock[0])))
         run, done = self._kept(problem, length / each, each, resume, report), 0
         if run is not None:
             done = run.checkpoint.first // each
@@ -127,11 +155,12 @@ class ReferenceParticipant:
     run would differ from an uninterrupted one and be less accurate."""
 
     contender: Contender
+    bodies: Bodies = OUTER
 
     @property
     def label(self) -> str:
         """See `RoundOffParticipant`."""
-        return self.contender.name
+        return f"{self.contender.name}{self.bodies.words}"
 
     @property
     def settings(self) -> str:
@@ -159,7 +188,8 @@ def _sample(number: int, run: Any) -> Sample:
     if not run.success:
         return Sample(number, float("nan"), float("nan"), run.status)
     problem = run.problem
-    q, q_low, v, v_low = run.checkpoint.state.reshape(4, *problem.q0.shape)
+    rows = run.checkpoint.state[:4, : problem.q0.size]
+    q, q_low, v, v_low = rows.reshape(4, *problem.q0.shape)
     exact = relative_energy_error(problem, DoubleDouble(q, q_low), DoubleDouble(v, v_low))
     masses = problem.system.masses[:, None]
     handed_out = exactly(run.p[-1]) / exactly(masses)

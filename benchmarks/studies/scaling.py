@@ -7,7 +7,7 @@ after ORBITS revolutions.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.statistics.timing import Timing, call_of, interleaved, once, warmed
 from benchmarks.studies import roofline
-from benchmarks.studies.many_planets import innermost_period, many_planets
+from benchmarks.test_problems.many_planets import innermost_period, many_planets
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import label_beside, offered_settings, readable_setting
 from galvi import Problem, Trajectory
@@ -45,6 +45,7 @@ BODIES, QUICK_BODIES = (3, 10, 30, 100), (3, 10, 30)
 ORBITS, QUICK_ORBITS = 30, 12  # revolutions of the innermost planet
 WORK = 1800  # bodies times orbits of a timed run, so that its start-up is negligible
 STEPS_AN_ORBIT = 4  # fewest for an external integrator without settings
+HEAVY = 10  # bodies with a mass where the others are massless
 TARGET = 1e-8  # au, largest error of a body at the end
 ROUNDS = 3
 TRUE = "truth"
@@ -138,7 +139,8 @@ def scaling(
     externals: Sequence[ExternalIntegrator] = (),
 ) -> pd.DataFrame:
     """One row for each number of bodies, contender and setting, timed alternately; external
-    integrators take part where they can.
+    integrators take part where they can. The most bodies are measured again with all but HEAVY of
+    them massless.
 
     orbits                  revolutions of the innermost planet in a timed run
     seconds_per_orbit       median over rounds; seconds_low and seconds_high are the fastest and
@@ -155,9 +157,10 @@ def scaling(
     orbits = orbits or (QUICK_ORBITS if quick else ORBITS)
     rows, limit = [], 0.0
     for number in bodies:
-        report(f"{number} bodies")
-        more, seen = _rows(number, orbits, 0.01 if quick else 0.05, externals)
-        rows, limit = rows + more, max(limit, seen)
+        for heavy in (None, HEAVY) if number == max(bodies) > HEAVY else (None,):
+            report(f"{number} bodies{f', {heavy} heavy' if heavy else ''}")
+            more, seen = _rows(number, orbits, 0.01 if quick else 0.05, externals, heavy)
+            rows, limit = rows + more, max(limit, seen)
     table = pd.DataFrame(rows, columns=list(COLUMNS))
     table["limit_pairs_per_second"] = limit
     table["share"] = table["pairs_per_second"] / limit
@@ -165,11 +168,17 @@ def scaling(
 
 
 def _rows(
-    bodies: int, orbits: int, least: float, externals: Sequence[ExternalIntegrator]
-) -> tuple[list[dict[str, Any]], float]:
+    bodies: int, orbits: int, least: float, externals: Sequence[ExternalIntegrator],
+    heavy: int | None = None,
+) -> tuple[list[dict[str, Any]], float]:  # fmt: skip
     """The rows of one number of bodies, and the limit in pairs per second measured meanwhile."""
-    problem = many_planets(bodies)
+    problem = many_planets(bodies, heavy)
     participants = (*PARTICIPANTS, *_external_participants(problem, orbits, externals))
+    if heavy:
+        participants = tuple(
+            replace(one, label=f"{one.label}, {heavy} heavy") for one in participants
+        )
+    truth = next((one for one in participants if one.settings == TRUTH.settings), TRUTH)
     able = [one for one in participants if not one.contender.missing]
     firsts = [once(one.call(problem, orbits)) for one in able]
     runs = {one: run for one, (run, _) in zip(able, firsts, strict=True)}
@@ -183,7 +192,7 @@ def _rows(
     last, warm = zip(*map(once, calls), warmed(limit), strict=True)
     *timings, machine = interleaved([*calls, limit], ROUNDS, least, warm)
     found = {
-        one: _row(one, bodies, span, runs[one], end, timing, runs.get(TRUTH))
+        one: _row(one, bodies, span, runs[one], end, timing, runs.get(truth))
         for (one, _), span, end, timing in zip(sound, spans, last[:-1], timings, strict=True)
     }
     for label in {one.label for one in able}:

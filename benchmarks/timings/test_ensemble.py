@@ -1,12 +1,13 @@
 """Ensembles: the speed-up by a second thread, in rounds interleaved with one thread's.
 
 Long runs gain nearly a factor of two on two free cores; runs of a millisecond are mostly Python,
-serialised by the GIL, and must not become slower.
+serialised by the GIL, and must not become slower. Members of an ensemble share instructions too.
 """
 
 from __future__ import annotations
 
 import functools
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -54,3 +55,47 @@ def test_an_ensemble(benchmark: Any, case: str) -> None:
         one_thread_over_two=one.seconds / two.seconds,
     )
     print(f"{case}: one thread over two {one.seconds / two.seconds:.2f}")
+
+
+MEMBERS: dict[str, tuple[galvi.Problem, float, int, int]] = {
+    "2000 members of Kepler, 100 steps": (galvi.problems.kepler(0.3), 0.25, 100, 2000),
+    "1000 members of a free body, 100 steps": (galvi.problems.free_rigid_body(), 0.25, 100, 1000),
+    "4000 grains, 200 steps": (galvi.problems.brownout(400e-6), 0.01, 200, 4000),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", MEMBERS)
+def test_members_of_an_ensemble(benchmark: Any, case: str) -> None:
+    problem, step, steps, members = MEMBERS[case]
+    v = problem.v0 + 1e-3 * np.random.default_rng(1).standard_normal((members, *problem.v0.shape))
+
+    def run(threads: int) -> galvi.Ensemble:
+        with ThreadPoolExecutor(threads) as pool:
+            return galvi.integrate_ensemble(
+                problem, problem.q0, v, METHOD, step, steps, executor=pool
+            )
+
+    def alone() -> tuple[galvi.Trajectory, ...]:
+        starts = [problem.with_initial_state(problem.q0, one) for one in v[: members // 50]]
+        return galvi.integrate_many(starts, METHOD, step, steps, save_every=steps, threads=1)
+
+    calls = [alone, functools.partial(run, 1), functools.partial(run, 2)]
+    single, one, two = interleaved(calls, ROUNDS, least=0.0)
+    result = timed_warm(benchmark, functools.partial(run, 2), 1)
+    assert result.success.all()
+    annotate(
+        benchmark,
+        problem=problem.name,
+        error=None,
+        counts={"steps": steps * members, "iterations": int(result.iterations.sum())},
+        status=result.status[0],
+        settings={"threads": "2", "step": step, "steps": steps},
+        kind="ensemble",
+        one_thread_over_two=one.seconds / two.seconds,
+        single_runs_over_lanes=50.0 * single.seconds / one.seconds,
+    )
+    print(
+        f"{case}: {1e6 * one.seconds / members / steps:.2f} us a step, one thread over two "
+        f"{one.seconds / two.seconds:.2f}, single runs over lanes "
+        f"{50.0 * single.seconds / one.seconds:.1f}"
+    )

@@ -163,6 +163,7 @@ def _lagrangians_and_bodies(steps: int) -> Iterator[tuple[Problem, galvi.Galerki
     yield body, galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(7)), 0.5, steps // 10
     yield thrown, _gauss(5), 0.25, steps // 10
     yield known.brownout(), _gauss(4), 0.02, 100
+    yield known.brownout(drag_coefficient=None), _gauss(4), 0.02, 100
 
 
 def _gauss(degree: int) -> galvi.Galerkin:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from galvi import input_checks
 from galvi.arrays import Array
 from galvi.curves.local_chart import LocalChart
 from galvi.spaces.space import Space
@@ -68,16 +69,19 @@ class Curves:
 
 def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, Array, bool]:
     """Index of the step (k,), fraction of it (k,) in [0, 1], and whether t is a scalar."""
-    times = np.asarray(t, dtype=np.float64)
+    times = input_checks.array("t", t)
     if times.ndim > 1:
         raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
     count = len(coefficients)
-    place = (np.atleast_1d(times) - t0) / step
+    with np.errstate(over="ignore"):
+        place = (np.atleast_1d(times) - t0) / step
     largest = max(abs(t0), abs(t0 + count * step)) / abs(step)
     slack = 4.0 * EPSILON * (largest + count) + 1e-14
     if not np.all((place >= -slack) & (place <= count + slack)):
         last = t0 + count * step
-        raise ValueError(f"t must lie inside the run, from {t0!r} to {last!r}; received {t!r}.")
+        raise ValueError(
+            f"t must lie inside the run, from {t0!r} to {last!r}; received {input_checks.shown(t)}."
+        )
     joint = np.round(place)
     place = np.where(np.abs(place - joint) <= slack, joint, place)
     index = np.clip(np.floor(place).astype(np.intp), 0, count - 1)

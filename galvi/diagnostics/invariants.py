@@ -85,7 +85,7 @@ def _states(run: Trajectory, t: Any) -> tuple[Array, Array, Array]:
         raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")
     if t is None:
         return run.t, run.q, run.p
-    times, q = np.asarray(t, dtype=np.float64), run(t)
+    q, times = run(t), np.asarray(t, dtype=np.float64)
     return times, q, momentum_at(run.problem.system, q, run.velocity(t), times)
 
 

@@ -192,6 +192,8 @@ def _angle(x: Array) -> Array:
 
 
 def _nbody(run: Trajectory) -> NBody:
+    if not isinstance(run, Trajectory):
+        raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")
     system = run.problem.system
     if not isinstance(system, NBody):
         raise ValueError(

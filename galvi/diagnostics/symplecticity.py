@@ -12,7 +12,7 @@ from galvi.diagnostics.group_symplecticity import group_step_derivative, group_s
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.group_system import group_system
-from galvi.run.integrate import integrate
+from galvi.run.integrate import check_types, integrate
 from galvi.run.interruption import uninterrupted
 from galvi.systems.system import VectorSystem
 
@@ -26,6 +26,7 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     da/dq dQ. In a moving frame see `galvi.diagnostics.frame_derivative`. Raises ValueError when the
     step itself fails.
     """
+    check_types(problem, method, "step_derivative(problem, method, step)")
     if method.in_frame:
         return frame_step_derivative(problem, method, step)
     if group_system(problem, method) is not None:
@@ -58,6 +59,7 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     Round-off for a symplectic method. On a Lie group, the form in left trivialisation (H 3.1.1), to
     about 1e-12. Raises as `step_derivative`.
     """
+    check_types(problem, method, "symplecticity_defect(problem, method, step)")
     if not method.in_frame and group_system(problem, method) is not None:
         return group_symplecticity_defect(problem, method, step)
     d, shape = problem.q0.size, problem.q0.shape

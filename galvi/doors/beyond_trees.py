@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
+from galvi import input_checks
 from galvi.input_checks import shown
 
 Found = str | None
@@ -23,7 +24,7 @@ def beyond_trees(model: Any) -> dict[str, str]:
 def checked_names(ignore: Any) -> set[str]:
     """The names of PARTS in ``ignore``; TypeError or ValueError for anything else."""
     given = (ignore,) if isinstance(ignore, str) else ignore
-    if not isinstance(given, Iterable):
+    if not input_checks.has_items(given):
         raise TypeError(f"ignore must be names such as ('contacts',); received {shown(ignore)}.")
     plain = {_plain(name): name for name in PARTS}
     names = list(given)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,6 +27,11 @@ FUNCTIONS = {
 SETTINGS = {"collision": "collisions", "boundary": "a boundary"}  # "none" when there are none
 OLDEST = 5  # version of REBOUND
 UNITS = ("length", "time", "mass")
+READ = """
+import sys, rebound
+sim = rebound.Simulationarchive(sys.argv[1])[int(sys.argv[2])]
+print([p.xyz for p in sim.particles])
+"""
 
 
 def from_rebound(source: Any, snapshot: int = -1) -> Problem:
@@ -47,7 +54,7 @@ def from_rebound(source: Any, snapshot: int = -1) -> Problem:
     if not isinstance(sim, rebound.Simulation):
         raise TypeError(
             f"source must be a rebound.Simulation or the path of a file of one; received "
-            f"{source!r}."
+            f"{input_checks.shown(source)}."
         )
     if sim.N == 0:
         raise ValueError("the simulation must have particles; received none. Add some first.")
@@ -134,6 +141,10 @@ def _engine() -> Any:
 def _snapshot(rebound: Any, path: str, snapshot: int) -> Any:
     if not os.path.isfile(path):
         raise FileNotFoundError(f"there is no file {path}.")
+    # REBOUND crashes at one damaged file in ten, and would take this process with it.
+    command = [sys.executable, "-c", READ, path, str(snapshot)]
+    if subprocess.run(command, capture_output=True, check=False).returncode < 0:
+        raise ValueError(f"{path} must be a file of REBOUND's; it is damaged: REBOUND crashes.")
     with _told(path):
         archive = rebound.Simulationarchive(path)
         count = len(archive)

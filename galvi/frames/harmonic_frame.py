@@ -69,7 +69,7 @@ class HarmonicFrame:
             object.__setattr__(self, "passes", input_checks.whole("passes", self.passes))
         if self.stiffness is None:
             return
-        K = input_checks.array("stiffness", np.array(self.stiffness))
+        K = input_checks.array("stiffness", self.stiffness)
         if K.ndim != 2 or K.shape[0] != K.shape[1] or not np.allclose(K, K.T, rtol=1e-14, atol=0.0):
             raise ValueError(
                 f"stiffness must be a symmetric matrix (d, d); received {K.tolist()}. Give the "

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from galvi import input_checks
 from galvi.arrays import Array
-from galvi.input_checks import shown
 
 CLOSE = 1e-9
 RANK = 1e-14  # singular values below this share of the largest count as 0
@@ -76,16 +76,9 @@ def nearest_rotation(matrix: Array) -> Array:
     Acta Cryst. A32 (1976) 922). Raises ValueError for a matrix that is not square, not finite, or
     of rank below n - 1, for which the nearest rotation is not unique.
     """
-    given = np.asarray(matrix)
-    if given.dtype.kind not in "iuf":
-        raise ValueError(f"matrix must hold real numbers; received {shown(matrix)}.")
-    matrix = given.astype(np.float64)
-    square = matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1] and matrix.size > 0
-    if not square or not np.all(np.isfinite(matrix)):
-        raise ValueError(
-            f"matrix must be square and finite; received an array of shape {matrix.shape}"
-            + ("." if np.all(np.isfinite(matrix)) else " with entries that are not.")
-        )
+    matrix = input_checks.array("matrix", matrix)
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
+        raise ValueError(f"matrix must be square; received an array of shape {matrix.shape}.")
     nearest = _nearest(matrix)
     if nearest is None:
         n = len(matrix)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from math import prod
-from typing import Any
 
 import numpy as np
 
+from galvi import input_checks
 from galvi.arrays import Array
 from galvi.groups.group import Group, Layout, is_group
 
@@ -25,12 +24,11 @@ class Product:
     factors: tuple[Group, ...]
 
     def __post_init__(self) -> None:
-        several = isinstance(self.factors, Iterable)
-        factors: tuple[Any, ...] = tuple(self.factors) if several else ()
+        factors = tuple(self.factors) if input_checks.has_items(self.factors) else ()
         if not factors or not all(is_group(factor) for factor in factors):
             raise ValueError(
                 f"factors must be groups such as (galvi.SO3(), galvi.Rn(1)); received "
-                f"{self.factors!r}."
+                f"{input_checks.shown(self.factors)}."
             )
         object.__setattr__(self, "factors", factors)
 

@@ -68,7 +68,8 @@ def brownout(
         system=system,
         q0=place,
         v0=speed,
-        name=f"brownout, {d * 1e6:g} micrometres",
+        name=f"brownout, {d * 1e6:g} micrometres"
+        + ("" if drag_coefficient is not None else ", Schiller-Naumann"),
         parameters={"diameter": d, **_coefficient(drag_coefficient)},
         units="m, s, kg; z up from the ground, below the rotor's hub",
     )

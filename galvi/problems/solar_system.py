@@ -6,6 +6,7 @@ from importlib import resources
 
 import numpy as np
 
+from galvi import input_checks
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
@@ -24,7 +25,7 @@ def solar_system(pluto: bool = True) -> Problem:
     rows = [line.split(",") for line in text.splitlines() if not line.startswith("#")][1:]
     bodies = tuple(row[0] for row in rows)
     numbers = np.array([[float(x) for x in row[1:]] for row in rows])
-    if not pluto:
+    if not input_checks.flag("pluto", pluto):
         bodies, numbers = bodies[:-1], numbers[:-1]
     return Problem(
         system=NBody(masses=numbers[:, 0], G=1.0),

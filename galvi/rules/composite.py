@@ -10,6 +10,8 @@ from galvi.extended_precision import extended_precision
 from galvi.input_checks import shown
 from galvi.rules.rule import Rule
 
+MOST = 10_000  # pieces, which take seconds in extended precision
+
 
 def composite(rule: Rule, pieces: int) -> Rule:
     """``rule`` on each of ``pieces`` equal parts of [0, 1], with the same degree.
@@ -17,12 +19,12 @@ def composite(rule: Rule, pieces: int) -> Rule:
     A rule with both end points has pieces * (points - 1) + 1 nodes: at a joint the last node of one
     piece is the first of the next, and their weights are added. One piece is the rule itself.
 
-    Raises TypeError when rule is not a `Rule`, ValueError unless pieces is a whole number of at
-    least 1.
+    Raises TypeError when rule is not a `Rule`, ValueError unless pieces is a whole number from 1 to
+    MOST.
     """
     if not isinstance(rule, Rule):
         raise TypeError(f"rule must be a rule such as galvi.gauss(8); received {shown(rule)}.")
-    number = input_checks.whole("pieces", pieces)
+    number = input_checks.whole("pieces", pieces, 1, MOST)
     return rule if number == 1 else _composite(rule, number)
 
 

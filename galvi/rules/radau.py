@@ -6,8 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from galvi import input_checks
 from galvi.extended_precision import decimals, extended_precision
-from galvi.input_checks import shown
 from galvi.rules.rule import Rule, from_interval, number_of_points
 from galvi.spaces.legendre import legendre
 
@@ -20,8 +20,7 @@ def radau(points: int, left: bool = False) -> Rule:
     The nodes are mirrored zeros of P_{n-1} + P_n, n = points. Raises ValueError unless points is a
     whole number from 1 to 1000.
     """
-    if not isinstance(left, (bool, np.bool_)):
-        raise ValueError(f"left must be True or False; received {shown(left)}.")
+    input_checks.flag("left", left)
     return _radau(number_of_points(points), bool(left))
 
 

@@ -112,7 +112,8 @@ def _row(field: str, values: Any) -> tuple[Decimal, ...]:
     """The values as decimals, or ValueError unless they are finite numbers in one row."""
     try:
         numbers = np.asarray(values)
-        finite = bool(np.all(np.isfinite(numbers.astype(np.float64))))
+        real = numbers.dtype.kind in "iufO"  # O: decimals
+        finite = real and bool(np.all(np.isfinite(numbers.astype(np.float64))))
     except (TypeError, ValueError):
         finite = False
     if not finite or numbers.ndim != 1:

@@ -57,7 +57,7 @@ def integrate_many(
     Raises ValueError or TypeError for bad input before any run starts; exceptions of user functions
     pass through. Both carry a note with the index of the problem.
     """
-    if isinstance(problems, Problem) or not isinstance(problems, Iterable):
+    if isinstance(problems, Problem) or not input_checks.has_items(problems):
         raise TypeError(
             f"problems must be several galvi.Problem values, as in "
             f"[problem.with_initial_state(q, v), ...]; "

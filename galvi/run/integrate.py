@@ -77,6 +77,16 @@ def integrate(
     return run(progress=progress)
 
 
+def check_types(problem: object, method: object, call: str) -> None:
+    """TypeError unless they are a problem and a method; ``call`` shows how."""
+    for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
+        if not isinstance(value, kind):
+            raise TypeError(
+                f"{name} must be a galvi.{kind.__name__}; received {shown(value)}. "
+                f"Call galvi.{call}."
+            )
+
+
 def prepared(
     problem: Problem,
     method: Galerkin,
@@ -93,13 +103,7 @@ def prepared(
 
     Arguments are checked, except that the result fits in memory: see `check_memory`.
     """
-    for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
-        if not isinstance(value, kind):
-            raise TypeError(
-                f"{name} must be a galvi.{kind.__name__}; received {shown(value)}. Call "
-                f"galvi.integrate(problem, method, step, steps), or give a duration instead of "
-                f"steps."
-            )
+    check_types(problem, method, "integrate(problem, method, step, steps), or give a duration")
     h = input_checks.real(
         "step", step, "The length of a run is given by steps or duration, its begin by problem.t0."
     )

@@ -163,13 +163,17 @@ def law_stepper(
     return call
 
 
-def has_group_law(problem: Problem) -> bool:
-    """Whether the problem's system has a law for lanes on a group other than R^d."""
-    system: Any = problem.system
+def group_law(system: Any) -> LaneLaw | None:
+    """The law for lanes of a system on a group other than R^d, or None."""
     group = getattr(system, "group", None)
     if group is None or isinstance(group, Rn):
-        return False
-    return _lane_law(system, problem.v0.size, traces(system)) is not None
+        return None
+    return _lane_law(system, group.dimension, traces(system))
+
+
+def has_group_law(problem: Problem) -> bool:
+    """Whether the problem's system has a law for lanes on a group other than R^d."""
+    return group_law(problem.system) is not None
 
 
 @lru_cache(maxsize=32)
@@ -186,9 +190,9 @@ def _compiled_on_group(system: Any, chart: int, found: Traces) -> tuple[int, Lan
 def group_law_tables(table: Tableau, step: float) -> tuple[Array, Array, tuple[Array, ...]]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.group_law."""
     moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
-    (s, m), lanes, root = table.slope.shape, stages_in_lanes(table.c.size), np.sqrt(table.b)
+    (s, m), lanes = table.slope.shape, stages_in_lanes(table.c.size)
     P, terms = lanes.size, ahead.shape[0] // table.c.size
-    Y = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0][:, m:].T / root
+    Y = orthonormal_complement(table)
     complement, tables = aligned((2 * (s - m), P), ((4 + terms) * P + 3, P))
     complement[: s - m, :s], complement[s - m :, :s] = Y, Y * table.b
     for k, rows in enumerate(np.concatenate([moves, turns]).reshape(4, s, P)):
@@ -204,6 +208,14 @@ def group_law_tables(table: Tableau, step: float) -> tuple[Array, Array, tuple[A
     for k, rows in enumerate(ahead.reshape(terms, s, P)):
         tables[(4 + k) * P + 3 : (4 + k) * P + 3 + s] = rows
     return tables, complement, (series, growth, fit, read_only(table.c[lanes]))
+
+
+def orthonormal_complement(table: Tableau) -> Array:
+    """The functions Y (s - m, s) of galvi.kernels.lanes.group_law at the stages."""
+    root = np.sqrt(table.b)
+    whole = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0]
+    result: Array = whole[:, table.slope.shape[1] :].T / root
+    return result
 
 
 def group_law_stepper(

@@ -24,15 +24,12 @@ class ComponentPolynomials:
     degrees: tuple[int, ...]
 
     def __post_init__(self) -> None:
-        given = self.degrees
-        try:
-            degrees = () if isinstance(given, str) else tuple(given)
-        except TypeError:
-            degrees = ()
+        given = () if isinstance(self.degrees, str) else self.degrees
+        degrees = tuple(given) if input_checks.has_items(given) else ()
         if not degrees:
             raise ValueError(
                 f"degrees must be whole numbers, one for each component, as in (8, 3); received "
-                f"{input_checks.shown(given)}."
+                f"{input_checks.shown(self.degrees)}."
             )
         object.__setattr__(
             self,

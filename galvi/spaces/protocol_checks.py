@@ -10,7 +10,6 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision
-from galvi.input_checks import shown
 from galvi.spaces.legendre import legendre
 from galvi.spaces.space import Space
 
@@ -50,8 +49,7 @@ def _check(space: Any) -> None:
     name = type(space).__name__
     dimension = input_checks.whole(f"dimension of {name}", space.dimension, 2)
     degree = input_checks.whole(f"degree of {name}", space.degree, 0, dimension - 1)
-    if not isinstance(space.exact, (bool, np.bool_)):
-        raise ValueError(f"exact of {name} must be True or False; received {shown(space.exact)}.")
+    input_checks.flag(f"exact of {name}", space.exact)
     t = np.append((np.arange(1, 4 * dimension + 1) * GOLDEN) % (1 - NUDGE), [0.0, 1.0])
     basis = _values(space, "basis", t, dimension)
     slopes = _values(space, "derivative", t, dimension)

@@ -36,7 +36,7 @@ def law_pass_DIGEST(given):
 """
 MEMBERS = """
 
-steps_of_law = law_steps(law, {d}{after})
+steps_of_law = law_steps(law, {d}, {stages}{after})
 
 
 def members_DIGEST(words):
@@ -50,6 +50,14 @@ pass_of_grains = grain_pass(wind, drag, {s})
 def grain_pass_DIGEST(work, numbers):
     pass_of_grains(work, numbers)
 """
+GROUP_MEMBERS = """
+
+steps_of_law = group_steps(law, {layout}, {chart}{after})
+
+
+def members_DIGEST(words):
+    steps_of_law(words)
+"""
 
 
 @lru_cache(maxsize=256)
@@ -62,13 +70,32 @@ def compiled_law(law: str, d: int) -> Callable[..., Any]:
 
 
 @lru_cache(maxsize=256)
-def compiled_members(law: str, d: int) -> Callable[..., Any]:
+def compiled_members(law: str, d: int, stages: int = 0) -> Callable[..., Any]:
     """The galvi.kernels.lanes.members.law on R^d of the lines that define ``law``, and may define
-    ``after``, what is done after each step; compiled at the first call."""
+    ``after``, what is done after each step; compiled at the first call.
+
+    stages  s, for which loops are written out; 0 for any
+    """
     head = "from galvi.kernels.lanes.members.law import law_steps\n"
-    after = ", after" if "\ndef after(" in law or " as after" in law else ""
-    source = symbolic_code.with_digest(head + law + MEMBERS.format(d=d, after=after))
+    tail = MEMBERS.format(d=d, stages=stages, after=_after(law))
+    source = symbolic_code.with_digest(head + law + tail)
     return cast(Callable[..., Any], symbolic_code.functions(source)["members"])
+
+
+@lru_cache(maxsize=256)
+def compiled_group_members(law: str, layout: tuple[tuple[int, ...], ...], chart: int) -> Any:
+    """As `compiled_members`, by galvi.kernels.lanes.members.group; arguments as those of
+    `compiled_group_law`."""
+    head = "from galvi.kernels.lanes.members.group import group_steps\n"
+    source = symbolic_code.with_digest(
+        head + law + GROUP_MEMBERS.format(layout=layout, chart=chart, after=_after(law))
+    )
+    return symbolic_code.functions(source)["members"]
+
+
+def _after(law: str) -> str:
+    """The argument for what the lines of a law do after each step."""
+    return ", after=after" if "\ndef after(" in law or " as after" in law else ""
 
 
 @lru_cache(maxsize=256)

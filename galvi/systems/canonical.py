@@ -21,7 +21,6 @@ from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
     check_derivatives,
-    check_switch,
     direction,
     lengths,
 )
@@ -66,7 +65,7 @@ class Canonical:
 
     def __post_init__(self) -> None:
         check_force(self)
-        check_switch(self.check)
+        input_checks.flag("check", self.check)
         object.__setattr__(self, "mass", _positive_mass(self.mass))
         for name in ("potential", "gradient", "hessian"):
             function = getattr(self, name)

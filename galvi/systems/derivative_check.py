@@ -18,7 +18,6 @@ from weakref import WeakSet
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.input_checks import shown
 
 TOLERANCE = 1e-4  # of a derivative, relative to the sum of the sizes of its terms
 # Binary exponents of 1 / s in the order tried: most functions agree at the first two or three.
@@ -194,12 +193,6 @@ def _change(curve: Curve, given: float, exponents: Sequence[int]) -> float:
     except Exception:  # a user's function may raise anything away from the start
         return np.inf
     return change if np.isfinite(change) else np.inf
-
-
-def check_switch(check: Any) -> None:
-    """TypeError unless a system's keyword ``check`` is True or False."""
-    if not isinstance(check, bool):
-        raise TypeError(f"check must be True or False; received {shown(check)}.")
 
 
 def lengths(q: Array) -> Array:

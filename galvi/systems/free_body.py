@@ -16,7 +16,6 @@ from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
 from galvi.symbolic.traces import reasons, share
-from galvi.systems.derivative_check import check_switch
 from galvi.systems.forces.external_force import check_force, lane_law_with_force, with_force
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.lagrangian_kernel import LagrangianKernel
@@ -59,7 +58,7 @@ class FreeBody:
 
     def __post_init__(self) -> None:
         check_force(self)
-        check_switch(self.check)
+        input_checks.flag("check", self.check)
         object.__setattr__(self, "mass", input_checks.positive("mass", self.mass))
         object.__setattr__(self, "inertia", possible_inertia(self.inertia))
         object.__setattr__(self, "g", input_checks.array("g", self.g, (3,)))

@@ -24,12 +24,7 @@ from galvi.symbolic.traced_lagrangian import TracedLagrangian, traced_lagrangian
 from galvi.symbolic.traces import reasons, refuse, trace, traces
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian, KnownMass
 from galvi.systems.compiles import compiles
-from galvi.systems.derivative_check import (
-    Curve,
-    check_derivatives,
-    check_switch,
-    direction,
-)
+from galvi.systems.derivative_check import Curve, check_derivatives, direction
 from galvi.systems.difference_scales import difference_scales
 from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, differences
 from galvi.systems.forces.external_force import (
@@ -81,7 +76,7 @@ class Lagrangian:
 
     def __post_init__(self) -> None:
         check_force(self)
-        check_switch(self.check)
+        input_checks.flag("check", self.check)
         for name in ("function", "slopes"):
             value = getattr(self, name)
             if not callable(value) and (name == "function" or value is not None):

@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from galvi import input_checks
 from galvi.arrays import Array
 from galvi.groups.group import Group
 from galvi.input_checks import shown
@@ -43,7 +44,7 @@ class Multibody(Lagrangian):
     gravity: Any = (0.0, 0.0, -9.81)
 
     def __post_init__(self) -> None:
-        links = (self.links,) if isinstance(self.links, Link) else tuple(self.links)
+        links = input_checks.several(self.links)
         if not all(isinstance(link, Link) for link in links):
             raise TypeError(f"links must be galvi.Link values; received {shown(self.links)}.")
         tree = RigidTree(links, self.gravity)

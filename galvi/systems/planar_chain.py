@@ -11,7 +11,6 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.input_checks import shown
 from galvi.kernels.forces.planar_chain import planar_chain
 from galvi.symbolic import lane_law
 
@@ -42,8 +41,7 @@ class PlanarChain:
         object.__setattr__(self, "masses", masses)
         object.__setattr__(self, "lengths", _positive("lengths", self.lengths, masses.shape))
         object.__setattr__(self, "gravity", input_checks.real("gravity", self.gravity))
-        if not isinstance(self.rods, bool | np.bool_):
-            raise TypeError(f"rods must be True or False; received {shown(self.rods)}.")
+        input_checks.flag("rods", self.rods)
         object.__setattr__(self, "rods", bool(self.rods))
 
     @cached_property

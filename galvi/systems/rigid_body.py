@@ -20,7 +20,6 @@ from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import (
     Curve,
     check_derivatives,
-    check_switch,
     direction,
 )
 from galvi.systems.finite_differences import (
@@ -76,7 +75,7 @@ class RigidBody:
 
     def __post_init__(self) -> None:
         check_force(self)
-        check_switch(self.check)
+        input_checks.flag("check", self.check)
         object.__setattr__(self, "inertia", possible_inertia(self.inertia))
         for name in ("potential", "gradient"):
             function = getattr(self, name)

@@ -37,9 +37,10 @@ def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> 
             origin = suite.provenance(options.command)
             note_origin(options.out, f"{name}.csv", origin, options.quick)
     tables = comparison_tables(measured.work_precision, suite.targets)
-    write_comparison(options.out / "tables", tables)
+    origin = suite.provenance(options.command)
+    write_comparison(options.out / "tables", tables, origin)
     if measured.cost is not None and len(measured.cost):
-        write_table(options.out / "tables", "cost", measured.cost)
+        write_table(options.out / "tables", "cost", measured.cost, origin=origin)
     show_targets(tables.targets, options.quick)
     return Compared(measured, tables)
 

@@ -24,7 +24,8 @@ def write_sections(results: Sequence[SectionResult], suite: Suite, options: Opti
             write(options.out / f"{name}.csv", as_csv(one.frame))
             origin = suite.provenance(options.command)
             note_origin(options.out, f"{name}.csv", origin, options.quick)
-            write_table(options.out / "tables", name, one.section.table(one.frame)[0])
+            table = one.section.table(one.frame)[0]
+            write_table(options.out / "tables", name, table, origin=origin)
 
 
 def run_long_forms(

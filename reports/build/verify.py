@@ -1,6 +1,7 @@
 """`verify`: check the claims and agreements; write and print the verdicts.
 
 claims.csv    every row; rows of claims that were not selected are kept, with their dates
+durations.csv seconds that the study of each claim took
 verify.xml    JUnit XML for CI services
 verify.md     the same in Markdown; also appended to the CI job summary
 frames/       the studies' frames
@@ -17,6 +18,7 @@ import pandas as pd
 from benchmarks.store.atomic import write
 from reports.build.changes import Change, changes
 from reports.build.junit import junit
+from reports.build.kept import CLAIMS, DURATIONS, durations
 from reports.build.markdown_summary import markdown
 from reports.build.terminal import show, show_changes, show_engines
 from reports.build.workers import study_in_workers
@@ -30,11 +32,9 @@ from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.suite import Suite
 from reports.results.summary import summary
-from reports.tables.claims_table import claims_frame, readable_claims
+from reports.tables.claims_table import READ, claims_frame
 from reports.tables.convergence_table import convergence_frame
 from reports.tables.writing import as_csv, write_table
-
-CLAIMS = "claims.csv"
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,11 +113,13 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> li
     table = _with_kept(before, now, "id", checked, suite)
     write(options.out / CLAIMS, as_csv(table))
     note_origin(options.out, CLAIMS, suite.provenance(options.command), options.quick)
+    _note_durations(options, checked)
     tables = options.out / "tables"
-    write_table(tables, "claims", table, readable_claims(table))
+    write_table(tables, "claims", table, table[list(READ)], origin)
     rates = marked(_dated(convergence_frame(checked, FIGURES), "claim", dates), origin)
     kept = written(tables / "convergence.csv", "claim", before_origin)
-    write_table(tables, "convergence", _with_kept(kept, rates, "claim", checked, suite))
+    fits = _with_kept(kept, rates, "claim", checked, suite)
+    write_table(tables, "convergence", fits, origin=origin)
     for one in checked:
         path = options.out / "frames" / f"{one.claim.id}.csv"
         if one.frame is None:
@@ -125,6 +127,17 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> li
         else:
             write(path, as_csv(one.frame))
     return changes(before, now)
+
+
+def _note_durations(options: Options, checked: Sequence[ClaimResult]) -> None:
+    """Update the seconds of these claims; quick runs are shorter, and say nothing."""
+    if options.quick:
+        return
+    path = options.out / DURATIONS
+    times = durations(options.out) | {
+        one.claim.id: one.seconds for one in checked if one.frame is not None
+    }
+    write(path, as_csv(pd.DataFrame(times.items(), columns=["claim", "seconds"])))
 
 
 def _dated(table: pd.DataFrame, key: str, dates: Mapping[str, str]) -> pd.DataFrame:

@@ -7,6 +7,7 @@ kernels, and where these are not compiled yet a process would wait for the other
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import threading
 import time
@@ -75,9 +76,9 @@ def study_in_workers(
 
 
 def map_in_workers(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
-    """``list(map(function, jobs))`` in two processes, where there are enough jobs; their arguments
-    and results are pickled."""
-    if len(jobs) < MANY or processors() < WORKERS:
+    """``list(map(function, jobs))``, in two processes where there are enough jobs that can be
+    pickled, in this one otherwise."""
+    if len(jobs) < MANY or processors() < WORKERS or not _sent(jobs):
         return list(map(function, jobs))
     pool = ProcessPoolExecutor(WORKERS, get_context("spawn"), _begin)
     try:
@@ -85,6 +86,13 @@ def map_in_workers(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[
             return list(pool.map(function, jobs))
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _sent(jobs: Sequence[Any]) -> bool:
+    try:
+        return bool(pickle.dumps(jobs))
+    except (pickle.PicklingError, AttributeError, TypeError):  # as of a lambda
+        return False
 
 
 @contextmanager

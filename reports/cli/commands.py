@@ -51,6 +51,8 @@ ONLY = typer.Option(
     "", "--only", metavar="top,kepler", help="Only problems with one of these in their names."
 )
 ANEW = typer.Option(False, "--anew", help="Start over instead of resuming an interrupted build.")
+KEPT = typer.Option(False, "--kept", help="Only draw and write the pages, from kept rows.")
+SINGLE = typer.Option(False, "--single-file", help="Also write all pages as one file.")
 FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Output folder.")
 
 
@@ -73,13 +75,7 @@ def application(load: Load, command: str) -> typer.Typer:
     ) -> Options:
         chosen = choose_claims(claims, [claim.id for claim in suite.claims])
         engines = () if require is None else choose_engines(require, suite.engines())
-        if out.exists() and not out.is_dir():
-            raise typer.BadParameter(f"--out expects a folder; received the file {out}.")
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-            tempfile.TemporaryFile(dir=out).close()
-        except OSError as error:
-            raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
+        check_folder(out)
         return Options(quick, chosen, out, command, engines, tuple(contenders), anew)
 
     @app.callback(invoke_without_command=True)
@@ -92,7 +88,7 @@ def application(load: Load, command: str) -> typer.Typer:
         out: Path = FOLDER,
     ) -> int:
         if context.invoked_subcommand is None:
-            return build_all(quick, claims, contender, anew, out)
+            return build_all(quick, claims, contender, anew, False, False, out)
         named = (("quick", quick), ("claims", claims), ("contender", contender), ("anew", anew))
         given = [f"--{name}" for name, value in named if value]
         given += ["--out"] if out != OUT else []
@@ -164,15 +160,23 @@ def application(load: Load, command: str) -> typer.Typer:
         claims: str = CLAIMS,
         contender: list[str] = CONTENDER,
         anew: bool = ANEW,
+        kept: bool = KEPT,
+        single: bool = SINGLE,
         out: Path = FOLDER,
     ) -> int:
-        from reports.build.build import build
+        from reports.build.build import build, build_kept
         from reports.results.external import joined
 
         known = load()
+        if kept:
+            try:
+                build_kept(known, options(known, quick, out), single)
+            except ValueError as error:
+                raise typer.BadParameter(f"--kept: {error}") from None
+            return 0
         with joined(known, contender) as suite:
             asked = options(suite, quick, out, claims, contenders=contender, anew=anew)
-            verified, compared, sections = build(suite, asked)
+            verified, compared, sections = build(suite, asked, single)
             failures = [
                 *compared.measured.failures,
                 *(one.failure for one in sections if one.failure),
@@ -199,20 +203,30 @@ def application(load: Load, command: str) -> typer.Typer:
             print(failure, file=sys.stderr)
         return int(bool(failures))
 
-    @app.command("export", help="Write a table of the report as CSV, Parquet, LaTeX or Markdown.")
+    @app.command(
+        "export", help="Write a table as CSV, Parquet, LaTeX or Markdown, or a figure for a paper."
+    )
     def export_table(
-        name: str = typer.Argument(..., metavar="TABLE", help="E.g. work_precision, ratios."),
-        form: str = typer.Option("csv", "--format", metavar="parquet|latex|csv|markdown"),
+        name: str = typer.Argument(
+            ..., metavar="NAME", help="E.g. work_precision, ratios, numbers, fig-3-02."
+        ),
+        form: str = typer.Option(
+            "csv", "--format", metavar="parquet|latex|csv|markdown|pdf|svg|png"
+        ),
         sort: str = typer.Option(
             "", "--sort", metavar="error,-seconds", help="Columns to sort by."
         ),
         to: Path = typer.Option(
-            None, "--to", metavar="FILE", help="Output file; default in tables/."
+            None, "--to", metavar="FILE", help="Output file; default in tables/ or figures/."
         ),
+        width: str = typer.Option("page", "--width", metavar="column|page", help="Of a figure."),
         out: Path = FOLDER,
     ) -> int:
-        from reports.cli.export import export
+        from reports.cli.export import PICTURES, export, export_figure
 
+        if form in PICTURES:
+            print(export_figure(load(), out, name, form, width, to))
+            return 0
         columns = [word.strip() for word in sort.split(",") if word.strip()]
         print(export(out, name, form, columns, to))
         return 0
@@ -263,6 +277,7 @@ def application(load: Load, command: str) -> typer.Typer:
     ) -> int:
         from reports.cli.judge import judge_command
 
+        check_folder(out)
         start = {"snapshot": snapshot, "key": key, "ignore": ignore}
         return judge_command(file, duration, error, own, start, out, command)
 
@@ -283,6 +298,17 @@ def application(load: Load, command: str) -> typer.Typer:
         return 0
 
     return app
+
+
+def check_folder(out: Path) -> None:
+    """Make the output folder. Raises typer.BadParameter where nothing can be written in it."""
+    if out.exists() and not out.is_dir():
+        raise typer.BadParameter(f"--out expects a folder; received the file {out}.")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=out).close()
+    except OSError as error:
+        raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
 
 
 def run(load: Load, arguments: Sequence[str]) -> int:

@@ -1,4 +1,4 @@
-"""`export`: write a table of a report as CSV, Parquet, LaTeX or Markdown, optionally sorted."""
+"""`export`: a table as CSV, Parquet, LaTeX or Markdown; a figure as PDF, SVG or PNG."""
 
 from __future__ import annotations
 
@@ -11,9 +11,19 @@ import typer
 
 from benchmarks.store.atomic import write
 from references.setting import nearest
-from reports.tables.writing import as_csv, as_latex, as_markdown
+from reports.build.kept import kept_claims, kept_comparison, kept_sections
+from reports.figures.drawing import drawable
+from reports.figures.sized import WIDTHS, sized
+from reports.figures.style.no_data import NoData
+from reports.results.origins import read_origins
+from reports.results.suite import Suite
+from reports.tables.latex import as_latex, caption_of
+from reports.tables.macros import CLAIMS, numbers
+from reports.tables.writing import as_csv, as_markdown
 
 FORMATS = {"csv": ".csv", "parquet": ".parquet", "latex": ".tex", "markdown": ".md"}
+PICTURES = ("pdf", "svg", "png")
+NUMBERS = "numbers"  # the name of the macros
 WITHOUT_PARQUET = (
     "Parquet needs pyarrow: pip install pyarrow, or make install EXTRAS=suite,dev,parquet"
 )
@@ -22,6 +32,7 @@ WITHOUT_PARQUET = (
 def export(out: Path, name: str, form: str, sort: Sequence[str], to: Path | None) -> Path:
     """Write the table `name` of the report in `out`; returns the path of the file.
 
+    name  a table, or NUMBERS for the numbers of the report as LaTeX macros
     form  one of FORMATS
     sort  columns, most significant first; "-seconds" sorts in descending order
     to    the output file; None for tables/NAME.SUFFIX in `out`, which a build overwrites
@@ -31,14 +42,53 @@ def export(out: Path, name: str, form: str, sort: Sequence[str], to: Path | None
     """
     if form not in FORMATS:
         raise typer.BadParameter(
-            f"--format expects {', '.join(FORMATS)}; received {form!r}; "
-            f"did you mean {nearest(form, FORMATS)!r}?"
+            f"--format expects {', '.join((*FORMATS, *PICTURES))}; received {form!r}; "
+            f"did you mean {nearest(form, (*FORMATS, *PICTURES))!r}?"
         )
-    table = ordered(_read(out, name), sort)
     path = to or out / "tables" / f"{name}{FORMATS[form]}"
     if path.is_dir():
         raise typer.BadParameter(f"--to expects a file; received the folder {path}.")
-    return write(path, _written(table, form))
+    if name == NUMBERS and form == "latex":
+        if not (out / CLAIMS).is_file():
+            raise typer.BadParameter(f"{out} holds no {CLAIMS} yet; run verify or build first.")
+        return write(path, numbers(out))
+    table = ordered(_read(out, name), sort)
+    origin = read_origins(out)
+    known = origin.get(f"{name}.csv") or origin.get("work_precision.csv") or {}
+    return write(path, _written(table, form, name, caption_of(name, known)))
+
+
+def export_figure(
+    suite: Suite, out: Path, name: str, form: str, width: str, to: Path | None
+) -> Path:
+    """Draw the figure `name` from kept rows, in the width of a column or a page, fonts embedded.
+
+    to  the output file; None for figures/NAME-WIDTH.FORM in `out`
+
+    Raises typer.BadParameter for an unknown figure or width, and where its rows are not kept.
+    """
+    if width not in WIDTHS:
+        raise typer.BadParameter(f"--width expects {' or '.join(WIDTHS)}; received {width!r}.")
+    known = {
+        figure.name: (figure, frame)
+        for figure, frame in drawable(
+            kept_claims(out, suite.claims), kept_comparison(out), kept_sections(out, suite.sections)
+        )
+    }
+    if name not in known:
+        raise typer.BadParameter(
+            f"there is no figure {name!r}; did you mean {nearest(name, known)!r}?"
+        )
+    figure, frame = known[name]
+    path = to or out / "figures" / f"{name}-{width}.{form}"
+    if path.is_dir():
+        raise typer.BadParameter(f"--to expects a file; received the folder {path}.")
+    if frame is None:
+        raise typer.BadParameter(f"the rows of {name!r} are not kept in {out}; run build first.")
+    try:
+        return write(path, sized(figure, frame, form, WIDTHS[width]))
+    except NoData as error:
+        raise typer.BadParameter(f"{name!r} cannot be drawn: {error}") from None
 
 
 def tables(out: Path) -> dict[str, Path]:
@@ -81,12 +131,12 @@ def _read(out: Path, name: str) -> pd.DataFrame:
         raise typer.BadParameter(f"{known[name]} cannot be read: {why}.") from None
 
 
-def _written(table: pd.DataFrame, form: str) -> str | bytes:
+def _written(table: pd.DataFrame, form: str, name: str, caption: str) -> str | bytes:
     if form == "csv":
         return as_csv(table)
     if form in ("latex", "markdown"):
-        numbers = table.map(_number_or_text)
-        return as_latex(numbers) if form == "latex" else as_markdown(numbers)
+        shown = table.map(_number_or_text)
+        return as_latex(shown, caption, f"tab:{name}") if form == "latex" else as_markdown(shown)
     into = io.BytesIO()
     try:
         table.to_parquet(into, engine="pyarrow", index=False)

@@ -38,10 +38,15 @@ def judge_command(
 
 
 def read_model(file: Path, snapshot: int, key: int | None, ignore: str) -> Problem:
-    """The problem of a file: of MuJoCo's by its suffix, else of REBOUND's. Raises what they do."""
+    """The problem of a file: of MuJoCo's by its suffix, else of REBOUND's. Raises what they do, and
+    ValueError for an option of the other kind."""
     if file.suffix in MODELS:
+        if snapshot != -1:
+            raise ValueError(f"--snapshot is of REBOUND's files; received {file}.")
         left_out = tuple(filter(None, (word.strip() for word in ignore.split(","))))
         return galvi.from_mujoco(file, left_out, key)
+    if key is not None or ignore:
+        raise ValueError(f"--key and --ignore are of models of MuJoCo's; received {file}.")
     return galvi.from_rebound(file, snapshot)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,10 +13,12 @@ import pandas as pd
 from benchmarks.store.atomic import write
 from benchmarks.work_precision.problem import ANGLE, ATTITUDE, COORDINATES, MOTION, POSITION
 from reports.figures.catalogue.all import FIGURES
+from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture, picture
 from reports.figures.study_plots.step_cost import step_cost
 from reports.figures.study_plots.work_precision import work_precision
 from reports.figures.style.chart_lines import LEGEND as CHART_LINES
+from reports.figures.style.units import error_label
 from reports.results.claim_results import ClaimResult, first_measured
 from reports.results.comparison import Comparison
 from reports.results.figure import Figure
@@ -54,21 +56,16 @@ MORE = {
 }
 
 
-def comparison_figure(problem: str, contenders: Sequence[str], quantity: str = POSITION) -> Figure:
-    """Errors of a quantity against times on one problem.
-
-    contenders  names of all problems with this quantity, so that each keeps its colour and marker
-    """
+def comparison_figure(problem: str, quantity: str = POSITION) -> Figure:
+    """Errors of a quantity against times on one problem."""
     return Figure(
         name=slug(problem),
         title=f"{capital(problem)}: error against time",
         draw=work_precision,
-        options={
-            "ylabel": f"error of the {quantity} at the end",
-            "contenders": tuple(contenders),
-        },
+        options={"ylabel": error_label(problem, quantity)},
         caption=f"{UNITS[quantity]}. Medians, with the fastest and the slowest round. "
-        "Blue: galvi; dashed: other codes; hollow: dominated by another run of the same contender. "
+        "Blue: galvi, darker with the degree; hollow: dominated by another run of the same "
+        "contender; broken lines: other codes. "
         f"{MORE[quantity]}",
         size=(6.4, 4.8),
     )
@@ -93,19 +90,7 @@ def draw(
 
     each  map, or one that does the same in several processes
     """
-    wanted: list[tuple[Figure, pd.DataFrame | None]] = []
-    for figure in FIGURES:
-        source = first_measured(checked, figure.claims)
-        wanted.append((figure, None if source is None else source.frame))
-    if comparison.work_precision is not None:
-        table = comparison.work_precision
-        for problem, runs in table.groupby("problem", sort=False):
-            alike = table[table["quantity"] == runs["quantity"].iloc[0]]
-            contenders = alike["contender"].drop_duplicates()
-            figure = comparison_figure(str(problem), contenders, runs["quantity"].iloc[0])
-            wanted.append((figure, runs))
-    wanted.append((COST_FIGURE, comparison.cost))
-    wanted += [(figure, one.frame) for one in sections for figure in one.section.figures]
+    wanted = list(drawable(checked, comparison, sections))
     known = [(figure, frame) for figure, frame in wanted if frame is not None]
     found = dict(zip((figure.name for figure, _ in known), each(_drawn, known), strict=True))
     gallery = Gallery({}, {})
@@ -116,6 +101,27 @@ def draw(
         else:
             gallery.missing[figure.name] = f"{figure.source or figure.title} is not drawn: {drawn}"
     return gallery
+
+
+def drawable(
+    checked: Sequence[ClaimResult],
+    comparison: Comparison,
+    sections: Sequence[SectionResult] = (),
+) -> Iterator[tuple[Figure, pd.DataFrame | None]]:
+    """Every figure with the frame it is drawn from; None where that was not measured."""
+    for figure in FIGURES:
+        source = first_measured(checked, figure.claims)
+        yield figure, None if source is None else source.frame
+    table = comparison.work_precision
+    if table is not None:
+        for problem, runs in table.groupby("problem", sort=False):
+            yield comparison_figure(str(problem), runs["quantity"].iloc[0]), runs
+    for headline in HEADLINES:
+        yield headline, table
+    yield COST_FIGURE, comparison.cost
+    for one in sections:
+        for figure in one.section.figures:
+            yield figure, one.frame
 
 
 def save(gallery: Gallery, folder: Path) -> None:

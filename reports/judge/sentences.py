@@ -35,7 +35,7 @@ def sentences(found: Judgement) -> list[str]:
     else:
         faster = own["seconds"] / best["seconds"]
         whole = faster > 1.0 and not math.isnan(own["error"])
-        compared = f", {faster:.2g} times as fast as your run" if whole else ""
+        compared = f", {float(f'{faster:.2g}'):g} times as fast as your run" if whole else ""
         result.append(
             f"The cheapest that reaches {asked} is {best['integrator']}, "
             f"{best['setting']}: {readable(best['error'])} in {seconds(best['seconds'])}{compared}."

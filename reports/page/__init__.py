@@ -1,1 +1,1 @@
-"""The report as one self-contained HTML file."""
+"""The report as pages: a file for each part, or one self-contained file."""

@@ -1,10 +1,12 @@
-"""A claim's section of the page: pictures beside rows; text shared by all rows appears once."""
+"""A claim's section of the page: figures, set-up, checks; text shared by all rows appears once."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from benchmarks.checks.bounds import VERDICTS
 from benchmarks.checks.claim import Claim, Row
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import Gallery
@@ -15,21 +17,21 @@ HEADINGS = {
     "claimed": "claimed",
     "bound": "bound",
     "setup": "set-up",
-    "reference": "reference",
+    "reason": "reason",
+    "reference": "oracles",
     "source": "source",
 }
-MANY = 6  # rows from which they are a table below the pictures
 
 
 @dataclass(frozen=True)
 class ClaimSection:
     """The data of a claim for the template.
 
-    headings  of the texts that differ between rows
-    checks    each row with its texts under these headings
-    shared    (heading, text) common to all rows
-    undrawn   a sentence for each missing picture
-    many      whether the rows are a table below the pictures
+    headings    of the texts that differ between rows
+    checks      each row with its texts under these headings
+    shared      (heading, text) common to all rows
+    undrawn     a sentence for each missing picture
+    seconds     of its study, when it was last measured
     """
 
     claim: Claim
@@ -39,7 +41,27 @@ class ClaimSection:
     seconds: float
     pictures: tuple[Picture, ...]
     undrawn: tuple[str, ...]
-    many: bool
+
+    @property
+    def verdicts(self) -> tuple[str, ...]:
+        """Each verdict of its rows, once."""
+        return tuple(word for word, _ in self.counts)
+
+    @property
+    def counts(self) -> tuple[tuple[str, int], ...]:
+        """(verdict, number of rows), in the order of VERDICTS."""
+        seen = Counter(row.verdict for row, _ in self.checks)
+        return tuple((word, seen[word]) for word in VERDICTS if seen[word])
+
+    @property
+    def tolerances(self) -> tuple[str, ...]:
+        """The bounds of its rows, each once."""
+        return tuple(dict.fromkeys(row.bound for row, _ in self.checks if row.bound))
+
+    @property
+    def command(self) -> str:
+        """The command that repeats it."""
+        return f"galvi verify --claims {self.claim.id}"
 
 
 def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:
@@ -64,22 +86,7 @@ def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:
         seconds=one.seconds,
         pictures=tuple(gallery.pictures[name] for name in names if name in gallery.pictures),
         undrawn=tuple(gallery.missing[name] for name in names if name in gallery.missing),
-        many=len(one.rows) >= MANY,
     )
-
-
-def reasons(rows: Sequence[Row]) -> list[tuple[Row, int]]:
-    """Each row with the number of lines its reason spans; 0 where a row above states it."""
-    spans: list[int] = []
-    start = 0
-    for k, row in enumerate(rows):
-        if k and (row.id, row.reason) == (rows[start].id, rows[start].reason):
-            spans.append(0)
-            spans[start] += 1
-        else:
-            spans.append(1)
-            start = k
-    return list(zip(rows, spans, strict=True))
 
 
 def shared_parts(texts: Sequence[str]) -> tuple[str, list[str]]:

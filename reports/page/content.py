@@ -1,18 +1,23 @@
-"""Assemble the content of the page from verdicts, comparisons and pictures."""
+"""Assemble the content of the pages from verdicts, comparisons and pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
 
+from benchmarks.checks.bounds import CONTRADICTED, VERDICTS
 from benchmarks.checks.claim import Claim
 from reports.figures.drawing import COST_FIGURE, Gallery, slug
+from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture
-from reports.page.claim_section import claim_section, reasons
+from reports.page.chooser import chooser, default_steps, filters
+from reports.page.claim_section import claim_section
 from reports.page.grid import Grid, grid
+from reports.page.motion import motions
+from reports.page.topics import claim_groups
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
 from reports.results.options import Options
@@ -20,7 +25,7 @@ from reports.results.section_result import SectionResult
 from reports.results.summary import summary
 from reports.tables.comparison_tables import ComparisonTables
 from reports.tables.cost_table import readable_cost
-from reports.tables.fastest_per_error import of_mujoco, readable_fastest
+from reports.tables.fastest_per_error import of_mujoco
 from reports.tables.matched_error import fastest_cells, readable_ratios
 from reports.tables.mujoco_overhead import mujoco_overhead
 from reports.tables.number_format import capital
@@ -59,11 +64,11 @@ class TargetsSection:
 class ComparisonSection:
     """The comparison of contenders on one problem; notes and advice are derived from the times."""
 
+    anchor: str
     title: str
     picture: Picture | None
     reference: str
     ratios: Grid
-    fastest: Grid
     advice: str
     notes: tuple[str, ...]
     is_truth: tuple[str, ...]
@@ -77,31 +82,57 @@ def content(
     sections: Sequence[SectionResult],
     gallery: Gallery,
     known: Sequence[Claim],
-    provenance: dict[str, str],
+    provenance: Mapping[str, str],
     options: Options,
+    origins: Mapping[str, Mapping[str, str]] | None = None,
+    history: object = None,
 ) -> dict[str, Any]:
-    """The variables of the template, by name."""
+    """The variables of the templates, by name.
+
+    origins  file -> where its rows come from
+    history  the kept benches, as `reports.tracking` shows them; None without any
+    """
     seen = summary(checked)
     run = {one.claim.id for one in checked}
+    claims = [claim_section(one, gallery) for one in checked]
+    fallen = {row.id for row in seen.rows if row.verdict == CONTRADICTED}
+    runs = comparison.work_precision
     return {
         "summary": str(seen),
         "differing": seen.differing,
         "left_out": [claim.id for claim in known if claim.id not in run],
+        "fallen": [one.claim for one in claims if one.claim.id in fallen],
         "summary_sentences": summary_sentences(tables.ratios) if len(tables.ratios) else [],
         "date": provenance.get("date", "at an unknown time"),
-        "commit": _short(provenance.get("commit", "unknown")),
+        "commit": short(provenance.get("commit", "unknown")),
         "quick": options.quick,
-        "rows": reasons(seen.rows),
-        "claims": [claim_section(one, gallery) for one in checked],
+        "verdicts": VERDICTS,
+        "claims": claims,
+        "claim_groups": claim_groups(claims),
+        "motions": motions(checked),
+        "headlines": [
+            gallery.pictures[one.name] for one in HEADLINES if one.name in gallery.pictures
+        ],
+        "default_steps": default_steps(runs),
+        "chooser": chooser(tables.fastest),
+        "chooser_filters": filters(tables.fastest),
         "comparisons": _comparisons(comparison, tables, gallery),
         "targets": _targets(tables.targets, options.quick),
         "cost": None if comparison.cost is None else grid(*readable_cost(comparison.cost)),
         "cost_picture": gallery.pictures.get(COST_FIGURE.name),
         "studies": [_study(one, gallery) for one in sections],
         "failures": comparison.failures,
+        "history": history,
         "provenance": list(provenance.items()),
+        "origins": _origins(origins or {}),
         "reproduce": f"make install\n.venv/bin/{options.command}",
     }
+
+
+def short(commit: str) -> str:
+    """The first digits of a commit's hash, and whether there were uncommitted changes."""
+    digits, plus, dirty = commit.partition("+")
+    return f"{digits[:12]}{' with changes' if plus and dirty else ''}"
 
 
 def _study(one: SectionResult, gallery: Gallery) -> StudySection:
@@ -128,6 +159,20 @@ def _targets(frame: pd.DataFrame, quick: bool) -> TargetsSection | None:
     return TargetsSection(text, grid(*readable_targets(frame)))
 
 
+def _origins(origins: Mapping[str, Mapping[str, str]]) -> Grid | None:
+    lines = [
+        {
+            "file": file,
+            "date": one.get("date", ""),
+            "commit": short(one.get("commit", "unknown")),
+            "setting": one.get("setting", ""),
+            "command": one.get("command", ""),
+        }
+        for file, one in origins.items()
+    ]
+    return grid(pd.DataFrame(lines)) if lines else None
+
+
 def _comparisons(
     comparison: Comparison, tables: ComparisonTables, gallery: Gallery
 ) -> list[ComparisonSection]:
@@ -137,10 +182,10 @@ def _comparisons(
     for problem, runs in comparison.work_precision.groupby("problem", sort=False):
         name = str(problem)
         ratios = readable_ratios(tables.ratios, tables.smallest, name)
-        chosen = readable_fastest(tables.fastest, name)
         noted = runs[(runs["status"] != "") & (runs["status"] != "truth")]
         sections.append(
             ComparisonSection(
+                anchor=slug(name),
                 title=capital(name),
                 picture=gallery.pictures.get(slug(name)),
                 reference="; ".join(dict.fromkeys(runs.get("reference", []))),
@@ -149,7 +194,6 @@ def _comparisons(
                     dict.fromkeys(ratios.columns[1:], "number"),
                     best=fastest_cells(tables.ratios, name),
                 ),
-                fastest=grid(chosen, dict.fromkeys(("error", "time"), "number")),
                 advice=of_mujoco(tables.fastest, name),
                 notes=tuple(filter(None, (mujoco_overhead(runs),))),
                 is_truth=tuple(runs[runs["status"] == "truth"]["contender"].drop_duplicates()),
@@ -160,9 +204,3 @@ def _comparisons(
             )
         )
     return sections
-
-
-def _short(commit: str) -> str:
-    """The first digits of a commit's hash, and whether there were uncommitted changes."""
-    digits, plus, dirty = commit.partition("+")
-    return f"{digits[:12]}{' with changes' if plus and dirty else ''}"

@@ -1,8 +1,10 @@
-"""Render index.html from its content, with embedded figures and style, without scripts."""
+"""Render pages from their content: one file for each part, or all in one self-contained file."""
 
 from __future__ import annotations
 
 import base64
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,43 +14,119 @@ from markupsafe import Markup
 from benchmarks.checks.claim import Row
 from reports.figures.picture import Picture
 from reports.page.typeset import typeset
-from reports.tables.number_format import readable, seconds, with_uncertainty
+from reports.tables.number_format import known, readable, seconds, with_uncertainty
 
-HERE = Path(__file__).parent
-
-
-def render(content: dict[str, Any]) -> str:
-    """Fill the template; raises jinja2.UndefinedError for a missing variable."""
-    return page_environment(HERE).get_template("page.html.j2").render(css=style(), **content)
+TEMPLATES = Path(__file__).parent / "templates"
+ASSETS = "assets"  # subfolder of a report with style sheet and script
+FIGURES = "figures"
 
 
-def page_environment(folder: Path) -> Environment:
-    """The Jinja environment for the templates of a folder."""
+@dataclass(frozen=True)
+class Part:
+    """One page of a report: the name of its file and template, and its title."""
+
+    name: str
+    title: str
+
+    @property
+    def template(self) -> str:
+        """The file of its template."""
+        return f"{self.name}.html.j2"
+
+
+PARTS = (
+    Part("index", "Start"),
+    Part("comparisons", "Comparisons"),
+    Part("claims", "Claims"),
+    Part("studies", "Studies"),
+    Part("history", "Performance history"),
+    Part("reproduce", "Reproduce this"),
+    Part("provenance", "Provenance"),
+)
+
+
+def render(
+    content: dict[str, Any],
+    parts: Sequence[Part],
+    pages: Sequence[Part] = PARTS,
+    contents: Sequence[tuple[str, str, int]] = (),
+    single: bool = False,
+) -> str:
+    """A page of these parts; raises jinja2.UndefinedError for a missing variable.
+
+    pages     all parts to which the page links
+    contents  (anchor, title, level) of the page's contents
+    single    self-contained: figures, style and script are embedded
+    """
+    heading = "galvi: what the papers claim, and what was measured"
+    if not single and parts[0].name != PARTS[0].name:
+        heading = f"{parts[0].title}, galvi"
+    environment = page_environment(single=single)
+    return environment.get_template("frame.html.j2").render(
+        parts=parts, pages=pages, contents=contents, heading=heading, single=single,
+        css=style() if single else "", script=script() if single else "", assets=ASSETS, **content,
+    )  # fmt: skip
+
+
+def page_environment(folder: Path | None = None, single: bool = True) -> Environment:
+    """The Jinja environment for these templates, and first for those of another folder."""
     environment = Environment(
-        loader=FileSystemLoader(folder),
+        loader=FileSystemLoader([*([folder] if folder else []), TEMPLATES]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         keep_trailing_newline=True,
     )
     environment.filters.update(
-        data_uri=_data_uri,
+        in_minutes=in_minutes,
         measured=_measured,
+        minutes=minutes,
         readable=readable,
         seconds=seconds,
         typeset=typeset,
     )
-    environment.globals["zip"] = zip
+    environment.globals.update(
+        single=single,
+        source=data_uri if single else lambda item: f"{FIGURES}/{item.name}.svg",
+        link=_within if single else _between,
+    )
     return environment
 
 
 def style() -> Markup:
     """The style sheet of every page."""
-    return Markup((HERE / "page.css").read_text(encoding="utf-8"))
+    return Markup((TEMPLATES / "page.css").read_text(encoding="utf-8"))
 
 
-def _data_uri(picture: Picture) -> str:
-    return "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode()
+def script() -> Markup:
+    """The script of every page."""
+    return Markup((TEMPLATES / "page.js").read_text(encoding="utf-8"))
+
+
+def data_uri(picture: Picture) -> str:
+    """A picture inside the page: as SVG, or as PNG where that is much shorter."""
+    kind, data = ("svg+xml", picture.svg)
+    if 2 * len(picture.png) < len(picture.svg):
+        kind, data = "png", picture.png
+    return f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
+
+
+def in_minutes(number: Any) -> str:
+    """A time in seconds as minutes, rounded up to a tenth; "" when unknown."""
+    return f"{max(0.1, 0.1 * -(-number // 6.0)):.1f}" if known(number) else ""
+
+
+def minutes(number: Any) -> str:
+    """E.g. "about 0.3 minutes"; "" when unknown."""
+    return f"about {in_minutes(number)} minutes" if known(number) else ""
+
+
+def _between(part: str, anchor: str = "") -> str:
+    return f"{part}.html{f'#{anchor}' if anchor else ''}"
+
+
+def _within(part: str, anchor: str = "") -> str:
+    return f"#{anchor or part}"
 
 
 def _measured(row: Row) -> str:

@@ -65,7 +65,7 @@ NUMBER_OF_BODIES = Section(
     "P is that planet's period. The reference is REBOUND IAS15 at its default, against which its "
     "own looser settings are measured too. The limit is the rate of a kernel that only divides and "
     "takes square roots, with the same vector instructions in the same run; a pair needs one of "
-    "each.",
+    "each. In the columns of 10 heavy bodies all others are massless: they feel and do not pull.",
     measure=scaling,
     figures=(
         Figure(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from benchmarks.studies import published
+from benchmarks.studies.moving_frames import published
 from reports.results.section import LongForm, Section
 from reports.tables.study_table import readable_table
 

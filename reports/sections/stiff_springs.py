@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.studies import stiff_springs
-from benchmarks.studies.stiff_springs import CHANGE, ERROR, EXCHANGE, RESONANCE
+from benchmarks.studies.moving_frames import stiff_springs
+from benchmarks.studies.moving_frames.stiff_springs import CHANGE, ERROR, EXCHANGE, RESONANCE
 from reports.figures.study_plots.stiff_springs import energy_exchange, errors_and_resonances
 from reports.results.figure import Figure
 from reports.results.section import Section

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,11 +41,14 @@ def comparison_tables(runs: pd.DataFrame | None, targets: Sequence[Target]) -> C
     )
 
 
-def write_comparison(folder: Path, tables: ComparisonTables) -> None:
+def write_comparison(
+    folder: Path, tables: ComparisonTables, origin: Mapping[str, str] | None = None
+) -> None:
     """Write the non-empty tables, each as CSV, Markdown and LaTeX."""
     named = (("ratios", tables.ratios), ("choices", tables.fastest), ("smallest", tables.smallest))
     for name, table in named:
         if len(table):
-            write_table(folder, name, table)
+            write_table(folder, name, table, origin=origin)
     if len(tables.targets):
-        write_table(folder, "targets", tables.targets, readable_targets(tables.targets)[0])
+        shown = readable_targets(tables.targets)[0]
+        write_table(folder, "targets", tables.targets, shown, origin)

@@ -55,6 +55,17 @@ def with_uncertainty(number: Any, uncertainty: Any) -> str:
     return f"{number:.{second_digit}f} ± {uncertainty:.{second_digit}f}".replace("-", MINUS)
 
 
+def concise(number: Any, uncertainty: Any, most: int = 3) -> str:
+    """Text such as 3.97(2): one digit of the uncertainty, in units of the last one.
+
+    At most so many decimals; a smaller uncertainty is shown as (1). Without one two decimals.
+    """
+    if not known(uncertainty) or not uncertainty > 0:
+        return f"{number:.2f}"
+    decimals = min(most, max(0, -math.floor(math.log10(uncertainty))))
+    return f"{number:.{decimals}f}({max(1, round(uncertainty * 10**decimals))})"
+
+
 def seconds(number: Any) -> str:
     """A time in seconds as text with its unit: 3.2 ms, 1.25 s; "" when unknown."""
     if not known(number):

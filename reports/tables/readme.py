@@ -1,4 +1,4 @@
-"""Update the tables and the picture of README.md from the output of `build`."""
+"""Update the tables and the pictures of README.md from the output of `build`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,11 @@ from benchmarks.store.atomic import write
 from reports.tables.number_format import plain
 
 RESULTS, SPEED, BODIES = "results", "speed", "bodies"
-PICTURE = "reports/inner_planets.png"
+PICTURES = {  # of the repository: of a report
+    "reports/inner_planets.png": "fig-2-14",
+    "docs/headline_rebound.png": "headline-rebound",
+    "docs/headline_mujoco.png": "headline-mujoco",
+}
 HEADLINES = (
     ("V3", "base of the one-step error"),
     ("V4", "base of the curve error"),
@@ -124,9 +128,10 @@ def _with(page: str, name: str, table: str) -> str:
 
 
 def renew(readme: Path, out: Path) -> None:
-    """Write the tables of the report in ``out`` into ``readme``, and update its picture."""
+    """Write the tables of the report in ``out`` into ``readme``, and update its pictures."""
     page = _with(readme.read_text(), RESULTS, results(pd.read_csv(out / "claims.csv")))
     ratios = pd.read_csv(out / "tables" / "ratios.csv")
     page = _with(_with(page, SPEED, speed(ratios)), BODIES, bodies(ratios))
     write(readme, page)
-    write(readme.parent / PICTURE, (out / "figures" / "fig-2-14.png").read_bytes())
+    for picture, figure in PICTURES.items():
+        write(readme.parent / picture, (out / "figures" / f"{figure}.png").read_bytes())

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from numbers import Real
+from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
 
 from benchmarks.store.atomic import write
+from reports.tables.latex import as_latex, caption_of
 from reports.tables.number_format import plain
-
-PAGE = 45  # table rows that fit on a LaTeX page
 
 
 def as_csv(frame: pd.DataFrame) -> str:
@@ -24,26 +23,22 @@ def as_markdown(frame: pd.DataFrame) -> str:
     return f"{escaped.to_markdown(index=False, disable_numparse=True)}\n"
 
 
-def as_latex(frame: pd.DataFrame) -> str:
-    """A booktabs table with few digits, numbers right-aligned; a longtable beyond one page."""
-    kinds = "".join("r" if any(map(_is_number, frame[name])) else "l" for name in frame)
-    return _text(frame).to_latex(
-        index=False, escape=True, column_format=kinds, longtable=len(frame) > PAGE
-    )
-
-
 def write_table(
-    folder: Path, name: str, frame: pd.DataFrame, read: pd.DataFrame | None = None
+    folder: Path,
+    name: str,
+    frame: pd.DataFrame,
+    read: pd.DataFrame | None = None,
+    origin: Mapping[str, str] | None = None,
 ) -> None:
-    """Write name.csv from `frame`; name.md and name.tex from `read`, by default `frame`."""
+    """Write name.csv from `frame`; name.md and name.tex from `read`, by default `frame`.
+
+    origin  where the rows come from, for the caption of name.tex
+    """
     shown = frame if read is None else read
+    caption = caption_of(name, origin) if origin else ""
     write(folder / f"{name}.csv", as_csv(frame))
     write(folder / f"{name}.md", as_markdown(shown))
-    write(folder / f"{name}.tex", as_latex(shown))
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and not pd.isna(value)
+    write(folder / f"{name}.tex", as_latex(shown, caption, f"tab:{name}"))
 
 
 def _text(frame: pd.DataFrame) -> pd.DataFrame:

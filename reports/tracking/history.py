@@ -16,12 +16,15 @@ COLUMNS = (
     "error_tolerance",
 )  # fmt: skip
 TIME, SECONDS, YARDSTICK, ERROR = "time over yardstick", "seconds", "yardstick seconds", "error"
+FIRST = "first call [s]"  # of a benchmark, compiling or loading what is compiled
+IMPORT, COMPILE, MEMORY = "import [s]", "cold start [s]", "memory [MiB]"
+START_UP = (FIRST, IMPORT, COMPILE, MEMORY)
 
 
 def read_history(folder: Path, tell: Callable[[str], None] = print) -> pd.DataFrame:
     """A row for each file (MACHINE/NAME.json), benchmark and quantity, ordered by date.
 
-    quantity  TIME, SECONDS (median), YARDSTICK, ERROR, or the name of a count
+    quantity  TIME, SECONDS (median), YARDSTICK, ERROR, one of START_UP, or the name of a count
     tell      called with a sentence for each unreadable file, which is omitted
     """
     rows: list[dict[str, Any]] = []
@@ -67,6 +70,8 @@ def _rows(path: Path) -> Iterator[dict[str, Any]]:
         if yardstick:
             values |= {YARDSTICK: yardstick["seconds"], TIME: seconds / yardstick["seconds"]}
         values |= dict(extra.get("counts") or {})
+        values |= {FIRST: extra["first_call"]} if extra.get("first_call") else {}
+        values |= dict(extra.get("start_up") or {})
         if extra.get("error") is not None:
             values[ERROR] = extra["error"]
         for quantity, value in values.items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 
-from benchmarks.studies.isolated_environment import NotHere, finished
+from benchmarks.store.isolated_environment import NotHere, finished
 from reports.tracking.checkouts import CannotCompare, Checkout
 
 CONSTRAINTS = "constraints.txt"

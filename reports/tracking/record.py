@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,51 +12,77 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.statistics import change_points
+from benchmarks.statistics.smallest_change import POWER, smallest_change
 from benchmarks.store.atomic import write
 from reports.figures.drawing import slug
 from reports.figures.picture import Picture, picture
 from reports.figures.study_plots.track_record import track_record
 from reports.figures.style.no_data import NoData
 from reports.page.grid import Grid, grid
-from reports.page.render import page_environment, style
+from reports.page.render import PARTS, render
+from reports.page.site import contents, write_assets
 from reports.results.figure import Figure
-from reports.tables.number_format import plain
+from reports.tables.number_format import known, plain
 from reports.tables.writing import as_csv
-from reports.tracking.history import ERROR, TIME, read_history
+from reports.tracking.history import COMPILE, ERROR, FIRST, IMPORT, MEMORY, TIME, read_history
+from reports.tracking.known_changes import known_changes, reason_of
 from reports.tracking.series import Series, all_series
 
 STORE = "benchmarks"  # subfolder of the report
 PICTURED = ("step", "trajectory", "round-off")  # kinds of benchmarks with a picture
 PANELS = (TIME, "iterations", ERROR)
+NUMBER = "number"
 TEXT = (
     "Times are medians of processor time, divided by those of a fixed workload timed just before "
     "and after, so that a busy machine does not look slower. Only benchmark runs of one machine "
-    "and the same versions are compared; counts and errors are from the same runs. "
+    "and the same versions are compared; counts and errors are from the same runs. A change is "
+    "said to be near a commit, since of two changes close together only one is found. "
 )
 
 
 @dataclass(frozen=True)
 class Place:
-    """One machine and its versions: number of benchmark runs, table, pictures and changes."""
+    """One machine and its versions.
 
+    benches       number of benchmark runs
+    rows          the last run of each benchmark
+    commits       each bench: relative time, first call, import, cold start, memory
+    extremes      a sentence on the slowest and the fastest commit
+    changes       sentences on changes of level; `acknowledged` are those with a known reason
+    """
+
+    anchor: str
     name: str
     benches: int
     rows: Grid
+    commits: Grid | None
+    extremes: str
     pictures: tuple[Picture, ...]
     changes: tuple[str, ...]
+    acknowledged: tuple[str, ...]
 
 
-def track(out: Path, provenance: Mapping[str, str], tell: Callable[[str], None] = print) -> int:
-    """Read the history below `out`, write history.csv, track.html and pictures; returns 0."""
+@dataclass(frozen=True)
+class History:
+    """The kept benches, for the page; visible: the smallest change each benchmark can see."""
+
+    text: str
+    places: tuple[Place, ...]
+    said: tuple[str, ...]
+    visible: Grid | None
+
+
+def history(out: Path) -> History | None:
+    """The history of the benches below `out`; None without any. Writes history.csv, pictures."""
     said: list[str] = []
     frame = read_history(out / STORE, said.append)
     write(out / "history.csv", as_csv(frame))
+    visible = _visible(out / "against.json")
+    if frame.empty and visible is None:
+        return None
     if frame.empty:
-        said.append(
-            f"There is no bench yet in {out / STORE}: `make bench` makes one, and each further one "
-            "adds a point."
-        )
-    places = list(_places(frame))
+        said.append(_no_bench(out))
+    places = tuple(_places(frame))
     if len(places) > 1:
         said.append(
             f"Benches of {len(places)} machines or versions are shown apart: their times do not "
@@ -64,27 +92,43 @@ def track(out: Path, provenance: Mapping[str, str], tell: Callable[[str], None] 
         for one in place.pictures:
             write(out / "figures" / f"{one.name}.svg", one.svg)
             write(out / "figures" / f"{one.name}.png", one.png)
-    page = (
-        page_environment(Path(__file__).parent)
-        .get_template("track.html.j2")
-        .render(
-            css=style(),
-            text=TEXT + change_points.TEXT,
-            places=places,
-            said=said,
-            provenance=list(provenance.items()),
-        )
-    )
-    write(out / "track.html", page)
-    for sentence in (*said, *(f"{change}." for place in places for change in place.changes)):
+    return History(TEXT + change_points.TEXT, places, tuple(said), visible)
+
+
+def track(out: Path, provenance: Mapping[str, str], tell: Callable[[str], None] = print) -> int:
+    """Write the history's files and its page, history.html; returns 0."""
+    said: list[str] = []
+    found = history(out)
+    if found is None:
+        found = History(TEXT, (), (_no_bench(out),), None)
+    (part,) = (one for one in PARTS if one.name == "history")
+    beside = [one for one in PARTS if one is part or (out / f"{one.name}.html").is_file()]
+    content = {
+        "history": found,
+        "date": provenance.get("date", ""),
+        "commit": provenance.get("commit", "unknown")[:12],
+        "quick": False,
+    }
+    listed = list(contents(part, content))
+    write_assets(out)
+    page = write(out / "history.html", render(content, (part,), beside, listed))
+    said += [*found.said, *(f"{change}." for place in found.places for change in place.changes)]
+    for sentence in said:
         tell(sentence)
-    count = frame["file"].nunique()
-    tell(f"{count} bench{'' if count == 1 else 'es'}; the page is {out / 'track.html'}.")
+    count = pd.read_csv(out / "history.csv")["file"].nunique()
+    tell(f"{count} bench{'' if count == 1 else 'es'}; the page is {page}.")
     return 0
 
 
+def _no_bench(out: Path) -> str:
+    return (
+        f"There is no bench yet in {out / STORE}: `make bench` makes one, and each further one "
+        "adds a point."
+    )
+
+
 def _places(frame: pd.DataFrame) -> Iterator[Place]:
-    series = list(all_series(frame))
+    series, known_ones = list(all_series(frame)), known_changes()
     kinds = dict(zip(frame["benchmark"], frame["kind"], strict=True))
     for number, name in enumerate(dict.fromkeys(one.place for one in series), start=1):
         own = [one for one in series if one.place == name]
@@ -97,13 +141,93 @@ def _places(frame: pd.DataFrame) -> Iterator[Place]:
             for benchmark, quantities in by_benchmark.items()
             if kinds[benchmark] in PICTURED
         ]
+        benches = _benches(own)
+        changes, explained = [], []
+        for one in own:
+            for commit, sentence in one.sentences():
+                why = reason_of(known_ones, one.benchmark, one.quantity, commit)
+                (explained if why else changes).append(f"{sentence}{f': {why}' if why else ''}")
         yield Place(
+            anchor="place-" + re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-"),
             name=name,
             benches=max(len(one.values) for one in own),
-            rows=grid(table, dict.fromkeys(table.columns[1:], "number")),
+            rows=grid(table, dict.fromkeys(table.columns[1:], NUMBER)),
+            commits=grid(_readable(benches), dict.fromkeys(tuple(benches)[2:], NUMBER)),
+            extremes=_extremes(benches),
             pictures=tuple(one for one in pictures if one is not None),
-            changes=tuple(sentence for one in own for sentence in one.sentences()),
+            changes=tuple(changes),
+            acknowledged=tuple(explained),
         )
+
+
+RELATIVE = "time, relative"
+
+
+def _benches(series: list[Series]) -> pd.DataFrame:
+    """A line for each bench: the median over the benchmarks of their time over their own median,
+    of their first calls, and what a fresh process costs."""
+    lines: dict[str, dict[str, object]] = {}
+    for one in series:
+        middle = np.nanmedian(one.values) if np.any(np.isfinite(one.values)) else np.nan
+        for file, commit, value in zip(one.files, one.commits, one.values, strict=True):
+            line = lines.setdefault(file, {"commit": commit, "file": file})
+            if one.quantity == TIME and middle > 0.0:
+                line.setdefault(RELATIVE, []).append(value / middle)  # type: ignore[attr-defined]
+            elif one.quantity in (FIRST, IMPORT, COMPILE, MEMORY):
+                line.setdefault(one.quantity, []).append(value)  # type: ignore[attr-defined]
+    table = pd.DataFrame(list(lines.values()))
+    columns = [name for name in (RELATIVE, FIRST, IMPORT, COMPILE, MEMORY) if name in table]
+    for name in columns:
+        table[name] = [
+            np.nanmedian(cell) if isinstance(cell, list) else np.nan for cell in table[name]
+        ]
+    return table.sort_values("file", ignore_index=True)[["commit", "file", *columns]]
+
+
+def _readable(benches: pd.DataFrame) -> pd.DataFrame:
+    text = benches.astype(object)
+    for name in tuple(benches)[2:]:
+        text[name] = [plain(float(value)) for value in benches[name]]
+    return text
+
+
+def _extremes(benches: pd.DataFrame) -> str:
+    if RELATIVE not in benches or benches[RELATIVE].notna().sum() < 2:
+        return ""
+    slow, fast = (benches.loc[getattr(benches[RELATIVE], find)()] for find in ("idxmax", "idxmin"))
+    return (
+        f"Slowest commit kept: {slow['commit']}, at {plain(float(slow[RELATIVE]))} times the "
+        f"median of all; fastest: {fast['commit']}, at {plain(float(fast[RELATIVE]))}."
+    )
+
+
+def _visible(path: Path) -> Grid | None:
+    """From the samples of the last `track --against`; None where there are none."""
+    try:
+        pairs = json.loads(path.read_text(encoding="utf-8"))["benchmarks"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    lines, timed = [], [one for one in pairs if one["pair"]["rounds"] and not one["pair"]["why"]]
+    for one in timed:
+        samples, case = one["pair"]["rounds"][0], one["pair"]["case"]
+        sides = samples["base"], samples["head"]
+        by_gate, by_rank = (
+            smallest_change(*sides, size, len(timed)) for size in (case["slower"], 0.0)
+        )
+        lines.append(
+            {
+                "benchmark": one["name"],
+                "samples of each side": str(len(samples["head"])),
+                f"seen {100 * POWER:.0f} % of the time": _percent(by_gate),
+                "by rank alone": _percent(by_rank),
+            }
+        )
+    table = pd.DataFrame(lines)
+    return grid(table, dict.fromkeys(table.columns[1:], NUMBER)) if lines else None
+
+
+def _percent(number: float) -> str:
+    return f"{100 * number:.0f} %" if known(number) else "more than 100 %"
 
 
 def _row(benchmark: str, quantities: Mapping[str, Series]) -> dict[str, str]:

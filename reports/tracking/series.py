@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.statistics.change_points import change_points, steps
-from reports.tracking.history import ERROR, PLACE, SECONDS, TIME, YARDSTICK
+from reports.tracking.history import ERROR, PLACE, SECONDS, START_UP, TIME, YARDSTICK
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +36,11 @@ class Series:
         values = np.where(found >= 0, self.values[found], np.nan)
         return values, np.flatnonzero(np.isin(found, self.changes)).tolist()
 
-    def sentences(self) -> list[str]:
-        """A sentence for each change."""
+    def sentences(self) -> list[tuple[str, str]]:
+        """(commit, sentence) of each change.
+
+        The change is near that commit: of two changes close together only one is found.
+        """
         said = []
         bounds = [0, *self.changes, len(self.values)]
         for first, change, end in zip(bounds, bounds[1:], bounds[2:], strict=False):
@@ -46,19 +49,20 @@ class Series:
             share = f"{before:g} became {after:.3g}"
             if before > 0:
                 share = f"{100 * (after / before - 1):+.1f} %"
-            said.append(f"{self.benchmark}: {self.quantity} {share} at {self.commits[change]}")
+            commit = self.commits[change]
+            said.append((commit, f"{self.benchmark}: {self.quantity} {share} near {commit}"))
         return said
 
 
 def all_series(frame: pd.DataFrame) -> Iterator[Series]:
-    """The series of a history; no change points for seconds and for the yardstick's own time."""
+    """The series of a history; no change points for seconds, which depend on what else runs."""
     for (*place, benchmark, quantity), rows in frame.groupby(
         [*PLACE, "benchmark", "quantity"], sort=False
     ):
         machine, python, numba, numpy, yardstick = place
         values = rows["value"].to_numpy(float)
         tolerance = float(rows["error_tolerance"].iloc[-1]) if quantity == ERROR else 0.0
-        if quantity in (SECONDS, YARDSTICK):
+        if quantity in (SECONDS, YARDSTICK, *START_UP):
             changes: list[int] = []
         elif quantity == TIME:
             changes = change_points(values.tolist())

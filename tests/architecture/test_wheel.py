@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -12,10 +13,30 @@ import zipfile
 from pathlib import Path
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).parents[2]
-SHIPPED = {".py", ".typed", ".csv", ".bib", ".css", ".j2", ".mplstyle", ".png"}
+SHIPPED = {".py", ".typed", ".csv", ".bib", ".css", ".js", ".j2", ".mplstyle", ".png"}
 SUITE = ("references", "benchmarks", "reports")
+EXACT = """
+import numpy as np
+import galvi
+
+class Exact:
+    name = "exact"
+
+    def supports(self, problem):
+        return isinstance(getattr(problem.system, "potential", None), galvi.LinearSpring)
+
+    def settings(self, problem, duration):
+        return [{"samples": 1}]
+
+    def run(self, problem, duration, setting):
+        t = problem.t0 + np.array([0.0, duration])
+        q = np.stack([problem.q0, np.cos(duration) * problem.q0 + np.sin(duration) * problem.v0])
+        p = np.stack([problem.v0, np.cos(duration) * problem.v0 - np.sin(duration) * problem.q0])
+        return galvi.Trajectory(problem, t, q, p, counts={"force_evaluations": 1})
+"""
 
 
 @pytest.fixture(scope="module")
@@ -80,53 +101,141 @@ def test_galvi_imports_from_the_wheel_without_the_packages_of_the_suite(wheel: P
 
 @pytest.fixture(scope="module")
 def folder_of_a_user(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with packages of the names of the suite's."""
+    """Another project's repository of two commits: packages of the names of the suite's, a
+    simulation, and the integrator and the problem of docs/suite.md, the former quicker."""
     place = tmp_path_factory.mktemp("user")
     for name in SUITE:
         (place / name).mkdir()
         (place / name / "__init__.py").write_text(f"raise SystemExit('{name} of the user')\n")
+    page = (ROOT / "docs" / "suite.md").read_text()
+    for name in ("mine.py", "my_problem.py"):
+        (example,) = re.findall(rf"^```python\n# {name}\n(.*?)^```$", page, re.M | re.S)
+        (place / name).write_text(example.replace("(1000, 4000, 16000)", "(250, 500, 1000)"))
+    git(place, "init", "--quiet")
+    for name in ("first", "second"):
+        git(place, "add", ".")
+        git(place, "commit", "--quiet", "--allow-empty", "-m", name)
+    rebound = pytest.importorskip("rebound")
+    sim = rebound.Simulation()
+    sim.add(m=1.0)
+    sim.add(m=1e-3, a=1.0, e=0.1)
+    sim.integrator, sim.dt = "whfast", 0.1
+    sim.save_to_file(str(place / "simulation.bin"))
     return place
 
 
-def from_wheel(wheel: Path, place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """The command of the wheel, with the kernels of this checkout, whose sources are the same."""
-    for kernels in (ROOT / "galvi").rglob("__pycache__/galvi-kernels"):
-        target = wheel / kernels.relative_to(ROOT)
+def git(folder: Path, *words: str) -> None:
+    own = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
+    name = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"]
+    subprocess.run(["git", *name, *words], cwd=folder, env=os.environ | own, check=True,
+                   capture_output=True)  # fmt: skip
+
+
+def with_kernels(place: Path) -> None:
+    """Copy those of this checkout, whose sources are the same, to a copy of galvi."""
+    for kernels in (ROOT / "galvi").rglob("__pycache__/galvi-kernels-*"):
+        target = place / kernels.relative_to(ROOT)
         if not target.exists():
             shutil.copytree(kernels, target)
+
+
+def from_wheel(wheel: Path, place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """The command of the unpacked wheel, with the packages of this environment."""
+    with_kernels(wheel)
+    # As pip's script has it: neither the current folder nor this checkout is on the path.
+    script = "import sys; from galvi.command import main; sys.exit(main())"
     return subprocess.run(
-        [sys.executable, "-m", "galvi", *arguments], cwd=place, capture_output=True, text=True,
-        env={**os.environ, "PYTHONPATH": str(wheel)},
+        [sys.executable, "-P", "-c", script, *arguments], cwd=place, capture_output=True,
+        text=True, env={**os.environ, "PYTHONPATH": str(wheel)},
     )  # fmt: skip
 
 
 def test_the_command_of_the_wheel_judges_beside_a_users_own_folders(
     wheel: Path, folder_of_a_user: Path
 ) -> None:
-    rebound = pytest.importorskip("rebound")
-    sim = rebound.Simulation()
-    sim.add(m=1.0)
-    sim.add(m=1e-3, a=1.0, e=0.1)
-    sim.integrator, sim.dt = "whfast", 0.1
-    sim.save_to_file(str(folder_of_a_user / "two.bin"))
-    done = from_wheel(wheel, folder_of_a_user, "judge", "two.bin", "--duration", "20")
+    done = from_wheel(wheel, folder_of_a_user, "judge", "simulation.bin", "--duration", "20")
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("Your run (REBOUND WHFast, dt = 0.1)")
     assert (folder_of_a_user / "galvi-out" / "judge" / "judge.html").is_file()
 
 
-def test_the_wheel_refuses_to_track_where_there_is_no_checkout_of_galvi(
+def test_the_command_of_the_wheel_verifies(wheel: Path, folder_of_a_user: Path) -> None:
+    done = from_wheel(wheel, folder_of_a_user, "verify", "--quick", "--claims", "V8,A1")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "every verdict is the expected one" in done.stdout
+
+
+def test_the_wheel_tracks_a_users_integrator_and_refuses_to_track_galvi(
     wheel: Path, folder_of_a_user: Path
 ) -> None:
     done = from_wheel(wheel, folder_of_a_user, "track", "--against", "HEAD")
     assert done.returncode == 2 and "needs a git checkout of galvi" in done.stderr
+    asked = ("track", "--against", "HEAD^1", "--contender", "quick_to_track:Exact")
+    (folder_of_a_user / "quick_to_track.py").write_text(EXACT)
+    git(folder_of_a_user, "add", "quick_to_track.py")
+    git(folder_of_a_user, "commit", "--quiet", "-m", "third")
+    done = from_wheel(wheel, folder_of_a_user, *asked)
+    assert done.returncode == 2 and "Nothing could be compared" in done.stderr  # not at the base
+    git(folder_of_a_user, "commit", "--quiet", "--allow-empty", "-m", "fourth")
+    done = from_wheel(wheel, folder_of_a_user, *asked)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "is not worse than" in done.stdout
+
+
+@pytest.fixture(scope="module")
+def script(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The command of an empty environment in which the wheel was installed, with its kernels."""
+    place = tmp_path_factory.mktemp("environment")
+    (built,) = wheel.parent.glob("*.whl")
+    pip = [place / "bin" / "python", "-I", "-m", "pip", "install", "--quiet"]
+    asked = [f"{built}[suite]", "-c", ROOT / "constraints.txt"]
+    for words in ([sys.executable, "-I", "-m", "venv", place], [*pip, *asked]):
+        done = subprocess.run(words, capture_output=True, text=True)
+        if done.returncode and not os.environ.get("CI"):
+            pytest.skip(f"the wheel cannot be installed here: {done.stderr.strip()[-200:]}")
+        assert done.returncode == 0, done.stderr
+    (packages,) = place.glob("lib/python*/site-packages")
+    with_kernels(packages)
+    return place / "bin" / "galvi"
+
+
+def installed(script: Path, place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    return subprocess.run(
+        [script, *arguments], cwd=place, capture_output=True, text=True, env=clean
+    )  # fmt: skip
 
 
 @pytest.mark.slow
-def test_the_wheel_verifies(wheel: Path, folder_of_a_user: Path) -> None:
-    done = from_wheel(wheel, folder_of_a_user, "verify", "--quick")
+def test_an_installed_wheel_verifies_the_claims(script: Path, folder_of_a_user: Path) -> None:
+    done = installed(script, folder_of_a_user, "verify", "--quick")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "every verdict is the expected one" in done.stdout
+
+
+WORKFLOW = (ROOT / "docs" / "workflow.yml").read_text()
+
+
+def commands_of_the_workflow() -> list[str]:
+    (job,) = yaml.safe_load(WORKFLOW)["jobs"].values()
+    return [step["run"] for step in job["steps"] if "run" in step]
+
+
+def test_the_workflow_to_copy_installs_the_wheel_and_runs_its_command_alone() -> None:
+    first, *others = commands_of_the_workflow()
+    assert first == 'pip install "galvi[suite]"'
+    assert {line.split()[1] for line in others} == {"judge", "verify", "track", "compare"}
+    assert all(line.startswith("galvi ") for line in others)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("line", commands_of_the_workflow()[1:], ids=lambda line: line.split()[1])
+def test_each_command_of_the_workflow_to_copy_runs_in_another_project(
+    script: Path, folder_of_a_user: Path, line: str
+) -> None:
+    done = installed(script, folder_of_a_user, *shlex.split(line)[1:])
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (folder_of_a_user / "galvi-out").is_dir()
 
 
 def test_every_requirement_has_a_pinned_version() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import dblquad
 
 import galvi
+from benchmarks.brownout import cost
 from benchmarks.brownout import emission as emissions
 from benchmarks.brownout.cloud import (
     BLUR,
@@ -131,3 +133,27 @@ def test_the_optical_depth_is_that_of_a_uniform_slab() -> None:
     found = optical_depth(q, 100e-6)
     assert abs(found.mean() / tau - 1.0) < 5.0 * found.std() / found.mean() / math.sqrt(n) + 0.02
     assert 0.03 * length > BLUR
+
+
+def test_the_cost_of_a_step_has_a_row_for_each_drag_and_size(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(cost, "QUICK_GRAINS", 40)
+    monkeypatch.setattr(cost, "ROUNDS", 1)
+    table = cost.cost_of_clouds(True)
+    assert tuple(table.columns) == tuple(cost.COLUMNS)
+    assert len(table[table["degree"] == 2]) == 2 * len(DIAMETERS)
+    assert set(table["degree"]) == {1, 2, 4} and np.all(table["passes"] > 1.0)
+    beside = table[table["single"].notna()]["micrometres"]
+    assert set(np.rint(beside)) == {100.0, 400.0}
+
+
+def test_the_long_form_keeps_what_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cost, "MILLION", 500)
+    runs = cost.parts(tmp_path, print)
+    assert len(runs) == len(DIAMETERS) and not any(run.done() for run in runs)
+    runs[2].run(lambda sentence: None)
+    assert [run.done() for run in runs] == [False, False, True, False, False]
+    (row,) = cost.stored(tmp_path, print).to_dict("records")
+    assert row["grains"] == 100 and row["micrometres"] == 100.0 and row["optical_depth"] >= 0.0
+    assert row["commit"] and row["date"] and row["status"] == ""

@@ -162,7 +162,10 @@ def test_a_normal_end_clears_up_without_a_word(folder: Path) -> None:
 
 
 @needs_groups
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "how",
+    [signal.SIGINT, signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)],
+)
 def test_when_we_are_stopped_it_goes_and_what_it_started(folder: Path, how: int) -> None:
     process = script(folder, "sleeps")
     for _ in range(600):

@@ -11,7 +11,6 @@ from itertools import product
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.signal import lfilter
 
 import galvi
 from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, HOLDS, NOT_RUN, NoGrowth
@@ -56,7 +55,7 @@ def verdict(errors: Array, limit: float = math.inf) -> str:
 # combination j of them, aliasing included, beats more than BEATS / |j| times a run. A beat slower
 # than the run would be a trend to anyone.
 
-RUNS, SAMPLES, BEATS = 1000, 8000, 120.0
+RUNS, SAMPLES, BEATS = 400, 8000, 120.0
 ORDERS = {2: 24, 3: 9}
 COMBINATIONS = {
     count: np.array(
@@ -83,6 +82,13 @@ def frequencies(rng: np.random.Generator) -> Array:
             return found
 
 
+def filtered(memory: float, scale: float, noise: Array) -> Array:
+    from scipy.signal import lfilter  # 0.4 s, in each process that collects the tests
+
+    found: Array = lfilter([scale], [1.0, -memory], noise)
+    return found
+
+
 def stationary(seed: int) -> Iterator[Array]:
     rng = np.random.default_rng(seed)
     for run in range(RUNS):
@@ -92,11 +98,11 @@ def stationary(seed: int) -> Iterator[Array]:
         errors = SHAPES[run % len(SHAPES)](sizes, math.tau * per_sample[:, None] * places)
         errors = errors - errors[0]
         memory = rng.choice([0.0, 0.9])
-        noise = lfilter([math.sqrt(1.0 - memory**2)], [1.0, -memory], rng.standard_normal(SAMPLES))
+        noise = filtered(memory, math.sqrt(1.0 - memory**2), rng.standard_normal(SAMPLES))
         yield errors / np.max(np.abs(errors)) + rng.choice([0.0, 3e-3, 0.01]) * noise
 
 
-def test_a_planted_drift_is_seen_and_a_thousand_stationary_runs_give_no_alarm() -> None:
+def test_a_planted_drift_is_seen_and_hundreds_of_stationary_runs_give_no_alarm() -> None:
     found = {change: Counter[str]() for change in ("none", *PLANTS)}
     for errors in stationary(1):
         found["none"][verdict(errors)] += 1
@@ -105,13 +111,13 @@ def test_a_planted_drift_is_seen_and_a_thousand_stationary_runs_give_no_alarm() 
     assert found["none"][CONTRADICTED] <= 1  # 0 of 5000 with other seeds, too
     for change in PLANTS:
         assert found[change][HOLDS] == 0, change
-        assert found[change][CONTRADICTED] >= 0.99 * RUNS, change  # 997, the others NOT_RUN
+        assert found[change][CONTRADICTED] >= 0.99 * RUNS, change  # 997 of 1000, the others NOT_RUN
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.9])
 def test_noise_alone_is_no_drift_of_short_runs_either(memory: float) -> None:
     rng = np.random.default_rng(2)
-    noise = lfilter([1.0], [1.0, -memory], rng.standard_normal((RUNS, 2000)))[:, 200:]
+    noise = filtered(memory, 1.0, rng.standard_normal((RUNS, 2000)))[:, 200:]
     assert sum(verdict(errors) == CONTRADICTED for errors in noise) <= 1
 
 

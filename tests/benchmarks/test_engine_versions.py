@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 
 from benchmarks.statistics.convergence_fits import algebraic
+from benchmarks.store.isolated_environment import NotHere, finished
 from benchmarks.studies import engine_versions
 from benchmarks.studies.engine_versions import COLUMNS, STEPS, judged, parts, stored
-from benchmarks.studies.isolated_environment import NotHere, finished
 from references.mujoco.steps import MUJOCO_RK4
 
 needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")

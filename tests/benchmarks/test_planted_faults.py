@@ -42,6 +42,9 @@ CURVE = {"C": 1.0 + 1e-4}
         ("V9", VELOCITY_WEIGHTS, {"energy error, n = 25"}),
         ("V10", POSITION_WEIGHTS, {"farthest planet from IAS15 at the end [au], n = 25"}),
         ("V10", VELOCITY_WEIGHTS, {"energy error, n = 25"}),
+        ("V10", {"integral": 1.5}, {"energy error in the Kepler frame",
+                                    "farthest planet from IAS15 at step ends, in the Kepler frame "
+                                    "[au]"}),
     ],
 )  # fmt: skip
 def test_a_table_that_is_slightly_wrong_is_caught(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import galvi
-from benchmarks.studies import published
+from benchmarks.studies.moving_frames import published
 from benchmarks.test_problems.published import EPOCH, outer_planets_of_1969, regular_henon_heiles
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from references.jpl import states

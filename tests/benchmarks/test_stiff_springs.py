@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.studies import stiff_springs as study
+from benchmarks.studies.moving_frames import stiff_springs as study
 from benchmarks.test_problems.stiff_springs import stiff_springs, stiffness
 from references.scipy.ivp import DOP853
 from references.textbook import trigonometric

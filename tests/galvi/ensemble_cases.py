@@ -5,6 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 import sympy
+from scipy.spatial.transform import Rotation
 
 import galvi
 
@@ -49,6 +50,9 @@ CASES = {
     "traced": (traced(), 0.2),
     "three_bodies": (three_bodies(), 0.1),
     "polar": (galvi.problems.kepler_polar(), 0.1),
+    "free_body": (galvi.problems.free_rigid_body(), 0.1),
+    "pendulum_3d": (galvi.problems.pendulum_3d(), 0.1),
+    "free_body_se3": (galvi.problems.free_body_se3(), 0.05),
 }
 
 
@@ -56,10 +60,13 @@ def starts(problem, members, size=1e-2, seed=7):
     """Configurations and velocities near the problem's."""
     random = np.random.default_rng(seed)
     q, v = problem.q0, problem.v0
-    return (
-        q + size * random.standard_normal((members, *q.shape)),
-        v + size * random.standard_normal((members, *v.shape)),
-    )
+    near = v + size * random.standard_normal((members, *v.shape))
+    if not hasattr(problem.system, "group") or q.ndim < 2:
+        return q + size * random.standard_normal((members, *q.shape)), near
+    turned = np.stack([q] * members)
+    turns = Rotation.from_rotvec(size * random.standard_normal((members, 3))).as_matrix()
+    turned[:, :3, :3] = q[:3, :3] @ turns
+    return turned, near
 
 
 @numba.njit

@@ -52,7 +52,7 @@ PAIR = galvi.Product((galvi.SO2(), galvi.SO3()))
 
 
 COUPLED = galvi.Problem(
-    galvi.Lagrangian(coupled_function, PAIR, numba.njit(coupled_slopes)),
+    galvi.Lagrangian(coupled_function, PAIR, numba.njit(cache=True)(coupled_slopes)),
     element(PAIR, [0.4, 0.1, -0.7, 0.3]),
     [1.0, 0.3, -0.5, 0.2],
     name="pendulum and body",

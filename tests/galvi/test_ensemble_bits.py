@@ -38,7 +38,7 @@ def final(name, members, mark=""):
     law = replace(law, lines=law.lines + mark)
     kept = run_chunk(Chunk(law, numbers, SIX, plan, 1e-9, FinalStates(), 0, q, v))
     assert not kept.failed.any()
-    assert len(members) < MEMBERS or len(set(kept.passes)) > 2
+    assert len(members) < MEMBERS or len(set(kept.passes)) > 1
     return np.concatenate([x.reshape(len(members), -1) for x in kept.values], axis=1)
 
 
@@ -51,7 +51,7 @@ def check_members_do_not_mix(name, parts, mark=""):
 
 @given(
     order=st.permutations(range(MEMBERS)), size=st.integers(3, MEMBERS),
-    name=st.sampled_from(["henon_heiles", "double_pendulum", "brownout"]),
+    name=st.sampled_from(["henon_heiles", "double_pendulum", "brownout", "pendulum_3d"]),
 )  # fmt: skip
 @settings(max_examples=15)
 def test_in_any_order_and_company(order, size, name):

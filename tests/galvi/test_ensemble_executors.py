@@ -49,7 +49,7 @@ def test_on_a_cluster_of_this_machine():
     from distributed import Client, LocalCluster
 
     def local(**options):
-        return LocalCluster(dashboard_address=None, silence_logs=50, **options)
+        return LocalCluster(dashboard_address=":0", silence_logs=50, **options)
 
     one = run()
     with local(n_workers=1, threads_per_worker=2) as cluster, Client(cluster) as client:
@@ -182,7 +182,7 @@ def test_fifty_kills_lose_and_change_nothing(tmp_path):
     import dask
     from distributed import Client, LocalCluster
 
-    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": 50}),
         LocalCluster(silence_logs=50, **options) as cluster,
@@ -191,13 +191,14 @@ def test_fifty_kills_lose_and_change_nothing(tmp_path):
         over = threading.Event()
         killed = []
 
-        def kill_workers():
+        def kill_workers():  # while both work: a nanny gives up on one that dies as it starts
             while not over.is_set() and len(killed) < 5:
-                time.sleep(1.5)
+                time.sleep(0.5 * chance.random())
                 pids = [worker.pid for worker in cluster.workers.values() if worker.pid]
-                if pids and not over.is_set():
+                if len(client.run(os.getpid)) == len(pids) == 2 and not over.is_set():
                     killed.append(chance.choice(pids))
                     os.kill(killed[-1], signal.SIGKILL)
+                    time.sleep(5.0)
 
         killer = threading.Thread(target=kill_workers)
         killer.start()

@@ -109,6 +109,20 @@ def test_a_flight_is_the_run_of_the_general_kernel(
         np.testing.assert_allclose(found.v[k], start.system.velocity(run.p[-1]), atol=1e-9)
 
 
+@pytest.mark.parametrize("coefficient", [0.44, None])
+def test_far_from_the_ground_flights_are_members_of_an_ensemble(coefficient: float | None) -> None:
+    q, v, _ = thrown(21, 8)
+    q[:, 2] += 5.0
+    start = galvi.problems.brownout(200e-6, drag_coefficient=coefficient)
+    law, rates = rates_of(start, 21)
+    found = follow(gauss(2), q, v, np.zeros(21), rates, law, 1 / 64, 0.25, gravity=G)
+    states = np.asarray(galvi.integrate_ensemble(start, q, v, gauss(2), 1 / 64, 16))
+    assert np.all(found.status == ALOFT)
+    np.testing.assert_allclose(found.q, states[:, 0], rtol=0, atol=1e-12)  # 1e-14
+    mass = float(start.system.mass)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(found.v, states[:, 1] / mass, rtol=0, atol=1e-11)
+
+
 @pytest.mark.parametrize("s", [1, 2, 3])
 def test_the_time_of_landing_is_of_the_order_of_the_steps(s: int) -> None:
     time, speed = fallen(HEIGHTS, 3.0)
@@ -244,6 +258,21 @@ def test_grains_that_cannot_be_solved_fail_alone() -> None:
     assert np.array_equal(found.status == FAILED, fails) and np.any(fails) and not np.all(fails)
     assert np.all(np.isnan(found.q[fails])) and np.all(np.isnan(found.places[fails, -1]))
     np.testing.assert_allclose(found.q[~fails, 0], q[~fails, 0] + 2.0, atol=1e-12)
+
+
+@given(step=st.integers(3, 999).map(lambda k: 1.0 / k))
+@settings(max_examples=30, deadline=None)
+def test_a_grain_that_starts_at_the_end_of_a_step_takes_whole_steps(step: float) -> None:
+    """Also where the division of its time by the step is rounded down; thrown from the ground."""
+    k = np.arange(min(40, round(0.5 / step)))
+    q, v = np.zeros((2, k.size, 3))
+    v[:, 2] = 2.0
+    found = follow(gauss(2), q, v, k * step, np.full((k.size, 1), G / 9.0), NEWTON, step, 1.0,
+                   gravity=G, wind=STILL)  # fmt: skip
+    landed = found.status == LANDED
+    assert landed[0] and np.all(landed | (k * step + found.t[0] > 1.0 - 2.0 * step))
+    np.testing.assert_allclose((found.t - k * step)[landed], found.t[0], atol=1e-9)
+    assert np.all(found.steps[landed] - found.steps[0] <= 2)
 
 
 def test_a_grain_that_starts_after_the_end_waits() -> None:

@@ -76,6 +76,30 @@ def test_other_rules_and_spaces(method):
     assert_equal_runs(result, runs)
 
 
+@pytest.mark.parametrize("chart", galvi.charts.CHARTS, ids=lambda chart: type(chart).__name__)
+def test_other_charts(chart):
+    problem, step = CASES["free_body_se3"]
+    method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4), chart=chart)
+    q, v = starts(problem, 9)
+    result = galvi.integrate_ensemble(problem, q, v, method, step, 10)
+    runs = [
+        galvi.integrate(problem.with_initial_state(*state), method, step, 10)
+        for state in zip(q, v, strict=True)
+    ]
+    assert set(result.status) == {"Completed."}
+    assert_equal_runs(result, runs)
+
+
+def test_a_body_that_turns_beyond_its_chart_is_run_by_itself():
+    problem = galvi.problems.free_rigid_body()
+    v = np.stack([problem.v0, 40.0 * problem.v0])
+    result = galvi.integrate_ensemble(problem, problem.q0, v, FOUR, 0.5, 3)
+    alone = galvi.integrate(problem.with_initial_state(problem.q0, v[1]), FOUR, 0.5, 3)
+    assert result.success[0] and result.success[1] == alone.success
+    assert "by itself" in result.status[1]
+    assert np.array_equal(result[0][1], alone.q[-1], equal_nan=True)
+
+
 def test_parameters_of_systems_differ_between_members():
     kepler, step = CASES["kepler"]
     mu, mass = np.array([1.0, 1.1, 0.9]), np.array([1.0, 2.0, 0.5])

@@ -15,6 +15,7 @@ TRIES = 5  # the first may compile, and a machine that does other things delay h
 # In times that numpy takes to import in the same process, as seconds of a busy machine say little:
 # 5.2 to 10.0 and 1.6 to 3.6 in 20 processes each on such a machine when this was written.
 IMPORT, FIRST = 25.0, 12.0
+ALIKE = STARTS[2:5]  # they load as many files as point masses or a law
 DIGESTS = """
 import hashlib, galvi
 method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(7))
@@ -36,7 +37,10 @@ def folder():
         yield folder
 
 
-@pytest.mark.parametrize("start", STARTS, ids=lambda start: start.label)
+@pytest.mark.parametrize(
+    "start",
+    [pytest.param(one, id=one.label, marks=[pytest.mark.slow] * (one in ALIKE)) for one in STARTS],
+)
 def test_import_and_first_run_are_quick_when_all_is_compiled(start, folder):
     imports, firsts = [], []
     for _ in range(TRIES):

@@ -48,7 +48,10 @@ def test_curves_are_kept_when_asked_for_or_when_every_step_is(orbit):
 
 
 def test_times_outside_the_run_are_refused(orbit):
-    for t in (-0.1, 12.1, float("nan")):
+    for t in (float("nan"), "1", [0.1, float("inf")]):
+        with pytest.raises(ValueError, match=r"t must (hold finite|be an array of real) numbers"):
+            orbit(t)
+    for t in (-0.1, 12.1, 1e308):
         with pytest.raises(
             ValueError, match=r"t must lie inside the run, from 0\.0 to 12\.0; received"
         ):

@@ -114,9 +114,9 @@ def test_no_reference_asks_galvi_for_a_force(monkeypatch):
     for contender in REFERENCES:
         for problem in made:
             if not contender.missing and contender.supports(problem):
-                settings = ({"step": 0.1}, {"samples": 1})
+                settings = ({"step": 0.25}, {"samples": 1})
                 tried = "step" if "save_every" in _keys(contender, problem) else "samples"
-                contender.run(problem, 1.0, settings[tried == "samples"])
+                contender.run(problem, 0.5, settings[tried == "samples"])
                 ran.add(contender.name)
     assert {"semi-implicit Euler", "implicit Euler", "SciPy DOP853", "Stormer-Verlet"} <= ran
     assert "SciPy DOP853, quaternions" in ran and "explicit Euler, matrices" in ran

@@ -50,7 +50,7 @@ def by_taylor_series(weight, mass, q0, v0, duration):
         return float(q), float(v)
 
 
-@pytest.mark.parametrize("duration", [10, -7])
+@pytest.mark.parametrize("duration", [5, -3])
 @pytest.mark.parametrize("name", CASES)
 def test_every_kind_of_motion_is_the_taylor_series_rounded_once(name, duration):
     case = CASES[name]

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
+from benchmarks.claims.vector_spaces.v25_brownout_cloud import GRAINS, OF_STEP, SAMPLING, WORK
 from benchmarks.store.frames import frame, row
+from reports.figures.plots.clouds import clouds, moving_cloud
 from reports.figures.plots.convergence import (
     convergence_in_degree,
     convergence_in_h,
@@ -20,6 +22,7 @@ from reports.figures.plots.jumps import jumps
 from reports.figures.plots.limits import limits
 from reports.figures.plots.momentum_spheres import momentum_spheres
 from reports.figures.plots.paths import paths
+from reports.figures.plots.sampling import sampling
 from reports.figures.plots.sphere import sphere
 from reports.figures.plots.traces import traces
 from reports.results.figure import Figure
@@ -45,11 +48,40 @@ def frame_for(figure: Figure) -> pd.DataFrame:
         rows = _jumps(figure.options)
     elif figure.draw is limits:
         rows = _limits(figure.options)
+    elif figure.draw in (clouds, moving_cloud):
+        rows = _clouds(figure.options)
+    elif figure.draw is sampling:
+        rows = _statistics(figure.options)
     elif figure.draw is traces:
         rows = _traces(figure.options)
     else:
         rows = _orbits(figure.options)
     return frame(rows)
+
+
+def _clouds(options: Mapping[str, object]) -> list[dict[str, object]]:
+    return [
+        row(study=options["study"], label=label, t=t, x=k + t, y=0.0, z=0.5 * t)
+        for k, label in enumerate(options["labels"])
+        for t in options.get("times", (0.0, 1.0, 2.0))
+    ]
+
+
+def _statistics(options: Mapping[str, object]) -> list[dict[str, object]]:
+    """Errors of the step that fall with its degree's order, one of them unknown."""
+    quantity = options["quantity"]
+    rows = [row(study=quantity, quantity=name, value=value)
+            for name, value in ((SAMPLING, 1e-3), (GRAINS, 2e4))]  # fmt: skip
+    for degree in options["degrees"]:
+        for steps in (48, 96, 192):
+            error = np.nan if (degree, steps) == (1, 48) else (10.0 / steps) ** (2 * degree)
+            where = {"n": degree + 1, "steps": steps}
+            rows += [
+                row(study=quantity, quantity=OF_STEP, value=error, **where),
+                row(study=quantity, quantity=f"{SAMPLING} of it", value=1e-5, **where),
+                row(study=WORK, quantity=WORK, value=5.0 * degree * steps, **where),
+            ]
+    return rows
 
 
 def _errors(rate) -> list[dict[str, object]]:

@@ -92,15 +92,16 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_study_is_a_file_and_an_entry(out: Path) -> None:
     assert (out / "mine.csv").read_text() == "n\n1\n2\n"
     assert (out / "tables" / "mine.md").exists()
-    page = (out / "index.html").read_text()
+    page = (out / "studies.html").read_text()
     assert '<h2 id="mine">My study</h2>' in page and "Two numbers." in page
 
 
 def test_a_figure_is_an_entry_of_the_catalogue(out: Path) -> None:
     assert (out / "figures" / "mine.svg").exists()
-    assert "H fig. 2.3: My figure" in (out / "index.html").read_text()
+    assert "My figure" in (out / "claims.html").read_text()
 
 
 def test_a_column_of_the_cost_table_is_a_value(out: Path) -> None:
     assert (out / "cost.csv").read_text().splitlines()[0].endswith(",curves")
-    assert '<th class="number">curves kept</th>' in (out / "index.html").read_text()
+    page = (out / "comparisons.html").read_text()
+    assert '<th scope="col" class="number">curves kept</th>' in page

@@ -175,13 +175,9 @@ def test_an_out_that_is_a_file_is_refused(make_suite, tmp_path, capsys):
 
 
 def test_the_module_is_the_command_and_help_succeeds():
-    def python(*words: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "reports", *words]
-        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-
-    wrong, help = python("biuld"), python("--help")
-    assert (wrong.returncode, help.returncode) == (2, 0)
-    assert "did you mean 'build'" in wrong.stderr
+    command = [sys.executable, "-m", "reports", "--help"]
+    help = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert help.returncode == 0
     for word in ("verify", "compare", "build", "--quick", "--claims", "--out"):
         assert word in help.stdout
 

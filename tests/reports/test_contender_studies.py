@@ -115,7 +115,7 @@ def test_the_sky_and_the_pericentre_have_external_integrators_too(monkeypatch):
     monkeypatch.setattr(ephemeris, "displacement", lambda gm, q, v, times: 0.0 * times)
     sky = ephemeris.ephemeris_table(externals=[Inside.of(Gauss()), Inside.of(Raising())])
     rows = {who: part for who, part in sky.groupby("contender")}
-    assert set(rows) == {ephemeris.OURS, "a gauss", "raising"}
+    assert set(rows) == {ephemeris.OURS, ephemeris.IN_FRAME, "a gauss", "raising"}
     assert len(rows["a gauss"]) == len(rows[ephemeris.OURS]) == 30
     ours, theirs = (rows[who]["integration_error_au"].max() for who in (ephemeris.OURS, "a gauss"))
     assert ours < 1e-11 < theirs

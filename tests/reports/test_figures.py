@@ -62,10 +62,10 @@ def test_the_rate_beside_a_line_is_the_one_that_the_claim_states(figure, drawn_f
 def test_comparisons_and_costs_draw_without_warnings(make_suite):
     suite = make_suite()
     runs = suite.work_precision(True, print)
-    assert picture(comparison_figure("kepler e=0.6", list(runs["contender"])), runs).svg
+    assert picture(comparison_figure("kepler e=0.6"), runs).svg
     assert picture(COST_FIGURE, suite.cost(True, print)).svg
     with pytest.raises(NoData):
-        picture(comparison_figure("kepler", ["a"]), runs[runs["status"] == "truth"])
+        picture(comparison_figure("kepler"), runs[runs["status"] == "truth"])
     with pytest.raises(NoData):
         picture(COST_FIGURE, suite.cost(True, print).tail(1))
 

@@ -1,17 +1,21 @@
-"""The page: every row and figure, nothing fetched, no number where nothing was measured."""
+"""The pages: every row and figure, nothing fetched, no number where nothing was measured."""
 
 from __future__ import annotations
 
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
 from reports.cli.commands import run
+from reports.page.render import PARTS
+
+VOID = ("meta", "link", "img", "br", "input", "circle", "path", "ellipse")
 
 
 @pytest.fixture(scope="module")
-def page(make_suite, make_claim, make_row, tmp_path_factory) -> str:
+def out(make_suite, make_claim, make_row, tmp_path_factory) -> Path:
     """Three claims: one holds, one differs, one raised; a fourth was not asked for."""
     out = tmp_path_factory.mktemp("page")
     suite = make_suite(
@@ -22,95 +26,173 @@ def page(make_suite, make_claim, make_row, tmp_path_factory) -> str:
         make_claim("V3", raises=OSError("no such engine")),
         make_claim("V4"),
     )
-    run(lambda: suite, ["build", "--claims", "V1,V2,V3", "--quick", "--out", str(out)])
-    return (out / "index.html").read_text(encoding="utf-8")
+    words = ["build", "--claims", "V1,V2,V3", "--quick", "--single-file", "--out", str(out)]
+    run(lambda: suite, words)
+    return out
+
+
+@pytest.fixture(scope="module")
+def pages(out) -> dict[str, str]:
+    """The text of each page by its name, and of the single file."""
+    return {path.stem: path.read_text(encoding="utf-8") for path in out.glob("*.html")}
 
 
 class Balance(HTMLParser):
     """Fails on a tag that closes another than the last one opened."""
-
-    VOID = ("meta", "link", "img", "br")
 
     def __init__(self) -> None:
         super().__init__()
         self.open: list[str] = []
 
     def handle_starttag(self, tag, attributes):
-        if tag not in self.VOID:
+        if tag not in VOID:
             self.open.append(tag)
 
     def handle_endtag(self, tag):
-        assert self.open.pop() == tag
+        if tag not in VOID:
+            assert self.open.pop() == tag
 
 
-def test_the_page_is_well_formed(page):
-    parser = Balance()
-    parser.feed(page)
-    assert parser.open == []
+def test_every_part_is_a_page_and_all_are_in_one_file(pages):
+    assert set(pages) == {*(part.name for part in PARTS), "report"}
+    for part in PARTS:
+        assert f'<section class="part" id="{part.name}">' in pages["report"]
 
 
-def test_the_page_fetches_nothing_and_runs_nothing(page):
-    assert "http:" not in page and "https:" not in page and "<script" not in page
+def test_the_pages_are_well_formed(pages):
+    for page in pages.values():
+        parser = Balance()
+        parser.feed(page)
+        assert parser.open == []
+
+
+def broken_links(page: str, out: Path) -> list[str]:
+    """Targets of a page that are neither embedded nor in the folder."""
+    bad = (
+        [] if not re.search(r"https?:(?!//www\.w3\.org)", page) else ["something from the network"]
+    )
     for target in re.findall(r'(?:src|href)="([^"]*)"', page):
-        assert target.startswith(("data:", "#"))
-    for anchor in re.findall(r'href="#([^"]*)"', page):
-        assert f'id="{anchor}"' in page
+        file, _, anchor = target.partition("#")
+        if target.startswith("data:"):
+            continue
+        there = page if not file else None
+        if file:
+            path = out / file
+            if not path.is_file():
+                bad.append(target)
+                continue
+            there = path.read_text(encoding="utf-8") if anchor else ""
+        if anchor and f'id="{anchor}"' not in there:
+            bad.append(target)
+    return bad
 
 
-def test_the_page_has_every_row_with_its_verdict_and_reason(page):
+def test_every_link_of_every_page_resolves_and_nothing_is_fetched(pages, out):
+    for name, page in pages.items():
+        assert broken_links(page, out) == [], name
+    assert not re.findall(r'(?:src|href)="(?!data:|#)', pages["report"])
+
+
+def test_a_link_that_leads_nowhere_would_be_found(pages, out):
+    page = pages["index"]
+    planted = page.replace('href="claims.html"', 'href="claims.html#V99"', 1)
+    assert broken_links(planted, out) == ["claims.html#V99"]
+    assert broken_links(page + '<a href="#nowhere">', out) == ["#nowhere"]
+
+
+def test_the_claims_have_every_row_with_its_verdict_and_reason(pages):
+    page = pages["claims"]
     for id in ("V1", "V2", "V3"):
-        assert f'<h2 id="{id}">{id}: title of {id}</h2>' in page
+        assert f'<article class="claim" id="{id}"' in page and f"title of {id}" in page
+        assert f"<code>galvi verify --claims {id}</code>" in page
+        assert f'href="claims.html#{id}"' in pages["reproduce"]
     for verdict in ("holds", "contradicted", "not run"):
         assert f">{verdict}</span>" in page
-    assert "0.250 ± 0.010" in page
+    assert "0.250 ± 0.010" in page and "so says | the theory" in page
     assert "OSError: no such engine" in page
     assert "&lt;drift&gt; &amp; 10<sup>\u22129</sup>" in page
 
 
-def test_differences_stand_at_the_top(page):
-    top = page[: page.index('<h2 id="claims">')]
-    assert 'role="alert"' in top
-    assert "contradicted, expected holds" in top
-    assert "not run, expected holds (OSError: no such engine)" in top
-
-
-def test_the_page_says_what_was_not_run_and_what_is_not_drawn(page):
+def test_the_start_says_what_differs_names_both_papers_and_leads_on(pages):
+    page = pages["index"]
+    assert 'role="alert"' in page and "contradicted, expected holds" in page
+    assert "not run, expected holds (OSError: no such engine)" in page
+    assert "J. Hall" in page and "E. Miglio" in page
     assert "Not run in this build, which was restricted to some claims: V4." in page
+    assert "<select" in page and "galvi degree 8, Gauss 8" in page
+
+
+def test_the_page_says_what_is_not_drawn(pages):
+    page = pages["claims"]
     assert "H fig. 2.4 is not drawn: what it shows was not run." not in page  # V2 gave a frame
     assert "H fig. 2.4 is not drawn: no run has a finite error." in page
     assert "H fig. 2.6 is not drawn: what it shows was not run." in page
 
 
-def test_no_missing_number_is_written_as_one(page):
-    text = re.sub(r'src="data:[^"]*"', "", page)
-    assert not re.search(r"\b(nan|NaN|None|inf)\b", text)
+def test_no_missing_number_is_written_as_one(pages):
+    for page in pages.values():
+        text = re.sub(
+            r'src="data:[^"]*"|<script>.*?</script>|<style>.*?</style>', "", page, flags=re.S
+        )
+        assert not re.search(r"\b(nan|NaN|None|inf)\b", text)
 
 
-def test_the_page_states_when_and_from_what_it_was_made(page):
-    assert "2026-01-02 03:04 UTC, commit 0123456789ab with changes, in the quick setting" in page
-    assert "0123456789abcdef+dirty" in page
-    assert "python -m reports build --claims V1,V2,V3 --quick" in page
+def test_the_pages_state_when_and_from_what_they_were_made(pages):
+    for page in pages.values():
+        assert (
+            "2026-01-02 03:04 UTC, commit 0123456789ab with changes, in the quick setting" in page
+        )
+    assert "0123456789abcdef+dirty" in pages["provenance"]
+    assert "--claims V1,V2,V3 --quick" in pages["provenance"]
 
 
-def test_every_picture_is_in_the_page_and_described(page):
-    titles = re.findall(r'<img src="data:image/svg[^"]*" alt="([^"]+)"', page)
-    assert any(title.startswith("H fig. 2.3") for title in titles)
-    assert "Kepler e=0.6: error against time" in titles
-    assert "Time for one step" in titles
+def test_every_picture_has_a_size_and_is_described_by_what_it_shows(pages):
+    found = re.findall(
+        r'<img src="([^"]*)" alt="([^"]+)" width="(\d+)" height="(\d+)"', pages["claims"]
+    )
+    assert found and all(int(width) > 100 and int(height) > 100 for _, _, width, height in found)
+    words = " ".join(alternative for _, alternative, _, _ in found)
+    assert "number of basis functions n from 4 to 29" in words and "one-step 0.50^n" in words
+    assert pages["claims"].count('loading="lazy"') == len(found)
+    assert pages["comparisons"].count("<img ") == 2
 
 
-def test_comparisons_say_who_wins_and_who_did_not_get_there(page):
-    assert "SciPy DOP853 wins at 10⁻⁴" in page
-    assert "galvi is fastest at 10⁻⁶, 10⁻⁷, 10⁻⁸, 10⁻⁹" in page
+def test_tables_have_captions_and_scopes(pages):
+    for name, page in pages.items():
+        assert page.count("<table") == page.count("<caption>"), name
+        assert not re.search(r"<th(?! scope=)", page.replace("<thead", ""))
+
+
+def test_comparisons_say_who_wins_and_who_did_not_get_there(pages):
+    assert "SciPy DOP853 wins at 10⁻⁴" in pages["index"]
+    assert "galvi is fastest at 10⁻⁶, 10⁻⁷, 10⁻⁸, 10⁻⁹" in pages["index"]
+    page = pages["comparisons"]
     assert "not reached" in page
     assert "The run failed: use smaller steps." in page
     assert "Taylor is the reference and has no error" in page
 
 
-def test_a_further_study_is_a_table_with_its_text(page):
+def test_a_further_study_is_a_table_with_its_text(pages):
+    page = pages["studies"]
     place = page[page.index('<h2 id="sky-and-model">Model against sky</h2>') :]
     assert "Far below 10<sup>\u22126</sup> au." in place
-    assert '<td>Mars</td><td class="number">1000</td><td class="number">1.23·10⁻⁷</td>' in place
-    assert '<td>Sun</td><td class="number">1000</td><td class="number"></td>' in place
+    assert (
+        '<th scope="row">Mars</th><td class="number">1000</td><td class="number">1.23·10⁻⁷</td>'
+        in place
+    )
+    assert '<th scope="row">Sun</th><td class="number">1000</td><td class="number"></td>' in place
     assert "note" not in place[place.index("<thead>") : place.index("</thead>")]
-    assert "<code>sky_and_model.csv</code>" in place
+    assert "<code>sky_and_model.csv</code>" in pages["reproduce"]
+
+
+def test_the_pages_are_written_again_from_kept_rows(make_suite, make_claim, out, tmp_path, capsys):
+    suite = make_suite(make_claim("V1", raises=OSError("nothing is measured")), make_claim("V2"))
+    before = (out / "claims.html").read_text(encoding="utf-8")
+    try:
+        assert run(lambda: suite, ["build", "--kept", "--out", str(out)]) == 0
+        page = (out / "claims.html").read_text(encoding="utf-8")
+    finally:
+        (out / "claims.html").write_text(before, encoding="utf-8")
+    assert "0.250 ± 0.010" in page and "nothing is measured" not in page
+    assert run(lambda: suite, ["build", "--kept", "--out", str(tmp_path)]) == 2
+    assert "holds no rows yet" in capsys.readouterr().err

@@ -66,7 +66,7 @@ def suite_with(make_suite):
 def test_a_build_shows_the_studies_with_tables_and_pictures(suite_with, tmp_path):
     long = walks(1e6, commit="feedfacecafe", drift=1.0)
     assert run(lambda: suite_with(long), ["build", "--out", str(tmp_path)]) == 0
-    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    page = (tmp_path / "studies.html").read_text(encoding="utf-8")
     for text in (*(study.title for study in STUDIES), "feedfacecafe", "2026-01-01", "drifts"):
         assert text in page
     assert "make studies" not in page
@@ -81,7 +81,7 @@ def test_a_build_shows_the_studies_with_tables_and_pictures(suite_with, tmp_path
 
 def test_a_long_study_that_was_not_run_says_how_to(suite_with, tmp_path):
     assert run(lambda: suite_with(few=2), ["build", "--out", str(tmp_path)]) == 0
-    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    page = (tmp_path / "studies.html").read_text(encoding="utf-8")
     assert "Its long form was not run: make studies." in page
 
 
@@ -93,7 +93,7 @@ def test_a_study_that_raises_is_named_and_its_stored_rows_are_shown(suite_with, 
         suite = suite_with(long, few=2, measure=broken)
         assert run(lambda suite=suite: suite, ["build", "--out", str(tmp_path)]) == 1
         assert "Round-off: not run (OSError: the lamp went out)." in capsys.readouterr().err
-        page = (tmp_path / "index.html").read_text(encoding="utf-8")
+        page = (tmp_path / "studies.html").read_text(encoding="utf-8")
         section = page[page.index('<h2 id="brouwer">') : page.index('<h2 id="scaling">')]
         assert ("feedfacecafe" in section) is shown
         assert ('<p class="note">not run</p>' in section) is not shown

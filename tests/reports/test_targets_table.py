@@ -78,13 +78,13 @@ def test_one_command_prints_and_writes_them(make_suite, tmp_path, capsys):
 def test_the_page_has_a_section_of_them_when_there_are_any(make_suite, tmp_path):
     suite = make_suite(targets=PLANTED)
     run(lambda: suite, ["build", "--quick", "--out", str(tmp_path)])
-    page = (tmp_path / "index.html").read_text(encoding="utf-8")
-    place = page[page.index('<h2 id="targets">Targets</h2>') : page.index('<h2 id="choice">')]
+    page = (tmp_path / "comparisons.html").read_text(encoding="utf-8")
+    place = page[page.index('<h2 id="targets">Targets</h2>') : page.index('<h2 id="cost">')]
     assert "<td>missed</td>" in place and '<td class="absent">not run</td>' in place
     assert '<a href="#targets">' in page and "shorter than those" in place
     assert "1.0·10⁻⁵" in place
     run(make_suite, ["build", "--quick", "--out", str(tmp_path)])
-    assert "targets" not in (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert "targets" not in (tmp_path / "comparisons.html").read_text(encoding="utf-8")
 
 
 def test_each_contender_s_own_smallest_error_is_the_last_column(make_suite):

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 from reports.tracking.history import COLUMNS, TIME, read_history
+from reports.tracking.known_changes import KnownChange
 from reports.tracking.record import track
 from reports.tracking.series import all_series
 
@@ -117,11 +118,11 @@ def test_changes_are_stated_with_the_commit_they_came_with(tmp_path: Path) -> No
     for k in range(20):
         late = {"counts": {"iterations": 101}, "error": 2e-9} if k >= 15 else {}
         store(tmp_path, f"{k}.json", bench(k, (1.0 if k < 10 else 1.3) + 1e-3 * (k % 3), **late))
-    said = [line for one in all_series(read(tmp_path)[0]) for line in one.sentences()]
+    said = [line for one in all_series(read(tmp_path)[0]) for _, line in one.sentences()]
     assert said == [
-        "Kepler, degree 8: time over yardstick +30.0 % at 000000000010",
-        "Kepler, degree 8: iterations +1.0 % at 000000000015+",
-        "Kepler, degree 8: error +100.0 % at 000000000015+",
+        "Kepler, degree 8: time over yardstick +30.0 % near 000000000010",
+        "Kepler, degree 8: iterations +1.0 % near 000000000015+",
+        "Kepler, degree 8: error +100.0 % near 000000000015+",
     ]
 
 
@@ -133,7 +134,7 @@ def test_a_quantity_that_some_benches_lack_stands_at_its_own(tmp_path: Path) -> 
     assert np.array_equal(values, [np.nan, 0.0, 0.0, np.nan, 0.0, 1.0], equal_nan=True)
     assert changes == [5]
     assert series["error"].sentences() == [
-        "Kepler, degree 8: error 0 became 1 at 000000000005+",
+        ("000000000005+", "Kepler, degree 8: error 0 became 1 near 000000000005+"),
     ]
 
 
@@ -141,7 +142,7 @@ def test_an_empty_history_is_a_sentence_and_still_a_page(tmp_path: Path) -> None
     said: list[str] = []
     assert track(tmp_path, {"command": "x"}, said.append) == 0
     assert said[0].startswith("There is no bench yet in ")
-    assert "There is no bench yet" in (tmp_path / "track.html").read_text()
+    assert "There is no bench yet" in (tmp_path / "history.html").read_text()
     assert (tmp_path / "history.csv").read_text().startswith("file,date,commit,benchmark")
 
 
@@ -152,9 +153,29 @@ def test_the_page_has_each_machine_its_table_and_its_pictures(tmp_path: Path) ->
     store(tmp_path, "bad.json", "{")
     said: list[str] = []
     track(tmp_path, {"command": "x"}, said.append)
-    page = (tmp_path / "track.html").read_text()
+    page = (tmp_path / "history.html").read_text()
     assert "Quite another" in page and "bad.json is left out" in page
     assert page.count("<img ") == 2 and "shown apart" in page
     assert (tmp_path / "figures" / "track-kepler-degree-8.svg").exists()
     frame = pd.read_csv(tmp_path / "history.csv")
     assert len(frame) == 4 * 6
+
+
+def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = (KnownChange("Kepler", "iterations", "000000000001", "another guess"),)
+    monkeypatch.setattr("reports.tracking.record.known_changes", lambda: known)
+    for k, time in enumerate((1.0, 1.1, 3.0, 0.9)):
+        late = {"counts": {"iterations": 101}} if k else {}
+        start_up = {"import [s]": 0.5 + k, "cold start [s]": 9.0, "memory [MiB]": 180.0}
+        store(tmp_path, f"{k}.json", bench(k, time, first_call=7.25, start_up=start_up, **late))
+    track(tmp_path, {"command": "x"}, lambda sentence: None)
+    page = (tmp_path / "history.html").read_text()
+    assert "Slowest commit kept: 000000000002, at 2.86 times the median" in page
+    assert "fastest: 000000000003+" in page
+    for cell in ("7.25", "3.5", "9", "180"):
+        assert f'<td class="number">{cell}</td>' in page
+    place = page[page.index("Known changes:") :]
+    assert "iterations +1.0 % near 000000000001+: another guess" in place
+    assert "Changes of level" not in page

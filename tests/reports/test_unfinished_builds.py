@@ -38,7 +38,7 @@ ALL = ["V1", "V3", "ball", "top", "cost", "sky", "study"]
 @pytest.fixture
 def bench(make_suite, make_claim, monkeypatch: pytest.MonkeyPatch) -> Bench:
     monkeypatch.setattr("reports.build.build.draw", lambda *measured: Gallery({}, {}))
-    monkeypatch.setattr("reports.tables.writing.as_latex", lambda frame: "")
+    monkeypatch.setattr("reports.tables.writing.as_latex", lambda *frame: "")
     monkeypatch.setattr("reports.tables.writing.as_markdown", lambda frame: "")
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: "as they are")
     return Bench(make_suite, make_claim)
@@ -103,8 +103,8 @@ def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(ben
     told = "3 results of the build of 2026-01-01 00:00 UTC, which was stopped"
     origins = json.loads((tmp_path / "two" / "provenance.json").read_text())
     assert all(told in origin["resumed"] for origin in origins.values())
-    assert told in (tmp_path / "two" / "index.html").read_text()
-    assert "was stopped" not in (tmp_path / "whole" / "index.html").read_text()
+    assert told in (tmp_path / "two" / "provenance.html").read_text()
+    assert "was stopped" not in (tmp_path / "whole" / "provenance.html").read_text()
     dates = set(pd.read_csv(tmp_path / "two" / "claims.csv")["date"])
     assert dates == {"2026-01-01 00:00 UTC"}
     assert set(pd.read_csv(tmp_path / "two" / "study.csv")["date"]) == {"2026-01-01"}
@@ -154,7 +154,7 @@ def test_an_edit_during_a_build_is_on_the_page(bench, tmp_path, monkeypatch, cap
     bench("--out", str(tmp_path))
     told = "the sources, after this run began: results may be of either state"
     assert f"Changed: {told}.\n" in capsys.readouterr().err
-    assert told in (tmp_path / "index.html").read_text()
+    assert told in (tmp_path / "provenance.html").read_text()
     origins = json.loads((tmp_path / "provenance.json").read_text())
     assert origins["index.html"]["changed"] == told
     assert "changed" not in origins["claims.csv"]

@@ -7,7 +7,7 @@ import math
 import pandas as pd
 import pytest
 
-from reports.page.claim_section import reasons, shared_parts
+from reports.page.claim_section import shared_parts
 from reports.page.typeset import typeset
 from reports.tables.fastest_per_error import fastest_per_error, readable_fastest
 from reports.tables.number_format import plain, readable, seconds, with_uncertainty
@@ -71,11 +71,9 @@ def test_plain_mathematics_is_set(text, html):
     assert typeset(text) == html
 
 
-def test_what_all_rows_share_is_shared_parts(make_row):
+def test_what_all_rows_share_is_shared_parts():
     assert shared_parts(["a; b; n = 3", "a; b; n = 4"]) == ("a; b", ["n = 3", "n = 4"])
     assert shared_parts([]) == ("", [])
-    rows = [make_row(), make_row(), make_row(reason="another"), make_row()]
-    assert [span for _, span in reasons(rows)] == [2, 0, 1, 1]
 
 
 def matched(*times: tuple[str, float]) -> pd.DataFrame:

@@ -55,6 +55,19 @@ def sqrt(x):
     return functions.square_root(x) if isinstance(x, Lane) else np.sqrt(x)
 
 
+def over_cube(numerator, square):
+    """numerator / r^3, from r^2; by the processor's estimate of 1 / r where the kernel has it.
+
+    That is what ``builder.reciprocals`` of a lane says, a
+    `galvi.kernels.lanes.frames.reciprocals.Reciprocals`.
+    """
+    reciprocals = getattr(getattr(square, "builder", None), "reciprocals", None)
+    if reciprocals is None:
+        return numerator / (square * sqrt(square))
+    inverse = reciprocals.root(square)
+    return numerator * inverse * (inverse * inverse)
+
+
 def inverse_fourth_root(x):
     """x^(-1/4)."""
     return functions.inverse_fourth_root(x) if isinstance(x, Lane) else x**-0.25

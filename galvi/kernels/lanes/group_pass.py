@@ -8,8 +8,6 @@ The arrays are those of galvi.kernels.lanes.group_rows.
 
 from __future__ import annotations
 
-from functools import reduce
-
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -39,7 +37,14 @@ from galvi.kernels.lanes.group_rows import (
     N,
     total,
 )
-from galvi.kernels.lanes.law_pass import Constants, Generic, difference, factored, is_zero, product
+from galvi.kernels.lanes.law_pass import (
+    Constants,
+    Generic,
+    factored,
+    inverse_of,
+    is_zero,
+    times_symmetric,
+)
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import DOUBLE, LANES, NOTHING
 
@@ -57,34 +62,15 @@ def found_at(law, chart, state):
     return mu, [list(map(np.float64, row)) for row in mass], v
 
 
-def times_symmetric(rows, v):
-    """M v from the rows of M up to its diagonal."""
-    return [sum(rows[max(i, j)][min(i, j)] * v[j] for j in range(len(v))) for i in range(len(v))]
-
-
-def inverse_of(rows):
-    """The inverse, its rows up to the diagonal, from the factors of a matrix."""
-    d = len(rows)
-    found = [[0.0] * (i + 1) for i in range(d)]
-    for column in range(d):
-        x = [0.0] * column + [1.0] + [0.0] * (d - column - 1)
-        for i in range(column + 1, d):
-            for j in range(column, i):
-                x[i] = difference(x[i], product(rows[i][j], x[j]))
-        x = [product(x[i], rows[i][i]) for i in range(d)]
-        for i in range(d - 1, -1, -1):
-            for j in range(i):
-                x[j] = difference(x[j], product(rows[i][j], x[i]))
-        for i in range(column, d):
-            found[i][column] = x[i]
-    return found
-
-
 class GroupPass(GroupRows):
     """The parts of a pass, each for eight stages."""
 
     def __init__(self, context, builder, given, law, chart, one):
         super().__init__(context, builder, given, chart.dimension, one)
+        self.examine(law, chart)
+
+    def examine(self, law, chart):
+        """What is known of a law: where its mass is filled, constant, and all of its momenta."""
         self.law, self.chart, d = law, chart, self.d
         with np.errstate(all="ignore"):
             states = [found_at(law, chart, state) for state in range(2)]
@@ -231,6 +217,10 @@ class GroupPass(GroupRows):
                     new = Lane(builder, lanes.load(self.work, m)) - step
                     lanes.store(new.value, self.work, m)
 
+    def means(self, rows):
+        """The means of some rows, with the weights b Y^2."""
+        return self.spread_sums(rows, self.builder.add(self.kicks, self.row(2)))
+
     def respond(self):
         """The factors of the mean response of eta to the multipliers."""
         d, columns = self.d, []
@@ -243,8 +233,7 @@ class GroupPass(GroupRows):
                 self.stored(lanes, self.chart.apply("rate", xi, velocity), F)
 
             self.chunks(answer)
-            means = self.builder.add(self.kicks, self.row(2))
-            columns.append(self.spread_sums([F * d + i for i in range(d)], means))
+            columns.append(self.means([F * d + i for i in range(d)]))
         rows = [[columns[j][i] for j in range(i + 1)] for i in range(d)]
         self.keep_triangle(self.first_lanes(), factored(rows), self.response)
 
@@ -270,7 +259,8 @@ class GroupPass(GroupRows):
                     self.builder.store(value, place)
         return [Lane(self.builder, self.builder.load(place)) for place in places]
 
-    def one_pass(self):
+    def whole_pass(self):
+        """All parts of a pass; the largest change is noted."""
         self.chunks(self.fall)
         lanes = self.first_lanes()
         ended = self.at_end(lanes)
@@ -280,6 +270,9 @@ class GroupPass(GroupRows):
         self.chunks(self.drift)
         self.chunks(lambda lanes: self.correct(lanes, asked))
         self.keep_end()
+
+    def one_pass(self):
+        self.whole_pass()
         self.builder.store(self.change(), self.place_of(CHANGE))
 
     def prepare_run(self):
@@ -301,6 +294,16 @@ class GroupPass(GroupRows):
 
     def begin(self):
         """xi, eta and more from the velocities, at the start of a step."""
+        self.begin_at_rest()
+        with cgutils.for_range(self.builder, self.row(PULLS), intp=self.row) as loop:
+            self.pull()
+            settled = ir.Constant(DOUBLE, SETTLED)
+            with self.builder.if_then(self.builder.fcmp_ordered("<", self.change(), settled)):
+                loop.do_break()
+        self.begin_iteration()
+
+    def begin_at_rest(self):
+        """xi by the velocities alone, and no defect."""
         nothing, d = Lane(self.builder, NOTHING), self.d
 
         def place(lanes):
@@ -313,14 +316,16 @@ class GroupPass(GroupRows):
         with cgutils.for_range(self.builder, self.extra, intp=self.row) as loop:
             for row in self.multiplier_rows(loop.index):
                 self.first_lanes().store(NOTHING, self.work, row)
-        with cgutils.for_range(self.builder, self.row(PULLS), intp=self.row) as loop:
-            self.forget()
-            self.chunks(self.guess)
-            self.project(corrects=False)
-            self.chunks(self.drift)
-            settled = ir.Constant(DOUBLE, SETTLED)
-            with self.builder.if_then(self.builder.fcmp_ordered("<", self.change(), settled)):
-                loop.do_break()
+
+    def pull(self):
+        """Correct xi by the chart's tangent map."""
+        self.forget()
+        self.chunks(self.guess)
+        self.project(corrects=False)
+        self.chunks(self.drift)
+
+    def begin_iteration(self):
+        """The end of the step, and the response to the multipliers."""
         self.keep_end()
         with self.builder.if_then(self.projects):
             if not self.constant_mass:
@@ -339,6 +344,12 @@ class GroupPass(GroupRows):
     def finish(self):
         """xi(1) in ``end`` and the impulse in ``pulled``; the largest |xi|^2 of a rotation is the
         change."""
+        self.sum_up()
+        self.chunks(lambda lanes: self.note_turns(self.loaded(lanes, XI)))
+        self.builder.store(self.change(), self.place_of(CHANGE))
+
+    def sum_up(self):
+        """xi(1) in ``end`` and the impulse in ``pulled``."""
         for block, found in ((ETA, END), (N, PULLED)):
             if block == ETA or self.pulls:
                 rows = [block * self.d + i for i in range(self.d)]
@@ -348,16 +359,6 @@ class GroupPass(GroupRows):
             else:
                 sums = [Lane(self.builder, NOTHING)] * self.d
             self.stored(self.first_lanes(), sums, found)
-
-        def farthest(lanes):
-            for _, own, _, rotations in self.chart.factors:
-                if rotations:
-                    places = range(own.start, own.start + rotations)
-                    squares = [self.load(lanes, XI, i) * self.load(lanes, XI, i) for i in places]
-                    self.note_bits(abs(reduce(total, squares)).bits)
-
-        self.chunks(farthest)
-        self.builder.store(self.change(), self.place_of(CHANGE))
 
 
 def group_pass(law, layout, chart):

@@ -24,6 +24,9 @@ numbers     (3 d + 4 + r,)  mu0 (d,), 1 over the sizes of xi (d,) and pi (d,), t
 
 from __future__ import annotations
 
+from functools import reduce
+from typing import Any
+
 from llvmlite import ir
 from numba.core import cgutils
 
@@ -43,7 +46,9 @@ def rows_of_group_work(d, extra):
 
 
 class GroupRows(Pass):
-    """Loads, stores and sums, for one vector of stages (``one``) or several."""
+    """Loads, stores and sums, for one vector of stages (``one``) or several; heirs add a chart."""
+
+    chart: Any
 
     def __init__(self, context, builder, given, d, one):
         self.context, self.builder, self.d, self.one = context, builder, d, one
@@ -56,14 +61,19 @@ class GroupRows(Pass):
         self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
         self.largest = cgutils.alloca_once(builder, BITS)
         self.forget()
-        self.factors, self.fixed = TIMES * d + 1, {}
-        self.response = self.factors + d * (d + 1) // 2
-        self.multipliers = self.response + d * (d + 1) // 2
+        self.lay_out()
         self.stages = self.whole(POINTS)
         self.full = builder.icmp_unsigned("==", self.stages, self.padded)
         self.low_drift, self.back, self.low_back, self.kicks = (
             builder.mul(self.padded, self.row(k)) for k in range(1, 5)
         )
+
+    def lay_out(self):
+        """First rows of the triangles and the multipliers."""
+        d = self.d
+        self.factors, self.fixed = TIMES * d + 1, {}
+        self.response = self.factors + d * (d + 1) // 2
+        self.multipliers = self.response + d * (d + 1) // 2
 
     def forget(self):
         """Forget the largest change."""
@@ -120,6 +130,13 @@ class GroupRows(Pass):
         # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
         more = self.builder.icmp_signed(">", far, largest)
         self.builder.store(self.builder.select(more, far, largest), self.largest)
+
+    def note_turns(self, xi):
+        """Note |xi|^2 of each rotation."""
+        for _, own, _, rotations in self.chart.factors:
+            if rotations:
+                squares = [x * x for x in xi[own.start : own.start + rotations]]
+                self.note_bits(abs(reduce(total, squares)).bits)
 
     def reload(self):
         """What was stored is read from memory, where a number is spread over lanes for nothing."""

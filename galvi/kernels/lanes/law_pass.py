@@ -75,6 +75,29 @@ def factored(mass):
     return rows
 
 
+def times_symmetric(rows, v):
+    """M v from the rows of M up to its diagonal."""
+    return [sum(rows[max(i, j)][min(i, j)] * v[j] for j in range(len(v))) for i in range(len(v))]
+
+
+def inverse_of(rows):
+    """The inverse, its rows up to the diagonal, from the factors of a matrix."""
+    d = len(rows)
+    found = [[0.0] * (i + 1) for i in range(d)]
+    for column in range(d):
+        x = [0.0] * column + [1.0] + [0.0] * (d - column - 1)
+        for i in range(column + 1, d):
+            for j in range(column, i):
+                x[i] = difference(x[i], product(rows[i][j], x[j]))
+        x = [product(x[i], rows[i][i]) for i in range(d)]
+        for i in range(d - 1, -1, -1):
+            for j in range(i):
+                x[j] = difference(x[j], product(rows[i][j], x[i]))
+        for i in range(column, d):
+            found[i][column] = x[i]
+    return found
+
+
 def filled(law, d):
     """The places (i, j), j < i, of L that are not 0 at a state without special properties."""
     near = np.linspace(0.3, 0.7, 2 * d + 1) ** 0.5

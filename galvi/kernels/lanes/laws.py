@@ -16,7 +16,14 @@ from galvi.kernels.forces.rotor_wind import (
     STRENGTH,
     R,
 )
-from galvi.kernels.lanes.elementary import exp, inverse_fourth_root, log, sine_cosine, sqrt
+from galvi.kernels.lanes.elementary import (
+    exp,
+    inverse_fourth_root,
+    log,
+    over_cube,
+    sine_cosine,
+    sqrt,
+)
 from galvi.kernels.lie.arithmetic import cross, dot
 
 SMALLEST = 1e-300  # added to a square whose logarithm is taken
@@ -129,7 +136,7 @@ def point_masses(bodies, dimension):
                 square = gap[0] * gap[0]
                 for x in gap[1:]:
                     square = square + x * x
-                pull = 1.0 / (square * sqrt(square))
+                pull = over_cube(1.0, square)
                 onto_i, onto_j = c[j] * pull, c[i] * pull
                 for k, x in enumerate(gap):
                     found[i][k] = onto_i * x + found[i][k]

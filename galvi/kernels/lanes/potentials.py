@@ -6,7 +6,7 @@ are those of the file of the same name in galvi.kernels.forces.
 
 from __future__ import annotations
 
-from galvi.kernels.lanes.elementary import sin, sqrt
+from galvi.kernels.lanes.elementary import over_cube, sin
 
 
 def central_force(q, t, c):
@@ -14,7 +14,7 @@ def central_force(q, t, c):
     square = q[0] * q[0]
     for x in q[1:]:
         square = square + x * x
-    pull = c[0] / (square * sqrt(square))
+    pull = over_cube(c[0], square)
     return [pull * x for x in q]
 
 

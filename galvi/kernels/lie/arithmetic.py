@@ -9,6 +9,7 @@ from __future__ import annotations
 from itertools import zip_longest
 from typing import Any
 
+import numpy as np
 from numba.extending import overload, register_jitable
 
 OPTIONS: Any = {"error_model": "numpy", "_nrt": False, "forceinline": True}
@@ -35,6 +36,31 @@ def dot(v, w):
 def cross(v, w):
     """v x w of two triples."""
     return v[1] * w[2] - v[2] * w[1], v[2] * w[0] - v[0] * w[2], v[0] * w[1] - v[1] * w[0]
+
+
+def root_of_number(x):
+    """The square root of a number."""
+    return np.sqrt(x)
+
+
+@in_kernels(root_of_number)
+def square_root(x):
+    """The square root of a number or of lanes."""
+    return x.call("sqrt") if hasattr(x, "call") else root_of_number(x)
+
+
+def larger_size_of_numbers(size, x):
+    """The larger of size and |x|."""
+    return max(size, abs(x))
+
+
+@in_kernels(larger_size_of_numbers)
+def larger_size(size, x):
+    """The larger of size and |x|, for a number or lanes x; size may be 0.0."""
+    if not hasattr(x, "where"):
+        return larger_size_of_numbers(size, x)
+    far = abs(x)
+    return far.where(far > size, size)
 
 
 @generic

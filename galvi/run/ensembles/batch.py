@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from galvi.arrays import Array, read_only
-from galvi.kernels.lanes.members.law import law_fields, rows_of_member_work
-from galvi.kernels.lanes.members.steps import FIRST, TODO, Fields
+from galvi.arrays import Array
+from galvi.kernels.lanes.members.steps import FIRST, TODO
 from galvi.kernels.lanes.vectors import LANES
 from galvi.method import Galerkin
 from galvi.run.ensembles.laws import Law, LawNumbers
-from galvi.run.law_stepper import component_degrees, outside
-from galvi.run.nystrom_steppers import aligned, integrals_of
-from galvi.symbolic.lane_law import compiled_members
-from galvi.tableau import Tableau
+from galvi.run.ensembles.member_kernel import kernel_of
+from galvi.run.nystrom_steppers import aligned
 
 
 class Batch:
@@ -37,20 +33,16 @@ class Batch:
         v: Array, p: Array, tolerance: float,
     ) -> None:  # fmt: skip
         self.count, self.law, self.numbers = len(q), law, numbers
-        d, s, constants = law.dimension, method.stages, numbers.constants
-        self.fields: Fields = law_fields(d)
-        self.function = compiled_members(law.lines, d)
-        tables, complement, growth = member_tables(method.table, component_degrees(method))
+        s, constants, kernel = method.stages, numbers.constants, kernel_of(law, method)
+        self.fields, self.function, self.work = kernel.fields, kernel.function, kernel.work(s)
+        tables, complement, growth = kernel.tables
         self.blocks = -(-self.count // LANES)
         rows, c = self.fields.rows(s), max(constants.shape[1], 1)
-        self.records, self.constants, self.work = aligned(
-            (self.blocks, rows, LANES), (self.blocks, c, LANES), (rows_of_member_work(d), s, LANES)
-        )
+        self.records, self.constants = aligned((self.blocks, rows, LANES), (self.blocks, c, LANES))
         self.constants[:, : constants.shape[1]] = self._in_lanes(constants)
-        for name, values in (
-            ("q", q), ("p", p), ("step", step[:, None]), ("start", np.full((1, 1), t0)),
-            ("alive", np.ones((1, 1))),
-        ):  # fmt: skip
+        starts = {"q": q, "p": p, "step": step[:, None], "start": np.full((1, 1), t0),
+                  "alive": np.ones((1, 1)), **kernel.memory(q, p)}  # fmt: skip
+        for name, values in starts.items():
             first = self.fields.first[name]
             self.records[:, first : first + values.shape[1]] = self._in_lanes(values)
         self.records[:, self.fields.velocities :] = np.repeat(self._in_lanes(v), s, axis=1)
@@ -61,7 +53,7 @@ class Batch:
                 *(array.ctypes.data for array in (
                     self.records, self.constants, self.work, tables, complement, reals
                 )),
-                self.blocks, s, 0, 0, growth.size, complement.shape[0], c, rows,
+                self.blocks, s, 0, 0, growth.size, kernel.extra, c, rows,
             ],
             dtype=np.int64,
         )  # fmt: skip
@@ -101,24 +93,3 @@ class Batch:
         """(1 or n, k) as (blocks, k, 8); the last members fill up with the last one."""
         index = np.minimum(np.arange(self.blocks * LANES), len(values) - 1)
         return values[index].reshape(self.blocks, LANES, -1).transpose(0, 2, 1)
-
-
-@lru_cache(maxsize=32)
-def member_tables(
-    table: Tableau, degrees: tuple[int, ...] | None = None
-) -> tuple[Array, Array, Array]:
-    """A table in the layout of galvi.kernels.lanes.members.steps: tables, complement and growth."""
-    s, m = table.slope.shape
-    A, B = integrals_of(table)
-    nothing = np.zeros((1, s))
-    parts = [*(x.T for x in (*A, *B)), table.b[None], table.low_parts[1][None], table.c[None],
-             nothing, table.analysis.T, table.extrapolation.T]  # fmt: skip
-    given = np.concatenate(parts)
-    coefficients = degrees or (m,)
-    complement = np.zeros((0, s))
-    if s > min(coefficients):
-        complement = np.concatenate([outside(table, k).T for k in coefficients])
-    copies = aligned(given.shape, complement.shape)
-    for copy, values in zip(copies, (given, complement), strict=True):
-        copy[:] = values
-    return copies[0], copies[1], read_only(table.growth)

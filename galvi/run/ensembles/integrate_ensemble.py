@@ -24,7 +24,7 @@ from galvi.run.ensembles.parameters import Parameters
 from galvi.run.ensembles.result import Ensemble
 from galvi.run.ensembles.schedule import PROBE, members_of_a_chunk, results, workers_of
 from galvi.run.ensembles.singles import Single, Singles
-from galvi.run.group_steppers import FINEST_ON_RN
+from galvi.run.group_steppers import FINEST_IN_LANES, FINEST_ON_RN
 from galvi.run.integrate import prepared
 
 BY_ITSELF = " It was run by itself, since {why}."
@@ -103,7 +103,6 @@ class _Work:
         prepared(first, method, float(self.step[0]), steps, curves=False, tolerance=tolerance)
         self.plan = Plan(int(steps), self.step, problem.t0, problem.q0.shape, problem.v0.shape)
         self.keep, self.function = _kept(keep)
-        self.tolerance = max(tolerance or 0.0, FINEST_ON_RN)
         self.singles = Singles(
             self.parameters, method, self.plan, self.q, self.v, tolerance, "auto"
         )
@@ -111,6 +110,8 @@ class _Work:
         found = law_of(problem.system, problem.v0.size)
         if found is not None and self.keep is not None and runs_in_lanes(*found, method):
             self.law, self.numbers = found
+        rotates = self.law is not None and bool(self.law.layout)
+        self.tolerance = max(tolerance or 0.0, FINEST_IN_LANES if rotates else FINEST_ON_RN)
         if self.keep is not None:
             self.keep.steps(self.plan)  # refuses times that are not those of steps
         self.values: list[Array] = []

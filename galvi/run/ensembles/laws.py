@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -12,7 +13,7 @@ from galvi.arrays import Array
 from galvi.groups.rn import Rn
 from galvi.kernels.lanes.law_pass import filled
 from galvi.method import Galerkin
-from galvi.run.law_stepper import component_degrees, lane_law
+from galvi.run.law_stepper import component_degrees, group_law, lane_law
 from galvi.symbolic.lane_law import built_in, function_of, unit_mass_law
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import lane_force
@@ -97,8 +98,15 @@ def law_of(system: Any, d: int) -> tuple[Law, LawNumbers] | None:
         return Law(lines, d, d, in_velocity=True), numbers
     if isinstance(system, Canonical):
         return _of_canonical(system, d)
+    on_group = group_law(system)
+    if on_group is not None and on_group.calls is None:
+        layout = tuple(tuple(map(int, row)) for row in system.group.layout)
+        law = Law(on_group.lines, d, math.prod(system.group.shape), layout=layout)
+        return law, LawNumbers(on_group.constants[None])
     found = lane_law(system, d)
-    return None if found is None else (Law(found[0], d, d), LawNumbers(found[1][None]))
+    if found is None or found.calls is not None:
+        return None
+    return Law(found.lines, d, d), LawNumbers(found.constants[None])
 
 
 def _of_canonical(system: Canonical, d: int) -> tuple[Law, LawNumbers] | None:

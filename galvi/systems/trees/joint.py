@@ -49,7 +49,7 @@ class Joint:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.type not in KINDS:
+        if not isinstance(self.type, str) or self.type not in KINDS:
             raise ValueError(
                 f"type must be one of {', '.join(KINDS)}; received {shown(self.type)}."
             )

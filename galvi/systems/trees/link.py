@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,8 +45,7 @@ class Link:
     name: str = ""
 
     def __post_init__(self) -> None:
-        given = (self.joints,) if isinstance(self.joints, Joint) else self.joints
-        joints = tuple(given) if isinstance(given, Iterable) else (given,)
+        joints = input_checks.several(self.joints)
         if not all(isinstance(joint, Joint) for joint in joints):
             raise TypeError(f"joints must be galvi.Joint values; received {shown(self.joints)}.")
         if len(joints) > 1 and any(joint.type == "free" for joint in joints):
@@ -78,9 +76,9 @@ def _inertia(value: Any) -> Array:
         raise ValueError(f"inertia must have shape (3,) or (3, 3), or be 0; received {J.shape}.")
     J = J if J.ndim == 2 else np.diag(np.broadcast_to(J, 3))
     size = float(np.max(np.abs(J)))
-    moments = np.linalg.eigvalsh(0.5 * (J + J.T))
+    moments = np.linalg.eigvalsh(0.5 * J + 0.5 * J.T)
     if np.max(np.abs(J - J.T)) > SLACK * size or moments[0] < -SLACK * size:
         raise ValueError(
             f"inertia must be symmetric and positive semidefinite; received {J.tolist()}."
         )
-    return read_only(0.5 * (J + J.T))
+    return read_only(0.5 * J + 0.5 * J.T)

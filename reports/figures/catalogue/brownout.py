@@ -1,12 +1,16 @@
-"""The figures of V23 and V24: figure 3 of M, a sand particle in the wind of a helicopter."""
+"""The figures of V23, V24 and V25: figures 3 and 2 of M, sand in the wind of a helicopter."""
 
 from __future__ import annotations
 
+from benchmarks.brownout.statistics import DEPTH, HEIGHT
 from benchmarks.claims.vector_spaces import v23_brownout_order as v23
 from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
+from benchmarks.claims.vector_spaces import v25_brownout_cloud as v25
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY
+from reports.figures.plots.clouds import clouds, moving_cloud
 from reports.figures.plots.convergence import convergence_in_h
 from reports.figures.plots.rate import Rate
+from reports.figures.plots.sampling import sampling
 from reports.figures.plots.traces import STEP, traces
 from reports.results.figure import Figure
 
@@ -40,7 +44,7 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
             title=f"A sand particle in a rotor's wind, {title}",
             claims=("V23",),
             draw=convergence_in_h,
-            options={"rates": _rates(start), "ylabel": PLACE},
+            options={"rates": _rates(start), "ylabel": PLACE, "unit": "s"},
             caption=f"{SHOWN}. Euler: semi-implicit. {caption}",
             size=(6.4, 4.4),
         )
@@ -98,5 +102,42 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
         },
         caption="Medians of one interleaved run, both in compiled code, Python overhead included: "
         "setting up a run of galvi takes a few milliseconds.",
+    ),
+    Figure(
+        name="m-fig-2",
+        source="M fig. 2",
+        title="A brownout cloud at four times, by size",
+        claims=("V25",),
+        draw=clouds,
+        options={"study": v25.SHOWN, "labels": v25.LABELS, "times": v25.TIMES},
+        caption="A stated model, not M's, which prints neither wind nor emission; its times are "
+        f"ours. {v25.PICTURED} super-particles of each size, of the same mass, seen from the side; "
+        "those on the ground are not shown. Line: the rotor. Dashed: the pilot's ray.",
+        size=(8.4, 4.6),
+    ),
+    Figure(
+        name="m-fig-2-moving",
+        source="M fig. 2",
+        title="The brownout cloud as it grows",
+        claims=("V25",),
+        draw=moving_cloud,
+        options={"study": v25.MOVING, "labels": v25.LABELS},
+        caption=f"Every quarter of a second; {v25.IN_MOTION} super-particles of each size. The PNG "
+        "shows the end.",
+        size=(7.4, 3.2),
+    ),
+    *(
+        Figure(
+            name=f"m-fig-2-{name}",
+            source="M fig. 2",
+            title=f"The cloud's {quantity.split(' [')[0]}: error of the step and of sampling",
+            claims=("V25",),
+            draw=sampling,
+            options={"quantity": quantity, "degrees": {1: "$N=1$", 2: "$N=2$", 4: "$N=4$"}},
+            caption="Mean difference from a run of high order with the same grains, with its "
+            "standard error. Dashed: what a number of grains leaves by chance, below which a finer "
+            "step gains nothing.",
+        )
+        for name, quantity in (("depth", DEPTH), ("height", HEIGHT))
     ),
 )

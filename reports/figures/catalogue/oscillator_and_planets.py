@@ -28,13 +28,14 @@ from reports.figures.plots.rate import Rate
 from reports.results.figure import Figure
 
 N = "n-refinement"
+HALF = 3.0  # au, half the width of the panels of H's figure 1.1
 HOLLOW = (
     "Solid line: fit over the filled points; hollow points: pre-asymptotic, unstable or round-off"
 )
 DASHED = f"{HOLLOW}; dashed, offset upwards: the claimed rate."
-POSITION = "largest error of the position"
-RELATIVE_ENERGY = "largest relative energy error"
-RELATIVE_MOMENTUM = "largest relative error of angular momentum"
+POSITION = "largest error of the position [unit of length]"
+RELATIVE_ENERGY = "largest relative energy error [1]"
+RELATIVE_MOMENTUM = "largest relative error of angular momentum [1]"
 
 
 def _any(n: int) -> float:
@@ -89,16 +90,16 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         draw=paths,
         options={
             "panels": (
-                Panel(v11.EXPLICIT, (v11.EXPLICIT,), 9.0),
-                Panel(v11.IMPLICIT, (v11.IMPLICIT, v11.BLIND), 3.0),
-                Panel(v11.SYMPLECTIC, (v11.SYMPLECTIC,), 1.8),
+                Panel(v11.EXPLICIT, (v11.EXPLICIT,), HALF),
+                Panel(v11.IMPLICIT, (v11.IMPLICIT, v11.BLIND), HALF),
+                Panel(v11.SYMPLECTIC, (v11.SYMPLECTIC,), HALF),
             ),
             "bodies": v11.INNER,
         },
         caption=f"{v11.YEARS:g} years in steps of {v11.STEP:g} years, relative to the Sun, in the "
-        "equatorial plane of the ICRF; note the scales. Implicit Euler ends at the crosses, where "
-        "its solver stops converging; thin lines: the continuation when that is ignored, which "
-        "leaves the frame.",
+        "equatorial plane of the ICRF; explicit Euler leaves the frame. "
+        "Implicit Euler ends at the crosses, where its solver stops converging; thin lines: the "
+        "continuation when that is ignored, which leaves the frame too.",
         size=(9.6, 3.5),
     ),
     Figure(
@@ -154,7 +155,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
         title=f"Harmonic oscillator: energy error in time, n = {v02.WATCHED}, h = 20",
         claims=("V2",),
         draw=history,
-        options={"quantity": v02.QUANTITY, "ylabel": "relative energy error"},
+        options={"quantity": v02.QUANTITY, "ylabel": "relative energy error [1]"},
         caption="At step ends. An error that grows with time leaves the band.",
     ),
     Figure(
@@ -226,7 +227,7 @@ OSCILLATOR_AND_PLANETS: tuple[Figure, ...] = (
             title=f"Kepler: {quantity} in time, n = 8, h = 2, {v08.STEPS} steps",
             claims=("V8",),
             draw=history,
-            options={"quantity": quantity, "ylabel": f"relative {quantity}"},
+            options={"quantity": quantity, "ylabel": f"relative {quantity} [1]"},
             caption="At step ends, from (q, p). An error that grows with time leaves the band "
             "for good, as round-off does that adds up.",
         )

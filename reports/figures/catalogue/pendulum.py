@@ -22,7 +22,7 @@ from reports.results.figure import Figure
 
 SOLID = "Solid line: fit over the filled points; hollow points: pre-asymptotic or round-off"
 DASHED = f"{SOLID}; dashed, offset upwards: the claimed rate."
-ATTITUDE = "largest error of the attitude"
+ATTITUDE = "largest error of the attitude [1]"
 
 
 def _orders(study: str, quantity: str, ns: tuple[int, ...], floor: float) -> tuple[Rate, ...]:
@@ -71,7 +71,7 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
         draw=history,
         options={
             "quantity": l08.QUANTITY,
-            "ylabel": "relative energy error",
+            "ylabel": "relative energy error [1]",
             "xlabel": "time $t$",
         },
         caption="At step ends. An error that grows with time leaves the band.",
@@ -132,7 +132,7 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
             draw=convergence_in_h,
             options={
                 "rates": _orders(study, l14.QUANTITY, l14.CASES[study].ns, l14.FLOOR),
-                "ylabel": "largest error of $q$",
+                "ylabel": "largest error of $q$ [1]",
             },
             caption=f"T = {l14.DURATION:g}. {SOLID}.",
         )
@@ -157,7 +157,7 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
                 for chart in CHARTS
             },
         },
-        caption=f"One step of a body in steady rotation, n = {l14.SPIN}; crosses at the top: the "
+        caption=f"One step of a body in steady rotation, n = {l14.SPIN}; crosses above: the "
         "run failed. Dashed: the limits.",
     ),
     Figure(

@@ -16,7 +16,7 @@ from reports.figures.plots.rate import Rate
 from reports.results.figure import Figure
 
 POINTS = "Solid line: fit over the filled points; hollow points: pre-asymptotic or round-off"
-ATTITUDE = "largest error of an entry of $R$"
+ATTITUDE = "largest error of an entry of $R$ [1]"
 LABELS = {
     l01.EULER: "explicit Euler,\n$h=0.01$",
     l01.ODE45: "RK45 (ode45)\non matrices",
@@ -118,7 +118,7 @@ RIGID_BODIES: tuple[Figure, ...] = (
             title=f"Free rigid body: energy error in time, n = {n}, h = 0.5, {l04.STEPS} steps",
             claims=("L4",),
             draw=history,
-            options={"quantity": quantity, "ylabel": "relative energy error",
+            options={"quantity": quantity, "ylabel": "relative energy error [1]",
                      "xlabel": "time $t$"},
             caption="At every second step end, from (R, p). An error that grows leaves the band; "
             + ("the truncation error is below round-off here, which is a random walk."

@@ -13,7 +13,7 @@ from reports.figures.plots.rate import Rate
 from reports.results.figure import Figure
 
 SOLID = "Solid line: fit over the filled points"
-POSITION = "largest error of the position"
+POSITION = "largest error of the position [unit of length]"
 
 
 def _approximations(quantity: str, ylabel: str, minus: float) -> Figure:

@@ -15,7 +15,7 @@ from reports.figures.style.decades import decades, readable
 from reports.figures.style.end_labels import Label, label_ends
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE, MARKERS
-from reports.tables.number_format import known
+from reports.tables.number_format import concise, known
 
 DASHES = (0, (4, 2))
 ABOVE = 0.045  # offset of a claimed rate from the fitted line, relative to the height of the axes
@@ -31,15 +31,16 @@ def convergence_in_n(
     axes.set_yscale("log")
     axes.set(xlabel="number of basis functions $n$", ylabel=ylabel)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    _lines(axes, frame, rates, "{:.3f}^{{\\,n}}", "{:.2f}^{{\\,n}}", top)
+    _lines(axes, frame, rates, "{}^{{\\,n}}", "{:.2f}^{{\\,n}}", top)
 
 
 def convergence_in_h(
-    axes: Axes, frame: pd.DataFrame, *, rates: Sequence[Rate], ylabel: str, top: float = np.inf
-) -> None:
+    axes: Axes, frame: pd.DataFrame, *, rates: Sequence[Rate], ylabel: str, top: float = np.inf,
+    unit: str = "unit of time",
+) -> None:  # fmt: skip
     """Errors against the step size h, both logarithmic; the slope of a line is its order."""
-    axes.set(xscale="log", yscale="log", xlabel="step size $h$", ylabel=ylabel)
-    _lines(axes, frame, rates, "h^{{{:.2f}}}", "h^{{{:g}}}", top)
+    axes.set(xscale="log", yscale="log", xlabel=f"step size $h$ [{unit}]", ylabel=ylabel)
+    _lines(axes, frame, rates, "h^{{{}}}", "h^{{{:g}}}", top)
     readable(axes.xaxis)
 
 
@@ -49,7 +50,7 @@ def convergence_in_degree(
     """Errors against 1 / N, both logarithmic, of algebraic rates in the degree N."""
     axes.set(xscale="log", yscale="log", xlabel="$1 / N$, the inverse of the degree", ylabel=ylabel)
     readable(axes.xaxis)
-    _lines(axes, frame, rates, "N^{{-{:.2f}}}", "N^{{-{:g}}}", top)
+    _lines(axes, frame, rates, "N^{{-{}}}", "N^{{-{:g}}}", top)
 
 
 def _lines(
@@ -72,7 +73,7 @@ def _lines(
         _series(axes, x, np.where(error > 0, error, np.nan), fit, color, MARKERS[k], top)
         text = rate.label
         if known(fit.rate):
-            text += f"  ${power.format(fit.rate)}{_factor(fit.power)}$"
+            text += f"  ${power.format(concise(fit.rate, fit.uncertainty))}{_factor(fit.power)}$"
         if rate.claimed is not None:
             text += f"  (claimed ${claimed_power.format(rate.claimed)}$)"
             fitted.append((fit, rate.claimed))

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades
 from reports.figures.style.end_labels import Label, label_ends
+from reports.figures.style.identities import line_color
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import COLOURS
 
 SMALLEST = 1e-17  # drawn in place of 0
 
@@ -39,7 +39,7 @@ def departures(
             seen = (t > 0.0) & np.isfinite(away)
             if not np.any(seen):
                 raise NoData(f"{study}: no step has a finite {quantity}.")
-            t, away, color = t[seen], np.maximum(away[seen], SMALLEST), COLOURS[k % len(COLOURS)]
+            t, away, color = t[seen], np.maximum(away[seen], SMALLEST), line_color(study, k)
             one.plot(t, away, color=color, linewidth=1.0)
             ends.append(Label(t[-1], away[-1], text, color))
         decades(one.xaxis)

@@ -12,8 +12,9 @@ from matplotlib.ticker import FixedLocator
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import powers, readable
 from reports.figures.style.end_labels import Label, label_ends
+from reports.figures.style.identities import line_color
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import BAND, COLOURS
+from reports.figures.style.palette import BAND
 
 LINEAR = 1e-3  # smaller changes are drawn linearly, larger ones logarithmically
 TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
@@ -41,7 +42,7 @@ def energies(
         seen = (t > 0.0) & np.isfinite(change)
         if not np.any(seen):
             raise NoData(f"{study}: no step has a finite {quantity}.")
-        t, change, color = t[seen], change[seen], COLOURS[k % len(COLOURS)]
+        t, change, color = t[seen], change[seen], line_color(study, k)
         axes.plot(t, change, color=color, linewidth=1.0)
         ends.append(Label(t[-1], change[-1], text, color))
         last = max(last, t[-1])

@@ -9,7 +9,7 @@ from benchmarks.store.frames import pick
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import BAND, COLOURS, GUIDE
 
-TIME = "time $t$ (the period is $2\\pi$)"
+TIME = "time $t$ [unit of time; the period is $2\\pi$]"
 MANY = 300  # above this many, points are not joined
 
 
@@ -46,6 +46,7 @@ def history(
         linestyle="none" if many else "-",
         linewidth=0.6,
         color=COLOURS[0],
+        rasterized=many,
     )
     axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.margins(x=0.01, y=0.15)

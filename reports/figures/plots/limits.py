@@ -13,7 +13,8 @@ from reports.figures.style.decades import decades
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE, MARKERS, darker
 
-LEAST, TOP = 1e-17, 30.0  # where an error of 0 is drawn, and the crosses of the first chart
+LEAST, TOP = 1e-17, 10.0  # where an error of 0 is drawn, and the end of the axis
+ABOVE = 1.03  # of the crosses of the first chart, relative to the height of the axes
 
 
 def limits(
@@ -32,14 +33,20 @@ def limits(
         color, ended = COLOURS[k], ~np.isfinite(error)
         axes.plot(turn, np.maximum(error, LEAST), MARKERS[k] + "-", color=color, linewidth=0.8,
                   label=study)  # fmt: skip
-        axes.plot(turn[ended], np.full(ended.sum(), TOP * 10.0 ** (-0.7 * k)), "x", color=color)
+        if np.any(ended):
+            height = ABOVE + 0.035 * k
+            axes.plot(turn[ended], np.full(ended.sum(), height), "x", color=color, markersize=3.5,
+                      transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
+            axes.annotate("failed", (turn[ended][0], height), xytext=(-5, 0), ha="right",
+                          va="center", fontsize=7, xycoords=axes.get_xaxis_transform(),
+                          textcoords="offset points", color=darker(color))  # fmt: skip
     for limit, words in dict.fromkeys(charts.values()):
         axes.axvline(limit, color=GUIDE, linestyle=(0, (4, 2)), linewidth=1.1)
         axes.annotate(
-            words, (limit, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
-            textcoords="offset points", color=darker(GUIDE), fontsize=8, ha="center",
+            words, (limit, 0.0), xycoords=("data", "axes fraction"), xytext=(3, 3),
+            textcoords="offset points", color=darker(GUIDE), fontsize=8,
         )  # fmt: skip
-    axes.set(xlabel="rotation angle of one step [rad]", ylabel="error of the attitude")
-    axes.set_ylim(LEAST, 10.0 * TOP)
+    axes.set(xlabel="rotation angle of one step [rad]", ylabel="error of the attitude [1]")
+    axes.set_ylim(LEAST, TOP)
     decades(axes.yaxis)
     axes.legend(title="chart", loc="upper left", bbox_to_anchor=(0.02, 0.95))

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 
 from benchmarks.store.frames import pick
+from reports.figures.style.identities import line_color
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE
 
@@ -68,7 +69,7 @@ def momentum_spheres(
         for y in paths:
             _line(one, exact_curve(y[0], inertia), GUIDE, 0.9)
             if panel.lines:
-                _line(one, y, COLOURS[1], 0.8)
+                _line(one, y, line_color(panel.title, 1), 0.8)
             else:
                 _dots(one, y, DARK)
         one.view_init(UP, ROUND)

@@ -41,6 +41,7 @@ def orbits(
             va="bottom",
             color=darker(color),
             fontsize=8,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85},
         )
     axes.plot(
         *(np.nanmean(part) for part in _places(frame, ends, centre)),

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from benchmarks.store.frames import pick
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import COLOURS, SUN
+from reports.figures.style.palette import COLOURS, GUIDE, SUN
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,11 @@ def paths(
         if column == 0:
             one.set_ylabel(f"$y$ [{unit}]")
     lines = [Line2D([], [], color=COLOURS[k % len(COLOURS)]) for k, _ in enumerate(bodies)]
-    axes.legend(lines, bodies, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=len(bodies))
+    names = list(bodies)
+    if any(len(panel.studies) > 1 for panel in panels):
+        lines.append(Line2D([], [], color=GUIDE, marker="X", linestyle="none", markersize=6))
+        names.append("the solver stops")
+    axes.legend(lines, names, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=len(names))
 
 
 def _path(frame: pd.DataFrame, study: str, body: str) -> tuple[np.ndarray, np.ndarray]:

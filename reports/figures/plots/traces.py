@@ -11,8 +11,9 @@ from matplotlib.axes import Axes
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades, readable
 from reports.figures.style.end_labels import Label, label_ends
+from reports.figures.style.identities import line_color
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import COLOURS, MARKERS
+from reports.figures.style.palette import MARKERS
 
 STEP = "step"  # column of the x axis unless it is another quantity of the same runs
 
@@ -37,7 +38,7 @@ def traces(
         x, error = _line(frame, study, quantity, against)
         if not x.size:
             continue
-        color = COLOURS[k % len(COLOURS)]
+        color = line_color(study, k)
         axes.plot(x, error, color=color, marker=MARKERS[k], markersize=4.0, linewidth=1.0)
         last = int(np.argmin(x) if falling else np.argmax(x))
         ends.append(Label(float(x[last]), float(error[last]), text, color))

@@ -9,11 +9,11 @@ from matplotlib.lines import Line2D
 
 from benchmarks.statistics.growth import rms
 from benchmarks.studies.round_off import ensembles, reading_floor
-from reports.figures.style.contender_looks import contender_looks
 from reports.figures.style.decades import decades
+from reports.figures.style.identities import identity, in_order
+from reports.figures.style.legends import outside
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import GUIDE
-from reports.tables.matched_error import is_ours
 
 
 def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
@@ -30,7 +30,8 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
     seen = [one for one in newest.values() if np.any(rms(one[2]) > 0.0)]
     if not seen:
         raise NoData("no ensemble of runs is complete.")
-    styles = contender_looks([ensemble["contender"] for ensemble, _, _ in seen], is_ours)
+    names = in_order(ensemble["contender"] for ensemble, _, _ in seen)
+    styles = {name: identity(name).style for name in names}
     settings: dict[str, dict[str, None]] = {}
     for ensemble, t, errors in seen:
         color = styles[ensemble["contender"]]["color"]
@@ -43,16 +44,15 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
     for ensemble, t, errors in seen:
         axes.plot(t, rms(errors), markersize=3.5, **styles[ensemble["contender"]])
     _guides(axes, seen, reading_floor(frame))
-    axes.set(xscale="log", yscale="log", xlabel="time [years]", ylabel="relative energy error, RMS")
+    axes.set(
+        xscale="log", yscale="log", xlabel="time [years]", ylabel="relative energy error, RMS [1]"
+    )
     top = max(float(np.nanmax(np.abs(errors))) for _, _, errors in seen)
     bottom = min(float(np.nanmin(rms(errors))) for _, _, errors in seen)
     axes.set_ylim(0.2 * bottom, 2.0 * top)
     decades(axes.xaxis)
     decades(axes.yaxis)
-    axes.legend(
-        handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0),
-        borderaxespad=0.0, labelspacing=0.9,
-    )  # fmt: skip
+    outside(axes, handles, [str(one.get_label()) for one in handles], labelspacing=0.9)
 
 
 def _guides(axes: Axes, seen: list, floor: float) -> None:
@@ -63,7 +63,7 @@ def _guides(axes: Axes, seen: list, floor: float) -> None:
     ends = np.array([first, last])
     axes.plot(ends, low * np.sqrt(ends), color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0)
     text = {"fontsize": 8, "color": GUIDE, "textcoords": "offset points", "ha": "right"}
-    axes.annotate("$t^{1/2}$", (last, low * np.sqrt(last)), xytext=(-4, -12), **text)
+    axes.annotate("$t^{1/2}$", (last, low * np.sqrt(last)), xytext=(4, -3), **text | {"ha": "left"})
     if floor > 0.0:
         axes.axhline(floor, color=GUIDE, linestyle=(0, (1, 2)), linewidth=0.9, zorder=1)
         axes.annotate("rounding of one state", (last, floor), xytext=(-2, 3), **text)

@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
-from reports.figures.study_plots.work_precision import dashes
-from reports.figures.style.contender_looks import contender_looks
 from reports.figures.style.decades import decades
+from reports.figures.style.identities import identity, in_order
+from reports.figures.style.legends import contender_legend
 from reports.figures.style.no_data import NoData
-from reports.tables.matched_error import is_ours
 
 PANELS = {
     "energy_error": "energy, relative",
@@ -31,26 +29,25 @@ def errors_over_turns(axes: Axes, frame: pd.DataFrame, *, problem: str) -> None:
     if known.empty:
         raise NoData("no body turned.")
     shown = pd.concat([_run(part) for _, part in rows.groupby("contender", sort=False)])
-    looks = contender_looks(list(known["contender"]), is_ours)
+    names = in_order(known["contender"])
     grid = axes.get_subplotspec().subgridspec(1, len(PANELS), wspace=0.3)
     axes.set_axis_off()
     for column, (name, title) in enumerate(PANELS.items()):
         one = axes.figure.add_subplot(grid[column])
         one.set(xscale="log", yscale="log", xlabel="turns", title=title)
-        for contender, look in looks.items():
+        if column == 0:
+            one.set_ylabel("largest error since the last mark [1]")
+        for contender in names:
+            look = identity(contender)
             run = shown[shown["contender"] == contender]
             good = run[run[name].notna()]
             size = np.maximum(np.abs(good[name]), SMALLEST)
-            one.plot(good["turn"], size, linestyle=dashes(contender), markersize=4.0, **look)
+            one.plot(good["turn"], size, markersize=4.0, **look.style)
             if len(good) and len(good) < len(run):
-                one.plot(good["turn"].iloc[-1], size.iloc[-1], "x", ms=11.0, color=look["color"])
+                one.plot(good["turn"].iloc[-1], size.iloc[-1], "x", ms=11.0, color=look.color)
         decades(one.xaxis)
         decades(one.yaxis)
-    handles = [
-        Line2D([], [], label=name, linestyle=dashes(name), markersize=5.0, **look)
-        for name, look in looks.items()
-    ]
-    one.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.03, 1.0), borderaxespad=0.0)
+    contender_legend(one, names)
 
 
 def _run(rows: pd.DataFrame) -> pd.DataFrame:

@@ -5,28 +5,25 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.axes import Axes
 
-from reports.figures.style.contender_looks import contender_looks
 from reports.figures.style.decades import decades, round_numbers
+from reports.figures.style.identities import identity, in_order
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import GUIDE
-from reports.tables.matched_error import is_ours
 
 
 def seconds_per_orbit(axes: Axes, frame: pd.DataFrame) -> None:
     """Time per orbit of each contender's representative run against the number of bodies."""
     rows = _chosen(frame, "seconds_per_orbit")
-    for name, look in contender_looks(list(frame["contender"]), is_ours).items():
+    for name in in_order(frame["contender"]):
+        look = identity(name)
         runs = rows[rows["contender"] == name]
         if runs.empty:
             continue
-        dashes = "-" if is_ours(name) else (0, (4, 2))
         axes.vlines(
             runs["bodies"], 1e3 * runs["seconds_low"], 1e3 * runs["seconds_high"],
-            color=look["color"], linewidth=0.9,
+            color=look.color, linewidth=0.9,
         )  # fmt: skip
-        axes.plot(
-            runs["bodies"], 1e3 * runs["seconds_per_orbit"], label=name, linestyle=dashes, **look
-        )
+        axes.plot(runs["bodies"], 1e3 * runs["seconds_per_orbit"], label=name, **look.style)
     axes.set(
         xscale="log", yscale="log", xlabel="number of bodies",
         ylabel="time for an orbit of the innermost planet [ms]",
@@ -39,9 +36,9 @@ def seconds_per_orbit(axes: Axes, frame: pd.DataFrame) -> None:
 def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
     """Pairs per second relative to the limit set by the divide and square-root units."""
     rows = _chosen(frame, "share")
-    for name, look in contender_looks(list(rows["contender"]), is_ours).items():
+    for name in in_order(rows["contender"]):
         runs = rows[rows["contender"] == name]
-        axes.plot(runs["bodies"], runs["share"], label=name, **look)
+        axes.plot(runs["bodies"], runs["share"], label=name, **identity(name).style)
     limit = rows["limit_pairs_per_second"].max()
     axes.axhline(1.0, color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0)
     axes.annotate(
@@ -49,7 +46,9 @@ def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
         (0.01, 1.0), xycoords=("axes fraction", "data"), xytext=(0, -4),
         textcoords="offset points", va="top", fontsize=8, color=GUIDE,
     )  # fmt: skip
-    axes.set(xscale="log", xlabel="number of bodies", ylabel="share of the limit", ylim=(0.0, 1.08))
+    axes.set(
+        xscale="log", xlabel="number of bodies", ylabel="share of the limit [1]", ylim=(0.0, 1.08)
+    )
     round_numbers(axes.xaxis)
     axes.legend(loc="lower right")
 

@@ -9,9 +9,19 @@ from matplotlib.lines import Line2D
 
 from benchmarks.statistics.growth import rms
 from benchmarks.studies.so3_drift import QUANTITIES, ensembles
-from reports.figures.style.decades import decades
+from reports.figures.style.decades import decades, whole_decades
+from reports.figures.style.identities import identity, in_order
+from reports.figures.style.legends import contender_handles, outside
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import GUIDE, looks
+from reports.figures.style.palette import GUIDE
+
+DASHES = (0, (5, 3))
+BELOW = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "ncols": 2}
+TITLES = {
+    "orthogonality": "off SO(3): $|R^T R - I|$",
+    "momentum": r"momentum: $|R\mu - R_0\mu_0| / |\mu_0|$",
+    "energy": "energy, relative",
+}
 
 
 def so3_drift_growth(axes: Axes, frame: pd.DataFrame) -> None:
@@ -19,25 +29,29 @@ def so3_drift_growth(axes: Axes, frame: pd.DataFrame) -> None:
     found = [one for one in ensembles(frame) if np.all(np.isfinite(one[3]))]
     if not found:
         raise NoData("no ensemble of runs is complete.")
-    styles = looks(ensemble["contender"] for ensemble, _, _, _ in found)
+    names = in_order(ensemble["contender"] for ensemble, _, _, _ in found)
     grid = axes.get_subplotspec().subgridspec(1, len(QUANTITIES), wspace=0.3)
     axes.set_axis_off()
     for column, (name, text) in enumerate(QUANTITIES.items()):
         one = axes.figure.add_subplot(grid[column])
-        one.set(xscale="log", yscale="log", xlabel="steps", title=text)
-        lowest, first, last = np.inf, np.inf, 0.0
+        one.set(xscale="log", yscale="log", xlabel="steps", title=TITLES.get(name, text))
+        if column == 0:
+            one.set_ylabel("RMS over the runs [1]")
+        least, first, last = np.inf, np.inf, 0.0
         for ensemble, quantity, done, errors in found:
             if quantity != name:
                 continue
-            one.plot(done, rms(errors), markersize=3.0, **styles[ensemble["contender"]])
+            one.plot(done, rms(errors), markersize=3.0, **identity(ensemble["contender"]).style)
             first, last = min(first, done[0]), max(last, done[-1])
-            lowest = min(lowest, float(np.min(rms(errors) / np.sqrt(done))))
+            least = min(least, float(rms(errors)[0]))
+        one.autoscale_view()
+        whole_decades(one.yaxis)
+        one.autoscale(False)  # the guide, which begins at the data, widens no axis
         ends = np.array([first, last])
-        one.plot(ends, 0.5 * lowest * np.sqrt(ends), color=GUIDE, linestyle=(0, (5, 3)),
-                 linewidth=1.0)  # fmt: skip
+        one.plot(ends, least * np.sqrt(ends / first), color=GUIDE, linestyle=DASHES, linewidth=1.0)
         decades(one.xaxis, 5)
         decades(one.yaxis, 6)
         one.title.set_fontsize(9)
-    handles = [Line2D([], [], label=name, **style) for name, style in styles.items()]
-    handles.append(Line2D([], [], label="square root of the steps", color=GUIDE, linestyle="--"))
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
+    handles, labels = contender_handles(names)
+    guide = (Line2D([], [], color=GUIDE, linestyle=DASHES),)
+    outside(axes, [*handles, guide], [*labels, "square root of the steps"], **BELOW)

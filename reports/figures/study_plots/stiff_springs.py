@@ -6,12 +6,17 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from benchmarks.studies.stiff_springs import CHANGE, ERROR, EXCHANGE, LARGEST, RESONANCE
-from reports.figures.style.contender_looks import contender_looks
+from benchmarks.studies.moving_frames.stiff_springs import (
+    CHANGE,
+    ERROR,
+    EXCHANGE,
+    LARGEST,
+    RESONANCE,
+)
 from reports.figures.style.decades import decades
+from reports.figures.style.identities import identity, in_order
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import GUIDE
-from reports.tables.matched_error import is_ours
 
 
 def errors_and_resonances(axes: Axes, frame: pd.DataFrame) -> None:
@@ -21,12 +26,12 @@ def errors_and_resonances(axes: Axes, frame: pd.DataFrame) -> None:
         raise NoData("no steps were measured.")
     grid = axes.get_subplotspec().subgridspec(1, 2, wspace=0.28)
     axes.set_axis_off()
-    looks = contender_looks(list(rows["contender"]), is_ours)
+    looks = {name: identity(name).style for name in in_order(rows["contender"])}
     for column, quantity in enumerate((ERROR, CHANGE)):
         one = axes.figure.add_subplot(grid[column])
         for name, look in looks.items():
             runs = rows[(rows["contender"] == name) & (rows["quantity"] == quantity)]
-            one.plot(runs["x"] / np.pi, runs["value"], label=name, markersize=3.0, **look)
+            one.plot(runs["x"] / np.pi, runs["value"], label=name, **{**look, "markersize": 3.0})
         for k in range(1, int(LARGEST / np.pi) + 1):
             one.axvline(k, color=GUIDE, linewidth=0.6, linestyle=(0, (1, 3)))
         one.set(yscale="log", xlabel="h omega / pi", title=quantity)

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
 from benchmarks.work_precision.fronts import front
-from reports.figures.style.chart_lines import chart_line
-from reports.figures.style.contender_looks import contender_looks
 from reports.figures.style.decades import decades, readable
+from reports.figures.style.identities import Identity, identity, in_order
+from reports.figures.style.legends import contender_legend
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import GUIDE
-from reports.tables.matched_error import is_ours
 
 
-def work_precision(
-    axes: Axes, frame: pd.DataFrame, *, ylabel: str, contenders: Sequence[str]
-) -> None:
+def work_precision(axes: Axes, frame: pd.DataFrame, *, ylabel: str) -> None:
     """One problem: the median time of each setting with its interval, one look per contender.
 
     Lines join a contender's Pareto front; hollow points are dominated runs. Failed runs have no
@@ -30,20 +22,16 @@ def work_precision(
     if measured.empty:
         raise NoData("no contender has both an error and a time.")
     axes.set(xscale="log", yscale="log", xlabel="time to solution [s]", ylabel=ylabel)
-    fronts, handles = front(measured), []
-    looks = contender_looks(contenders, is_ours)
-    for name, look in looks.items():
-        runs = measured[measured["contender"] == name]
-        if runs.empty:
-            continue
-        line = {"linestyle": dashes(name), "markersize": 5.5, **look}
+    fronts, names = front(measured), in_order(measured["contender"])
+    for name in names:
+        look, runs = identity(name), measured[measured["contender"] == name]
+        style = {**look.style, "markersize": 4.5, "linewidth": 1.2}
         _intervals(axes, runs, look)
-        axes.plot(runs["seconds"], runs["error"], **{**line, "linestyle": "none", "mfc": "white"})
+        axes.plot(runs["seconds"], runs["error"], **{**style, "linestyle": "none", "mfc": "white"})
         best = fronts[fronts["contender"] == name]
-        axes.plot(best["seconds"], best["error"], **line)
-        handles.append(Line2D([], [], label=name, **line))
+        axes.plot(best["seconds"], best["error"], **style)
     for _, truth in frame[(frame["status"] == "truth") & (frame["seconds"] > 0)].iterrows():
-        color = looks.get(truth["contender"], {}).get("color", GUIDE)
+        color = identity(truth["contender"]).color
         axes.axvline(truth["seconds"], color=color, linestyle=(0, (1, 2)), linewidth=0.9, zorder=1)
         axes.annotate(
             f"truth: {truth['settings']}",
@@ -59,21 +47,16 @@ def work_precision(
         )
     decades(axes.yaxis)
     readable(axes.xaxis)
-    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+    contender_legend(axes, names)
 
 
-def dashes(contender: str) -> Any:
-    """The line of its chart for galvi; dashed for other codes."""
-    return chart_line(contender) if is_ours(contender) else (0, (4, 2))
-
-
-def _intervals(axes: Axes, runs: pd.DataFrame, look: Mapping[str, str]) -> None:
+def _intervals(axes: Axes, runs: pd.DataFrame, look: Identity) -> None:
     """Error bars from the fastest to the slowest round."""
     axes.hlines(
         runs["error"],
         runs["seconds_low"].fillna(runs["seconds"]),
         runs["seconds_high"].fillna(runs["seconds"]),
-        color=look["color"],
+        color=look.color,
         linewidth=0.9,
         alpha=0.8,
     )

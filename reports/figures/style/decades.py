@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 from matplotlib.axis import Axis
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
 from reports.tables.number_format import MINUS, SUPERSCRIPT
+
+ROOM = 2.9  # inches of an axis that holds the round numbers of three decades
 
 
 def decades(axis: Axis, most: int = 9) -> None:
@@ -31,6 +34,13 @@ def _power(x: float, _: Any = None) -> str:
     return f"{MINUS if x < 0.0 else ''}10{str(round(exponent)).translate(SUPERSCRIPT)}"
 
 
+def whole_decades(axis: Axis) -> None:
+    """Widen a logarithmic axis to powers of ten, so that it has two ticks at least."""
+    low, high = sorted(axis.get_view_interval())
+    limits = 10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))
+    axis.axes.set(**{f"{axis.axis_name}lim": limits})
+
+
 def round_numbers(axis: Axis) -> None:
     """Ticks at 1, 2 and 5 of each decade, written out: for axes of a few decades."""
     axis.set_major_locator(LogLocator(base=10.0, subs=(1.0, 2.0, 5.0), numticks=20))
@@ -42,4 +52,6 @@ def round_numbers(axis: Axis) -> None:
 def readable(axis: Axis) -> None:
     """Round numbers where the axis spans less than three decades, powers of ten where more."""
     low, high = sorted(axis.get_view_interval())
-    (round_numbers if high < 1000.0 * low else decades)(axis)
+    inches = axis.axes.get_position().width * axis.axes.figure.get_figwidth()
+    few = high < (1000.0 if inches > ROOM else 30.0) * low
+    (round_numbers if few else decades)(axis)

@@ -6,10 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
+from reports.figures.style.legends import NARROW, outside
 from reports.figures.style.palette import darker
 
+LONG = 20  # letters of a label that does not fit beside a narrow figure
 LINE = 1.6  # distance of two lines of text, in font sizes
 
 
@@ -23,8 +27,21 @@ class Label:
     color: str
 
 
-def label_ends(axes: Axes, labels: Sequence[Label], size: float = 8.0, gap: float = 6.0) -> None:
-    """Write each label right of its point; call when the limits of the axes are final."""
+def label_ends(
+    axes: Axes, labels: Sequence[Label], size: float | None = None, gap: float = 6.0
+) -> None:
+    """Write each label right of its point; call when the limits of the axes are final.
+
+    size  of the letters in points; None for that of legends
+
+    In a narrow figure long labels are a legend below instead.
+    """
+    narrow = axes.figure.get_figwidth() < NARROW
+    if narrow and max((len(label.text) for label in labels), default=0) > LONG:
+        lines = [Line2D([], [], color=label.color) for label in labels]
+        outside(axes, lines, [label.text.replace("\n", " ") for label in labels])
+        return
+    size = size or float(rcParams["legend.fontsize"])
     axes.figure.draw_without_rendering()
     scale = 72.0 / axes.figure.dpi
     ends = axes.transData.transform([(label.x, label.y) for label in labels]) * scale

@@ -25,7 +25,7 @@ from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
 
 TERMS = 10  # of a series
 SMALL = 2e-6  # share of a step up to which a correction of X is the last one
-FARTHEST = 56.0  # largest |beta X^2| for which the series are accurate: 1.2 revolutions
+FARTHEST = 64.0  # largest |beta X^2| for which the series are accurate: 1.27 revolutions
 NAN = math.nan
 
 

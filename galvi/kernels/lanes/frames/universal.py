@@ -15,7 +15,7 @@ from fractions import Fraction
 
 from galvi.kernels.lie.arithmetic import polynomial
 
-FARTHEST = 0.9  # largest |beta X^2| 4^-halvings for which six terms err by 6e-13
+FARTHEST = 1.0  # largest |beta X^2| 4^-halvings, for which six terms err by 1e-12
 
 
 def _series(first, terms):

@@ -49,7 +49,7 @@ NOBODY = -1
 WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
 END_TIME, DRAG, CONTACT = 6, 7, 10  # columns of ends
 TIME, LEFT, LAST = 0, 1, 2  # rows of `clock`, (3, 8): start, rest of the step, the last change
-INDEX, WHO, PHASE, TRIES, SOLVED = range(5)  # rows of `lane`, (5, 8): SOLVED counts SHORTENED ones
+INDEX, WHO, PHASE, TRIES, SOLVED, AGAIN = range(6)  # rows of `lane`, (6, 8)
 
 
 @jit_inline
@@ -169,6 +169,24 @@ def extrapolate(work, l, ahead, s, scratch):
 
 
 @jit_inline
+def enter(work, clock, l, start, constants, t, left):
+    """Give a lane to a grain, ``left`` before the end of its first step."""
+    work[:, l] = 0.0
+    for i in range(6):
+        work[Q + i, l] = start[i]
+    work[CONSTANTS, l], work[CONSTANTS + 1, l] = constants[0], constants[1]
+    clock[TIME, l], clock[LEFT, l] = t, left
+
+
+@jit_inline
+def leave(work, lane, l):
+    """Free a lane; what it computes meanwhile is that of a grain at rest, in steps of 0."""
+    work[:, l] = 0.0
+    work[Q + 2, l] = 1.0
+    lane[WHO, l] = NOBODY
+
+
+@jit_inline
 def keep(saved, who, index, every, x, y, z):
     """Keep a place at a time that is kept."""
     if index % every == 0 and index // every < saved.shape[1]:
@@ -191,40 +209,35 @@ def fly(law, grains, tables, rules, every, work, results):
     ends, codes, saved = results
     restitution, slow, tolerance, polish, fall = rules
     s, n = curve.shape[0], starts.shape[0]
-    clock, lane = np.zeros((3, LANES)), np.zeros((5, LANES), np.int64)
-    lane[WHO, :] = NOBODY
+    clock, lane = np.zeros((3, LANES)), np.zeros((6, LANES), np.int64)
     scratch, out = np.zeros((4, s + 2)), np.zeros(9)
-    work[:, :] = 0.0
-    work[Q + 2, :] = 1.0
+    for l in range(LANES):
+        leave(work, lane, l)
     following, busy = 0, 0
     most = 0
     for k in range(n):
-        most += (lasts[k] + 2 + CONTACTS * SOLVES) * PASSES
+        most += (lasts[k] + 2 + CONTACTS * SOLVES) * 2 * PASSES
     for _ in range(most):
         if busy < LANES and following < n:
             for l in range(LANES):
                 while lane[WHO, l] == NOBODY and following < n:
                     who = following
                     following += 1
-                    index = int(clocks[who, 0] / clocks[who, 1]) + 1
+                    t, step = clocks[who, 0], clocks[who, 1]
+                    index = int(t / step) + 1
+                    if index * step <= t:  # t / step was rounded down
+                        index += 1
                     ends[who, :6] = starts[who]
-                    ends[who, END_TIME] = clocks[who, 0]
+                    ends[who, END_TIME] = t
                     if index > lasts[who]:
                         continue
                     codes[who, 0] = ALOFT
-                    keep_start = clocks[who, 0] == (index - 1) * clocks[who, 1]
-                    if keep_start:
+                    if t == (index - 1) * step:
                         keep(saved, who, index - 1, every, starts[who, 0], starts[who, 1],
                              starts[who, 2])  # fmt: skip
-                    lane[INDEX, l], lane[WHO, l], lane[PHASE, l] = index, who, WHOLE
-                    lane[TRIES, l] = 0
-                    for i in range(6):
-                        work[Q + i, l] = starts[who, i]
-                    work[CONSTANTS, l] = constants[who, 0]
-                    work[CONSTANTS + 1, l] = constants[who, 1]
-                    clock[TIME, l] = clocks[who, 0]
-                    clock[LEFT, l] = index * clocks[who, 1] - clocks[who, 0]
-                    set_guess(work, l, s, 0.0)
+                    lane[:, l] = 0
+                    lane[INDEX, l], lane[WHO, l] = index, who
+                    enter(work, clock, l, starts[who], constants[who], t, index * step - t)
                     set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
                     busy += 1
         if busy == 0:
@@ -242,6 +255,10 @@ def fly(law, grains, tables, rules, every, work, results):
             if not (change <= tolerance or stands):
                 if change < np.inf and lane[TRIES, l] < PASSES:
                     continue
+                if lane[AGAIN, l] == 0:  # once more, without what was extrapolated
+                    lane[AGAIN, l], lane[TRIES, l] = 1, 0
+                    set_guess(work, l, s, 0.0)
+                    continue
                 codes[who, 0] = FAILED
                 ends[who, :6] = np.nan
                 fill(saved, who, lane[INDEX, l], every, np.nan, np.nan, np.nan)
@@ -249,7 +266,7 @@ def fly(law, grains, tables, rules, every, work, results):
                 lane[WHO, l] = NOBODY
                 busy -= 1
                 continue
-            lane[TRIES, l] = 0
+            lane[TRIES, l], lane[AGAIN, l] = 0, 0
             end_of(work, l, numbers, s, out)
             h, phase = work[H, l], lane[PHASE, l]
             touches = False

@@ -45,23 +45,35 @@ class Judgement:
 
     def judge(self, change, tolerance):
         """After a pass with this largest relative change, a lane; tolerance is one too."""
-        builder, active = self.builder, self.active.value
-        finite = change < math.inf
+        solved, finite = self.verdict(change, tolerance, self.active.value)
+        self.conclude(solved, finite, self.idle.lane >= 2.0 * IDLE)
+
+    def verdict(self, change, tolerance, judged):
+        """Whether each member is solved, and whether its change is finite.
+
+        judged  members whose history takes note of the change
+        """
+        builder = self.builder
         last, before, least = self.last.lane, self.rate.lane, self.least.lane
         rate = (change / last).where(last < math.inf, 1.0)
         slower = larger(rate, before)
         less = change < least
-        least = change.where(less, least)
-        idle = (least * 0.0).where(less, self.idle.lane + 1.0)
+        idle = (least.same(0.0)).where(less, self.idle.lane + 1.0)
         for variable, lane in (
-            (self.last, change), (self.rate, rate), (self.least, least), (self.idle, idle)
+            (self.last, change), (self.rate, rate), (self.least, change.where(less, least)),
+            (self.idle, idle),
         ):  # fmt: skip
-            variable.set(lane)
+            variable.set(lane.where(judged, variable.lane))
         enough = builder.or_(change <= tolerance, change * slower <= tolerance * (1.0 - slower))
-        at_rest = builder.and_(idle >= IDLE, least <= FLOOR)
-        solved = builder.and_(finite, builder.or_(enough, at_rest))
-        ends = builder.or_(solved, builder.or_(builder.not_(finite), idle >= 2.0 * IDLE))
-        code = (0.0 * idle + NOT_FINITE).where(builder.not_(finite), DIVERGED)
+        at_rest = builder.and_(idle >= IDLE, self.least.lane <= FLOOR)
+        return builder.or_(enough, at_rest), change < math.inf
+
+    def conclude(self, solved, finite, diverged):
+        """Members that are solved, diverge or are not finite end their iteration."""
+        builder, active = self.builder, self.active.value
+        solved = builder.and_(solved, finite)
+        ends = builder.or_(solved, builder.or_(builder.not_(finite), diverged))
+        code = self.code.lane.same(float(NOT_FINITE)).where(builder.not_(finite), float(DIVERGED))
         failed = builder.and_(active, builder.and_(ends, builder.not_(solved)))
         self.code.set(code.where(failed, self.code.lane))
         self.solved.set(builder.or_(self.solved.value, builder.and_(active, solved)))

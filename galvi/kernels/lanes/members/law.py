@@ -30,8 +30,8 @@ def law_fields(d):
 class MemberLaw(MemberSteps):
     """Steps of eight members."""
 
-    def __init__(self, context, builder, words, law, d, below, after):
-        self.open(context, builder, words, law_fields(d), after)
+    def __init__(self, context, builder, words, law, d, below, after, stages):
+        self.open(context, builder, words, law_fields(d), after, stages)
         self.law, self.below = law, below
         self.found, self.steps = T * d + 1, rows_of_member_work(d) - d
         self.factors, self.fixed = self.found + d, {}
@@ -128,7 +128,7 @@ class MemberLaw(MemberSteps):
         builder, d = self.builder, self.d
         self.judgement.active.set(self.field("alive") > 0.0)
         with builder.if_then(builder.icmp_unsigned(">", number, self.row(0))):
-            self.extrapolate(BEFORE * d)
+            self.continue_velocities(BEFORE * d)
         self.times(number)
         self.project_velocities()
         self.place_stages()
@@ -152,12 +152,15 @@ class MemberLaw(MemberSteps):
         self.conclude(number, done, lost)
 
 
-def law_steps(law, d, after=None):
+def law_steps(law, d, stages=0, after=None):
     """An intrinsic that advances members of a law on R^d, see galvi.kernels.lanes.members.steps.
 
-    after  called where a step is done, see ``MemberSteps``
+    stages  s, for which loops are written out; 0 for any
+    after   called where a step is done, see ``MemberSteps``
     """
     below = filled(law, d)
     return member_steps(
-        lambda context, builder, words: MemberLaw(context, builder, words, law, d, below, after)
+        lambda context, builder, words: MemberLaw(
+            context, builder, words, law, d, below, after, stages
+        )
     )

@@ -20,6 +20,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from galvi.kernels.lanes.frames.reciprocals import Reciprocals
 from galvi.kernels.lanes.law_pass import Pass
 from galvi.kernels.lanes.members.judgement import Judgement, terms_kept
 from galvi.kernels.lanes.members.rows import (
@@ -47,7 +48,7 @@ class Tables(NamedTuple):
     back, low_back      B^T and its low part; for groups those of B - 1 b^T
     kicks, low_kicks    b and its low part, (1, s) each
     nodes               c
-    means               the mean of b Y^2, for groups
+    means               the mean of b Y^2, for groups; it stands before the nodes
     series              Legendre coefficients from stages, (s, s)
     ahead               Legendre polynomials at the next step's stages, (l, s)
     """
@@ -64,7 +65,7 @@ class Tables(NamedTuple):
     ahead: int
 
 
-PLACES = ((0, 0), (1, 0), (2, 0), (3, 0), (4, 0), (4, 1), (4, 2), (4, 3), (4, 4), (5, 4))
+PLACES = ((0, 0), (1, 0), (2, 0), (3, 0), (4, 0), (4, 1), (4, 3), (4, 2), (4, 4), (5, 4))
 
 
 class Fields:
@@ -104,15 +105,19 @@ class MemberSteps(Pass):
 
     velocity_row: int
     time_row: int
-    guarded: range
+    guarded: Any
     one_pass: Any
     after_first_pass: Any
     step: Any
 
-    def open(self, context, builder, words, fields, after):
-        """What all members share; ``words`` is the address of these."""
+    def open(self, context, builder, words, fields, after, stages=0):
+        """What all members share; ``words`` is the address of these.
+
+        stages  s, for which loops are written out; 0 for any
+        """
         self.context, self.builder, self.fields, self.after = context, builder, fields, after
         self.d, self.row = fields.d, words.type.pointee
+        builder.reciprocals = Reciprocals(context, builder)
         found = [builder.load(builder.gep(words, [self.row(k)])) for k in range(WORDS)]
         addresses = [builder.inttoptr(word, DOUBLE.as_pointer()) for word in found[:6]]
         self.records, self.all_constants, self.work, self.tables, self.complement, self.reals = (
@@ -120,13 +125,18 @@ class MemberSteps(Pass):
         )
         (self.blocks, self.stages, self.first_step, self.todo, self.kept_terms, self.extra,
          self.given_constants, self.record_rows) = found[6:]  # fmt: skip
+        self.stages = self.row(stages) if stages else self.stages
         self.padded = builder.mul(self.stages, self.row(LANES))
         self.tabled = Tables(*(
             builder.add(builder.mul(self.stages, self.row(a)), self.row(b)) for a, b in PLACES
         ))  # fmt: skip
         self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
-        self.judgement = Judgement(builder)
+        self.judgement = self.judging(builder)
         self.tolerance = self.real(self.kept_terms)
+
+    def judging(self, builder):
+        """What ends the iteration of a member."""
+        return Judgement(builder)
 
     def at(self, chunk):
         """The lanes at a stage."""
@@ -151,12 +161,13 @@ class MemberSteps(Pass):
         old = self.field(name, i)
         self.keep(name, old.same(lane).where(mask, old), i)
 
-    def weighted(self, rows, weights):
-        """sum_j w_j x_j for some rows x of work, where w is a row of the tables."""
+    def weighted(self, rows, weights, matrix=None):
+        """sum_j w_j x_j for some rows x of work, where w is a row of the tables or of a matrix."""
+        matrix = self.tables if matrix is None else matrix
         sums = [Variable(self.builder) for _ in rows]
 
         def add(lanes):
-            factor = Lane(self.builder, lanes.factor(self.tables, weights))
+            factor = Lane(self.builder, lanes.factor(matrix, weights))
             for row, total in zip(rows, sums, strict=True):
                 total.set(total.lane.fused + self.load_row(lanes, row) * factor)
 
@@ -170,9 +181,13 @@ class MemberSteps(Pass):
             self.numbers = self.block(self.records, loop.index, self.record_rows)
             self.constants = self.block(self.all_constants, loop.index, self.given_constants)
             self.copy_velocities(into_work=True)
+            self.prepare_block()
             with cgutils.for_range(builder, self.todo, intp=self.row) as steps:
                 self.step(builder.add(self.first_step, steps.index))
             self.copy_velocities(into_work=False)
+
+    def prepare_block(self):
+        """What does not depend on the state."""
 
     def block(self, data, index, rows):
         """The address of a block of eight members."""
@@ -208,7 +223,7 @@ class MemberSteps(Pass):
 
         self.chunks(fill)
 
-    def extrapolate(self, scratch):
+    def continue_velocities(self, scratch):
         """The velocities from those of the last step; ``scratch`` is the first of d rows."""
         d, sizes = self.d, self.time_row
 

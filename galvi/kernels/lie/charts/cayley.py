@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from galvi.kernels.lie.arithmetic import generic
+from galvi.kernels.lie.arithmetic import generic, square_root
 
 LIMIT = math.pi
 FARTHEST = 2.0 * math.tan(0.5 * 0.995 * math.pi)
@@ -50,7 +50,7 @@ def translation(u):
 @generic
 def half_turn(u):
     """(along, less) of the quaternion (1 + less, along xi)."""
-    length = np.sqrt(1.0 + 0.25 * u)
+    length = square_root(1.0 + 0.25 * u)
     return 0.5 / length, -0.25 * u / (length * (length + 1.0))
 
 

@@ -96,13 +96,21 @@ def translation(u):
     return (b, c), (b1, c1), (b2, c2)
 
 
-@generic
-def half_turn(u):
-    """(along, less) of the quaternion (1 + less, along xi)."""
+def half_turn_of_number(u):
+    """As ``half_turn`` for a number."""
     half = 0.25 * np.sqrt(u)
     sine = np.sin(half)
     along = 0.5 * sine * np.cos(half) / half if half > 0.0 else 0.5
     return along, -2.0 * sine * sine
+
+
+@in_kernels(half_turn_of_number)
+def half_turn(u):
+    """(along, less) of the quaternion (1 + less, along xi)."""
+    if not hasattr(u, "call"):
+        return half_turn_of_number(u)
+    c = stumpff(0.25 * u)
+    return 0.5 * c[0], -0.25 * u * c[1]
 
 
 @generic

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from galvi.kernels.lie.arithmetic import generic, two_sum
+from galvi.kernels.lie.arithmetic import generic, larger_size, two_sum
 
 
 @generic
@@ -92,7 +92,7 @@ def position_scale(g):
     """The largest coordinate."""
     size = 0.0
     for i in range(len(g)):
-        size = max(size, abs(g[i]))
+        size = larger_size(size, g[i])
     return size
 
 

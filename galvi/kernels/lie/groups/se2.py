@@ -8,7 +8,7 @@ body's velocity is (s x', R^T (V' v x' + V v')).
 
 from __future__ import annotations
 
-from galvi.kernels.lie.arithmetic import generic, two_sum
+from galvi.kernels.lie.arithmetic import generic, larger_size, two_sum
 from galvi.kernels.lie.chart_functions import translation_radial
 from galvi.kernels.lie.groups.so2 import (
     change,
@@ -195,7 +195,7 @@ def with_rotation(chart, xi, w, out):
 @generic
 def position_scale(g):
     """The largest coordinate of the position."""
-    return max(abs(g[2]), abs(g[5]))
+    return larger_size(larger_size(0.0, g[2]), g[5])
 
 
 @generic

@@ -13,7 +13,7 @@ V^T and D^T have -e in place of e. xi = (w, v), eta = (w', v').
 from __future__ import annotations
 
 from galvi.kernels.lie import rotations
-from galvi.kernels.lie.arithmetic import cross, dot, generic, two_sum
+from galvi.kernels.lie.arithmetic import cross, dot, generic, larger_size, two_sum
 from galvi.kernels.lie.chart_functions import translation_radial
 from galvi.kernels.lie.groups.so3 import (
     columns,
@@ -222,7 +222,7 @@ def with_rotation(chart, xi, w, out):
 @generic
 def position_scale(g):
     """The largest coordinate of the position."""
-    return max(abs(g[3]), abs(g[7]), abs(g[11]))
+    return larger_size(larger_size(larger_size(0.0, g[3]), g[7]), g[11])
 
 
 @generic

@@ -15,8 +15,10 @@ ROUND = 0.02  # eccentricity and inclination, in radians
 SEED = 1986
 
 
-def many_planets(bodies: int) -> Problem:
+def many_planets(bodies: int, massive: int | None = None) -> Problem:
     """A Sun and bodies - 1 light planets, the innermost at Jupiter's orbit, each next farther out.
+
+    massive  the number of bodies that have a mass, the outer ones have none; None: all
 
     A planet has the same initial position in every system, up to the barycentre.
     Units are those of `galvi.problems.solar_system`. ValueError for fewer than two bodies.
@@ -36,6 +38,7 @@ def many_planets(bodies: int) -> Problem:
     q = np.vstack([np.zeros(3), *(place for place, _ in planets)])
     v = np.vstack([np.zeros(3), *(velocity for _, velocity in planets)])
     every = np.append(sun, masses)
+    every[massive:] = 0.0 if massive else every[massive:]
     q -= every @ q / every.sum()
     v -= every @ v / every.sum()
     return Problem(NBody(every), q, v, name=f"{bodies} bodies", units=giants.units)

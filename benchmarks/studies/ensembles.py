@@ -1,0 +1,299 @@
+"""Ensembles: what lanes, threads and workers gain, and peers at matched error, in one run each.
+
+Errors are the largest of the configurations of a few members at the end, against a closed form or
+another engine. Of each code the cheapest setting that reaches the error is timed, in interleaved
+rounds; each uses as many threads or processes as there are processors.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from multiprocessing import get_context
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from scipy.spatial.transform import Rotation
+
+import galvi
+from benchmarks.statistics.timing import interleaved
+from galvi.run.ensemble import processors
+from references import DOP853, FREE_TOP, IAS15, KEPLER, RIGID_DOP853
+from references.heyoka.batches import HEYOKA_BATCHES, HEYOKA_ENSEMBLE
+from references.mujoco.rollout import MUJOCO_ROLLOUT
+from references.rebound.pool import REBOUND_POOL
+
+ROUNDS, LEAST = 3, 0.05
+MEMBERS, QUICK_MEMBERS = 1000, 200
+LOOKED_AT = 3  # members whose error is measured
+SEED = 17
+COLUMNS = ("part", "problem", "contender", "settings", "error", "target", "seconds", "low", "high",
+           "microseconds", "relative")  # fmt: skip
+EXPLANATION = (
+    "Above: members of one ensemble, a run of each by itself first, then eight to an instruction, "
+    "in threads and on the workers of a cluster on this machine. Below: ensembles of other codes, "
+    "each at its cheapest setting that reaches the error, in as many threads or processes as there "
+    "are processors. The error is the largest of a configuration's entries at the end of a few "
+    "members, against a closed form or another engine. Beyond the processors here, chunks are "
+    "independent: a run on W workers takes the seconds of one over W, plus those of a chunk."
+)
+Call = Callable[[], Any]
+
+
+class Ensemble(NamedTuple):
+    """Members of a problem that all codes run.
+
+    target  error that each has to reach
+    truth   final configurations of the first members
+    """
+
+    problem: galvi.Problem
+    q: Any
+    v: Any
+    duration: float
+    target: float
+    truth: Any
+
+
+class Candidate(NamedTuple):
+    """A code at some settings, in order of increasing accuracy.
+
+    calls  (words, call that returns the final configurations), made when asked for
+    """
+
+    name: str
+    calls: Iterator[tuple[str, Call]]
+
+
+def ensembles(quick: bool, say: Callable[[str], None]) -> pd.DataFrame:
+    """All parts of the study."""
+    members = QUICK_MEMBERS if quick else MEMBERS
+    rows = []
+    with spawned_pool() as pool:
+        for made in (free_bodies, pendulums, kepler_orbits, planetary_systems):
+            ensemble = made(members)
+            say(f"{len(ensemble.q)} of {ensemble.problem.name}")
+            rows += compared(ensemble, pool)
+    say("scaling")
+    rows += scaling(kepler_orbits(8 * members))
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+@contextmanager
+def spawned_pool() -> Iterator[ProcessPoolExecutor]:
+    """As many processes as there are processors, which wait."""
+    with ProcessPoolExecutor(processors(), get_context("spawn")) as pool:
+        list(pool.map(math.sqrt, range(2 * processors())))
+        yield pool
+
+
+def _near(problem: galvi.Problem, members: int, size: float) -> tuple[Any, Any]:
+    off = size * np.random.default_rng(SEED).standard_normal((2, members, *problem.q0.shape))
+    return problem.q0 * (1.0 + off[0]), problem.v0 * (1.0 + off[1])
+
+
+def _truth(contender: Any, problem: galvi.Problem, q: Any, v: Any, duration: float,
+           **setting: Any) -> Any:  # fmt: skip
+    runs = [
+        contender.run(problem.with_initial_state(*state), duration, {"samples": 1, **setting})
+        for state in zip(q[:LOOKED_AT], v[:LOOKED_AT], strict=True)
+    ]
+    return np.stack([run.q[-1] for run in runs])
+
+
+def _bodies(problem: galvi.Problem, members: int, duration: float, truth: Any,
+            **setting: Any) -> Ensemble:  # fmt: skip
+    random = np.random.default_rng(SEED)
+    q = Rotation.random(members, rng=random).as_matrix()
+    v = problem.v0 * (1.0 + 0.1 * random.standard_normal((members, 3)))
+    return Ensemble(
+        problem, q, v, duration, 1e-8, _truth(truth, problem, q, v, duration, **setting)
+    )
+
+
+def free_bodies(members: int) -> Ensemble:
+    """Free rigid bodies at random attitudes, 5 units of time."""
+    return _bodies(galvi.problems.free_rigid_body(), members, 5.0, FREE_TOP)
+
+
+def pendulums(members: int) -> Ensemble:
+    """3D pendulums at random attitudes, 2 units of time; the truth is SciPy's DOP853."""
+    return _bodies(galvi.problems.pendulum_3d(), members, 2.0, RIGID_DOP853, rtol=1e-13, atol=1e-13)
+
+
+def kepler_orbits(members: int) -> Ensemble:
+    """Orbits of eccentricity 0.3 or near it, three revolutions."""
+    problem = galvi.problems.kepler(0.3)
+    q, v = _near(problem, members, 0.02)
+    duration = 6.0 * math.pi
+    return Ensemble(problem, q, v, duration, 1e-12, _truth(KEPLER, problem, q, v, duration))
+
+
+def planetary_systems(members: int) -> Ensemble:
+    """The Sun and the outer planets, with places that differ by 1e-3, 100 years; the truth is
+    REBOUND's IAS15."""
+    problem = galvi.problems.outer_solar_system()
+    q, v = _near(problem, members, 1e-3)
+    duration = 36_500.0
+    return Ensemble(problem, q, v, duration, 1e-6, _truth(IAS15, problem, q, v, duration))
+
+
+def candidates(ensemble: Ensemble, pool: Any) -> list[Candidate]:
+    """The codes that run an ensemble here."""
+    problem, found = ensemble.problem, [Candidate("galvi", _of_galvi(ensemble))]
+    if MUJOCO_ROLLOUT.supports(problem) and not MUJOCO_ROLLOUT.missing:
+        found.append(Candidate(MUJOCO_ROLLOUT.name, _of_mujoco(ensemble)))
+    if isinstance(problem.system, galvi.NBody) and not REBOUND_POOL.missing:
+        found.append(Candidate(REBOUND_POOL.name, _of_rebound(ensemble, pool)))
+    for heyoka in (HEYOKA_BATCHES, HEYOKA_ENSEMBLE):
+        if heyoka.supports(problem) and not heyoka.missing:
+            found.append(Candidate(heyoka.name, _of_heyoka(heyoka, ensemble)))
+    if HEYOKA_BATCHES.supports(problem):
+        found.append(Candidate("SciPy DOP853", _of_scipy(ensemble)))
+    return found
+
+
+def _of_galvi(ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
+    problem, q, v, duration, target, _ = ensemble
+    degree = 6 if isinstance(problem.system, galvi.RigidBody) else 8
+    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree))
+    for steps in (6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192):
+        call = partial(
+            galvi.integrate_ensemble, problem, q, v, method, duration / steps, steps,
+            tolerance=1e-4 * target,
+        )  # fmt: skip
+        yield f"degree {degree}, {steps} steps", lambda call=call: call()[0]
+
+
+def _of_mujoco(ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
+    problem, q, v, duration, *_ = ensemble
+    for steps in (50, 100, 150, 200, 300, 400, 600, 800, 1200, 1600):
+        yield (
+            f"{steps} steps",
+            MUJOCO_ROLLOUT.prepared(problem, q, v, duration / steps, steps, processors()),
+        )
+
+
+def _of_rebound(ensemble: Ensemble, pool: Any) -> Iterator[tuple[str, Call]]:
+    problem, q, v, duration, *_ = ensemble
+    for steps in (100, 150, 200, 300, 500, 750, 1000):
+        yield (
+            f"{steps} steps",
+            REBOUND_POOL.prepared(problem, q, v, duration / steps, steps, pool, 2 * processors()),
+        )
+
+
+def _of_heyoka(heyoka: Any, ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
+    problem, q, v, duration, *_ = ensemble
+    for tolerance in (1e-12, 1e-13, 1e-14, 1e-15):
+        yield (
+            f"tolerance {tolerance:g}",
+            heyoka.prepared(problem, q, v, duration, tolerance, processors()),
+        )
+
+
+def _of_scipy(ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
+    """LOOKED_AT members, whose time stands for that of all."""
+    problem, q, v, duration, *_ = ensemble
+
+    def call(tolerance: float) -> Any:
+        return _truth(DOP853, problem, q, v, duration, rtol=tolerance, atol=tolerance)
+
+    for tolerance in (1e-12, 1e-13, 2.3e-14):
+        yield f"rtol {tolerance:g}, {LOOKED_AT} members", partial(call, tolerance)
+
+
+def compared(ensemble: Ensemble, pool: Any) -> list[tuple[Any, ...]]:
+    """A row for each code."""
+    chosen: list[tuple[str, str, float, Call]] = []
+    missed = []
+    for candidate in candidates(ensemble, pool):
+        error, words = math.inf, ""
+        for words, call in candidate.calls:
+            error = float(np.abs(call()[:LOOKED_AT] - ensemble.truth).max())
+            if error <= ensemble.target:
+                chosen.append((candidate.name, words, error, call))
+                break
+        else:
+            missed.append((candidate.name, words, error))
+    times = interleaved([call for *_, call in chosen], ROUNDS, LEAST)
+    name, members = ensemble.problem.name, len(ensemble.q)
+    each = [LOOKED_AT if words.endswith(" members") else members for _, words, *_ in chosen]
+    ours = times[0].seconds / each[0]
+    rows = [
+        ("peers", f"{members} of {name}", who, words, error, ensemble.target, timing.seconds,
+         timing.low, timing.high, 1e6 * timing.seconds / count, timing.seconds / count / ours)
+        for (who, words, error, _), timing, count in zip(chosen, times, each, strict=True)
+    ]  # fmt: skip
+    nothing = (math.nan,) * 5
+    rows += [
+        ("peers", f"{members} of {name}", who, f"not reached, {words}", error, ensemble.target,
+         *nothing)
+        for who, words, error in missed
+    ]  # fmt: skip
+    return rows
+
+
+def scaling(ensemble: Ensemble) -> list[tuple[Any, ...]]:
+    """One by one, lanes, threads and workers of one ensemble."""
+    problem, q, v, duration, *_ = ensemble
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    steps, few = 200, max(len(q) // 40, 8)
+    arguments = (method, duration / 24, steps)
+    run = partial(galvi.integrate_ensemble, problem, q, v, *arguments)
+
+    def one_by_one() -> Any:
+        starts = [
+            problem.with_initial_state(*state) for state in zip(q[:few], v[:few], strict=True)
+        ]
+        return galvi.integrate_many(starts, *arguments, save_every=steps, threads=1)
+
+    with ExecutorsOfStudy() as executors:
+        calls = {
+            f"one by one, {few} members": one_by_one,
+            **{words: partial(run, executor=one) for words, one in executors.items()},
+        }
+        times = interleaved(list(calls.values()), ROUNDS, LEAST)
+    seconds = [
+        timing.seconds / (few if words.startswith("one") else len(q))
+        for words, timing in zip(calls, times, strict=True)
+    ]
+    return [
+        ("scaling", f"{len(q)} of {problem.name}", words, f"{steps} steps", math.nan, math.nan,
+         timing.seconds, timing.low, timing.high, 1e6 * each / steps, seconds[0] / each)
+        for words, timing, each in zip(calls, times, seconds, strict=True)
+    ]  # fmt: skip
+
+
+class ExecutorsOfStudy:
+    """One thread, as many as there are processors, and a cluster with one and with as many workers;
+    no cluster where Dask is not installed."""
+
+    def __enter__(self) -> dict[str, Any]:
+        self.stack, found, n = ExitStack(), {}, processors()
+        for threads in sorted({1, n}):
+            pool = self.stack.enter_context(ThreadPoolExecutor(threads))
+            found[f"lanes, {threads} thread{'s' * (threads > 1)}"] = pool
+        return found | self.clusters()
+
+    def clusters(self) -> dict[str, Any]:
+        """Clusters of this machine by what they are called."""
+        found, n = {}, processors()
+        try:
+            from distributed import Client, LocalCluster
+        except ImportError:
+            return found
+        for workers in sorted({1, n}):
+            cluster = self.stack.enter_context(LocalCluster(
+                n_workers=workers, threads_per_worker=1, dashboard_address=":0", silence_logs=50
+            ))  # fmt: skip
+            words = f"lanes, {workers} Dask worker{'s' * (workers > 1)}"
+            found[words] = self.stack.enter_context(Client(cluster))
+        return found
+
+    def __exit__(self, *error: Any) -> None:
+        self.stack.close()

@@ -1,0 +1,1 @@
+"""Studies of moving frames: published problems, and stiff springs in long steps."""

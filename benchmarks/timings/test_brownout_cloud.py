@@ -1,0 +1,38 @@
+"""The cloud of a brownout: 2000 grains of a size in one thread, with contacts."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.brownout.cloud import BY_REYNOLDS, CONSTANT, UNTIL, Cloud
+from benchmarks.timings.annotate import annotate, timed
+from benchmarks.work_precision.galvi_methods import gauss_collocation
+from galvi.run.grains.flights import FAILED
+from references.textbook.grain_flights import landings
+
+METHOD = gauss_collocation(2).method
+STEPS, GRAINS, TRACKED = 200, 2000, 50
+
+
+@pytest.mark.parametrize("diameter", [10e-6, 100e-6, 400e-6])
+@pytest.mark.parametrize("drag", [CONSTANT, BY_REYNOLDS])
+def test_a_cloud(benchmark: Any, drag: str, diameter: float) -> None:
+    cloud = Cloud(diameter, drag, np.arange(GRAINS))
+    run = timed(benchmark, partial(cloud.flights, METHOD, STEPS, threads=1))
+    some = Cloud(diameter, drag, np.arange(TRACKED))
+    truth = landings(some.problem, *some.starts(), UNTIL)
+    failed = int(np.sum(run.status == FAILED))
+    annotate(
+        benchmark,
+        problem=f"{cloud.problem.name}, {GRAINS} grains",
+        error=float(np.median(np.linalg.norm(run.q[:TRACKED] - truth.q, axis=1))),
+        counts={"steps": run.steps.sum(), "iterations": run.passes.sum(),
+                "contacts": run.contacts.sum()},
+        status=f"{failed} grains failed." if failed else "",
+        settings={"step": UNTIL / STEPS, "threads": 1, "degree": 2},
+        kind="ensemble",
+    )  # fmt: skip

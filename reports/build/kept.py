@@ -1,0 +1,94 @@
+"""The results of earlier commands, read from their files instead of measured."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from benchmarks.checks.claim import Claim, Row
+from benchmarks.store.frames import COLUMNS
+from reports.results.claim_results import ClaimResult
+from reports.results.comparison import Comparison
+from reports.results.section import Section
+from reports.results.section_result import SectionResult
+from reports.tables.claims_table import COLUMNS as OF_ROWS
+from reports.tables.number_format import known
+
+CLAIMS, DURATIONS = "claims.csv", "durations.csv"
+TEXTS = ("status", "settings", "note", "reference", "remark", "name", "contender", "commit", "date")
+
+
+def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
+    """Every claim with rows in claims.csv, and its frame; the rows as they were judged then."""
+    rows = read(out / CLAIMS)
+    if rows is None:
+        return []
+    times = durations(out)
+    found = []
+    for claim in claims:
+        own = rows[rows["id"] == claim.id]
+        if len(own):
+            path = out / "frames" / f"{claim.id}.csv"
+            frame = read(path, {k: kind for k, (_, kind) in COLUMNS.items()})
+            judged = tuple(_row(line) for line in own.to_dict("records"))
+            date = str(own["date"].iloc[0])
+            found.append(ClaimResult(claim, frame, judged, times.get(claim.id, float("nan")), date))
+    return found
+
+
+def kept_comparison(out: Path) -> Comparison:
+    """The times and costs of the last comparison."""
+    return Comparison(read(out / "work_precision.csv"), read(out / "cost.csv"))
+
+
+def kept_sections(out: Path, sections: Sequence[Section]) -> list[SectionResult]:
+    """Each study with the rows that were written."""
+    found = []
+    for section in sections:
+        frame = read(out / f"{section.name}.csv")
+        note = "" if frame is not None else "No rows of it are kept."
+        found.append(SectionResult(section, frame, note))
+    return found
+
+
+def durations(out: Path) -> dict[str, float]:
+    """Seconds that the study of each claim took when it was last measured."""
+    table = read(out / DURATIONS)
+    return {} if table is None else dict(zip(table["claim"], table["seconds"], strict=True))
+
+
+def read(path: Path, kinds: dict[str, str] | None = None) -> pd.DataFrame | None:
+    """A table with empty texts instead of missing ones; None where there is no readable file.
+
+    kinds  column -> dtype, where "object" is text; otherwise what pandas finds
+    """
+    if not path.is_file():
+        return None
+    text = {name: str for name, kind in (kinds or {}).items() if kind == "object"}
+    try:
+        table = pd.read_csv(path, dtype=text)
+    except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors
+        why = " ".join(str(error).split())
+        print(f"{path} is left out, since it cannot be read: {why}.", file=sys.stderr)
+        return None
+    for name in table:
+        if name in text or name in TEXTS or table[name].dtype.kind not in "fiub":
+            table[name] = table[name].astype(object).where(table[name].notna(), "")
+    return table
+
+
+def _row(line: dict[str, object]) -> Row:
+    """The row of a line; empty numbers are None."""
+    numbers = {
+        name: line[name] if known(line.get(name)) else None
+        for name in ("measured", "uncertainty", "slack")
+    }
+    texts = {
+        name: "" if isinstance(line.get(name), float) else str(line.get(name, ""))
+        for name in OF_ROWS
+        if name not in numbers
+    }
+    return Row(**texts, **numbers)  # type: ignore[arg-type]

@@ -1,0 +1,60 @@
+"""The two figures a reader sees first: beside REBOUND on planets, beside MuJoCo on rigid bodies."""
+
+from __future__ import annotations
+
+from reports.figures.study_plots.headline import Shown, headline
+from reports.results.figure import Figure
+
+GALVI = Shown("galvi, its fastest", "galvi")
+REBOUND = (
+    GALVI,
+    Shown("REBOUND WHFast", "REBOUND WHFast, best"),
+    Shown("REBOUND WHFast512", "REBOUND WHFast512"),
+    Shown("REBOUND IAS15", "REBOUND IAS15"),
+)
+MUJOCO = (
+    GALVI,
+    Shown("MuJoCo RK4", "MuJoCo RK4"),
+    Shown("MuJoCo implicit", "MuJoCo implicit"),
+    Shown("DOP853 on quaternions", "DOP853 on quaternions, compiled"),
+)
+HOW = (
+    "Time to solution of the fastest setting for each error, in one interleaved run; further left "
+    "and lower is better."
+)
+
+HEADLINES = (
+    Figure(
+        name="headline-rebound",
+        title="Planets: galvi beside REBOUND",
+        draw=headline,
+        options={
+            "panels": {
+                "outer solar system": "outer planets, 10,000 years",
+                "solar system without Pluto": "Sun and 8 planets, 200 years",
+            },
+            "shown": REBOUND,
+        },
+        caption=f"{HOW} Error: the largest distance of a body from its true place at the end. "
+        "WHFast with its best options; WHFast512 is written by hand in AVX-512 instructions for a "
+        "star and eight planets.",
+        size=(9.0, 3.7),
+    ),
+    Figure(
+        name="headline-mujoco",
+        title="Rigid bodies: galvi beside MuJoCo",
+        draw=headline,
+        options={
+            "panels": {
+                "free rigid body": "free body, 9 rotations",
+                "3D pendulum, m g = 9.81": "3D pendulum",
+            },
+            "shown": MUJOCO,
+            "marked": ("MuJoCo RK4", 0.002, "default step, 0.002"),
+        },
+        caption=f"{HOW} Error: the largest entry of R - R_true after 20 units of time. MuJoCo is a "
+        "general engine, and much of its time is the price of that; its implicit integrator is of "
+        "first order.",
+        size=(9.0, 3.7),
+    ),
+)

@@ -1,0 +1,54 @@
+"""The error of the step of a statistic against its cost, beside the errors of sampling."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from benchmarks.claims.vector_spaces.v25_brownout_cloud import (
+    OF_STEP,
+    SAMPLING,
+    WORK,
+    sampling_error,
+)
+from benchmarks.store.frames import pick
+from reports.figures.style.decades import decades, readable
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import COLOURS, GUIDE, MARKERS
+
+GRAINS = {1e4: "10,000 grains", 1e6: "a million grains"}
+
+
+def sampling(axes: Axes, frame: pd.DataFrame, *, quantity: str, degrees: Mapping[int, str]) -> None:
+    """A line for each degree, of the errors of the step that were solved, over the evaluations."""
+    drawn = False
+    for k, (degree, label) in enumerate(degrees.items()):
+        rows = pick(frame, study=quantity, quantity=OF_STEP, n=degree + 1).sort_values("steps")
+        others = (pick(frame, study=study, quantity=name, n=degree + 1).set_index("steps")["value"]
+                  for study, name in ((WORK, WORK), (quantity, f"{SAMPLING} of it")))  # fmt: skip
+        work, own = (one.reindex(rows["steps"]).to_numpy(float) for one in others)
+        error = np.abs(rows["value"].to_numpy(float))
+        known = np.isfinite(error) & np.isfinite(work) & (error > 0.0)
+        if not np.any(known):
+            continue
+        drawn = True
+        below = np.minimum(own, 0.9 * error)[known]
+        axes.errorbar(work[known], error[known], yerr=[below, own[known]], label=label,
+                      color=COLOURS[k], marker=MARKERS[k], linewidth=1.0)  # fmt: skip
+    if not drawn:
+        raise NoData("no run of the cloud was solved.")
+    for grains, text in GRAINS.items():
+        level = sampling_error(frame, quantity, grains)
+        if level > 0.0:
+            axes.axhline(level, color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0)
+            axes.annotate(text, (1.0, level), xycoords=("axes fraction", "data"), xytext=(-2, 2),
+                          textcoords="offset points", ha="right", fontsize=8,
+                          color=GUIDE)  # fmt: skip
+    axes.set(xscale="log", yscale="log", xlabel="evaluations of the wind for a grain",
+             ylabel=f"error of the {quantity}")  # fmt: skip
+    decades(axes.yaxis)
+    readable(axes.xaxis)
+    axes.legend(loc="lower left")

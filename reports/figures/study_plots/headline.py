@@ -1,0 +1,114 @@
+"""Few contenders on two problems: the fastest time for each error, labelled at the lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from benchmarks.work_precision.fronts import front
+from reports.figures.style.decades import decades, readable
+from reports.figures.style.end_labels import Label, label_ends
+from reports.figures.style.identities import OURS, blue, identity
+from reports.figures.style.legends import NARROW
+from reports.figures.style.no_data import NoData
+from reports.figures.style.palette import GUIDE
+from reports.figures.style.units import error_label
+
+LEAST = 1e-14  # errors below it are the rounding of the truth
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A line: its label, and how the names of its contenders begin."""
+
+    label: str
+    begins: str
+
+    def runs(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """The fastest run for each error among its contenders, by falling error."""
+        mine = frame[frame["contender"].str.startswith(self.begins)]
+        return front(mine.assign(contender=self.label)).sort_values("error", ascending=False)
+
+
+def headline(
+    axes: Axes, frame: pd.DataFrame, *, panels: Mapping[str, str], shown: Sequence[Shown],
+    marked: tuple[str, float, str] | None = None,
+) -> None:  # fmt: skip
+    """A panel for each problem (name -> title), with a common axis of errors.
+
+    marked  (contender, step, text): a point on its line where that step would be
+    """
+    known = [name for name in panels if (frame["problem"] == name).any()]
+    if not known:
+        raise NoData("its problems were not compared.")
+    narrow = axes.figure.get_figwidth() < NARROW
+    shape = (len(known), 1) if narrow else (1, len(known))
+    grid = axes.get_subplotspec().subgridspec(*shape, wspace=0.55, hspace=0.5)
+    axes.set_axis_off()
+    first: Axes | None = None
+    for column, name in enumerate(known):
+        rows = frame[frame["problem"] == name]
+        one = axes.figure.add_subplot(grid[column], sharey=first)
+        ylabel = error_label(name, rows["quantity"].iloc[0]) if column == 0 or narrow else ""
+        one.set(xscale="log", yscale="log", xlabel="time to solution [s]", ylabel=ylabel)
+        one.set_title(panels[name])
+        ends = [end for line in shown if (end := _line(one, rows, line)) is not None]
+        if not ends:
+            raise NoData(f"{name}: no contender has both an error and a time.")
+        if marked is not None:
+            _mark(one, rows, *marked)
+        first = first or one
+        decades(one.yaxis, 7)
+        readable(one.xaxis)
+        label_ends(one, ends)
+
+
+def _line(axes: Axes, rows: pd.DataFrame, line: Shown) -> Label | None:
+    runs = line.runs(rows)
+    runs = runs[runs["error"] >= LEAST]
+    if runs.empty:
+        return None
+    look = identity(line.begins)
+    ours = line.begins == OURS
+    style = {**look.style, "color": blue(8), "linewidth": 2.4} if ours else look.style
+    axes.plot(runs["seconds"], runs["error"], markersize=4.0, **style)
+    last = runs.iloc[-1]
+    return Label(float(last["seconds"]), float(last["error"]), line.label, str(style["color"]))
+
+
+def _mark(axes: Axes, rows: pd.DataFrame, contender: str, step: float, text: str) -> None:
+    """An open circle between the two measured steps around this one."""
+    found = at_step(rows, contender, step)
+    if found is None:
+        return
+    error, seconds = found
+    axes.plot(seconds, error, "o", markersize=9.0, mfc="none", color=identity(contender).color)
+    axes.annotate(text, (seconds, error), xytext=(-6, -10), textcoords="offset points",
+                  ha="right", fontsize=8, color=GUIDE)  # fmt: skip
+
+
+def at_step(rows: pd.DataFrame, contender: str, step: float) -> tuple[float, float] | None:
+    """(error, seconds) of a contender at a step, between measured ones by their logarithms.
+
+    None where its runs do not reach on both sides of the step.
+    """
+    runs = rows[(rows["contender"] == contender) & (rows["error"] > 0) & (rows["seconds"] > 0)]
+    steps = pd.to_numeric(runs["settings"].str.extract(r"step=([\d.e-]+)")[0]).to_numpy(float)
+    order = np.argsort(steps)
+    if not steps.size or not steps.min() <= step <= steps.max():
+        return None
+    error, seconds = (
+        float(
+            np.exp(
+                np.interp(
+                    np.log(step), np.log(steps[order]), np.log(runs[name].to_numpy(float)[order])
+                )
+            )
+        )
+        for name in ("error", "seconds")
+    )
+    return error, seconds

@@ -1,0 +1,57 @@
+"""Write the pages of a report: one file for each part, or all in one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from benchmarks.store.atomic import write
+from reports.page.render import ASSETS, PARTS, Part, render, script, style
+
+SINGLE = "report.html"
+Entry = tuple[str, str, int]  # anchor, title, level
+
+
+def write_site(content: dict[str, Any], out: Path) -> Path:
+    """Write every page, and the files they share; returns the path of the first."""
+    write_assets(out)
+    for part in PARTS:
+        page = render(content, (part,), contents=list(contents(part, content)))
+        write(out / f"{part.name}.html", page)
+    return out / f"{PARTS[0].name}.html"
+
+
+def write_single(content: dict[str, Any], out: Path) -> Path:
+    """Write all parts as one self-contained file; returns its path."""
+    listed = [(part.name, part.title, 2) for part in PARTS]
+    return write(out / SINGLE, render(content, PARTS, contents=listed, single=True))
+
+
+def write_assets(out: Path) -> None:
+    """Write the style sheet and the script."""
+    write(out / ASSETS / "page.css", style())
+    write(out / ASSETS / "page.js", script())
+
+
+def contents(part: Part, content: dict[str, Any]) -> Iterator[Entry]:
+    """The entries of a page's contents."""
+    if part.name == "index":
+        yield from (
+            ("results", "The result in two figures", 2),
+            ("choose", "Which integrator for my error?", 2),
+            ("verdicts", "What the papers claim", 2),
+        )
+    elif part.name == "claims":
+        for group in content["claim_groups"]:
+            yield group.anchor, group.title, 2
+            for item in group.claims:
+                yield item.claim.id, f"{item.claim.id}: {item.claim.title}", 3
+    elif part.name == "comparisons":
+        yield from ((item.anchor, item.title, 2) for item in content["comparisons"])
+        yield from ((("targets", "Targets", 2),) if content["targets"] else ())
+        yield "cost", "Cost of a step", 2
+    elif part.name == "studies":
+        yield from ((item.anchor, item.title, 2) for item in content["studies"])
+    elif part.name == "history" and content["history"]:
+        yield from ((place.anchor, place.name, 2) for place in content["history"].places)

@@ -1,0 +1,1 @@
+"""The templates of every page: one frame, one file for each part."""

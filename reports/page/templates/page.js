@@ -1,0 +1,97 @@
+// Search of claims, filters of tables, moving pictures. Without it everything is shown, at rest.
+"use strict";
+const fold = (text) => text.toLowerCase().normalize("NFKD");
+
+function searchClaims() {
+  const form = document.querySelector("form.search");
+  if (!form) return;
+  const [words, verdict, said] = ["input", "select", "output"].map((tag) => form.querySelector(tag));
+  const claims = [...document.querySelectorAll("article.claim")];
+  const texts = claims.map((claim) => fold(claim.textContent));
+  const show = () => {
+    const asked = fold(words.value).split(/\s+/).filter(Boolean);
+    let count = 0;
+    claims.forEach((claim, k) => {
+      const own = claim.id.toLowerCase();
+      const fits = asked.every((word) => (/^[vla]\d+$/.test(word) ? own === word : texts[k].includes(word)))
+        && (!verdict.value || claim.dataset.verdicts.split(",").includes(verdict.value));
+      claim.hidden = !fits;
+      if (asked.length) claim.querySelectorAll("details").forEach((one) => { one.open = fits && texts[k].length < 40000; });
+      count += fits;
+    });
+    document.querySelectorAll("main h2[id^='group-']").forEach((heading) => {
+      let next = heading.nextElementSibling, any = false;
+      for (; next && next.tagName !== "H2"; next = next.nextElementSibling) any ||= next.matches("article:not([hidden])");
+      heading.hidden = !any;
+    });
+    said.textContent = `${count} of ${claims.length} claims`;
+  };
+  form.hidden = false;
+  form.addEventListener("submit", (event) => event.preventDefault());
+  form.addEventListener("input", show);
+  // A link to a hidden claim shows all of them again.
+  addEventListener("hashchange", () => {
+    const there = document.getElementById(location.hash.slice(1));
+    if (there && there.hidden) { form.reset(); show(); there.scrollIntoView(); }
+  });
+  show();
+}
+
+function filterTable(form) {
+  const table = document.getElementById(form.dataset.table);
+  if (!table) return;
+  const rows = [...table.tBodies[0].rows], choices = [...form.querySelectorAll("select")];
+  const said = form.querySelector("output");
+  const show = () => {
+    let count = 0;
+    rows.forEach((row) => {
+      const fits = choices.every((one) => !one.value || row.cells[one.dataset.column].textContent === one.value);
+      row.hidden = !fits;
+      count += fits;
+    });
+    said.textContent = `${count} of ${rows.length} rows`;
+  };
+  form.hidden = false;
+  form.addEventListener("input", show);
+  show();
+}
+
+function play(figure) {
+  const dots = [...figure.querySelectorAll(".moving")];
+  const paths = dots.map((dot) => JSON.parse(dot.dataset.points));
+  const button = figure.querySelector("button");
+  const seconds = 40;
+  let began = null, done = 0, running = false;
+  const draw = (share) => dots.forEach((dot, k) => {
+    const at = share * (paths[k].length - 1), low = Math.floor(at), part = at - low;
+    const one = paths[k][low], two = paths[k][Math.min(low + 1, paths[k].length - 1)];
+    dot.setAttribute("cx", one[0] + part * (two[0] - one[0]));
+    dot.setAttribute("cy", one[1] + part * (two[1] - one[1]));
+  });
+  const frame = (now) => {
+    if (!running) return;
+    began ??= now - 1000 * seconds * done;
+    done = ((now - began) / (1000 * seconds)) % 1;
+    draw(done);
+    requestAnimationFrame(frame);
+  };
+  const toggle = (on) => {
+    running = on;
+    began = null;
+    button.textContent = on ? "Pause" : "Play";
+    if (on) requestAnimationFrame(frame);
+  };
+  button.hidden = false;
+  button.addEventListener("click", () => toggle(!running));
+  toggle(!matchMedia("(prefers-reduced-motion: reduce)").matches);
+}
+
+searchClaims();
+document.querySelectorAll("form.filter").forEach(filterTable);
+document.querySelectorAll("figure.motion").forEach(play);
+// On a narrow page the contents begin closed.
+if (matchMedia("(max-width: 1049px)").matches) {
+  document.querySelectorAll("aside details").forEach((one) => one.removeAttribute("open"));
+}
+// Print shows what is folded.
+addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((one) => { one.open = true; }));

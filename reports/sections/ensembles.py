@@ -1,0 +1,55 @@
+"""The section on ensembles: lanes, threads and workers, and the ensembles of other codes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pandas as pd
+
+from benchmarks.studies.ensembles import EXPLANATION, ensembles
+from reports.figures.study_plots.ensembles import speed_ups
+from reports.results.figure import Figure
+from reports.results.section import Section
+from reports.tables.number_format import TIMES, known, readable, seconds
+
+GAINS = {"scaling": "{} faster than one by one", "peers": "{} galvi's"}
+
+
+def ensembles_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+    """A line for each way to run an ensemble, and the CSS classes of the columns."""
+    lines = [_line(row) for row in frame.to_dict("records")]
+    table = pd.DataFrame(lines)
+    return table, {name: "number" for name in table.columns if name not in ("members", "by")}
+
+
+def _line(row: dict[Any, Any]) -> dict[str, str]:
+    ratio = f"{readable(row['relative'], 2)}{TIMES}"
+    return {
+        "members": row["problem"],
+        "by": row["contender"],
+        "settings": row["settings"],
+        "error": readable(row["error"]),
+        "time": seconds(row["seconds"]),
+        "a member, or its step": seconds(1e-6 * row["microseconds"]),
+        "time or gain": GAINS[row["part"]].format(ratio) if known(row["relative"]) else "",
+    }
+
+
+ENSEMBLES = Section(
+    name="ensembles",
+    title="Ensembles",
+    text=EXPLANATION,
+    measure=ensembles,
+    figures=(
+        Figure(
+            name="ensembles",
+            title="What lanes, threads and workers gain",
+            draw=speed_ups,
+            caption="Members a second, relative to a run of each by itself in one thread, which "
+            "has eight stages to an instruction.",
+            size=(6.4, 2.8),
+        ),
+    ),
+    table=ensembles_table,
+    timed=True,
+)

@@ -1,0 +1,85 @@
+r"""The numbers of README and pages as macros of LaTeX: numbers.tex.
+
+``\ratioREBOUNDIASOneFiveOuterSolarSystemOneeMinusEight``: the time of IAS15 over galvi's at 1e-8.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pandas as pd
+
+from galvi.doors.citations import entries, galvi_version
+from reports.results.origins import read_origins
+from reports.tables.latex import escape, number
+from reports.tables.number_format import known
+
+DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
+CLAIMS = "claims.csv"
+
+
+def macro(*words: str) -> str:
+    """A name of letters only: digits are spelt out, other signs begin a new word."""
+    parts = re.split(r"[^A-Za-z0-9]+", re.sub(r"-(?=\d)", " minus ", " ".join(words)))
+    spelt = (re.sub(r"\d", lambda found: DIGITS[int(found[0])], part) for part in parts if part)
+    joined = "".join(part[:1].upper() + part[1:] for part in spelt)
+    return joined[:1].lower() + joined[1:]
+
+
+def numbers(out: Path) -> str:
+    """numbers.tex of the report in a folder; a comment says what each number is.
+
+    Raises FileNotFoundError without claims.csv.
+    """
+    claims = pd.read_csv(out / CLAIMS)
+    found = [*_of_origin(out), *_of_claims(claims)]
+    ratios = out / "tables" / "ratios.csv"
+    found += _of_ratios(pd.read_csv(ratios)) if ratios.is_file() else []
+    seen: dict[str, str] = {}
+    for name, value, what in found:
+        seen.setdefault(name, f"\\newcommand{{\\{name}}}{{{value}}} % {' '.join(what.split())}")
+    return "\n".join(["% requires siunitx", *seen.values()]) + "\n"
+
+
+def bibliography() -> str:
+    """cite.bib: galvi, both papers, and every code that takes part, for any style of BibTeX."""
+    found = "\n\n".join(entries().values()).replace("VERSION", galvi_version())
+    return found.replace("@software{", "@misc{") + "\n"
+
+
+Line = tuple[str, str, str]  # name, value, what it is
+
+
+def _of_origin(out: Path) -> Iterator[Line]:
+    origin = read_origins(out).get(CLAIMS, {})
+    for name in ("date", "commit", "cpu", "python", "numpy", "numba", "rebound", "mujoco-core"):
+        if origin.get(name):
+            text = origin[name][:12] if name == "commit" else origin[name]
+            yield macro("galvi", name), escape(text), f"{name} of the claims"
+
+
+def _of_claims(claims: pd.DataFrame) -> Iterator[Line]:
+    yield "galviChecks", number(len(claims)), "checks"
+    yield "galviClaims", number(claims["id"].nunique()), "claims and agreements"
+    for verdict, count in claims["verdict"].value_counts().items():
+        yield macro("galvi", str(verdict)), number(int(count)), f"checks: {verdict}"
+    for row in claims.itertuples():
+        if known(row.measured):
+            name, value = (
+                macro("claim", str(row.id), str(row.quantity)),
+                number(row.measured, row.uncertainty),
+            )
+            yield name, f"\\num{{{value}}}", f"{row.id}, {row.quantity}: {row.verdict}"
+
+
+def _of_ratios(ratios: pd.DataFrame) -> Iterator[Line]:
+    times = ratios.assign(ratio=pd.to_numeric(ratios["ratio"], errors="coerce"))
+    for row in times[times["ratio"].notna()].itertuples():
+        error = f"{row.error:.0e}".replace("e-0", "e-")
+        yield (
+            macro("ratio", row.contender, row.problem, error),
+            f"\\num{{{float(f'{row.ratio:.2g}'):g}}}",
+            f"time of {row.contender} over galvi's, {row.problem}, at {error}",
+        )

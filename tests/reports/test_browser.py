@@ -1,0 +1,203 @@
+"""The pages in a real browser: `python -m pytest -m browser tests/reports`.
+
+Needs a chromium of the system, playwright and axe (extra `dev`); skipped where one is missing.
+REPORT=reports/out looks at that report instead of a small one.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from reports.cli.commands import run
+from reports.page.render import PARTS
+
+PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
+CHROMIUM = next(filter(None, map(shutil.which, PROGRAMS)), "")
+OPEN = "document.querySelectorAll('details').forEach(one => { one.open = true; })"
+SHOW = "document.querySelectorAll('[hidden]').forEach(one => one.removeAttribute('hidden'))"
+SHOWN = "[...document.querySelectorAll('{}')].filter(one => !one.hidden)"
+WIDTHS = (400, 800, 1400)
+A4 = 1047  # pixels of CSS across a landscape page of A4 within its margins
+FIRST_VIEW = 1_000_000  # bytes of the start with what it shows before scrolling
+NAMES = tuple(part.name for part in PARTS)
+OVERFLOW = """() => [...document.querySelectorAll('body *')].filter(one => {
+    const box = one.getBoundingClientRect();
+    if (!box.width || one.closest('.wide, .picture, .skip, aside, nav')) return false;
+    return box.right > innerWidth + 1 || box.left < -1;
+}).slice(0, 5).map(one => one.tagName + '.' + one.className + ' ' + one.textContent.slice(0, 40))"""
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(bool(os.environ.get("CI")), reason="a CI has no browser to look with"),
+    pytest.mark.skipif(not CHROMIUM, reason="no chromium is installed"),
+]
+
+
+@pytest.fixture(scope="module")
+def out(make_suite, make_claim, make_row, tmp_path_factory) -> Path:
+    """The report to look at."""
+    if "REPORT" in os.environ:
+        return Path(os.environ["REPORT"]).resolve()
+    folder = tmp_path_factory.mktemp("report")
+    suite = make_suite(
+        make_claim("V1"),
+        make_claim("L3", (make_row(verdict="exceeds", quantity="order", setup="x; " * 60),)),
+        make_claim("V5", tuple(make_row(quantity=f"number {k}") for k in range(9))),
+    )
+    run(lambda: suite, ["build", "--quick", "--single-file", "--out", str(folder)])
+    return folder
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    sync = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with sync.sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def opened(browser, out) -> Iterator[Any]:
+    """(name, width, dark, javascript) -> the page; what its console said is in `page.said`."""
+    contexts = []
+
+    def look(name: str, width: int = 1400, dark: bool = False, scripts: bool = True, **more: Any):
+        context = browser.new_context(
+            viewport={"width": width, "height": 900}, java_script_enabled=scripts,
+            color_scheme="dark" if dark else "light", reduced_motion="reduce", **more,
+        )  # fmt: skip
+        contexts.append(context)
+        page = context.new_page()
+        page.said = []
+        page.on("console", lambda one: page.said.append(one.text))
+        page.on("pageerror", lambda one: page.said.append(str(one)))
+        page.on("requestfailed", lambda one: page.said.append(f"not found: {one.url}"))
+        page.goto((out / f"{name}.html").as_uri())
+        return page
+
+    yield look
+    for context in contexts:
+        context.close()
+
+
+@pytest.mark.parametrize("name", (*NAMES, "report"))
+def test_nothing_is_too_wide_and_the_console_is_silent(opened, name):
+    for width in WIDTHS:
+        page = opened(name, width)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width, (name, width)
+        assert page.evaluate(OVERFLOW) == [], (name, width)
+        assert page.said == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_print_cuts_nothing_off(opened, name):
+    page = opened(name, A4)
+    page.evaluate(OPEN)
+    page.emulate_media(media="print")
+    assert page.evaluate("document.documentElement.scrollWidth") <= A4
+    assert page.evaluate(OVERFLOW.replace(".wide, .picture, ", "")) == []
+
+
+def test_a_table_that_is_too_wide_would_be_found(opened):
+    page = opened("index", 400)
+    wide = "<div style='width: 900px; height: 9px'></div>"
+    page.evaluate(f"document.querySelector('main').insertAdjacentHTML('beforeend', `{wide}`)")
+    assert page.evaluate(OVERFLOW) != []
+
+
+@pytest.mark.parametrize("dark", (False, True))
+@pytest.mark.parametrize("name", NAMES)
+def test_contrast_names_and_alternative_texts_satisfy_axe(opened, name, dark):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is missing")
+    page = opened(name, 1400, dark)
+    page.evaluate(OPEN)
+    page.evaluate(SHOW)
+    found = axe.Axe().run(page).response["violations"]
+    assert [(one["id"], one["nodes"][0]["html"][:200]) for one in found] == []
+
+
+def test_axe_finds_a_picture_without_a_text_and_pale_words(opened):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is missing")
+    page = opened("provenance")
+    page.evaluate("document.querySelector('main').innerHTML += '<img src=\"data:,\">"
+                  "<p style=\"color: #ddd; background: #fff\">pale</p>'")  # fmt: skip
+    found = {one["id"] for one in axe.Axe().run(page).response["violations"]}
+    assert {"image-alt", "color-contrast"} <= found
+
+
+def test_every_picture_loads(opened):
+    for name in ("index", "claims", "comparisons", "studies"):
+        page = opened(name)
+        page.evaluate(OPEN)
+        page.evaluate("document.querySelectorAll('img').forEach(one => { one.loading = 'eager'; })")
+        page.wait_for_function("[...document.images].every(one => one.complete)")
+        assert page.evaluate("[...document.images].filter(one => !one.naturalWidth).length") == 0
+
+
+def test_the_search_finds_a_claim_by_its_name_its_words_and_its_verdict(opened):
+    page = opened("claims")
+    visible = SHOWN.format("article.claim") + ".map(one => one.id)"
+    everything = page.evaluate(visible)
+    page.fill("#claim-search", "l3")
+    assert page.evaluate(visible) == ["L3"]
+    assert page.inner_text("form.search output").startswith("1 of ")
+    page.fill("#claim-search", "no such words anywhere")
+    assert page.evaluate(visible) == []
+    page.fill("#claim-search", "")
+    page.select_option("#claim-verdict", "exceeds")
+    chosen = page.evaluate(visible)
+    assert "L3" in chosen and len(chosen) < len(everything)
+
+
+def test_the_table_of_integrators_can_be_filtered(opened):
+    page = opened("index")
+    rows = SHOWN.format("#chooser tbody tr") + ".length"
+    before = page.evaluate(rows)
+    page.select_option("form.filter select >> nth=1", index=1)
+    assert 0 < page.evaluate(rows) < before
+    assert page.inner_text("form.filter output").startswith(str(page.evaluate(rows)))
+
+
+def test_without_scripts_everything_is_shown(opened):
+    page = opened("claims", scripts=False)
+    assert page.locator("article.claim:visible").count() == page.locator("article.claim").count()
+    assert page.locator("form.search:visible").count() == 0
+
+
+def test_the_first_view_is_small(out, opened):
+    page = opened("index")
+    early = "one.getBoundingClientRect().top < 900 || one.loading != 'lazy'"
+    eager = f"[...document.images].filter(one => {early})"
+    seen = page.evaluate(f"{eager}.map(one => one.getAttribute('src'))")
+    files = ["index.html", "assets/page.css", "assets/page.js", *seen]
+    assert sum((out / name).stat().st_size for name in files) < FIRST_VIEW
+
+
+def test_a_moving_picture_rests_until_asked_where_motion_is_unwanted(opened):
+    page = opened("index")
+    for button in page.locator("figure.motion button").all():
+        assert button.inner_text() == "Play"
+    if page.locator("figure.motion").count():
+        before = page.get_attribute("figure.motion .moving", "cx")
+        page.locator("figure.motion button").first.click()
+        place = "document.querySelector('figure.motion .moving').getAttribute('cx')"
+        page.wait_for_function(f"{place} != '{before}'")
+
+
+def test_links_between_pages_and_anchors_lead_somewhere(out):
+    pages = {path.name: path.read_text(encoding="utf-8") for path in out.glob("*.html")}
+    for name in (f"{one}.html" for one in (*NAMES, "report")):
+        for target in set(re.findall(r'href="([^":]*)"', pages.get(name, ""))):
+            file, _, anchor = target.partition("#")
+            if not file or file.endswith(".html"):
+                assert not anchor or f'id="{anchor}"' in pages[file or name], (name, target)
+            else:
+                assert (out / file).is_file(), (name, target)
