@@ -21,7 +21,7 @@ from galvi.systems.nbody import NBody
 
 COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
 LEFT_OVER, FORCES_IN_LANES, CALLED = 5, 6, 7  # indices in RunArrays.counts
-FEWEST, MOST, APART = 16, 1024, 512  # watched steps of a run: about one in APART, within limits
+FEWEST, MOST, APART = 16, 1024, 64  # watched steps of a run: about one in APART, within limits
 EACH = 127  # steps of a run up to which each is watched
 NEVER = 62  # watches every 2^62-th step, which is none
 

@@ -117,7 +117,7 @@ def place_stages(tableau, h, state, a, Q):
                 Q[i, k] += A[j, k] * a[i, j]
         drift = h * state[2, i] + h * state[3, i]
         for k in range(s):
-            Q[i, k] = state[0, i] + (state[1, i] + (c[k] * drift + h * (h * Q[i, k])))
+            Q[i, k] = state[0, i] + (state[1, i] + (c[k] * drift + h * h * Q[i, k]))
 
 
 @jit_inline
@@ -159,16 +159,14 @@ def curve_coefficients(tableau, h, state, a, x):
             for l in range(x.shape[1]):
                 x[i, l] += C[j, l] * a[i, j]
         for l in range(x.shape[1]):
-            x[i, l] = h * state[2, i] * velocity_coefficients[l] + h * (h * x[i, l])
+            x[i, l] = h * state[2, i] * velocity_coefficients[l] + h * h * x[i, l]
 
 
 @jit
 def newton_update(tableau, h, width, state, a, jacobian, x, Q):
     """One Newton correction of the coefficients x (d, m) block by block, and the new stages Q.
 
-    Returns whether the equations could be solved. Stages are those of the accelerations a, as in
-    ``place_stages``, and psi times what Newton's method adds to their coefficients: the products
-    of psi with the rounded C and velocity_coefficients are not the rounded A and c.
+    Returns whether the equations could be solved.
     Residual r = x - h v velocity_coefficients - h^2 C a(q + psi x); derivative
     I - h^2 C diag_j(da_j) psi.
     """
@@ -199,16 +197,13 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
             return False
         for i in range(width):
             for l in range(m):
-                old = x[first + i, l]
                 x[first + i, l] += step[i * m + l]
-                residual[first + i, l] = step[i * m + l] - (residual[first + i, l] - old)
-    place_stages(tableau, h, state, a, Q)
     for i in range(d):
         for k in range(stages):
             total = 0.0
             for l in range(m):
-                total += psi[l, k] * residual[i, l]
-            Q[i, k] += total
+                total += psi[l, k] * x[i, l]
+            Q[i, k] = state[0, i] + (state[1, i] + total)
     return True
 
 
@@ -255,10 +250,8 @@ def complete_step(tableau, h, a, state):
         q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
         drift, drift_low = two_product(h, v)
         moved, moved_low = two_sum(q, drift)
-        low = moved_low + (q_low + (drift_low + (h * v_low + h * (h * bend_low))))
-        bend, rounding = two_product(h, h * bend)  # h h, rounded, would be wrong in every step
-        moved, moved_low = two_sum(moved, bend)
-        low += rounding
+        low = moved_low + (q_low + (drift_low + (h * v_low + h * h * bend_low)))
+        moved, moved_low = two_sum(moved, h * h * bend)
         state[0, i], state[1, i] = two_sum(moved, moved_low + low)
         kicked, kicked_low = two_sum(v, h * kick)
         state[2, i], state[3, i] = two_sum(kicked, kicked_low + (v_low + h * kick_low))
