@@ -19,7 +19,7 @@ from benchmarks.claims.vector_spaces import v15_noether_quantities as v15
 from benchmarks.claims.vector_spaces import v22_best_approximation as v22
 from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
 from benchmarks.claims.vector_spaces.implicit_euler_orbit import distances, follow, least_solvable
-from benchmarks.studies.long_steps import ALONG, DISTANCE, ENERGY
+from benchmarks.studies.long_steps import ALONG, DISTANCE, ENERGY, FRAME_DISTANCE, FRAME_ENERGY
 from references.textbook.implicit_euler import IMPLICIT_EULER
 from tests.benchmarks.quick_studies import quick
 
@@ -158,6 +158,18 @@ def test_orbits_that_differ_visibly_are_caught() -> None:
     found = verdicts(V9, table)
     quantity = next(q for q in found if "on the curve" in q)
     assert verdicts(V9, table_of(V9))[quantity] == HOLDS and found[quantity] == CONTRADICTED
+
+
+def test_a_frame_that_gains_too_little_is_caught() -> None:
+    """There is room for 36 and 42 times what was measured: a hundredfold error must not pass."""
+    sound = verdicts(V9, table_of(V9))
+    for series in (FRAME_DISTANCE, FRAME_ENERGY):
+        table = table_of(V9)
+        table.loc[table["quantity"] == series, "value"] *= 100.0
+        found = verdicts(V9, table)
+        changed = [q for q in found if found[q] != sound[q]]
+        assert len(changed) == 1 and "Kepler frame" in changed[0]
+        assert found[changed[0]] == CONTRADICTED
 
 
 # ---- Noether quantities
