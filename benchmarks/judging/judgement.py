@@ -143,7 +143,10 @@ def judge(
     else:
         raise RuntimeError(f"no source of the truth reaches the end: {truth.status}")
     if np.array_equal(truth.q[-1], problem.q0):
-        raise ValueError("nothing moves from this start: choose another, such as a keyframe.")
+        raise ValueError(
+            "nothing moves from this start: choose another; where a model of MuJoCo has keyframes, "
+            "--key 0 takes the first one, in galvi.judge key=0."
+        )
     thin = _thinned(truth, dense)
     others = [one for one in every if one is not first and one not in stopped]
     checks = agreements(thin, others, kind.errors, PIECES, report)

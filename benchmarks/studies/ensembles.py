@@ -2,13 +2,14 @@
 
 Errors are the largest of the configurations of a few members at the end, against a closed form or
 another engine. Of each code the cheapest setting that reaches the error is timed, in interleaved
-rounds; each uses as many threads or processes as there are processors.
+rounds, in as many threads or processes as there are processors; SciPy runs a few in one thread, and
+its time is divided by the processors.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from functools import partial
@@ -25,21 +26,22 @@ from galvi.run.ensemble import processors
 from references import DOP853, FREE_TOP, IAS15, KEPLER, RIGID_DOP853
 from references.heyoka.batches import HEYOKA_BATCHES, HEYOKA_ENSEMBLE
 from references.mujoco.rollout import MUJOCO_ROLLOUT
-from references.rebound.pool import REBOUND_POOL
+from references.rebound.pool import REBOUND_POOLS
 
 ROUNDS, LEAST = 3, 0.05
 MEMBERS, QUICK_MEMBERS = 1000, 200
 LOOKED_AT = 3  # members whose error is measured
 SEED = 17
+REBOUND_STEPS = ((100, 150, 200, 300, 500, 750, 1000), (35, 50, 70, 100, 150, 200, 300))
 COLUMNS = ("part", "problem", "contender", "settings", "error", "target", "seconds", "low", "high",
            "microseconds", "relative")  # fmt: skip
 EXPLANATION = (
     "Above: members of one ensemble, a run of each by itself first, then eight to an instruction, "
     "in threads and on the workers of a cluster on this machine. Below: ensembles of other codes, "
     "each at its cheapest setting that reaches the error, in as many threads or processes as there "
-    "are processors. The error is the largest of a configuration's entries at the end of a few "
-    "members, against a closed form or another engine. Beyond the processors here, chunks are "
-    "independent: a run on W workers takes the seconds of one over W, plus those of a chunk."
+    "are processors; SciPy runs three members in one thread, and its time for a member is divided "
+    "by the processors, as if it gained that much on them. The error is the largest of a "
+    "configuration's entries at the end of a few members, against a closed form or another engine."
 )
 Call = Callable[[], Any]
 
@@ -147,8 +149,9 @@ def candidates(ensemble: Ensemble, pool: Any) -> list[Candidate]:
     problem, found = ensemble.problem, [Candidate("galvi", _of_galvi(ensemble))]
     if MUJOCO_ROLLOUT.supports(problem) and not MUJOCO_ROLLOUT.missing:
         found.append(Candidate(MUJOCO_ROLLOUT.name, _of_mujoco(ensemble)))
-    if isinstance(problem.system, galvi.NBody) and not REBOUND_POOL.missing:
-        found.append(Candidate(REBOUND_POOL.name, _of_rebound(ensemble, pool)))
+    for rebound, steps in zip(REBOUND_POOLS, REBOUND_STEPS, strict=True):
+        if isinstance(problem.system, galvi.NBody) and not rebound.missing:
+            found.append(Candidate(rebound.name, _of_rebound(rebound, steps, ensemble, pool)))
     for heyoka in (HEYOKA_BATCHES, HEYOKA_ENSEMBLE):
         if heyoka.supports(problem) and not heyoka.missing:
             found.append(Candidate(heyoka.name, _of_heyoka(heyoka, ensemble)))
@@ -178,12 +181,14 @@ def _of_mujoco(ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
         )
 
 
-def _of_rebound(ensemble: Ensemble, pool: Any) -> Iterator[tuple[str, Call]]:
+def _of_rebound(
+    rebound: Any, counts: Iterable[int], ensemble: Ensemble, pool: Any
+) -> Iterator[tuple[str, Call]]:
     problem, q, v, duration, *_ = ensemble
-    for steps in (100, 150, 200, 300, 500, 750, 1000):
+    for steps in counts:
         yield (
             f"{steps} steps",
-            REBOUND_POOL.prepared(problem, q, v, duration / steps, steps, pool, 2 * processors()),
+            rebound.prepared(problem, q, v, duration / steps, steps, pool, 2 * processors()),
         )
 
 
@@ -197,7 +202,7 @@ def _of_heyoka(heyoka: Any, ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
 
 
 def _of_scipy(ensemble: Ensemble) -> Iterator[tuple[str, Call]]:
-    """LOOKED_AT members, whose time stands for that of all."""
+    """LOOKED_AT members in one thread, whose time stands for that of all."""
     problem, q, v, duration, *_ = ensemble
 
     def call(tolerance: float) -> Any:
@@ -222,7 +227,8 @@ def compared(ensemble: Ensemble, pool: Any) -> list[tuple[Any, ...]]:
             missed.append((candidate.name, words, error))
     times = interleaved([call for *_, call in chosen], ROUNDS, LEAST)
     name, members = ensemble.problem.name, len(ensemble.q)
-    each = [LOOKED_AT if words.endswith(" members") else members for _, words, *_ in chosen]
+    alone = LOOKED_AT * processors()  # members that one thread's time is worth on all processors
+    each = [alone if words.endswith(" members") else members for _, words, *_ in chosen]
     ours = times[0].seconds / each[0]
     rows = [
         ("peers", f"{members} of {name}", who, words, error, ensemble.target, timing.seconds,

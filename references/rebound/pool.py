@@ -11,6 +11,7 @@ import numpy as np
 
 from galvi import Problem
 from galvi.arrays import Array
+from references.rebound import saba, whfast
 from references.rebound.simulation import arithmetic_kept, missing, simulation, supports
 
 
@@ -64,7 +65,7 @@ def last_places(
     return found
 
 
-REBOUND_POOL = ReboundPool(
-    "REBOUND WHFast, processes", "whfast",
-    (("corrector", 17), ("kernel", "LAZY"), ("safe_mode", 0)),
-)  # fmt: skip
+REBOUND_POOLS = (
+    ReboundPool("REBOUND WHFast, processes", "whfast", tuple(whfast.BEST.items())),
+    ReboundPool("REBOUND SABA, processes", "saba", tuple(saba.BEST.items())),
+)

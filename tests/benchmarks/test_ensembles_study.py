@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pandas as pd
 import pytest
 
 from benchmarks.studies import ensembles as study
+from references.rebound.pool import REBOUND_POOLS
 from reports.figures.picture import picture
 from reports.sections.ensembles import ENSEMBLES, ensembles_table
 
@@ -30,6 +33,28 @@ def test_every_code_is_timed_where_it_reaches_the_error(frame):
     assert "SciPy DOP853" in set(peers["contender"])
     assert (timed["error"] <= timed["target"]).all()
     assert (timed[timed["contender"] == "galvi"]["relative"] == 1.0).all()
+
+
+def test_one_threads_members_are_charged_as_if_shared_by_all_processors(monkeypatch):
+    monkeypatch.setattr(study, "ROUNDS", 1)
+    monkeypatch.setattr(study, "LEAST", 0.0)
+    monkeypatch.setattr(study, "processors", lambda: 4)
+    (scipy,) = [
+        row
+        for row in study.compared(study.kepler_orbits(16)._replace(target=1e-9), pool=None)
+        if row[2] == "SciPy DOP853"
+    ]
+    named = dict(zip(study.COLUMNS, scipy, strict=True))
+    assert named["microseconds"] == pytest.approx(1e6 * named["seconds"] / (3 * 4))
+
+
+@pytest.mark.skipif(bool(REBOUND_POOLS[0].missing), reason="needs REBOUND")
+def test_each_integrator_of_rebound_follows_the_planets():
+    """SABA at the steps of the Wisdom-Holman map, in this process."""
+    few, serial = study.planetary_systems(4), ThreadPoolExecutor(1)
+    for rebound in REBOUND_POOLS:
+        call = rebound.prepared(few.problem, few.q, few.v, few.duration / 300, 300, serial, 2)
+        assert abs(call()[: study.LOOKED_AT] - few.truth).max() < 1e-6, rebound.name
 
 
 def test_the_page_has_a_line_for_each_way(frame):

@@ -75,7 +75,9 @@ def planets(
         for epsilon in ((1e-5,) if few else (1e-5, fine))
     ]
     taylor = [heyoka_taylor.DEFAULT, heyoka_taylor.BEST]
-    taylor += [] if few else [{**heyoka_taylor.DEFAULT, "tolerance": 1e-12}]
+    taylor += (
+        [] if few else [{**heyoka_taylor.DEFAULT, "tolerance": one} for one in (1e-6, 1e-9, 1e-12)]
+    )
     return WorkPrecisionProblem(
         problem,
         duration,
@@ -105,7 +107,7 @@ def planets(
             Participant("REBOUND WHFast, default", whfast.WHFAST, steps(30, 120, **whfast.DEFAULT)),
             Participant("REBOUND SABA(10,6,4)", saba.SABA, steps(3, 5, 7, 10, 20, **saba.BEST)),
             Participant("heyoka", heyoka_taylor.HEYOKA, [once(**options) for options in taylor]),
-            Participant("SciPy DOP853", DOP853, adaptive("tolerance", (1e-9 if few else 1e-12,))),
+            Participant("SciPy DOP853", DOP853, adaptive("tolerance", (1e-8, 1e-10, 1e-12))),
             *(
                 Participant(label, contender, steps(*k, **more))
                 for label, contender, k, more in others

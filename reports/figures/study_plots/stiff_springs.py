@@ -31,6 +31,7 @@ def errors_and_resonances(axes: Axes, frame: pd.DataFrame) -> None:
         one = axes.figure.add_subplot(grid[column])
         for name, look in looks.items():
             runs = rows[(rows["contender"] == name) & (rows["quantity"] == quantity)]
+            runs = runs.sort_values("x")
             one.plot(runs["x"] / np.pi, runs["value"], label=name, **{**look, "markersize": 3.0})
         for k in range(1, int(LARGEST / np.pi) + 1):
             one.axvline(k, color=GUIDE, linewidth=0.6, linestyle=(0, (1, 3)))
