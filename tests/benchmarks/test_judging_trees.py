@@ -93,7 +93,7 @@ def test_errors_of_balls_and_free_bodies_are_angles_and_lengths() -> None:
 
 def test_a_start_at_which_nothing_moves_is_refused() -> None:
     still = swing().with_initial_state(*swing().system.from_mujoco([0.0], [0.0]))
-    with pytest.raises(ValueError, match="nothing moves from this start: .*--key 0"):
+    with pytest.raises(ValueError, match=r"nothing moves from this start: .*--key 0"):
         judge(still)
 
 
