@@ -89,6 +89,15 @@ def potential_formula(potential: Any) -> Force | None:
     return by_formula(formula, *(getattr(potential, name) for name in names))
 
 
+def is_differenced(problem: Problem) -> bool:
+    """Whether `potential_force` differences the potential, since no gradient of it is known."""
+    system: Any = problem.system
+    if not isinstance(system, Canonical) or system.gradient is not None:
+        return False
+    own = getattr(system.potential, "gradient", None)
+    return potential_formula(system.potential) is None and (own is None or system.explicit_time)
+
+
 def potential_force(problem: Problem) -> Force:
     """-dV/dq of a Canonical, by gradient, formula or differences; of NBody the accelerations."""
     system: Any = problem.system
@@ -100,10 +109,9 @@ def potential_force(problem: Problem) -> Force:
     known = potential_formula(system.potential)
     if known is not None:
         return known
-    own = getattr(system.potential, "gradient", None)
-    if own is not None and not system.explicit_time:
-        return by_function(own, "q", -1.0)
     potential = system.potential
+    if not is_differenced(problem):
+        return by_function(potential.gradient, "q", -1.0)
 
     def slope(q: Array, *t: float) -> Array:
         return gradient(lambda x: potential(x.copy(), *t), q)

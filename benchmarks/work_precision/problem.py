@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,6 +61,7 @@ class WorkPrecisionProblem:
     distance      the error: a distance of two configurations
     repeated_run  whether runs are timed by lengthened runs (`benchmarks.statistics.repeated_run`),
                   since they are shorter than the overhead of a call
+    notes         label of a participant -> what the status of its rows adds
     net_time      whether what a call costs besides its steps is subtracted instead
                   (`benchmarks.statistics.net_time`), since a longer run is another:
                   chaotic, or with coordinates that grow, and with them what a tolerance allows
@@ -74,6 +75,7 @@ class WorkPrecisionProblem:
     distance: Callable[[Array, Array], float] = farthest_body
     repeated_run: bool = False
     net_time: bool = False
+    notes: Mapping[str, str] = field(default_factory=dict)
 
 
 def largest_difference(q: Array, truth: Array) -> float:

@@ -185,6 +185,7 @@ def _row(
             status = "The error is below ten times that of the truth: take it as a bound."
         if timing and math.isnan(timing.seconds):
             status = "Not timed: its steps took no longer than what a call costs besides them."
+        status = " ".join(filter(None, (status, case.notes.get(one.contender, ""))))
     return {
         "problem": case.problem.name,
         "contender": one.contender,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from benchmarks.store.atomic import write
 from reports.build.sections import write_sections
-from reports.build.terminal import show_targets
+from reports.build.terminal import show_ratios, show_targets
 from reports.results.cache import BuildCache
 from reports.results.comparison import Comparison, measure_comparison
 from reports.results.options import Options
@@ -26,7 +26,7 @@ class Compared:
 
 
 def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> Compared:
-    """Measure, write, and print the targets.
+    """Measure, write, and print the targets, or the ratios where there are none.
 
     cache  the build's result cache; None stores nothing
     """
@@ -42,6 +42,8 @@ def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> 
     if measured.cost is not None and len(measured.cost):
         write_table(options.out / "tables", "cost", measured.cost, origin=origin)
     show_targets(tables.targets, options.quick)
+    if not suite.targets:
+        show_ratios(tables.ratios, tables.smallest)
     return Compared(measured, tables)
 
 

@@ -15,6 +15,7 @@ from benchmarks.work_precision.targets_met import MET, MISSED
 from reports.build.changes import Change
 from reports.results.engines import Engines
 from reports.results.summary import Summary
+from reports.tables.matched_error import readable_ratios
 from reports.tables.number_format import plain
 from reports.tables.targets_table import HEADINGS, QUICK, readable_targets, summary
 
@@ -80,6 +81,25 @@ def show_engines(engines: Engines) -> None:
     """Print a sentence for each missing engine."""
     for sentence in engines.sentences():
         print(sentence)
+
+
+def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame, console: Console | None = None) -> None:
+    """Print a table of times at matched error for each problem; nothing when there are none."""
+    console = console or Console()
+    if not console.is_terminal:
+        console.width = WIDTH
+    for problem in ratios["problem"].unique() if len(ratios) else ():
+        lines = readable_ratios(ratios, ends, problem)
+        title = f"{problem}: times at matched error over those of galvi's fastest"
+        table = Table(
+            box=None, pad_edge=False, header_style="bold", title=title, title_justify="left"
+        )
+        for heading in lines:
+            left = heading == "contender"
+            table.add_column(str(heading), justify="left" if left else "right", no_wrap=left)
+        for name, *cells in lines.to_numpy():
+            table.add_row(Text(name), *(Text(cell.partition(" (")[0]) for cell in cells))
+        console.print(table)
 
 
 def show_targets(frame: pd.DataFrame, quick: bool, console: Console | None = None) -> None:

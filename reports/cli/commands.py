@@ -150,6 +150,7 @@ def application(load: Load, command: str) -> typer.Typer:
         failures = list(dict.fromkeys(failures))
         for failure in failures:
             print(failure, file=sys.stderr)
+        print(f"Tables are in {out / 'tables'}.")
         return int(bool(failures))
 
     @app.command(

@@ -5,12 +5,14 @@ from __future__ import annotations
 import pandas as pd
 
 from benchmarks.fuzzing import study
+from benchmarks.store.row_files import of_one_version
+from benchmarks.studies.round_off_long import version
 from reports.results.section import LongForm, Section
 
 
 def fuzz_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each target, the sum, and a line for each finding; of the newest commit."""
-    rows = frame[frame["commit"] == frame["commit"].iloc[-1]]
+    """A line for each target, the sum, and one for each finding; of this or the newest version."""
+    rows = of_one_version(frame, version())
     counts = rows.groupby("target", sort=False)[["calls", "returned", "refused"]].sum()
     found = rows[rows["finding"] != ""].drop_duplicates(["target", "finding"])
     counts["findings"] = found.groupby("target").size().reindex(counts.index, fill_value=0)

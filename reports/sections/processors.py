@@ -5,13 +5,15 @@ from __future__ import annotations
 import pandas as pd
 
 from benchmarks.processors import study
+from benchmarks.store.row_files import of_one_version
+from benchmarks.studies.round_off_long import version
 from reports.results.section import LongForm, Section
 from reports.tables.number_format import readable
 
 
 def processors_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """A line for each case, a column for each processor; of the newest commit."""
-    rows = frame[frame["commit"] == frame["commit"].iloc[-1]]
+    """A line for each case, a column for each processor; of this version, or else the newest."""
+    rows = of_one_version(frame, version())
     lines: dict[str, dict[str, str]] = {}
     for row in rows.to_dict("records"):
         line = lines.setdefault(row["case"], {"run": row["case"]})

@@ -34,7 +34,7 @@ def test_a_difference_is_in_units_of_the_largest_entry_and_a_missing_processor_i
 def test_a_status_that_differs_is_shown(ends):
     ends["generic"]["a"]["status"] = "Stopped."
     rows = [row for name in ends for row in study.compared(ends, name)]
-    table, _ = processors_table(pd.DataFrame(rows).assign(commit="a"))
+    table, _ = processors_table(pd.DataFrame(rows).assign(commit="a", date=""))
     assert table.loc[0, "generic"] == "Stopped." and study.HOST not in table
 
 

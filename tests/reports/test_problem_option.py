@@ -54,11 +54,28 @@ def few(monkeypatch):
 def test_the_pages_problem_is_compared_with_the_codes_that_take_it(folder, few, capsys):
     words = ["compare", "--quick", "--problem", "my_problem:spring", "--out", str(folder / "out")]
     assert run(load, words) == 0, capsys.readouterr().err
+    printed = capsys.readouterr().out
+    assert "spring: times at matched error" in printed and "SciPy DOP853" in printed
+    assert printed.endswith(f"Tables are in {folder / 'out' / 'tables'}.\n")
     rows = pd.read_csv(folder / "out" / "work_precision.csv", keep_default_na=False)
     assert set(rows["problem"]) == {"spring"}
     assert set(rows["contender"]) == {"galvi degree 8, Gauss 8", "Stormer-Verlet", "SciPy DOP853"}
     errors = rows["error"].astype(float)
     assert (errors > 0.0).all() and errors.min() < 1e-9 and (rows["seconds"] > 0.0).all()
+    assert not rows["status"].str.contains("differenced").any()
+
+
+def test_a_force_without_a_gradient_is_said_to_be_differenced(folder, few):
+    from my_problem import gradient, potential
+
+    for given in (gradient, None):
+        spring = galvi.Canonical(1.0, potential, given)
+        case = own.own_problem(galvi.Problem(spring, [1.0, 0.3], [0.0, 0.2]), 5.0, quick=True)
+        rows = work_precision(quick=True, cases=(case,))
+        said = rows["status"].str.contains(own.DIFFERENCED, regex=False)
+        theirs = rows["contender"].isin(own.OF_NEWTON)
+        assert theirs.any() and not theirs.all()
+        assert (said == (theirs & (given is None))).all()
 
 
 def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(few):
