@@ -36,7 +36,7 @@ class Folder:
             import pyarrow.parquet  # noqa: F401
         except ImportError as error:
             raise ImportError(
-                f"an ensemble in a folder needs pyarrow: {error}. Install galvi[cluster]."
+                f"an ensemble in a folder needs pyarrow: {error}. Install it: pip install pyarrow."
             ) from error
         self.path, self.starts = Path(path), dict(starts)
         self.path.mkdir(parents=True, exist_ok=True)
