@@ -169,6 +169,19 @@ def test_systems_without_a_law_run_one_by_one_and_say_so():
     assert np.array_equal(result[0][0], galvi.integrate(problem, FOUR, 0.1, 3).q[-1])
 
 
+def test_members_of_a_frame_or_of_degrees_that_lanes_do_not_take_say_why_they_run_one_by_one():
+    outer = galvi.problems.outer_solar_system()
+    framed = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), galvi.KeplerFrame())
+    result = galvi.integrate_ensemble(outer, outer.q0[None], outer.v0, framed, 100.0, 3)
+    assert "methods in a frame" in result.status[0] and result.success.all()
+    assert "no law" not in result.status[0]
+    springs = galvi.Canonical([[2.0, 0.5], [0.5, 1.0]], lambda q: q[0] ** 2 + q[1] ** 2)
+    coupled = galvi.Problem(springs, [1.0, 0.0], [0.0, 1.0])
+    mixed = galvi.Galerkin(galvi.ComponentPolynomials((4, 2)), galvi.gauss(4))
+    result = galvi.integrate_ensemble(coupled, [[1.0, 0.0]], coupled.v0, mixed, 0.1, 3)
+    assert "weights or degrees" in result.status[0] and result.success.all()
+
+
 def test_kept_values():
     problem, step = CASES["henon_heiles"]
     q, v = starts(problem, 10)

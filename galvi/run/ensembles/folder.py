@@ -39,7 +39,7 @@ class Folder:
             import pyarrow.parquet  # noqa: F401
         except ImportError as error:
             raise ImportError(
-                f"an ensemble in a folder needs pyarrow: {error}. Install galvi[cluster]."
+                f"an ensemble in a folder needs pyarrow: {error}. Install it: pip install pyarrow."
             ) from error
         if not isinstance(path, str | os.PathLike):
             raise TypeError(

@@ -29,6 +29,8 @@ from galvi.run.integrate import prepared
 
 BY_ITSELF = " It was run by itself, since {why}."
 NO_LAW = "the system has no law for lanes"
+IN_FRAME = "methods in a frame do not run in lanes"
+NOT_ITERATED = "lanes do not run this system with the method's weights or degrees"
 OF_PYTHON = "what is kept is a Python function of a run"
 NOT_IN_LANES = "lanes could not do step {step}"
 
@@ -69,11 +71,11 @@ def integrate_ensemble(
 
     Returns an `Ensemble`. A member is equal to a run of `galvi.integrate` up to round-off, and has
     the same bits in every ensemble, order, thread and process on one kind of processor. One whose
-    step lanes cannot do is run again by itself, as are all where the system has no law for lanes;
-    their status says so. A member that fails, or that `galvi.Problem` then refuses, is NaN from
-    there on, its status says why, and the others go on. Energies are not judged, whoever runs the
-    member. Ctrl-C raises KeyboardInterrupt; what is in the folder stays there, and the next call
-    goes on.
+    step lanes cannot do is run again by itself, as are all where the system has no law for lanes
+    (its equations as generated code of vector instructions) or the method works in a frame; their
+    status says so. A member that fails, or that `galvi.Problem` then refuses, is NaN from there on,
+    its status says why, and the others go on. Energies are not judged, whoever runs the member.
+    Ctrl-C raises KeyboardInterrupt; what is in the folder stays there, and the next call goes on.
 
     Raises ValueError or TypeError for bad input before the first step.
     """
@@ -111,6 +113,12 @@ class _Work:
         )
         self.law: Law | None = None
         found = law_of(problem.system, problem.v0.size)
+        if self.keep is None:
+            self.why_alone = OF_PYTHON
+        elif method.in_frame:
+            self.why_alone = IN_FRAME
+        else:
+            self.why_alone = NO_LAW if found is None else NOT_ITERATED
         if found is not None and self.keep is not None and runs_in_lanes(*found, method):
             self.law, self.own = found
             self.numbers = self.parameters.numbers(self.law, self.own, slice(0, self.members))
@@ -204,7 +212,7 @@ class _Work:
     def take(self, members: slice, kept: Kept | None) -> None:
         """Keep what some members left, and run those by themselves that lanes did not."""
         alone: Iterator[int] = iter(range(members.start, members.stop))
-        why = NO_LAW if self.keep is not None else OF_PYTHON
+        why = self.why_alone
         if kept is not None:
             self.place(members, kept.values)
             self.passes[members] = kept.passes
