@@ -52,7 +52,8 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Part:
-    """A few mutants of one sample; those that survive are tried again when the tests change."""
+    """A few mutants of one sample; those that survive are tried again when the tests change,
+    those once killed are not: their row has the commit of the tests that did it."""
 
     sample: str
     number: int

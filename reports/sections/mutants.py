@@ -25,6 +25,9 @@ def mutants_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     for sample, of_sample in rows.groupby("sample", sort=False):
         lines += [_line(f"{folder}/", table) for folder, table in of_sample.groupby("folder")]
         lines.append(_line(f"all: {sample}", of_sample))
+        commits = of_sample[of_sample["outcome"] == KILLED]["commit"].value_counts()
+        at = ", ".join(f"{commit} ({count})" for commit, count in commits.items())
+        lines += [{"where": f"found at: {sample}", "found": at}] if at else []
     for row in rows[(rows["outcome"] != KILLED) & ~rows["equivalent"]].to_dict("records"):
         what = f"{row['file']}:{row['line']}: {row['before']}  ->  {row['after']}"
         lines.append({"where": what, "found": row["outcome"]})
@@ -52,7 +55,8 @@ MUTANTS = Section(
     "lines of code. The tests that reach the line run, the quickest first, until one fails: the "
     "fault is found. Equivalent mutants compute the same and are not counted; their reasons are in "
     "benchmarks/mutation/equivalent.csv. Below, those that no test found. `make mutants` tries "
-    "what is missing.",
+    "what is missing, and what survived again when the tests change; a fault once found is not "
+    "tried again, so that it is known to be found by the tests of the commit it was found at.",
     measure=study.nothing,
     table=mutants_table,
     long_form=LongForm(study.parts, study.stored),

@@ -77,7 +77,7 @@ def test_annotations_are_no_place_for_a_fault():
 def test_the_table_counts_and_names_what_no_test_found():
     import pandas as pd
 
-    row = {"sample": "integrators", "line": 3, "before": "a < b", "after": "a <= b"}
+    row = {"sample": "integrators", "line": 3, "before": "a < b", "after": "a <= b", "commit": "5b"}
     rows = [
         row | {"file": "galvi/run/loop.py", "outcome": "killed"},
         row | {"file": "galvi/run/status.py", "outcome": "survived"},
@@ -86,4 +86,5 @@ def test_the_table_counts_and_names_what_no_test_found():
     table, _ = mutants_table(pd.DataFrame(rows))
     shown = dict(zip(table["where"], table["found"], strict=True))
     assert shown["galvi/run/"] == "1 (50%)" and shown["all: integrators"] == "1 (33%)"
+    assert shown["found at: integrators"] == "5b (1)"
     assert shown["galvi/run/status.py:3: a < b  ->  a <= b"] == "survived"
