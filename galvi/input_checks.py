@@ -43,8 +43,10 @@ def real(name: str, value: Any, remedy: str = "") -> float:
     if type(value) is float and math.isfinite(value):
         return value
     number = float("nan")
-    with suppress(ValueError):  # of lists that are no array
-        if np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf":
+    with suppress(ValueError, OverflowError):  # of lists that are no array; of 10**400
+        if isinstance(value, int) and not isinstance(value, bool):
+            number = float(value)  # also beyond 64 bits
+        elif np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf":
             number = float(value)
     if not math.isfinite(number):
         raise ValueError(_sentence(f"{name} must be a finite real number", shown(value), remedy))
@@ -92,6 +94,9 @@ def array(name: str, value: Any, shape: Sequence[int] | None = None, remedy: str
         given = np.asarray(value)
     except ValueError:
         given = np.array(None)
+    if given.dtype == object and all(type(x) in (int, float) for x in given.flat):
+        with suppress(OverflowError):
+            given = given.astype(np.float64)  # whole numbers beyond 64 bits
     if given.dtype.kind not in "iuf":
         raise ValueError(
             _sentence(f"{name} must be an array of real numbers", shown(value), remedy)
@@ -113,7 +118,10 @@ def array(name: str, value: Any, shape: Sequence[int] | None = None, remedy: str
 
 def shown(value: Any) -> str:
     """A value in a message: on one line, its middle left out when it is long."""
-    text = " ".join(repr(value).split())
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # a user's own, or that of a number of thousands of digits
+        text = f"an object of type {type(value).__name__}"
     return text if len(text) <= SHOWN else f"{text[: SHOWN // 2]} ... {text[-SHOWN // 2 :]}"
 
 

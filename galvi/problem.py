@@ -87,6 +87,13 @@ class Problem:
         content = (self.system, self.q0, self.v0, self.t0, self.name, dict(self.parameters))
         return Problem, (*content, self.units)
 
+    def body_names(self) -> list[Any]:
+        """Names of the point masses, parameters["bodies"], or their numbers."""
+        names: Any = self.parameters.get("bodies")
+        count = len(self.q0)
+        given = list(names) if input_checks.has_items(names) and not isinstance(names, str) else []
+        return given if len(given) == count else list(range(count))
+
     def with_initial_state(self, q0: Any, v0: Any) -> Problem:
         """The same problem from another configuration and velocity, for `galvi.integrate_many`."""
         return replace(self, q0=q0, v0=v0)

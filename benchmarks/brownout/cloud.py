@@ -16,7 +16,7 @@ import galvi
 from benchmarks.brownout.emission import Emission
 from galvi.arrays import Array
 from galvi.problems.brownout import DRAG_COEFFICIENT, GRAVITY, SAND
-from galvi.run.grains.flights import FAILED, Flights, Ground, follow
+from galvi.run.grains.flights import Flights, Ground, follow
 
 DIAMETERS = (10e-6, 50e-6, 100e-6, 200e-6, 400e-6)  # m
 UNTIL = 6.0  # s; the rotor has come from 16 m down to 6.5 m
@@ -94,8 +94,3 @@ def optical_depth(q: Array, diameter: float) -> Array:
     area = EXTINCTION * math.pi * diameter**2 / 4.0
     share: Array = area / grain * seen / (2.0 * np.pi * np.maximum(r, 1e-9))
     return share
-
-
-def solved(flights: Flights) -> bool:
-    """Whether all flights were solved."""
-    return not bool(np.any(flights.status == FAILED))

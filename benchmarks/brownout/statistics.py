@@ -18,7 +18,7 @@ from benchmarks.brownout.cloud import DIAMETERS, UNTIL, Cloud, optical_depth
 from benchmarks.brownout.emission import Emission
 from benchmarks.statistics.estimate import Estimate
 from galvi.arrays import Array
-from galvi.run.grains.flights import Flights
+from galvi.run.grains.flights import FAILED, Flights
 
 DEPTH, HEIGHT = "optical depth", "height of the centre of mass [m]"
 
@@ -27,12 +27,14 @@ DEPTH, HEIGHT = "optical depth", "height of the centre of mass [m]"
 class Answers:
     """What a run gives for each super-particle: (sizes, n), whose sums over n are the answers.
 
-    work  passes of the iteration times stages: evaluations of the wind
+    work      passes of the iteration times stages: evaluations of the wind
+    unsolved  grains whose step equations were not solved, and whose shares are NaN
     """
 
     depth: Array
     height: Array
     work: float
+    unsolved: int
 
     @property
     def grains(self) -> float:
@@ -51,6 +53,7 @@ def answers(clouds: Mapping[float, Cloud], method: Any, steps: int) -> Answers:
         np.array([_depth(run, clouds[d]) for d, run in runs.items()]),
         np.array([_height(run, clouds[d]) for d, run in runs.items()]),
         float(sum(run.passes.sum() for run in runs.values())) * method.stages,
+        int(sum(np.sum(run.status == FAILED) for run in runs.values())),
     )
 
 

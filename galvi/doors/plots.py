@@ -65,9 +65,8 @@ def _motion(run: Trajectory) -> tuple[Array, Array]:
 
 
 def _orbits(axes: Any, run: Trajectory, q: Array) -> None:
-    names = run.problem.parameters.get("bodies", [str(k) for k in range(q.shape[1])])
-    for k, name in enumerate(names):
-        label = name if k < MOST_NAMES else None
+    for k, name in enumerate(run.problem.body_names()):
+        label = str(name) if k < MOST_NAMES else None
         (line,) = axes.plot(q[:, k, 0], q[:, k, 1], linewidth=0.8)
         axes.plot(*run.q[-1, k, :2], "o", color=line.get_color(), markersize=4, label=label)
     axes.set(xlabel="$x$", ylabel="$y$")

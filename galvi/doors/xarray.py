@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from galvi.diagnostics.invariants import energy
 from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
@@ -32,8 +30,8 @@ def to_xarray(run: Trajectory) -> Any:
     places, rates = _dimensions(run)
     coordinates: dict[str, Any] = {"t": run.t}
     if isinstance(run.problem.system, NBody):
-        count, axes = run.problem.q0.shape
-        coordinates |= {"body": _bodies(run, count), "axis": list(AXES[:axes])}
+        axes = run.problem.q0.shape[1]
+        coordinates |= {"body": run.problem.body_names(), "axis": list(AXES[:axes])}
     elif isinstance(run.problem.system, Multibody):
         system = run.problem.system
         joints = [(link.name or str(k), one) for k, link in enumerate(system.links)
@@ -62,9 +60,3 @@ def _dimensions(run: Trajectory) -> tuple[tuple[str, ...], tuple[str, ...]]:
     if shape == moving and not isinstance(run.problem.system, Multibody):
         return ("coordinate",), ("coordinate",)
     return ("entry",), ("velocity",)
-
-
-def _bodies(run: Trajectory, count: int) -> Any:
-    """The names of all bodies, or their numbers."""
-    names = run.problem.parameters.get("bodies", ())
-    return list(names) if len(names) == count else np.arange(count)

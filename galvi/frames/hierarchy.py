@@ -55,19 +55,12 @@ class Hierarchy(NamedTuple):
         return self.masses[1 + 2 * len(self.pairs) :]
 
 
-def names_of(problem: Problem) -> Any:
-    """The names of its bodies, or their numbers."""
-    names: Any = problem.parameters.get("bodies")
-    fits = isinstance(names, (tuple, list)) and len(names) == problem.q0.shape[0]
-    return list(names) if fits else list(range(problem.q0.shape[0]))
-
-
 def nested_in(problem: Problem, hierarchy: Nested) -> tuple[Nested, str]:
     """The hierarchy in numbers of bodies, with massless ones that it leaves out; or what is wrong.
 
     They move about the first part, ahead of parts that are farther from it.
     """
-    names, system = names_of(problem), problem.system
+    names, system = problem.body_names(), problem.system
     masses: Array = system.masses  # type: ignore[attr-defined]
 
     def number(part: Nested) -> Nested:

@@ -18,7 +18,6 @@ from galvi.frames.hierarchy import (
     hierarchy_of,
     jacobi,
     mean_anomaly,
-    names_of,
     nested_in,
 )
 from galvi.frames.kepler_orbits import attraction, orbits, pulled_back
@@ -103,7 +102,7 @@ class KeplerFrame:
         bound = np.isfinite(found.axes) & (found.axes > 0.0)
         if not np.all(bound):
             _first, middle, end = found.pairs[int(np.argmin(bound))]
-            names = [str(names_of(problem)[found.bodies[k]]) for k in range(middle, end)]
+            names = [str(problem.body_names()[found.bodies[k]]) for k in range(middle, end)]
             inner = "the heaviest body" if self.hierarchy is None else "what its hierarchy names"
             bodies = f"bod{'y' if len(names) == 1 else 'ies'} {', '.join(names)}"
             return (

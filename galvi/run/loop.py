@@ -36,10 +36,12 @@ def run_steps(
     *,
     progress: bool | None = None,
     rescue: bool = True,
+    watched: bool = True,
     interrupted: Callable[[], bool] | None = None,
 ) -> Trajectory:
     """Do ``steps`` steps from ``start``; arguments as for `galvi.integrate`, already checked.
 
+    watched      whether the energy is judged
     interrupted  returns whether to stop; None: Ctrl-C stops the run
 
     Raises `Interrupted` for Ctrl-C after the last step or one that failed.
@@ -48,7 +50,9 @@ def run_steps(
     if that fails too, the run ends. The energy of those smaller steps is not judged.
     """
     size = engine.curve_size(problem, method)
-    work = RunArrays.of(problem, method, steps, start, engine.velocity_row, size, watched=rescue)
+    work = RunArrays.of(
+        problem, method, steps, start, engine.velocity_row, size, watched=rescue and watched
+    )
     arguments = (problem, method, step, steps, start, work)
     substeps = partial(run_steps, engine, rescue=False)
 

@@ -99,7 +99,10 @@ def _called(function: Callable[..., Any], arguments: tuple[Any, ...], size: int)
     """The function's numbers, (size,); NaN where it raises, which a run would let through."""
     try:
         with np.errstate(all="ignore"):
-            found = np.asarray(function(*arguments), dtype=np.float64).ravel()
+            given = np.asarray(function(*arguments))
+            if given.dtype.kind not in "iufO":
+                return np.full(size, np.nan)
+            found = given.astype(np.float64).ravel()
     except Exception:  # a user's own
         return np.full(size, np.nan)
     return found if found.size == size else np.full(size, np.nan)

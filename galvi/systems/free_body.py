@@ -16,9 +16,15 @@ from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
 from galvi.symbolic.traces import reasons, share
-from galvi.systems.forces.external_force import check_force, lane_law_with_force, with_force
+from galvi.systems.forces.external_force import (
+    check_force,
+    check_force_at,
+    lane_law_with_force,
+    with_force,
+)
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.lagrangian_kernel import LagrangianKernel
+from galvi.systems.returned import returned_array
 from galvi.systems.rigid_body import inverse, possible_inertia
 
 Function = Callable[..., Any]
@@ -94,8 +100,21 @@ class FreeBody:
 
     def check_functions(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless the given functions return what they should there, finite."""
-        if self.has_functions:
-            self.lagrangian.check_functions(q, v, t)
+        check_force_at(self, q, v, t)
+        if self.potential is None:
+            return
+        given = (q, t) if self.explicit_time else (q,)
+        value = input_checks.returned("potential", self.potential(*given))
+        slope = np.zeros((4, 4))
+        if self.gradient is not None:
+            slope = returned_array(
+                "gradient", self.gradient(*given), (4, 4), "an array of shape (4, 4), dV/dq"
+            )
+        if not (np.isfinite(value) and np.all(np.isfinite(slope))):
+            raise ValueError(
+                f"potential and gradient must be finite at the start; received {value} and "
+                f"{slope.tolist()} at q0. Check them, or start elsewhere."
+            )
 
     def check_derivatives(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless a gradient is that of V, at a state and near it."""

@@ -16,6 +16,7 @@ from reports.build.workers import map_in_workers
 from reports.figures.drawing import draw, save
 from reports.page.content import content
 from reports.page.site import write_single, write_site
+from reports.page.sources import sources
 from reports.results.cache import BuildCache, open_cache
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
@@ -27,7 +28,7 @@ from reports.tables.comparison_tables import ComparisonTables, comparison_tables
 from reports.tables.macros import bibliography, numbers
 from reports.tracking.record import history
 
-PAGE = "index.html"
+PAGE, TIMES = "index.html", "work_precision.csv"
 
 
 def build(
@@ -75,16 +76,13 @@ def build_kept(suite: Suite, options: Options, single: bool = False) -> Path:
             )
         sections = kept_sections(options.out, suite.sections)
         origins = read_origins(options.out)
-        page = next(
-            (origins[name] for name in (CLAIMS, "work_precision.csv") if name in origins), {}
-        )
+        page = next((origins[name] for name in (CLAIMS, TIMES) if name in origins), {})
         provenance = {name: text for name, text in page.items() if name != "setting"}
         tables = comparison_tables(compared.work_precision, suite.targets)
-        quick = page.get("setting") == "quick"
-        command = provenance.get("command", options.command)
+        quick = origins.get(TIMES, {}).get("setting") == "quick"
         return _pages(
-            suite, replace(options, quick=quick, command=command), checked, compared, tables,
-            sections, provenance, single,
+            suite, replace(options, quick=quick), checked, compared, tables, sections, provenance,
+            single, kept=True,
         )  # fmt: skip
 
 
@@ -116,12 +114,14 @@ def _pages(
     sections: list[SectionResult],
     provenance: dict[str, str],
     single: bool,
+    kept: bool = False,
 ) -> Path:
     gallery = draw(checked, comparison, sections, map_in_workers)
     save(gallery, options.out / "figures")
     page = content(
-        checked, comparison, tables, sections, gallery, suite.claims, provenance, options,
-        read_origins(options.out), history(options.out),
+        checked, comparison, tables, sections, gallery, suite.claims, provenance, options.quick,
+        kept, sources(options.out, checked, comparison, sections), read_origins(options.out),
+        history(options.out),
     )  # fmt: skip
     write(options.out / "cite.bib", bibliography())
     if checked:

@@ -10,13 +10,17 @@ REBOUND = (
     GALVI,
     Shown("REBOUND WHFast", "REBOUND WHFast, best"),
     Shown("REBOUND WHFast512", "REBOUND WHFast512"),
+    Shown("REBOUND SABA", "REBOUND SABA"),
     Shown("REBOUND IAS15", "REBOUND IAS15"),
+    Shown("heyoka", "heyoka"),
 )
 MUJOCO = (
     GALVI,
     Shown("MuJoCo RK4", "MuJoCo RK4"),
     Shown("MuJoCo implicit", "MuJoCo implicit"),
-    Shown("DOP853 on quaternions", "DOP853 on quaternions, compiled"),
+    Shown("heyoka", "heyoka"),
+    Shown("DOP853 on quaternions, compiled", "DOP853 on quaternions, compiled"),
+    Shown("RK4 on quaternions, compiled", "RK4 on quaternions, compiled"),
 )
 HOW = (
     "Time to solution of the fastest setting for each error, in one interleaved run; further left "
@@ -38,7 +42,7 @@ HEADLINES = (
         caption=f"{HOW} Error: the largest distance of a body from its true place at the end. "
         "WHFast with its best options; WHFast512 is written by hand in AVX-512 instructions for a "
         "star and eight planets.",
-        size=(9.0, 3.7),
+        size=(9.0, 4.2),
     ),
     Figure(
         name="headline-mujoco",
@@ -50,11 +54,11 @@ HEADLINES = (
                 "3D pendulum, m g = 9.81": "3D pendulum",
             },
             "shown": MUJOCO,
-            "marked": ("MuJoCo RK4", 0.002, "default step, 0.002"),
+            "marked": ("MuJoCo RK4", 0.002, "MuJoCo RK4, default step"),
         },
         caption=f"{HOW} Error: the largest entry of R - R_true after 20 units of time. MuJoCo is a "
         "general engine, and much of its time is the price of that; its implicit integrator is of "
         "first order.",
-        size=(9.0, 3.7),
+        size=(9.0, 4.2),
     ),
 )

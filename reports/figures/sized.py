@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 
 import matplotlib
@@ -21,6 +22,7 @@ SMALL = {
 ROUNDS = 6  # in which the canvas is fitted to the width of what is drawn
 CLOSE = 0.01  # inches
 LETTERS = 46  # of a label that fits beside an axis of three inches
+UNBROKEN = "\u00a0"
 LEAST, TALLEST = 1.6, 1.1  # of a canvas: inches wide; height over width of the result
 
 
@@ -37,9 +39,8 @@ def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes
         for _ in range(ROUNDS):
             canvas = drawn(figure, frame, (across, high))
             for axes in canvas.axes:
-                axes.set_ylabel(
-                    textwrap.fill(axes.get_ylabel(), max(20, int(LETTERS * high / 3.0)))
-                )
+                letters = max(20, int(LETTERS * high / max(1, panels) / 3.0))
+                axes.set_ylabel(_filled(axes.get_ylabel(), letters))
             canvas.draw_without_rendering()
             pad = 2.0 * matplotlib.rcParams["savefig.pad_inches"]
             wide = canvas.get_tightbbox().width + pad
@@ -48,3 +49,9 @@ def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes
             across = max(LEAST, across + width - wide)
         hide_all_but_last(canvas)
         return saved(canvas, form)
+
+
+def _filled(label: str, letters: int) -> str:
+    """The label in lines of so many letters, without a break within mathematics."""
+    whole = re.sub(r"\$[^$]*\$", lambda found: found[0].replace(" ", UNBROKEN), label)
+    return textwrap.fill(whole, letters).replace(UNBROKEN, " ")

@@ -18,7 +18,7 @@ HEADINGS = {
     "bound": "bound",
     "setup": "set-up",
     "reason": "reason",
-    "reference": "oracles",
+    "reference": "reference",
     "source": "source",
 }
 

@@ -17,10 +17,10 @@ from reports.page.chooser import chooser, default_steps, filters
 from reports.page.claim_section import claim_section
 from reports.page.grid import Grid, grid
 from reports.page.motion import motions
+from reports.page.sources import Source, commands, files, statements
 from reports.page.topics import claim_groups
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
-from reports.results.options import Options
 from reports.results.section_result import SectionResult
 from reports.results.summary import summary
 from reports.tables.comparison_tables import ComparisonTables
@@ -29,6 +29,7 @@ from reports.tables.fastest_per_error import of_mujoco
 from reports.tables.matched_error import fastest_cells, readable_ratios
 from reports.tables.mujoco_overhead import mujoco_overhead
 from reports.tables.number_format import capital
+from reports.tables.number_format import known as number_known
 from reports.tables.summary_sentences import summary_sentences
 from reports.tables.targets_table import QUICK, TEXT, readable_targets
 from reports.tables.targets_table import summary as targets_summary
@@ -83,14 +84,19 @@ def content(
     gallery: Gallery,
     known: Sequence[Claim],
     provenance: Mapping[str, str],
-    options: Options,
-    origins: Mapping[str, Mapping[str, str]] | None = None,
+    quick: bool,
+    kept: bool,
+    measured: Sequence[Source],
+    origins: Mapping[str, Mapping[str, str]],
     history: object = None,
 ) -> dict[str, Any]:
     """The variables of the templates, by name.
 
-    origins  file -> where its rows come from
-    history  the kept benches, as `reports.tracking` shows them; None without any
+    quick     whether the comparison was measured in the quick setting
+    kept      the pages show kept rows; nothing was measured for them
+    measured  where the rows come from
+    origins   file -> where its rows come from
+    history   the kept benches, as `reports.tracking` shows them; None without any
     """
     seen = summary(checked)
     run = {one.claim.id for one in checked}
@@ -101,13 +107,13 @@ def content(
         "summary": str(seen),
         "differing": seen.differing,
         "left_out": [claim.id for claim in known if claim.id not in run],
+        "kept": kept,
         "fallen": [one.claim for one in claims if one.claim.id in fallen],
         "summary_sentences": summary_sentences(tables.ratios) if len(tables.ratios) else [],
-        "date": provenance.get("date", "at an unknown time"),
-        "commit": short(provenance.get("commit", "unknown")),
-        "quick": options.quick,
+        "measured": statements(measured),
         "verdicts": VERDICTS,
         "claims": claims,
+        "timed": any(number_known(one.seconds) for one in claims),
         "claim_groups": claim_groups(claims),
         "motions": motions(checked),
         "headlines": [
@@ -117,22 +123,16 @@ def content(
         "chooser": chooser(tables.fastest),
         "chooser_filters": filters(tables.fastest),
         "comparisons": _comparisons(comparison, tables, gallery),
-        "targets": _targets(tables.targets, options.quick),
+        "targets": _targets(tables.targets, quick),
         "cost": None if comparison.cost is None else grid(*readable_cost(comparison.cost)),
         "cost_picture": gallery.pictures.get(COST_FIGURE.name),
         "studies": [_study(one, gallery) for one in sections],
         "failures": comparison.failures,
         "history": history,
         "provenance": list(provenance.items()),
-        "origins": _origins(origins or {}),
-        "reproduce": f"make install\n.venv/bin/{options.command}",
+        "origins": files(origins, provenance),
+        "reproduce": commands(measured),
     }
-
-
-def short(commit: str) -> str:
-    """The first digits of a commit's hash, and whether there were uncommitted changes."""
-    digits, plus, dirty = commit.partition("+")
-    return f"{digits[:12]}{' with changes' if plus and dirty else ''}"
 
 
 def _study(one: SectionResult, gallery: Gallery) -> StudySection:
@@ -157,20 +157,6 @@ def _targets(frame: pd.DataFrame, quick: bool) -> TargetsSection | None:
         return None
     text = " ".join(filter(None, (TEXT, targets_summary(frame), QUICK if quick else "")))
     return TargetsSection(text, grid(*readable_targets(frame)))
-
-
-def _origins(origins: Mapping[str, Mapping[str, str]]) -> Grid | None:
-    lines = [
-        {
-            "file": file,
-            "date": one.get("date", ""),
-            "commit": short(one.get("commit", "unknown")),
-            "setting": one.get("setting", ""),
-            "command": one.get("command", ""),
-        }
-        for file, one in origins.items()
-    ]
-    return grid(pd.DataFrame(lines)) if lines else None
 
 
 def _comparisons(

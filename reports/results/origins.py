@@ -1,9 +1,12 @@
-"""provenance.json: the origin of each output file, so that old files are recognised."""
+"""provenance.json: the origin of each output file, so that old files are recognised.
+
+An origin is date, commit, command, setting (quick or default), versions and machine.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from benchmarks.store.atomic import write
@@ -25,3 +28,23 @@ def read_origins(folder: Path) -> dict[str, dict[str, str]]:
     except (OSError, ValueError):
         return {}
     return known if isinstance(known, dict) else {}
+
+
+def described(origins: Iterable[Mapping[str, str]]) -> str:
+    """Of at least one: e.g. "2026-01-02 03:04 UTC, commit 0123456789ab, in the quick setting"."""
+    found = list(origins)
+    dates = sorted({one.get("date") or "at an unknown time" for one in found})
+    commits = list(dict.fromkeys(short(one.get("commit") or "unknown") for one in found))
+    quick = [one.get("setting") == "quick" for one in found]
+    words = [
+        " to ".join(dict.fromkeys((dates[0], dates[-1]))),
+        f"commit{'s' if len(commits) > 1 else ''} {' and '.join(commits)}",
+    ]
+    words += [f"{'' if all(quick) else 'partly '}in the quick setting"] if any(quick) else []
+    return ", ".join(words)
+
+
+def short(commit: str) -> str:
+    """The first digits of a commit's hash, and whether there were uncommitted changes."""
+    digits, plus, dirty = commit.partition("+")
+    return f"{digits[:12]}{' with changes' if plus and dirty else ''}"

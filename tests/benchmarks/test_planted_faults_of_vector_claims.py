@@ -24,6 +24,7 @@ from benchmarks.claims.vector_spaces.v18_oscillator_convergence_in_degree import
 from benchmarks.claims.vector_spaces.v22_best_approximation import V22
 from benchmarks.claims.vector_spaces.v29_moving_frames import V29
 from benchmarks.measures.space_rule_pairs import kinds
+from benchmarks.measures.step_jacobian import canonical_defect, map_derivative
 from benchmarks.store.frames import frame, row
 from tests.benchmarks.planted_tables import contradicted, faulty
 
@@ -103,6 +104,33 @@ def test_a_derivative_that_is_not_the_steps_is_caught(monkeypatch: pytest.Monkey
         galvi, "step_derivative", lambda *given: true_to_itself(*given[:2], given[2] * (1 + 1e-6))
     )
     assert contradicted(V16) == {f"{v16.APART}, {name}" for name in v16.PROBLEMS}
+
+
+def test_a_wrong_derivative_of_a_step_in_a_frame_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A shear of the state before it: symplectic, so that only the differences tell."""
+    derivative = galvi.step_derivative
+
+    def sheared(*given: Any) -> Any:
+        DF = derivative(*given)
+        d = len(DF) // 2
+        shear = np.eye(2 * d)
+        shear[:d, d:] = 1e-8 * np.eye(d)
+        return DF @ shear
+
+    monkeypatch.setattr(galvi, "step_derivative", sheared)
+    monkeypatch.setattr(v29, "_planets", lambda *given: {})
+    monkeypatch.setattr(v29, "_noise", lambda *given: 0.0)
+    held = [name for name in v29.FRAMES if not v29._moved(name)]
+    assert contradicted(V29) == {f"{v29.APART}, {name}" for name in held}
+
+
+def test_nodes_that_follow_the_start_are_not_held() -> None:
+    """What V29 finds of them is no round-off, and shrinks with the step's error."""
+    problem, chart, longest, _ = v29.FRAMES["Kepler frame, moved nodes"]
+    method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3), chart)
+    long, short = (canonical_defect(map_derivative(problem, method, h))
+                   for h in (longest, longest / 2))  # fmt: skip
+    assert long > 1e-11 and 2.0**5 < long / short < 2.0**8  # 6e-10, and 82
 
 
 def test_approximations_of_too_low_a_degree_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ import sympy
 from scipy.spatial.transform import Rotation
 
 import galvi
+from tests.galvi.group_matrices import element
 
 
 def swinging():
@@ -40,6 +41,19 @@ def three_bodies():
     )
 
 
+def in_plane(group):
+    """A body on a group of motions of the plane, or a product with one, in a soft well."""
+    d, r = group.dimension, int(np.prod(group.shape))
+    masses, direction = 1.0 + 0.3 * np.arange(d), 0.4 * np.cos(np.arange(r))
+
+    def lagrangian(g, v):
+        height = direction @ g.reshape(r)
+        return 0.5 * (masses @ (v * v)) - height - 0.5 * height**2
+
+    system = galvi.Lagrangian(lagrangian, group)
+    return galvi.Problem(system, element(group, np.full(d, 0.3)), 0.5 - 0.2 * np.arange(d))
+
+
 # problem, a step at which iterations converge
 CASES = {
     "kepler": (galvi.problems.kepler(0.3), 0.2),
@@ -53,6 +67,8 @@ CASES = {
     "free_body": (galvi.problems.free_rigid_body(), 0.1),
     "pendulum_3d": (galvi.problems.pendulum_3d(), 0.1),
     "free_body_se3": (galvi.problems.free_body_se3(), 0.05),
+    "se2": (in_plane(galvi.SE2()), 0.1),
+    "se2 x r1": (in_plane(galvi.Product((galvi.SE2(), galvi.Rn(1)))), 0.1),
 }
 
 
@@ -61,9 +77,13 @@ def starts(problem, members, size=1e-2, seed=7):
     random = np.random.default_rng(seed)
     q, v = problem.q0, problem.v0
     near = v + size * random.standard_normal((members, *v.shape))
-    if not hasattr(problem.system, "group") or q.ndim < 2:
+    if isinstance(getattr(problem.system, "group", galvi.Rn(1)), galvi.Rn):
         return q + size * random.standard_normal((members, *q.shape)), near
     turned = np.stack([q] * members)
+    group = problem.system.group
+    if not isinstance(group, galvi.SO3 | galvi.SE3):
+        places = size * random.standard_normal((members, group.dimension))
+        return np.stack([element(group, place) for place in places]), near
     turns = Rotation.from_rotvec(size * random.standard_normal((members, 3))).as_matrix()
     turned[:, :3, :3] = q[:3, :3] @ turns
     return turned, near

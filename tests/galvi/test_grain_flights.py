@@ -298,19 +298,32 @@ def test_a_wrong_table_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ({"method": galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(3))}, "as many points as"),
         ({"step": 0.3}, "a whole fraction of until"),
-        ({"step": -0.25}, "step must be positive"),
+        ({"step": -0.25}, "step must be positive; received -0.25"),
+        ({"saves": -1}, "saves must be a whole number"),
+        ({"saves": 2.5}, "saves must be a whole number"),
+        ({"threads": -1}, "threads must be a whole number"),
+        ({"t0": 0.0}, "shape"),
+        ({"gravity": np.nan}, "gravity must be a finite real number"),
         ({"q0": [[1.0, 0.0, -0.1]]}, "must start above the ground"),
         ({"q0": [[1.0, 0.0, 0.0]]}, "on it with an upward velocity"),
         ({"t0": [-1.0]}, "from t = 0 on"),
         ({"v0": [[0.0, 0.0]]}, r"v0 must have shape \(1, 3\)"),
         ({"rates": [[1.0, 2.0]]}, r"rates must have shape \(1, 1\)"),
-        ({"v0": [[0.0, 0.0, np.nan]]}, "v0 must be finite"),
+        ({"v0": [[0.0, 0.0, np.nan]]}, "v0 must hold finite numbers only"),
     ],
 )
 def test_bad_input_gets_one_clear_sentence(changed: dict[str, Any], sentence: str) -> None:
     known: dict[str, Any] = {
         "method": gauss(2), "q0": [[1.0, 0.0, 1.0]], "v0": [[0.0, 0.0, 0.0]], "t0": [0.0],
-        "rates": [[1.0]], "drag": NEWTON, "step": 0.25, "until": 1.0,
+        "rates": [[1.0]], "drag": NEWTON, "step": 0.25, "until": 1.0, "gravity": G,
     }  # fmt: skip
     with pytest.raises(ValueError, match=sentence):
-        follow(**{**known, **changed}, gravity=G)
+        follow(**{**known, **changed})
+
+
+@pytest.mark.parametrize(
+    "changed", [{"restitution": -0.5}, {"restitution": np.nan}, {"slowest": np.nan}]
+)
+def test_a_ground_is_checked(changed: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=f"{next(iter(changed))} must"):
+        Ground(**changed)

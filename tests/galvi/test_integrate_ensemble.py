@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -168,6 +169,19 @@ def test_systems_without_a_law_run_one_by_one_and_say_so():
     assert np.array_equal(result[0][0], galvi.integrate(problem, FOUR, 0.1, 3).q[-1])
 
 
+def test_members_of_a_frame_or_of_degrees_that_lanes_do_not_take_say_why_they_run_one_by_one():
+    outer = galvi.problems.outer_solar_system()
+    framed = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), galvi.KeplerFrame())
+    result = galvi.integrate_ensemble(outer, outer.q0[None], outer.v0, framed, 100.0, 3)
+    assert "methods in a frame" in result.status[0] and result.success.all()
+    assert "no law" not in result.status[0]
+    springs = galvi.Canonical([[2.0, 0.5], [0.5, 1.0]], lambda q: q[0] ** 2 + q[1] ** 2)
+    coupled = galvi.Problem(springs, [1.0, 0.0], [0.0, 1.0])
+    mixed = galvi.Galerkin(galvi.ComponentPolynomials((4, 2)), galvi.gauss(4))
+    result = galvi.integrate_ensemble(coupled, [[1.0, 0.0]], coupled.v0, mixed, 0.1, 3)
+    assert "weights or degrees" in result.status[0] and result.success.all()
+
+
 def test_kept_values():
     problem, step = CASES["henon_heiles"]
     q, v = starts(problem, 10)
@@ -196,7 +210,7 @@ def test_kept_values():
     ("change", "words"),
     [
         ({"q0": np.zeros((3, 5))}, "q0 must have shape"),
-        ({"q0": np.ones((3, 2)), "v0": np.ones((4, 2))}, "all members must have"),
+        ({"q0": np.ones((3, 2)), "v0": np.ones((4, 2))}, "must have the same number of members"),
         ({"q0": np.full((3, 2), np.nan)}, "finite"),
         ({"step": [0.1, 0.0]}, "step must not be zero"),
         ({"steps": 0}, "steps must be"),
@@ -206,6 +220,20 @@ def test_kept_values():
         ({"keep": galvi.StatesAt([0.15])}, "whole numbers of steps"),
         ({"keep": galvi.FinalStates}, "keep must be"),
         ({"executor": 3}, "executor must have"),
+        ({"parameters": 3}, "parameters must be a dict"),
+        ({"parameters": np.ones(3)}, "parameters must be a dict"),
+        ({"parameters": {"mu": "abc"}}, "must be an array of real numbers"),
+        ({"parameters": {"mu": ["a"] * 5}}, "must be an array of real numbers"),
+        ({"parameters": {"mu": [1.0 + 2.0j]}}, "must be an array of real numbers"),
+        ({"parameters": {"mu": [[1.0], [1.0, 2.0]]}}, "must be an array of real numbers"),
+        ({"folder": 3}, "folder must be the path"),
+        ({"folder": __file__}, "where a file is"),
+        ({"progress": "x"}, "progress must be True or False"),
+        ({"keep": galvi.StatesAt([1e300])}, "whole numbers of steps"),
+        ({"keep": galvi.Extrema(lambda t, q, p: 1.0)}, "shape \\(1, ...\\)"),
+        ({"keep": galvi.Extrema(lambda t, q, p: np.ones(7))}, "shape \\(1, ...\\)"),
+        ({"keep": galvi.Histogram(lambda t, q, p: q, [0.0, 1.0])}, "a number for each member"),
+        ({"keep": numba.njit(lambda t, q, p: (1.0, 2.0))}, "Return one array"),
     ],
 )
 def test_bad_input_is_refused_in_a_sentence(change, words):
@@ -213,3 +241,64 @@ def test_bad_input_is_refused_in_a_sentence(change, words):
     arguments = {"q0": problem.q0, "v0": problem.v0, "method": FOUR, "step": 0.1, "steps": 2}
     with pytest.raises((ValueError, TypeError), match=words):
         galvi.integrate_ensemble(problem, **(arguments | change))
+
+
+@pytest.mark.parametrize(
+    ("make", "error"),
+    [
+        (lambda: galvi.Extrema(quantity=3), TypeError),
+        (lambda: galvi.Histogram(3, [0.0, 1.0]), TypeError),
+        (lambda: galvi.StatesAt([[0.1], [0.2]]), ValueError),
+    ],
+)
+def test_values_to_keep_are_checked_when_they_are_made(make, error):
+    with pytest.raises(error, match="must"):
+        make()
+
+
+def test_shapes_of_parameters_are_those_of_the_system():
+    bodies, _ = CASES["three_bodies"]
+    with pytest.raises(ValueError, match=r"'masses' must have shape \(20, 3\)"):
+        galvi.integrate_ensemble(
+            bodies, bodies.q0, bodies.v0, FOUR, 0.1, 1, {"masses": np.ones((20, 2))}
+        )
+    swinging, _ = CASES["sympy"]
+    with pytest.raises(ValueError, match=r"'k' must have shape \(4,\)"):
+        galvi.integrate_ensemble(
+            swinging, swinging.q0, swinging.v0, FOUR, 0.1, 1, {"k": np.ones((4, 2))}
+        )
+
+
+def test_a_number_that_a_system_refuses_is_found_before_the_first_step(tmp_path):
+    problem, members = galvi.problems.kepler(0.3), 200
+    mu = np.ones(members)
+    mu[-1] = -1.0
+    with pytest.raises(ValueError, match="mu must be positive") as caught:
+        galvi.integrate_ensemble(
+            problem, problem.q0, problem.v0, FOUR, 0.1, 1, {"mu": mu}, folder=tmp_path
+        )
+    assert caught.value.__notes__ == ["This was member 199."] and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("keep", [galvi.FinalStates(), galvi.Extrema()])
+def test_a_member_that_a_problem_refuses_fails_alone(keep):
+    bodies, step = CASES["three_bodies"]
+    q = np.stack([bodies.q0] * 10)
+    q[3, 1] = q[3, 0]  # two bodies at one place
+    result = galvi.integrate_ensemble(bodies, q, bodies.v0, FOUR, step, 3, keep=keep)
+    with pytest.raises(ValueError) as refusal:
+        galvi.integrate(bodies.with_initial_state(q[3], bodies.v0), FOUR, step, 3)
+    assert np.flatnonzero(~result.success).tolist() == [3] and result.failed_step[3] == 1
+    assert result.status[3].startswith(str(refusal.value))
+    assert "lanes could not do step 1" in result.status[3]
+    assert np.isnan(result[0][3]).all() and np.isfinite(np.delete(result[0], 3, axis=0)).all()
+
+
+def test_energies_are_judged_of_no_member():
+    system = galvi.Canonical(1.0, lambda q: 0.5 * (q @ q), lambda q: -q, check=False)
+    problem = galvi.Problem(system, [1.0], [0.0])  # repelled, not attracted
+    alone = galvi.integrate(problem, FOUR, 0.1, 30)
+    assert not alone.success and np.isfinite(alone.q).all()  # ruined, but solved
+    for keep in (galvi.FinalStates(), lambda run: run.q[-1]):
+        result = galvi.integrate_ensemble(problem, problem.q0, problem.v0, FOUR, 0.1, 30, keep=keep)
+        assert result.success.all() and np.isfinite(result[0]).all()

@@ -112,7 +112,7 @@ def few_kernels(tmp_path, monkeypatch):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     monkeypatch.setattr(cache, "__file__", str(folder / "compile/cache.py"))
-    for name in ("sources", "imported", "stamp"):
+    for name in ("content", "kernels", "sources", "imported", "stamp"):
         monkeypatch.setattr(cache, name, getattr(cache, name).__wrapped__)
     return folder
 
@@ -129,6 +129,29 @@ def test_an_edit_compiles_anew_what_may_call_it_and_nothing_else(few_kernels, ch
     after = stamps()
     stale = {name for name in CALLED if after[name] != before[name]}
     assert stale == {name for name in CALLED if changed in CALLED[name] | {name}}
+
+
+def test_a_file_that_changes_in_a_running_process_is_still_the_one_that_was_imported(tmp_path):
+    """What was imported before the edit must not be kept as the code of after."""
+    ours, without = Path(galvi.__file__).parent, shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ours, tmp_path / "galvi", ignore=without)
+    edit = """
+import sys
+from pathlib import Path
+import galvi
+from galvi.kernels.compile import cache
+laws = Path(galvi.__file__).parent / "kernels/lanes/laws.py"
+laws.write_text(laws.read_text() + "# changed")
+print(cache.stamp(*cache.sources("generated")))
+"""
+    stamps = [
+        subprocess.run(
+            [sys.executable, "-c", code], cwd=tmp_path, text=True, capture_output=True, check=True,
+            env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        ).stdout
+        for code in (edit.replace("laws.write", "None and laws.write"), edit, edit)
+    ]  # fmt: skip
+    assert stamps[0] == stamps[1] != stamps[2]
 
 
 def test_the_imports_read_from_the_sources_are_those_of_the_interpreter():

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from benchmarks.claims.vector_spaces.v25_brownout_cloud import GRAINS, OF_STEP, SAMPLING, WORK
+from benchmarks.brownout.step_errors import GRAINS, OF_STEP, SAMPLING, WORK
 from benchmarks.store.frames import frame, row
 from reports.figures.plots.clouds import clouds, moving_cloud
 from reports.figures.plots.convergence import (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -196,3 +197,48 @@ def test_the_pages_are_written_again_from_kept_rows(make_suite, make_claim, out,
     assert "0.250 ± 0.010" in page and "nothing is measured" not in page
     assert run(lambda: suite, ["build", "--kept", "--out", str(tmp_path)]) == 2
     assert "holds no rows yet" in capsys.readouterr().err
+
+
+def test_kept_rows_of_several_runs_are_each_shown_with_their_own_origin(
+    make_suite, make_claim, tmp_path
+):
+    def at(commit, date):
+        def provenance(command):
+            return {"date": date, "commit": commit, "numpy": commit[:1], "command": command}
+
+        return replace(make_suite(make_claim("V1"), make_claim("V2")), provenance=provenance)
+
+    def made(suite, *words):
+        return run(lambda: suite, [*words, "--out", str(tmp_path)])
+
+    first, second, third = "a" * 40, "b" * 40, "c" * 40
+    made(at(first, "2026-01-01 01:00 UTC"), "verify", "--claims", "V1")
+    made(at(second, "2026-01-02 02:00 UTC"), "compare", "--quick")
+    made(at(third, "2026-01-03 03:00 UTC"), "build", "--kept")
+    pages = {path.stem: path.read_text(encoding="utf-8") for path in tmp_path.glob("*.html")}
+    for name, page in pages.items():
+        footer = page[page.index("<footer>") :]
+        assert f"Claims: 2026-01-01 01:00 UTC, commit {first[:12]}." in footer, name
+        assert f"commit {second[:12]}, in the quick setting." in footer, name
+        assert third[:12] not in page, name
+    assert "All numbers" not in pages["index"]
+    assert "No rows are kept of: V2." in pages["index"] and "restricted" not in pages["index"]
+    assert "the comparison holds none of their problems" in pages["index"]
+    assert "numpy b" in pages["provenance"]
+    again = pages["reproduce"]
+    assert again.index(f"git checkout {first[:12]}") < again.index("reports verify --claims V1")
+    assert again.index(f"git checkout {second[:12]}") < again.index("reports compare --quick")
+    made(at(third, "2026-01-03 03:00 UTC"), "verify", "--claims", "V2", "--quick")
+    made(at(third, "2026-01-03 03:00 UTC"), "build", "--kept")
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    told = "Claims: 2026-01-01 01:00 UTC to 2026-01-03 03:00 UTC, commits aaaaaaaaaaaa and "
+    assert f"{told}cccccccccccc, partly in the quick setting." in page
+
+
+def test_minutes_are_left_out_where_nothing_was_timed(make_suite, tmp_path):
+    for timed, words in ((False, ["verify", "--quick"]), (True, ["verify"])):
+        for command in (words, ["build", "--kept"]):
+            run(make_suite, [*command, "--out", str(tmp_path)])
+        page = (tmp_path / "reproduce.html").read_text(encoding="utf-8")
+        assert (">minutes</th>" in page) == timed
+        assert ("the minutes its study took" in page) == timed

@@ -1,1 +1,1 @@
-"""Claims about vector spaces: V1 to V25."""
+"""Claims about vector spaces: V1 to V29."""

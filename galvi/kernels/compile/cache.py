@@ -13,6 +13,7 @@ The digest is not a signature: as with numba, anyone with write access to the fo
 from __future__ import annotations
 
 import hashlib
+import os
 import pickle
 import re
 import sys
@@ -47,11 +48,34 @@ def use_locks(locks: Locks | None) -> None:
 
 
 @cache
+def content(path):
+    """The bytes of a file, read once: code that a process has imported is that of its start.
+
+    OSError when it cannot be read.
+    """
+    return path.read_bytes()
+
+
+@cache
+def kernels():
+    """The sources of all kernels."""
+    found = []
+    for folder, folders, names in os.walk(Path(__file__).parents[1]):
+        folders[:] = [name for name in folders if name != "__pycache__"]
+        found += [Path(folder, name) for name in names if name.endswith(".py")]
+    return tuple(sorted(found))
+
+
+for _path in kernels():  # before any of them can change
+    content(_path)
+
+
+@cache
 def stamp(*files):
     """A digest of the files; OSError when one cannot be read."""
     digest = hashlib.sha256()
     for path in files:
-        digest.update(Path(path).read_bytes())
+        digest.update(content(Path(path)))
     return digest.hexdigest()
 
 
@@ -62,11 +86,11 @@ def sources(file):
     All of them for a file outside the kernels, such as generated code. OSError when one cannot be
     read.
     """
-    kernels = Path(__file__).parents[1]
     path = Path(file)
-    if kernels not in path.parents or path.suffix != ".py":
-        return tuple(sorted(kernels.rglob("*.py")))
-    found, left = set(), {path}
+    if path not in kernels():
+        return kernels()
+    found: set[Path] = set()
+    left = {path}
     while left:
         found |= left
         left = set().union(*(imported(one) for one in left)) - found
@@ -76,13 +100,14 @@ def sources(file):
 @cache
 def imported(path):
     """The kernel sources that one of them imports; of a package, all of its modules."""
-    kernels, found = Path(__file__).parents[1], set()
-    for module, names in IMPORTS.findall(path.read_text(encoding="utf-8")):
-        place = kernels.joinpath(*filter(None, module.split(".")))
+    top = Path(__file__).parents[1]
+    found: set[Path] = set()
+    for module, names in IMPORTS.findall(content(path).decode()):
+        place = top.joinpath(*filter(None, module.split(".")))
         for name in re.findall(r"\w+", names):
             inside = place / name
             if inside.is_dir():
-                found.update(inside.rglob("*.py"))
+                found.update(one for one in kernels() if inside in one.parents)
             else:
                 files = (inside.with_suffix(".py"), place.with_suffix(".py"), place / "__init__.py")
                 found.add(next(one for one in files if one.is_file()))

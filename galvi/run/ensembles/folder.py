@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
+import platform
 import tempfile
-from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
-from functools import cached_property, partial
+from collections.abc import Mapping
+from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
-from types import CodeType, FunctionType
 from typing import Any
 
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.input_checks import shown
+from galvi.run.ensembles.identity import identity
 
-FORMAT = 1
+FORMAT = 2
 VERSIONS = ("galvi", "numba", "llvmlite", "numpy")
 
 
@@ -28,7 +30,8 @@ class Folder:
     facts  what all its members share: law, method, times and what is kept
 
     A file holds the members of one chunk and is written as a whole under another name, then
-    renamed. Raises ImportError without pyarrow.
+    renamed. Raises ImportError without pyarrow, TypeError or ValueError for another path than that
+    of a folder, and ValueError for facts that cannot be told from others.
     """
 
     def __init__(self, path: Any, facts: Any, starts: Mapping[str, Array]) -> None:
@@ -36,17 +39,27 @@ class Folder:
             import pyarrow.parquet  # noqa: F401
         except ImportError as error:
             raise ImportError(
-                f"an ensemble in a folder needs pyarrow: {error}. Install galvi[cluster]."
+                f"an ensemble in a folder needs pyarrow: {error}. Install it: pip install pyarrow."
             ) from error
+        if not isinstance(path, str | os.PathLike):
+            raise TypeError(
+                f"folder must be the path of a folder, or None; received {shown(path)}."
+            )
         self.path, self.starts = Path(path), dict(starts)
-        self.path.mkdir(parents=True, exist_ok=True)
-        versions = [version(name) for name in VERSIONS]
-        self.shared = hashlib.sha256(repr((FORMAT, versions, _plain(facts))).encode()).digest()
+        versions = [platform.python_version(), *(version(name) for name in VERSIONS)]
+        self.shared = hashlib.sha256(repr((FORMAT, versions, identity(facts))).encode()).digest()
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except (FileExistsError, NotADirectoryError) as error:
+            raise ValueError(
+                f"folder must be the path of a folder; received {str(path)!r}, where a file is. "
+                f"Give another path."
+            ) from error
 
     @property
     def known(self) -> bool:
         """Whether some call has begun this ensemble."""
-        return self._about.exists()
+        return self._known_members() is not None
 
     @cached_property
     def _about(self) -> Path:
@@ -55,10 +68,19 @@ class Folder:
 
     def members_of_a_file(self, found: int) -> int:
         """How many members a file of this ensemble has: as in the first call, else ``found``."""
-        path = self._about
-        if not path.exists():
-            self._write(path, lambda target: target.write_text(json.dumps({"members": found})))
-        return int(json.loads(path.read_text())["members"])
+        known = self._known_members()
+        if known is not None:
+            return known
+        text = json.dumps({"members": found})
+        self._write(self._about, lambda target: target.write_text(text))
+        return found
+
+    def _known_members(self) -> int | None:
+        try:
+            known = json.loads(self._about.read_text())["members"]
+        except (FileNotFoundError, KeyError, TypeError, ValueError):
+            return None  # missing or damaged: written again
+        return known if type(known) is int and known > 0 else None
 
     def load(self, members: slice) -> tuple[tuple[Array, ...], Any, Any, dict[int, str]] | None:
         """What `save` wrote of these members: values, failed, passes and messages; None where
@@ -77,7 +99,10 @@ class Folder:
             return None  # not a file of ours, or damaged: it is computed again
         count = members.stop - members.start
         values = tuple(
-            table[f"value{k}"].combine_chunks().values.to_numpy().reshape(count, *shape)
+            table[f"value{k}"]
+            .combine_chunks()
+            .values.to_numpy()[: count * math.prod(shape)]
+            .reshape(count, *shape)
             for k, shape in enumerate(shapes)
         )
         columns = (table[name].to_numpy() for name in ("failed", "passes"))
@@ -96,9 +121,12 @@ class Folder:
 
         columns: dict[str, Any] = {}
         for k, value in enumerate(values):
-            flat = np.ascontiguousarray(value, dtype=np.float64).reshape(len(value), -1)
+            size = math.prod(value.shape[1:])
+            flat = np.ascontiguousarray(value, dtype=np.float64).reshape(len(value), size)
+            if not size:
+                flat = np.zeros((len(value), 1))  # a row has at least one number
             columns[f"value{k}"] = pa.FixedSizeListArray.from_arrays(
-                pa.array(flat.ravel()), max(flat.shape[1], 1)
+                pa.array(flat.ravel()), flat.shape[1]
             )
         columns |= {"failed": pa.array(failed), "passes": pa.array(passes)}
         shapes = json.dumps([list(value.shape[1:]) for value in values])
@@ -127,30 +155,3 @@ class Folder:
         except BaseException:
             target.unlink(missing_ok=True)
             raise
-
-
-def _plain(value: Any) -> Any:
-    """A value as nested tuples of numbers and texts that tell it from others, also in another
-    process: a function by its code, defaults and closure."""
-    if isinstance(value, np.ndarray):
-        return "array", value.shape, value.tobytes().hex()
-    if isinstance(value, tuple | list):
-        return tuple(map(_plain, value))
-    if isinstance(value, Mapping):
-        return tuple((str(key), _plain(item)) for key, item in sorted(value.items()))
-    if isinstance(value, partial):
-        return "partial", _plain(value.func), _plain(value.args), _plain(value.keywords)
-    function = getattr(value, "py_func", value)
-    if isinstance(function, FunctionType):
-        cells = tuple(cell.cell_contents for cell in function.__closure__ or ())
-        return "function", _plain(function.__code__), _plain(function.__defaults__), _plain(cells)
-    if isinstance(value, CodeType):
-        return value.co_code.hex(), value.co_names, tuple(map(_plain, value.co_consts))
-    if is_dataclass(value) and not isinstance(value, type):
-        return type(value).__name__, tuple(_named_fields(value))
-    return repr(value)
-
-
-def _named_fields(value: Any) -> Iterator[tuple[str, Any]]:
-    for field in fields(value):
-        yield field.name, _plain(getattr(value, field.name))

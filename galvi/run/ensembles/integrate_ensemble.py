@@ -20,7 +20,7 @@ from galvi.run.ensembles.chunk import Chunk, Kept
 from galvi.run.ensembles.folder import Folder
 from galvi.run.ensembles.keep import FinalStates, Keep, OfStates, Plan
 from galvi.run.ensembles.laws import Law, law_of, runs_in_lanes
-from galvi.run.ensembles.parameters import Parameters
+from galvi.run.ensembles.parameters import Parameters, checked_parameters
 from galvi.run.ensembles.result import Ensemble
 from galvi.run.ensembles.schedule import PROBE, members_of_a_chunk, results, workers_of
 from galvi.run.ensembles.singles import Single, Singles
@@ -29,8 +29,10 @@ from galvi.run.integrate import prepared
 
 BY_ITSELF = " It was run by itself, since {why}."
 NO_LAW = "the system has no law for lanes"
+IN_FRAME = "methods in a frame do not run in lanes"
+NOT_ITERATED = "lanes do not run this system with the method's weights or degrees"
 OF_PYTHON = "what is kept is a Python function of a run"
-NO_CONVERGENCE = "fixed-point iteration did not converge in step {step}"
+NOT_IN_LANES = "lanes could not do step {step}"
 
 
 def integrate_ensemble(
@@ -69,19 +71,21 @@ def integrate_ensemble(
 
     Returns an `Ensemble`. A member is equal to a run of `galvi.integrate` up to round-off, and has
     the same bits in every ensemble, order, thread and process on one kind of processor. One whose
-    iteration does not converge is run again by itself, as are all where the system has no law for
-    lanes; their status says so. A member that fails is NaN from there on, its status says why, and
-    the others go on; energies are not judged. Ctrl-C raises KeyboardInterrupt; what is in the
-    folder stays there, and the next call goes on.
+    step lanes cannot do is run again by itself, as are all where the system has no law for lanes
+    (its equations as generated code of vector instructions) or the method works in a frame; their
+    status says so. A member that fails, or that `galvi.Problem` then refuses, is NaN from there on,
+    its status says why, and the others go on. Energies are not judged, whoever runs the member.
+    Ctrl-C raises KeyboardInterrupt; what is in the folder stays there, and the next call goes on.
 
     Raises ValueError or TypeError for bad input before the first step.
     """
+    shows = progress is not None and input_checks.flag("progress", progress)
     work = _Work(problem, q0, v0, method, step, steps, parameters, keep, tolerance)
     workers = workers_of(executor, processors())
     store = None if folder is None else Folder(folder, *work.identity())
     with ExitStack() as stack:
         bar = None
-        if progress:
+        if shows:
             bar = stack.enter_context(tqdm(total=work.members, unit="run"))
         return work.run(executor, workers, store, (lambda n: None) if bar is None else bar.update)
 
@@ -96,9 +100,10 @@ class _Work:
         self.problem, self.method = problem, method
         if not isinstance(problem, Problem):
             raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
-        self.q, self.v, self.step = _starts(problem, q0, v0, step, parameters)
+        values = checked_parameters(parameters)
+        self.q, self.v, self.step = _starts(problem, q0, v0, step, values)
         self.members = len(self.q)
-        self.parameters = Parameters(problem, parameters, self.members)
+        self.parameters = Parameters(problem, values, self.members)
         first = problem.with_initial_state(self.q[0], self.v[0])
         prepared(first, method, float(self.step[0]), steps, curves=False, tolerance=tolerance)
         self.plan = Plan(int(steps), self.step, problem.t0, problem.q0.shape, problem.v0.shape)
@@ -108,8 +113,17 @@ class _Work:
         )
         self.law: Law | None = None
         found = law_of(problem.system, problem.v0.size)
+        if self.keep is None:
+            self.why_alone = OF_PYTHON
+        elif method.in_frame:
+            self.why_alone = IN_FRAME
+        else:
+            self.why_alone = NO_LAW if found is None else NOT_ITERATED
         if found is not None and self.keep is not None and runs_in_lanes(*found, method):
-            self.law, self.numbers = found
+            self.law, self.own = found
+            self.numbers = self.parameters.numbers(self.law, self.own, slice(0, self.members))
+        else:
+            self.parameters.check()
         rotates = self.law is not None and bool(self.law.layout)
         self.tolerance = max(tolerance or 0.0, FINEST_IN_LANES if rotates else FINEST_ON_RN)
         if self.keep is not None:
@@ -121,11 +135,13 @@ class _Work:
     def identity(self) -> tuple[Any, dict[str, Array]]:
         """What files are named by: what all members share, and what each has."""
         kept = self.function if self.keep is None else self.keep
+        numbers = (self.own.constants, self.own.mass) if self.law is not None else ()
         facts = (
-            self.problem.system, self.law, self.method, self.plan.steps, self.plan.t0,
+            self.problem.system, self.law, numbers, self.method, self.plan.steps, self.plan.t0,
             self.tolerance, kept,
         )  # fmt: skip
-        return facts, {"q": self.q, "v": self.v, "step": self.step, **self.parameters.values}
+        given = {f"parameters/{name}": array for name, array in self.parameters.values.items()}
+        return facts, {"q": self.q, "v": self.v, "step": self.step, **given}
 
     def run(
         self, executor: Any, workers: int, store: Folder | None, count: Callable[[int], Any]
@@ -187,8 +203,7 @@ class _Work:
     def chunk(self, members: slice) -> Chunk:
         """What is needed to run some members."""
         assert self.law is not None and self.keep is not None
-        numbers = self.parameters.numbers(self.law, self.numbers, members)
-        plan = self.plan._replace(step=self.step[members])
+        numbers, plan = self.numbers.rows(members), self.plan._replace(step=self.step[members])
         return Chunk(
             self.law, numbers, self.method, plan, self.tolerance, self.keep, members.start,
             self.q[members], self.v[members],
@@ -197,14 +212,14 @@ class _Work:
     def take(self, members: slice, kept: Kept | None) -> None:
         """Keep what some members left, and run those by themselves that lanes did not."""
         alone: Iterator[int] = iter(range(members.start, members.stop))
-        why = NO_LAW if self.keep is not None else OF_PYTHON
+        why = self.why_alone
         if kept is not None:
             self.place(members, kept.values)
             self.passes[members] = kept.passes
             alone = (members.start + int(k) for k in np.flatnonzero(kept.failed))
         for member in alone:
             if kept is not None:
-                why = NO_CONVERGENCE.format(step=int(kept.failed[member - members.start]))
+                why = NOT_IN_LANES.format(step=int(kept.failed[member - members.start]))
             single = self.single(member)
             self.place(slice(member, member + 1), tuple(value[None] for value in single.values))
             self.failed[member], self.passes[member] = single.failed, single.passes
@@ -267,7 +282,7 @@ def _kept(keep: Any) -> tuple[Keep | None, Callable[[Any], Any] | None]:
 
 
 def _starts(
-    problem: Problem, q0: Any, v0: Any, step: Any, parameters: Any
+    problem: Problem, q0: Any, v0: Any, step: Any, parameters: dict[str, Array]
 ) -> tuple[Array, Array, Array]:
     """Configurations (n, ...), velocities (n, ...) and steps (n,) of all members."""
     q, v = input_checks.array("q0", q0), input_checks.array("v0", v0)
@@ -284,13 +299,15 @@ def _starts(
                 f"{shape} for all members; received {array.shape}."
             )
         counts[name] = len(array)
-    for name, values in dict(parameters or {}).items():
+    for name, values in parameters.items():
         counts[f"parameters[{name!r}]"] = len(np.atleast_1d(values))
     if not counts:
         counts["q0"] = 1
     if len(set(counts.values())) > 1:
         found = ", ".join(f"{count} of {name}" for name, count in counts.items())
-        raise ValueError(f"all members must have what one of them has; received {found}.")
+        raise ValueError(
+            f"q0, v0, step and parameters must have the same number of members; received {found}."
+        )
     (members,) = set(counts.values())
     if np.any(h == 0.0):
         raise ValueError("step must not be zero. Give the step size in units of time.")

@@ -14,6 +14,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
+from galvi.input_checks import shown
 
 WHOLE = 1e-6  # of a step, by which a time may differ from a whole number of steps
 
@@ -54,6 +55,26 @@ class Keep(Protocol):
 Quantity = Callable[[Array, Array, Array], Any]  # (t, q, p) of n members -> (n, ...)
 
 
+def _check_callable(quantity: Any) -> None:
+    if not callable(quantity):
+        raise TypeError(f"quantity must be a function (t, q, p); received {shown(quantity)}.")
+
+
+def _values(quantity: Quantity, t: Array, q: Array, p: Array) -> Array:
+    """(n, ...) of a quantity of n members; ValueError for another shape."""
+    try:
+        x = np.asarray(quantity(t, q, p), dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        error.add_note("This was the quantity of an ensemble, called with arrays of all members.")
+        raise
+    if x.shape[:1] != t.shape:
+        raise ValueError(
+            f"quantity must return a value for each of {len(t)} members, shape ({len(t)}, ...); "
+            f"received shape {x.shape}. Compute it from arrays with the members in front."
+        )
+    return x
+
+
 @dataclass(frozen=True)
 class FinalStates:
     """The last configuration and momentum of each member: ``result[0]`` and ``result[1]``."""
@@ -79,7 +100,7 @@ class _Final:
 class StatesAt:
     """The states at some times, a whole number of steps of each member after the start.
 
-    times  increasing
+    times  in any order
 
     ``result[0]`` is (members, times, ...) of configurations, ``result[1]`` of momenta.
     """
@@ -87,13 +108,21 @@ class StatesAt:
     times: Any
 
     def __post_init__(self) -> None:
-        times = np.atleast_1d(input_checks.array("times", self.times))
+        times = np.atleast_1d(
+            input_checks.array(
+                "times",
+                np.asarray(self.times, dtype=float) if np.size(self.times) == 0 else self.times,
+            )
+        )
+        if times.ndim != 1:
+            raise ValueError(f"times must have shape (times,); received shape {times.shape}.")
         object.__setattr__(self, "times", tuple(times.tolist()))
 
     def numbers(self, plan: Plan) -> Any:
         """(n, times) numbers of steps; ValueError unless whole and within the run."""
-        ratio = (np.array(self.times) - plan.t0) / plan.step[:, None]
-        found = np.rint(ratio).astype(np.int64)
+        with np.errstate(over="ignore"):
+            ratio = (np.array(self.times) - plan.t0) / plan.step[:, None]
+        found = np.rint(np.clip(ratio, -1.0, plan.steps + 1.0))
         wrong = (np.abs(ratio - found) > WHOLE) | (found < 0) | (found > plan.steps)
         if np.any(wrong):
             member, k = np.argwhere(wrong)[0]
@@ -102,7 +131,7 @@ class StatesAt:
                 f"{self.times[k]!r}, which is {ratio[member, k]:.9g} steps of "
                 f"{plan.step[member]:g} of a run of {plan.steps}."
             )
-        return found
+        return found.astype(np.int64)
 
     def steps(self, plan: Plan) -> Sequence[int]:
         """All that one of the members needs."""
@@ -139,6 +168,10 @@ class Extrema:
 
     quantity: Quantity | None = None
 
+    def __post_init__(self) -> None:
+        if self.quantity is not None:
+            _check_callable(self.quantity)
+
     def steps(self, plan: Plan) -> Sequence[int]:
         """All of them."""
         return range(plan.steps + 1)
@@ -153,7 +186,7 @@ class _Extremes:
         self.quantity = quantity
 
     def see(self, k: int, t: Array, q: Array, p: Array) -> None:
-        x = q if self.quantity is None else np.asarray(self.quantity(t, q, p), dtype=np.float64)
+        x = q if self.quantity is None else _values(self.quantity, t, q, p)
         if k == 0:
             self.least, self.most = np.array(x), np.array(x)
         else:
@@ -177,6 +210,7 @@ class Histogram:
     edges: Any
 
     def __post_init__(self) -> None:
+        _check_callable(self.quantity)
         edges = input_checks.array("edges", self.edges)
         if edges.ndim != 1 or edges.size < 2 or np.any(np.diff(edges) <= 0.0):
             raise ValueError(f"edges must be increasing; received {edges.tolist()}.")
@@ -197,7 +231,12 @@ class _Counts:
         self.counts = np.zeros((members, edges.size - 1))
 
     def see(self, k: int, t: Array, q: Array, p: Array) -> None:
-        x = np.asarray(self.quantity(t, q, p), dtype=np.float64)
+        x = _values(self.quantity, t, q, p)
+        if x.ndim != 1:
+            raise ValueError(
+                f"the quantity of a histogram must return a number for each member, shape "
+                f"{t.shape}; received shape {x.shape}."
+            )
         bins = np.searchsorted(self.edges, x, side="right") - 1
         bins[x == self.edges[-1]] -= 1
         inside = np.flatnonzero((bins >= 0) & (bins < self.edges.size - 1) & np.isfinite(x))
@@ -240,4 +279,10 @@ class _Whole:
     def result(self) -> tuple[Array, ...]:
         rows = zip(self.t, self.q, self.p, strict=True)
         values = [self.function(*(read_only(part) for part in row)) for row in rows]
+        for value in values:
+            if isinstance(value, tuple) or np.shape(value) != np.shape(values[0]):
+                raise ValueError(
+                    f"keep must return a number, or an array of one shape for all members; "
+                    f"received {shown(value)}. Return one array."
+                )
         return (np.array(values, dtype=np.float64),)

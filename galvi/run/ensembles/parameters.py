@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from galvi.arrays import Array, read_only
+from galvi import input_checks
+from galvi.arrays import Array
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.run.ensembles.laws import Law, LawNumbers, law_of
@@ -26,32 +27,65 @@ SYMBOLIC = (SymbolicLagrangian, SymbolicForce)
 Path = tuple[str, ...]  # names of fields from the system on; one of SYMBOLIC has its parameters
 
 
+def checked_parameters(parameters: Any) -> dict[str, Array]:
+    """The arrays of a dict of names and arrays, or of None; TypeError or ValueError for others."""
+    if parameters is None:
+        return {}
+    if not isinstance(parameters, Mapping):
+        raise TypeError(
+            f"parameters must be a dict of names and arrays; received {shown(parameters)}."
+        )
+    return {
+        name: input_checks.array(f"parameters[{shown(name)}]", values)
+        for name, values in parameters.items()
+    }
+
+
 class Parameters:
     """The parameters of n members: name -> values (n, ...)."""
 
-    def __init__(self, problem: Problem, values: Mapping[str, Any] | None, members: int) -> None:
-        self.problem, self.values = problem, dict[str, Array]()
+    def __init__(self, problem: Problem, values: Mapping[str, Array], members: int) -> None:
+        self.problem, self.members, self.values = problem, members, dict[str, Array]()
         self.places = _places(problem.system)
-        if values is not None and not isinstance(values, Mapping):
-            raise TypeError(
-                f"parameters must be a dict of names and arrays; received {shown(values)}."
-            )
-        for name, given in (values or {}).items():
+        for name, array in values.items():
             if name not in self.places:
                 known = ", ".join(sorted(self.places)) or "none"
                 raise ValueError(
                     f"parameters must be named as fields of the system are, or as the parameters "
                     f"of its expression: {known}; received {shown(name)}."
                 )
-            array = np.array(given, dtype=np.float64)
             if array.ndim == 0 or len(array) != members:
                 raise ValueError(
                     f"parameter {name!r} must have one value for each of the {members} members; "
                     f"received shape {array.shape}."
                 )
-            if not np.all(np.isfinite(array)):
-                raise ValueError(f"parameter {name!r} must hold finite numbers only.")
-            self.values[name] = read_only(array)
+            for path in self.places[name]:
+                shape = self._shape(path)
+                if shape is not None and array.shape[1:] != shape:
+                    raise ValueError(
+                        f"parameter {name!r} must have shape {(members, *shape)}, the members "
+                        f"in front; received {array.shape}."
+                    )
+            self.values[name] = array
+
+    def _shape(self, path: Path) -> tuple[int, ...] | None:
+        """That of a parameter of an expression, or of a field that is an array; else None."""
+        owner = _at(self.problem.system, path[:-1])
+        if isinstance(owner, SYMBOLIC):
+            return ()
+        return np.shape(getattr(owner, path[-1])) or None
+
+    def check(self) -> None:
+        """Raise what a system raises for some member's values, with a note that names it."""
+        for member in range(self.members if self.values else 0):
+            self._checked_system(member)
+
+    def _checked_system(self, member: int) -> Any:
+        try:
+            return self.system(member)
+        except ValueError as error:
+            error.add_note(f"This was member {member}.")
+            raise
 
     def system(self, member: int) -> Any:
         """The system of one member."""
@@ -85,11 +119,7 @@ class Parameters:
         found = []
         for k in first:
             member = (members.start or 0) + int(k)
-            try:
-                made = law_of(self.system(member), law.dimension)
-            except ValueError as error:
-                error.add_note(f"This was member {member}.")
-                raise
+            made = law_of(self._checked_system(member), law.dimension)
             if made is None or made[0] != law:
                 raise ValueError(
                     f"the parameters of member {member} give another law than the problem's; "

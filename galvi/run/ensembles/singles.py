@@ -11,10 +11,11 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.ensembles.keep import Keep, Plan
+from galvi.run.ensembles.keep import Keep, Plan, Record
 from galvi.run.ensembles.parameters import Parameters
-from galvi.run.integrate import integrate
+from galvi.run.integrate import prepared
 from galvi.run.interruption import uninterrupted
+from galvi.run.run_arrays import check_memory
 from galvi.trajectory import Trajectory
 
 
@@ -28,14 +29,15 @@ class Single(NamedTuple):
 
 
 class Singles:
-    """The members of an ensemble as runs by themselves."""
+    """The members of an ensemble as runs by themselves, whose energies are not judged."""
 
     def __init__(
         self, parameters: Parameters, method: Galerkin, plan: Plan, q: Array, v: Array,
         tolerance: float | None, solver: str,
     ) -> None:  # fmt: skip
         self.parameters, self.method, self.plan = parameters, method, plan
-        self.q, self.v, self.options = q, v, {"tolerance": tolerance, "solver": solver}
+        self.q, self.v = q, v
+        self.options: dict[str, Any] = {"tolerance": tolerance, "solver": solver}
 
     def problem(self, member: int) -> Problem:
         """The problem of one member."""
@@ -43,28 +45,42 @@ class Singles:
         system = self.parameters.system(member)
         return replace(own, system=system, q0=self.q[member], v0=self.v[member])
 
-    def trajectory(self, member: int, curves: bool) -> Trajectory:
-        """The run of one member."""
-        step = float(self.plan.step[member])
-        options: dict[str, Any] = self.options
-        return uninterrupted(integrate(
-            self.problem(member), self.method, step, self.plan.steps, curves=curves, **options
-        ))  # fmt: skip
+    def run(self, member: int, curves: bool) -> Callable[..., Trajectory]:
+        """The run of one member; ValueError for a start or numbers that cannot be run."""
+        problem, steps = self.problem(member), self.plan.steps
+        step, options = float(self.plan.step[member]), self.options
+        begun = prepared(problem, self.method, step, steps, curves=curves, **options)
+        check_memory((problem,), self.method, steps, 1, curves)
+        return lambda: uninterrupted(begun(watched=False))
 
     def kept(self, member: int, keep: Keep) -> Single:
-        """What ``keep`` keeps of one member."""
-        run = self.trajectory(member, curves=False)
+        """What ``keep`` keeps of one member; of one that is refused, as of one that fails at once.
+
+        Its status is then what refused it.
+        """
         plan = self.plan._replace(step=self.plan.step[member : member + 1])
         record = keep.begin(plan)
+        try:
+            begun = self.run(member, curves=False)
+        except ValueError as error:
+            q, p = np.full((1, *plan.q_shape), np.nan), np.full((1, *plan.p_shape), np.nan)
+            for k in keep.steps(plan):
+                record.see(k, plan.t0 + k * plan.step, q, p)
+            return Single(_of_one(record), str(error), 1, 0)
+        run = begun()
         for k in keep.steps(plan):
             record.see(k, run.t[k : k + 1], run.q[k : k + 1], run.p[k : k + 1])
-        return self._single(tuple(value[0] for value in record.result()), run)
+        return _single(_of_one(record), run)
 
     def returned(self, member: int, function: Callable[[Trajectory], Any]) -> Single:
         """What a function of the run returns."""
-        run = self.trajectory(member, curves=self.plan.steps <= 10**4)
-        return self._single((np.asarray(function(run), dtype=np.float64),), run)
+        run = self.run(member, curves=self.plan.steps <= 10**4)()
+        return _single((np.asarray(function(run), dtype=np.float64),), run)
 
-    @staticmethod
-    def _single(values: tuple[Array, ...], run: Trajectory) -> Single:
-        return Single(values, run.status, run.failed_step or 0, run.counts["iterations"])
+
+def _of_one(record: Record) -> tuple[Array, ...]:
+    return tuple(value[0] for value in record.result())
+
+
+def _single(values: tuple[Array, ...], run: Trajectory) -> Single:
+    return Single(values, run.status, run.failed_step or 0, run.counts["iterations"])

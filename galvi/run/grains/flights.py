@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from galvi import input_checks
 from galvi.arrays import Array
+from galvi.input_checks import shown
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.forces.rotor_wind import DESCENT
 from galvi.kernels.lanes.grains import flight
@@ -30,9 +31,9 @@ Codes = npt.NDArray[np.int64]
 ROTOR = "from galvi.kernels.lanes.laws import rotor_wind as wind\n"
 BATCH = 4096  # grains of one call of the kernel
 TOLERANCE = 1e-14  # change of the last pass, relative to the velocities
-WAITING, ALOFT, LANDED, FAILED = range(4)  # statuses; a grain waits that starts after the end
+WAITING, ALOFT, LANDED, FAILED = range(4)  # a grain waits that starts at the end or later
 STATUSES = (
-    "not started: its time is after the end",
+    "not started: its time is the end or after it",
     "aloft at the end",
     "stays on the ground",
     "the stage equations were not solved: take a shorter step",
@@ -52,6 +53,18 @@ class Ground:
     restitution: float | None = None
     slowest: float = 0.05
     exact: bool = True
+
+    def __post_init__(self) -> None:
+        if self.restitution is not None:
+            restitution = input_checks.real("restitution", self.restitution)
+            if restitution < 0.0:
+                raise ValueError(
+                    f"restitution must not be negative; received {restitution!r}. Give None for "
+                    f"grains that stay where they land."
+                )
+        if input_checks.real("slowest", self.slowest) < 0.0:
+            raise ValueError(f"slowest must not be negative; received {self.slowest!r}. Give 0.")
+        input_checks.flag("exact", self.exact)
 
 
 @dataclass(frozen=True)
@@ -99,7 +112,7 @@ def follow(
 
     method  as many points as coefficients, e.g. ``Galerkin(Polynomials(2), gauss(2))``
     q0, v0  (n, 3) in m and m/s, z above the ground or on it with an upward velocity
-    t0      (n,) starts in s, from 0 on; a grain that would start after the end does not
+    t0      (n,) starts in s, from 0 on; a grain that would start at the end or after it does not
     rates   (n, 1 + numbers of the drag law): factor over mass, then the law's numbers
     step    s, one for all or (n,), each a whole fraction of ``until``: steps end at its multiples,
             so that the first one is shorter
@@ -110,8 +123,18 @@ def follow(
     ValueError for bad input, KeyboardInterrupt after Ctrl-C.
     """
     _check_method(method)
-    q0, v0, t0, rates = (np.array(x, dtype=np.float64) for x in (q0, v0, t0, rates))
-    n = len(t0)
+    given = {"q0": q0, "v0": v0, "t0": t0, "rates": rates}
+    q0, v0, t0, rates = (input_checks.array(name, values) for name, values in given.items())
+    if not isinstance(ground, Ground):
+        raise TypeError(f"ground must be a Ground; received {shown(ground)}.")
+    gravity = input_checks.real("gravity", gravity)
+    tolerance = input_checks.positive("tolerance", tolerance)
+    saves = input_checks.whole("saves", saves, 0)
+    if threads is not None:
+        threads = input_checks.whole("threads", threads)
+    if t0.ndim != 1:
+        raise ValueError(f"t0 must have shape (grains,); received shape {t0.shape}.")
+    n = t0.size
     steps = _steps(step, until, saves, n)
     _check_starts(q0, v0, t0, rates, drag, n)
     starts = np.concatenate([q0, v0], axis=1)
@@ -163,9 +186,17 @@ def _batches(steps: Codes) -> list[Any]:
 def _steps(step: float | Array, until: float, saves: int, n: int) -> Codes:
     """The number of steps from 0 to the end, (n,)."""
     until = input_checks.positive("until", until)
-    sizes = np.broadcast_to(np.array(step, dtype=np.float64), (n,))
-    if not (np.all(np.isfinite(sizes)) and np.all(sizes > 0.0)):
-        raise ValueError("step must be positive and finite; received another. Give it in seconds.")
+    sizes = input_checks.array("step", step)
+    if sizes.shape not in ((), (n,)):
+        raise ValueError(
+            f"step must be a number or have shape {(n,)}; received shape {sizes.shape}. Give one "
+            f"for each grain."
+        )
+    if not np.all(sizes > 0.0):
+        raise ValueError(
+            f"step must be positive; received {float(np.min(sizes))!r}. Give it in seconds."
+        )
+    sizes = np.broadcast_to(sizes, (n,))
     counts = np.rint(until / sizes).astype(np.int64)
     whole = np.abs(counts * sizes - until) <= 1e-9 * until
     if not np.all(whole & (counts % max(1, saves) == 0)):
@@ -183,10 +214,9 @@ def _check_starts(q0: Array, v0: Array, t0: Array, rates: Array, drag: DragLaw, 
     for name, (array, shape) in expected.items():
         if array.shape != shape:
             raise ValueError(
-                f"{name} must have shape {shape}; received {array.shape}. Give a row a grain."
+                f"{name} must have shape {shape}; received {array.shape}. Give one row for each "
+                f"grain."
             )
-        if not np.all(np.isfinite(array)):
-            raise ValueError(f"{name} must be finite; received NaN or infinity. Leave them out.")
     low = (q0[:, 2] < 0.0) | ((q0[:, 2] == 0.0) & (v0[:, 2] <= 0.0))
     if np.any(low) or np.any(t0 < 0.0):
         raise ValueError(
@@ -196,6 +226,8 @@ def _check_starts(q0: Array, v0: Array, t0: Array, rates: Array, drag: DragLaw, 
 
 
 def _check_method(method: Galerkin) -> None:
+    if not isinstance(method, Galerkin):
+        raise TypeError(f"method must be a galvi.Galerkin; received {shown(method)}.")
     if method.stages != method.space.dimension - 1 or np.any(method.table.b <= 0.0):
         raise ValueError(
             f"grains take methods with as many points as coefficients; received {method.name}. "

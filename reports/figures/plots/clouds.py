@@ -27,6 +27,8 @@ def clouds(
     _known(frame, study)
     grid = axes.get_subplotspec().subgridspec(len(labels), len(times), wspace=0.06, hspace=0.12)
     axes.set_axis_off()
+    axes.text(0.5, -0.07, "$x$ [m]", transform=axes.transAxes, ha="center", va="top")
+    axes.text(-0.1, 0.5, "$z$ [m]", transform=axes.transAxes, ha="right", va="center", rotation=90)
     for i, label in enumerate(labels):
         for k, t in enumerate(times):
             one = axes.figure.add_subplot(grid[i, k])

@@ -1,4 +1,4 @@
-"""Few contenders on two problems: the fastest time for each error, labelled at the lines."""
+"""Some contenders on two problems: the fastest time for each error."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from benchmarks.work_precision.fronts import front
 from reports.figures.style.decades import decades, readable
-from reports.figures.style.end_labels import Label, label_ends
 from reports.figures.style.identities import OURS, blue, identity
 from reports.figures.style.legends import NARROW
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import GUIDE
 from reports.figures.style.units import error_label
 
 LEAST = 1e-14  # errors below it are the rounding of the truth
@@ -38,36 +37,43 @@ def headline(
     axes: Axes, frame: pd.DataFrame, *, panels: Mapping[str, str], shown: Sequence[Shown],
     marked: tuple[str, float, str] | None = None,
 ) -> None:  # fmt: skip
-    """A panel for each problem (name -> title), with a common axis of errors.
+    """A panel for each problem (name -> title), with a common axis of errors and one legend.
 
-    marked  (contender, step, text): a point on its line where that step would be
+    marked  (contender, step, label): a circle on its line where that step would be
     """
     known = [name for name in panels if (frame["problem"] == name).any()]
     if not known:
         raise NoData("its problems were not compared.")
     narrow = axes.figure.get_figwidth() < NARROW
     shape = (len(known), 1) if narrow else (1, len(known))
-    grid = axes.get_subplotspec().subgridspec(*shape, wspace=0.55, hspace=0.5)
+    grid = axes.get_subplotspec().subgridspec(*shape, wspace=0.2, hspace=0.5)
     axes.set_axis_off()
     first: Axes | None = None
+    drawn: dict[str, Line2D] = {}
     for column, name in enumerate(known):
         rows = frame[frame["problem"] == name]
         one = axes.figure.add_subplot(grid[column], sharey=first)
         ylabel = error_label(name, rows["quantity"].iloc[0]) if column == 0 or narrow else ""
         one.set(xscale="log", yscale="log", xlabel="time to solution [s]", ylabel=ylabel)
         one.set_title(panels[name])
-        ends = [end for line in shown if (end := _line(one, rows, line)) is not None]
-        if not ends:
+        lines = {line.label: found for line in shown if (found := _line(one, rows, line))}
+        if not lines:
             raise NoData(f"{name}: no contender has both an error and a time.")
         if marked is not None:
-            _mark(one, rows, *marked)
+            lines |= _mark(one, rows, *marked)
         first = first or one
         decades(one.yaxis, 7)
         readable(one.xaxis)
-        label_ends(one, ends)
+        drawn = lines | drawn
+    labels = [line.label for line in shown] + ([marked[2]] if marked else [])
+    names = [name for name in labels if name in drawn]
+    axes.legend(
+        [drawn[name] for name in names], names, loc="upper center",
+        bbox_to_anchor=(0.5, -0.08 if narrow else -0.16), ncols=2 if narrow else 4,
+    )  # fmt: skip
 
 
-def _line(axes: Axes, rows: pd.DataFrame, line: Shown) -> Label | None:
+def _line(axes: Axes, rows: pd.DataFrame, line: Shown) -> Line2D | None:
     runs = line.runs(rows)
     runs = runs[runs["error"] >= LEAST]
     if runs.empty:
@@ -75,20 +81,23 @@ def _line(axes: Axes, rows: pd.DataFrame, line: Shown) -> Label | None:
     look = identity(line.begins)
     ours = line.begins == OURS
     style = {**look.style, "color": blue(8), "linewidth": 2.4} if ours else look.style
-    axes.plot(runs["seconds"], runs["error"], markersize=4.0, **style)
-    last = runs.iloc[-1]
-    return Label(float(last["seconds"]), float(last["error"]), line.label, str(style["color"]))
+    (drawn,) = axes.plot(runs["seconds"], runs["error"], markersize=4.0, **style)
+    return drawn
 
 
-def _mark(axes: Axes, rows: pd.DataFrame, contender: str, step: float, text: str) -> None:
-    """An open circle between the two measured steps around this one."""
+def _mark(
+    axes: Axes, rows: pd.DataFrame, contender: str, step: float, label: str
+) -> dict[str, Line2D]:
+    """An open circle, by its label, between the two measured steps around this one."""
     found = at_step(rows, contender, step)
     if found is None:
-        return
+        return {}
     error, seconds = found
-    axes.plot(seconds, error, "o", markersize=9.0, mfc="none", color=identity(contender).color)
-    axes.annotate(text, (seconds, error), xytext=(-6, -10), textcoords="offset points",
-                  ha="right", fontsize=8, color=GUIDE)  # fmt: skip
+    color = identity(contender).color
+    (drawn,) = axes.plot(
+        seconds, error, "o", markersize=9.0, mfc="none", color=color, linestyle="none"
+    )
+    return {label: drawn}
 
 
 def at_step(rows: pd.DataFrame, contender: str, step: float) -> tuple[float, float] | None:

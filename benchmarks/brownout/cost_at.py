@@ -1,0 +1,40 @@
+"""What a method must cost for an error, between the steps at which it was measured."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from benchmarks.statistics.estimate import Estimate
+from galvi.arrays import Array
+
+
+def cost_at(level: float, costs: Array, errors: Array, own: Array) -> Estimate:
+    """The cost from which on the size of the errors stays at or below a level.
+
+    costs   (k,), increasing
+    errors  (k,), signed
+    own     (k,), standard errors of them
+
+    Linear in the error and the logarithm of the cost, between the last point above the level and
+    the next. The uncertainty is that of the errors. NaN where the last point is above, all are
+    below, or a number is missing.
+    """
+    above = np.flatnonzero(~(np.abs(errors) <= level))
+    if not above.size or above[-1] == len(errors) - 1:
+        return Estimate(math.nan)
+    k = above[-1]
+    sign, fall = np.sign(errors[k]), errors[k] - errors[k + 1]
+    part = (errors[k] - sign * level) / fall
+    slope = math.log(costs[k + 1] / costs[k]) / abs(fall)
+    cost = costs[k] * (costs[k + 1] / costs[k]) ** part
+    error = cost * slope * math.hypot((1.0 - part) * own[k], part * own[k + 1])
+    return Estimate(float(cost), float(error))
+
+
+def over(first: Estimate, second: Estimate) -> Estimate:
+    """A ratio, of errors that are independent."""
+    ratio = first.value / second.value
+    errors = ((one.uncertainty or 0.0) / one.value for one in (first, second))
+    return Estimate(ratio, ratio * math.hypot(*errors))
