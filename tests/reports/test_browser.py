@@ -201,3 +201,27 @@ def test_links_between_pages_and_anchors_lead_somewhere(out):
                 assert not anchor or f'id="{anchor}"' in pages[file or name], (name, target)
             else:
                 assert (out / file).is_file(), (name, target)
+
+
+CUT = """() => [...document.querySelectorAll('.wide')].filter(one => {
+    const caption = one.querySelector('caption span');
+    const end = caption ? caption.getBoundingClientRect().right : 0;
+    return end > one.getBoundingClientRect().right + 1;
+}).map(one => one.ariaLabel)"""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_captions_are_as_wide_as_the_box_of_their_table_and_ratios_fit_a_laptop(opened, name):
+    for width in WIDTHS:
+        page = opened(name, width)
+        page.evaluate(OPEN)
+        assert page.evaluate(CUT) == [], width
+    scrolled = ".filter(one => one.scrollWidth > one.clientWidth + 1).map(one => one.ariaLabel)"
+    assert page.evaluate(f"[...document.querySelectorAll('.tight')]{scrolled}") == []
+
+
+def test_a_caption_that_is_cut_would_be_found(opened):
+    page = opened("comparisons", 400)
+    page.add_style_tag(content="caption span { display: block !important; width: 3000px; "
+                       "max-width: none !important; }")  # fmt: skip
+    assert page.evaluate(CUT) != []
