@@ -327,3 +327,33 @@ def test_bad_input_gets_one_clear_sentence(changed: dict[str, Any], sentence: st
 def test_a_ground_is_checked(changed: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match=f"{next(iter(changed))} must"):
         Ground(**changed)
+
+
+@pytest.mark.parametrize("s", [1, 2, 3])
+def test_a_small_jump_from_the_ground_is_a_flight(s: int) -> None:
+    """Much shorter than the step: the curve's own velocity at its start points downwards."""
+    speed = np.array([1e-3, 1e-2, 5e-2])
+    v = np.outer(speed, [0.0, 0.0, 1.0])
+    rates = np.tile([[RATE, *STOKES.numbers]], (3, 1))
+    found = follow(gauss(s), np.tile([[0.3, 0.0, 0.0]], (3, 1)), v, np.zeros(3), rates, STOKES,
+                   0.25, 1.0, gravity=G, wind=STILL)  # fmt: skip
+    assert np.all(found.status == LANDED) and np.all(found.contacts == 1)
+    np.testing.assert_allclose(found.t, risen(speed)[0], rtol=[2e-2, 1e-6, 1e-10][s - 1])  # 7e-3
+
+
+UPWARDS = "def wind(q, decay):\n    return 0.0, 0.0, 8.0\n"
+
+
+@pytest.mark.parametrize("s", [1, 2, 3])
+def test_the_ground_never_pulls(s: int) -> None:
+    """Where a coarse curve dips below the ground but the step rises, there is no contact."""
+    random, n = np.random.default_rng(s), 400
+    q, v = np.zeros((2, n, 3))
+    q[:, 0], q[:, 2], v[:, 2] = 0.3, random.uniform(1e-4, 0.5, n), -random.uniform(0.1, 20.0, n)
+    rates = np.tile([[15.0, *STOKES.numbers]], (n, 1))
+    for exact in (True, False):
+        found = follow(gauss(s), q, v, np.zeros(n), rates, STOKES, 0.25, 1.0, gravity=G,
+                       ground=Ground(exact=exact), wind=UPWARDS)  # fmt: skip
+        assert np.all(found.contact[:, 2] >= 0.0)
+        assert np.all((found.contact[:, 2] > 0.0) == (found.status == LANDED))
+        assert np.any(found.status == LANDED) and np.any(found.status == ALOFT)

@@ -7,8 +7,9 @@ first one, from the start, is shorter.
 
 Contact with the ground z = 0: where the curve of a solved step comes down to it, the step is done
 anew up to the first root of the curve, and then, where asked, up to the root of its own end, by
-Newton's method: the curve is of order s + 1 inside the step, the end of order 2 s. There the grain
-stays, or its vertical velocity changes to -e times itself and the rest of the step is done anew.
+Newton's method: the curve is of order s + 1 inside the step, the end of order 2 s. A grain that
+moves upwards there goes on. Another stays, or its vertical velocity changes to -e times itself, and
+the rest of the step is done anew.
 
 starts     (n, 6)    q and v                      clocks  (n, 2)  time of the start, step
 constants  (n, 2)    those of the drag law        lasts   (n,)    the last time, in steps from 0
@@ -112,10 +113,14 @@ def way_down(work, l, curve, b_table, s, scratch):
             v += h * b_table[k * s + j] * work[DECAY + s + 3 * j + 2, l]
         for m in range(s):
             coefficients[m + 1] += h * curve[m, k] * v
-    if z == 0.0:  # from the ground: z / tau
-        coefficients = coefficients[1:]
-        if not coefficients[0] > 0.0:
+    if z == 0.0:  # from the ground: z / tau, whose value at 0 is that of the velocity there
+        if not work[V + 2, l] > 0.0:
             return 0.0
+        scratch[3, s + 1] = 0.0
+        coefficients = scratch[3, 1 : s + 2]
+        less = h * work[V + 2, l] - coefficients[0]  # of the order of the curve's error
+        coefficients[0] += less
+        coefficients[1] -= less  # so that the end is that of the curve
     lowest = coefficients[0]
     for m in range(1, coefficients.size):
         lowest += min(0.0, coefficients[m])
@@ -295,12 +300,21 @@ def fly(law, grains, tables, rules, every, work, results):
                         set_step(work, clock, l, longer, numbers, s, fall)
                         continue
             lane[PHASE, l] = WHOLE
+            rises = touches and h > 0.0 and out[5] > 0.0  # the curve came down, the step does not
             if h > 0.0:
                 codes[who, 2] += 1
                 for i in range(3):
                     work[Q + i, l], work[V + i, l] = out[i], out[3 + i]
                     ends[who, DRAG + i] += out[6 + i]
-            if touches:
+            if rises:
+                work[Q + 2, l] = max(work[Q + 2, l], 0.0)
+                clock[TIME, l] += h
+                clock[LEFT, l] -= h
+                if clock[LEFT, l] > 0.0:
+                    set_guess(work, l, s, 0.0)
+                    set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
+                    continue
+            elif touches:
                 codes[who, 1] += 1
                 clock[TIME, l] += h
                 clock[LEFT, l] -= h
