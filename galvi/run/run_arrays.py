@@ -21,7 +21,8 @@ from galvi.systems.nbody import NBody
 
 COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
 LEFT_OVER, FORCES_IN_LANES, CALLED = 5, 6, 7  # indices in RunArrays.counts
-FEWEST, MOST, APART = 16, 1024, 64  # watched steps of a run: about one in APART, within limits
+FEWEST, MANY, MOST = 16, 64, 1024  # watched steps of a run: one in CLOSE up to MANY of them,
+CLOSE, APART = 64, 512  # then one in APART
 EACH = 127  # steps of a run up to which each is watched
 NEVER = 62  # watches every 2^62-th step, which is none
 
@@ -161,5 +162,5 @@ def watched_steps(steps: int) -> int:
     """k so that a run of ``steps`` steps is watched at every 2^k-th."""
     if steps <= EACH:
         return 0
-    wanted = min(max(steps // APART, FEWEST), MOST)
+    wanted = min(max(steps // APART, min(steps // CLOSE, MANY), FEWEST), MOST)
     return max(steps // wanted, 1).bit_length() - 1
