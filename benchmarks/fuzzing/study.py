@@ -102,8 +102,3 @@ def stored(studies: Path, report: Report) -> pd.DataFrame:
 def row_files(studies: Path, report: Report) -> RowFiles:
     """The files of the study's rows."""
     return RowFiles(studies / FOLDER, COLUMNS, report)
-
-
-def nothing(quick: bool = False, report: Report = lambda sentence: None) -> pd.DataFrame:
-    """No rows: a report shows what `make fuzz` found."""
-    return pd.DataFrame(columns=list(COLUMNS))

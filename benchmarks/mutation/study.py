@@ -146,11 +146,6 @@ def row_files(studies: Path, report: Report) -> RowFiles:
     return RowFiles(studies / FOLDER, COLUMNS, report)
 
 
-def nothing(quick: bool = False, report: Report = lambda sentence: None) -> pd.DataFrame:
-    """No rows: a report shows what `make mutants` found."""
-    return pd.DataFrame(columns=list(COLUMNS))
-
-
 def equivalents() -> Sequence[tuple[str, str, str]]:
     """File, line and changed line of each mutant in EQUIVALENT."""
     table = pd.read_csv(EQUIVALENT, dtype=str, keep_default_na=False)

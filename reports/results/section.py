@@ -55,3 +55,8 @@ class Section:
     open: bool = False
     compared: bool = False
     timed: bool = False
+
+
+def long_form_only(quick: bool, report: Report) -> pd.DataFrame:
+    """``measure`` of a study that has a long form alone: no rows."""
+    return pd.DataFrame()

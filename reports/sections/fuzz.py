@@ -7,7 +7,7 @@ import pandas as pd
 from benchmarks.fuzzing import study
 from benchmarks.store.row_files import of_one_version
 from benchmarks.studies.round_off_long import version
-from reports.results.section import LongForm, Section
+from reports.results.section import LongForm, Section, long_form_only
 
 
 def fuzz_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
@@ -36,7 +36,7 @@ FUZZ = Section(
     "another exception or a warning, a crash, a hang, a run that is loaded and is not what "
     "was saved, a file left behind. `make fuzz` calls for ten minutes, `make studies` a "
     "million times.",
-    measure=study.nothing,
+    measure=long_form_only,
     table=fuzz_table,
     long_form=LongForm(study.parts, study.stored),
 )

@@ -8,7 +8,7 @@ import pandas as pd
 
 from benchmarks.mutation import study
 from benchmarks.mutation.trial import KILLED
-from reports.results.section import LongForm, Section
+from reports.results.section import LongForm, Section, long_form_only
 
 
 def mutants_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
@@ -57,7 +57,7 @@ MUTANTS = Section(
     "benchmarks/mutation/equivalent.csv. Below, those that no test found. `make mutants` tries "
     "what is missing, and what survived again when the tests change; a fault once found is not "
     "tried again, so that it is known to be found by the tests of the commit it was found at.",
-    measure=study.nothing,
+    measure=long_form_only,
     table=mutants_table,
     long_form=LongForm(study.parts, study.stored),
 )

@@ -7,7 +7,7 @@ import pandas as pd
 from benchmarks.processors import study
 from benchmarks.store.row_files import of_one_version
 from benchmarks.studies.round_off_long import version
-from reports.results.section import LongForm, Section
+from reports.results.section import LongForm, Section, long_form_only
 from reports.tables.number_format import readable
 
 
@@ -32,7 +32,7 @@ PROCESSORS = Section(
     "or 2 numbers and fused products round differently, so that results agree to rounding, "
     "which grows as the motion lets it; success and status must be the same. On one kind of "
     "processor all bits are the same, in every process and thread.",
-    measure=study.nothing,
+    measure=long_form_only,
     table=processors_table,
     long_form=LongForm(study.parts, study.stored),
 )
