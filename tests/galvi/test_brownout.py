@@ -216,3 +216,8 @@ def test_the_force_of_the_kernel_and_that_of_python_are_one():
 def test_a_known_force_says_that_it_takes_the_time():
     with pytest.raises(ValueError, match="Set timed_force"):
         galvi.Canonical(1.0, galvi.UniformField((0, 0, -1)), force=galvi.RotorDrag(1.0))
+
+
+def test_a_drag_law_that_is_none_is_refused():
+    with pytest.raises(TypeError, match=r"drag_law must be galvi.QuadraticDrag.* received 3"):
+        galvi.RotorDrag(1.0, 3)

@@ -11,7 +11,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import rotor_wind
-from galvi.systems.forces.drag_laws import DragLaw, QuadraticDrag
+from galvi.systems.forces.drag_laws import DragLaw, QuadraticDrag, SchillerNaumann
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class RotorDrag:
 
     factor    for the wind of galvi.kernels.forces.rotor_wind in m/s, in the unit that the law
               states; ValueError unless finite and positive
-    drag_law  phi: `QuadraticDrag`, which is M (14), or `SchillerNaumann`
+    drag_law  phi: `QuadraticDrag`, which is M (14), or `SchillerNaumann`; TypeError for another
     """
 
     factor: float
@@ -28,6 +28,11 @@ class RotorDrag:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "factor", input_checks.positive("factor", self.factor))
+        if not isinstance(self.drag_law, QuadraticDrag | SchillerNaumann):
+            raise TypeError(
+                f"drag_law must be galvi.QuadraticDrag() or galvi.SchillerNaumann(scale); received "
+                f"{input_checks.shown(self.drag_law)}."
+            )
 
     def __call__(self, q: Array, v: Array, t: float) -> Array:
         w = v - np.array(rotor_wind.rotor_wind(q[0], q[1], q[2], t))
