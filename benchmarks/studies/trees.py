@@ -26,7 +26,7 @@ COLUMNS = ("problem", "contender", "order", "steps", "step", "error", "unsure", 
            "status")  # fmt: skip
 TIGHT, SECOND = 1e-13, 1e-12  # tolerances of the truth, and of what its error is taken from
 SAMPLES = 5  # times of the errors
-ROUNDS, LEAST, QUICK_LEAST = 3, 0.02, 0.002  # of the times; seconds of each in a round
+TIMED, QUICKLY = (3, 0.02), (1, 0.002)  # rounds of the times, and seconds of each in a round
 RK4, FIRST = (100, 200, 400, 800), (1000, 2000, 4000, 8000)
 EXPLANATION = (
     "Two conservative motions: an arm of three skew hinges that swings for 0.5 s, and the same arm "
@@ -77,8 +77,8 @@ def tree_study(quick: bool = False, report: Report = lambda sentence: None) -> p
     """
     if MUJOCO_ACCELERATIONS.missing:
         return pd.DataFrame([{"status": MUJOCO_ACCELERATIONS.missing}], columns=list(COLUMNS))
-    least = QUICK_LEAST if quick else LEAST
-    rows = [row for tree in trees() for row in _rows(tree, least, report)]
+    timed = QUICKLY if quick else TIMED
+    rows = [row for tree in trees() for row in _rows(tree, timed, report)]
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -107,14 +107,14 @@ def row(
     }  # fmt: skip
 
 
-def _rows(tree: Tree, least: float, report: Report) -> list[dict[str, Any]]:
+def _rows(tree: Tree, timed: tuple[int, float], report: Report) -> list[dict[str, Any]]:
     report(tree.problem.name)
     known, rows, calls = truth(tree), [], []
     for label, contender, order, counts in participants(tree):
         rows += [row(tree, label, contender, order, steps, *known) for steps in counts]
         setting = fixed(tree.duration, counts[-1])
         calls.append(net_time(contender, tree.problem, tree.duration, setting, counts[-1]))
-    timings = iter(interleaved(calls, ROUNDS, least))
+    timings = iter(interleaved(calls, *timed))
     for one, following in zip(rows, [*rows[1:], {}], strict=True):
         if following.get("contender") != one["contender"]:  # the finest of its contender
             one["seconds_per_step"] = next(timings).seconds / one["steps"]

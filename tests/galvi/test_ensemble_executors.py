@@ -18,6 +18,7 @@ import pytest
 import galvi
 from galvi.run.ensembles import integrate_ensemble as engine
 from galvi.run.ensembles import schedule
+from galvi.run.ensembles.chunk import run_chunk
 from galvi.run.ensembles.folder import Folder
 from tests.galvi.ensemble_cases import CASES, starts
 
@@ -45,6 +46,7 @@ def same(one, other):
     )
 
 
+@pytest.mark.slow  # README.md has a cluster in this process
 def test_on_a_cluster_of_this_machine():
     from distributed import Client, LocalCluster
 
@@ -74,6 +76,8 @@ def test_what_travels_is_text_and_numbers():
     sent = pickle.dumps(work.chunk(slice(0, 16)))
     assert b"def law" in sent or b"law = " in sent
     assert b"Dispatcher" not in sent and b"galvi.problem" not in sent
+    there = run_chunk(pickle.loads(sent)).values
+    assert all(np.array_equal(*pair) for pair in zip(there, run(16, 2).kept, strict=True))
 
 
 def test_a_folder_is_read_instead_of_computed(tmp_path, monkeypatch):
