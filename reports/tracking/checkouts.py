@@ -19,7 +19,7 @@ from pathlib import Path
 
 PACKAGE = "galvi"
 FOR_AN_INSTALLATION = ("pyproject.toml", "README.md", "constraints.txt")
-KERNELS = "__pycache__/galvi-kernels-*"
+KERNELS = "__pycache__/galvi-*"
 
 
 class CannotCompare(Exception):

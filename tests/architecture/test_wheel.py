@@ -133,7 +133,7 @@ def git(folder: Path, *words: str) -> None:
 
 def with_kernels(place: Path) -> None:
     """Copy those of this checkout, whose sources are the same, to a copy of galvi."""
-    for kernels in (ROOT / "galvi").rglob("__pycache__/galvi-kernels-*"):
+    for kernels in (ROOT / "galvi").rglob("__pycache__/galvi-*"):
         target = place / kernels.relative_to(ROOT)
         if not target.exists():
             shutil.copytree(kernels, target)
