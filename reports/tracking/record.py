@@ -165,8 +165,7 @@ RELATIVE = "time, relative"
 
 def _benches(series: list[Series], dates: Mapping[str, str]) -> pd.DataFrame:
     """A line for each bench, ordered by `dates` (file -> date): the median over the benchmarks of
-    their time over their own median,
-    of their first calls, and what a fresh process costs."""
+    their time over their own median, of their first calls, and what a fresh process costs."""
     lines: dict[str, dict[str, object]] = {}
     for one in series:
         middle = np.nanmedian(one.values) if np.any(np.isfinite(one.values)) else np.nan
