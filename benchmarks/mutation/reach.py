@@ -37,12 +37,13 @@ class Reach:
 
     def tests(self, file: str, line: int) -> list[str]:
         """Names of the tests that reach a line, the quickest ones first."""
-        if file.startswith(KERNELS):
-            found = set().union(*(self._executing(f, at) for f, at in self._callers(file)), set())
-        else:
-            found = self._executing(file, {line}) or self._executing(
-                file, self._statement(file, line)
-            )
+        kernel = file.startswith(KERNELS)
+        found = set() if kernel else self._executing(file, self._place(file, line))
+        if not found:
+            callers = dict(self._callers(file))
+            found = set().union(*(self._executing(one, at) for one, at in callers.items()))
+        if not (found or kernel):
+            found = set().union(*(self._executing(one, self._bodies(one)) for one in callers))
         return sorted(found, key=lambda test: (self._durations.get(test, 0.0), test))
 
     def chosen(self, tests: list[str]) -> list[str]:
@@ -86,44 +87,55 @@ class Reach:
         known = self._lines.get(file, {})
         return set().union(*(known.get(line, set()) for line in lines), set())
 
-    def _statement(self, file: str, line: int) -> set[int]:
-        """The lines of the smallest statement around one; of the file for what no test executes."""
-        tree = ast.parse((self.root / file).read_text(encoding="utf-8"))
-        around = [
-            node
-            for node in ast.walk(tree)
-            if isinstance(node, ast.stmt) and node.lineno <= line <= (node.end_lineno or 0)
-        ]
-        if not around:
-            return set()
-        least = min(around, key=lambda node: (node.end_lineno or 0) - node.lineno)
-        inside = set(range(least.lineno, (least.end_lineno or 0) + 1))
-        if self._executing(file, inside) or isinstance(least, ast.FunctionDef):
-            return inside
-        return set(range(1, len(self._source(file).splitlines()) + 1))  # a constant of the module
+    def _place(self, file: str, line: int) -> set[int]:
+        """The line, or the statement around it where a line of its own leaves no trace.
+
+        What runs when a module is imported, by whichever test was first, counts as reached by all
+        tests that execute a function of the file.
+        """
+        bodies = self._bodies(file)
+        if line not in bodies:
+            return bodies or set(self._lines.get(file, {}))
+        if self._executing(file, {line}):
+            return {line}
+        tree = ast.parse(self._source(file))
+        around = (_lines(one.lineno, one) for one in ast.walk(tree) if isinstance(one, ast.stmt))
+        return min((lines for lines in around if line in lines), key=len)
+
+    def _bodies(self, file: str) -> set[int]:
+        """The lines inside functions."""
+        tree = ast.parse(self._source(file))
+        functions = [node.body for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+        return set().union(*(_lines(body[0].lineno, body[-1]) for body in functions))
 
     def _source(self, file: str) -> str:
         return (self.root / file).read_text(encoding="utf-8")
 
-    def _callers(self, kernel: str) -> Iterator[tuple[str, set[int]]]:
-        """File outside the kernels -> lines that name something of a kernel that may call this."""
-        path = self.root / kernel
-        above = {
-            self._module(one)
-            for one in (self.root / KERNELS).rglob("*.py")
-            if path in cache.sources(str(one))
-        }
-        for one in sorted((self.root / "galvi").rglob("*.py")):
-            file = one.relative_to(self.root).as_posix()
-            text = self._source(file)
-            if not file.startswith(KERNELS) and "galvi.kernels" in text:
-                lines = _lines_with_names_of(above, text)
-                if lines:
-                    yield file, lines
+    def _callers(self, compiled: str) -> Iterator[tuple[str, set[int]]]:
+        """File -> lines that name something of a kernel that may call this one, outside of them.
+
+        Of another compiled file: lines that name something of it.
+        """
+        path, kernel = self.root / compiled, compiled.startswith(KERNELS)
+        kernels = (self.root / KERNELS).rglob("*.py") if kernel else ()
+        above = {self._module(one) for one in kernels if path in cache.sources(str(one))}
+        above = above or {self._module(path)}
+        packages = {module.rpartition(".")[0] for module in above}
+        for folder in ("galvi",) if kernel else ("galvi", "references", "benchmarks"):
+            for one in sorted((self.root / folder).rglob("*.py")):
+                file, text = one.relative_to(self.root).as_posix(), self._source(str(one))
+                if not file.startswith(KERNELS) and any(x in text for x in packages):
+                    lines = _lines_with_names_of(above, text)
+                    if lines:
+                        yield file, lines
 
     def _module(self, path: Path) -> str:
         name = path.relative_to(self.root).with_suffix("").as_posix().replace("/", ".")
         return name.removesuffix(".__init__")
+
+
+def _lines(first: int, last: ast.stmt) -> set[int]:
+    return set(range(first, (last.end_lineno or 0) + 1))
 
 
 def _lines_with_names_of(modules: set[str], text: str) -> set[int]:

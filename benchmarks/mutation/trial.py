@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -17,7 +19,7 @@ from benchmarks.mutation.reach import Reach
 
 KILLED, SURVIVED, NOT_REACHED = "killed", "survived", "not reached"
 START, SLOWER = 240.0, 5.0  # seconds to start and to compile; a mutant's tests against usual ones
-LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "out", "build", "dist", ".*_cache", "*.egg-info")
+BUSY = 10.0  # a clock's second against one of processor time, at most
 
 
 @dataclass(frozen=True)
@@ -32,15 +34,14 @@ class Outcome:
 def tried(mutant: Mutant, reach: Reach) -> Outcome:
     """Run the tests that reach the mutant in a copy of the sources, until one fails.
 
-    A run that takes SLOWER times as long as usual counts as killed: it hangs.
+    A run that takes SLOWER times as much processor time as usual counts as killed: it hangs.
     """
     tests = reach.chosen(reach.tests(mutant.file, mutant.line))
     if not tests:
         return Outcome(NOT_REACHED, "", 0.0)
     start = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="galvi-mutant-") as folder:
-        copy = Path(folder) / "sources"
-        shutil.copytree(reach.root, copy, ignore=LEFT_OUT)
+        copy = copied(reach.root, Path(folder) / "sources")
         (copy / mutant.file).write_text(mutant.source(reach.root), encoding="utf-8")
         chosen = Path(folder) / "tests.txt"
         chosen.write_text("\n".join(tests), encoding="utf-8")
@@ -50,11 +51,21 @@ def tried(mutant: Mutant, reach: Reach) -> Outcome:
         return Outcome(SURVIVED, "", seconds)
     failed = re.search(r"^(?:FAILED|ERROR) (\S+)", text, re.MULTILINE)
     return Outcome(
-        KILLED, failed[1] if failed else "it hangs" if code is None else "import", seconds
+        KILLED, failed[1] if failed else "it hangs or crashes" if code < 0 else "import", seconds
     )
 
 
-def _run(copy: Path, tests: Path, patience: float) -> tuple[int | None, str]:
+def copied(root: Path, copy: Path) -> Path:
+    """The sources and compiled kernels of a checkout, in another place."""
+
+    def left_out(folder: str, names: list[str]) -> set[str]:
+        top = {".git", ".venv", "build", "dist"} if Path(folder) == root else {"out"}
+        return {one for one in names if one in top or one.endswith(("_cache", ".egg-info"))}
+
+    return Path(shutil.copytree(root, copy, ignore=left_out))
+
+
+def _run(copy: Path, tests: Path, patience: float) -> tuple[int, str]:
     environment = {**os.environ, "PYTHONPATH": str(copy), "HYPOTHESIS_STORAGE_DIRECTORY": str(copy)}
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", f"@{tests}"]
     with subprocess.Popen(
@@ -62,10 +73,12 @@ def _run(copy: Path, tests: Path, patience: float) -> tuple[int | None, str]:
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     ) as process:  # fmt: skip
         try:
-            text, _ = process.communicate(timeout=patience)
+            seconds = math.ceil(patience)
+            resource.prlimit(process.pid, resource.RLIMIT_CPU, (seconds, seconds))
+            text, _ = process.communicate(timeout=BUSY * patience)
             return process.returncode, text
         except subprocess.TimeoutExpired:
-            return None, ""
+            return -9, ""
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, 9)
