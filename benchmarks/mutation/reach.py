@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import ast
 import json
+import os
 import re
+import shutil
 import sqlite3
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -44,13 +47,14 @@ class Reach:
             found = set().union(*(self._executing(one, at) for one, at in callers.items()))
         if not (found or kernel):
             found = set().union(*(self._executing(one, self._bodies(one)) for one in callers))
-        return sorted(found, key=lambda test: (self._durations.get(test, 0.0), test))
+        found &= set(self._durations)
+        return sorted(found, key=lambda test: (self._durations[test], test))
 
     def chosen(self, tests: list[str]) -> list[str]:
         """The first of these, FIRST seconds of them."""
         spent, kept = 0.0, []
         for test in tests:
-            spent += self._durations.get(test, 0.0)
+            spent += self._durations[test]
             if kept and spent > FIRST:
                 break
             kept.append(test)
@@ -58,7 +62,7 @@ class Reach:
 
     def duration(self, tests: list[str]) -> float:
         """Seconds that the tests take."""
-        return sum(self._durations.get(test, 0.0) for test in tests)
+        return sum(self._durations[test] for test in tests)
 
     @cached_property
     def _durations(self) -> dict[str, float]:
@@ -78,7 +82,7 @@ class Reach:
                 " WHERE context != ''"
             )
             for path, context, numbits in rows:
-                lines = found.setdefault(Path(path).relative_to(self.root).as_posix(), {})
+                lines = found.setdefault(Path(path).as_posix(), {})
                 for line in numbits_to_nums(numbits):
                     lines.setdefault(line, set()).add(context.partition("|")[0])
         return found
@@ -156,37 +160,58 @@ def _lines_with_names_of(modules: set[str], text: str) -> set[int]:
     }
 
 
-def recorded(root: Path, folder: Path, tests: tuple[str, ...] = ("tests",)) -> Reach:
-    """Run the tests once under coverage, in about twice their time.
+def copied(root: Path, copy: Path) -> Path:
+    """The sources and compiled kernels of a checkout, in another place."""
 
-    Raises RuntimeError when one fails: what fails without a fault finds none.
+    def left_out(folder: str, names: list[str]) -> set[str]:
+        top = {".git", ".venv", "build", "dist"} if Path(folder) == root else {"out"}
+        return {one for one in names if one in top or one.endswith(("_cache", ".egg-info"))}
+
+    return Path(shutil.copytree(root, copy, ignore=left_out))
+
+
+def in_copy(copy: Path) -> dict[str, str]:
+    """The environment of tests in a copy."""
+    places = os.pathsep.join(filter(None, (str(copy), os.environ.get("PYTHONPATH"))))
+    return {**os.environ, "PYTHONPATH": places, "HYPOTHESIS_STORAGE_DIRECTORY": str(copy)}
+
+
+def recorded(root: Path, folder: Path, tests: tuple[str, ...] = ("tests",)) -> Reach:
+    """Run the tests once under coverage, in a copy as of a mutant, in about twice their time.
+
+    What fails there without a fault finds none, and is left out. Raises RuntimeError when the tests
+    do not run.
     """
+    folder = folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    settings = folder / "coverage.ini"
+    settings, data = folder / "coverage.ini", folder / "coverage.sqlite"
     settings.write_text(
-        f"[run]\nsource = galvi,references,benchmarks\ndata_file = {folder / 'coverage.sqlite'}\n"
+        f"[run]\nsource = galvi,references,benchmarks\nrelative_files = true\ndata_file = {data}\n"
     )
-    done = subprocess.run(
-        [
-            sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q",
-            "-p", "no:cacheprovider", "--cov", "--cov-context=test", f"--cov-config={settings}",
-            "--cov-report=", f"--junitxml={folder / 'tests.xml'}", "-o", "junit_family=xunit1",
-            *tests,
-        ],
-        cwd=root, capture_output=True, text=True,
-    )  # fmt: skip
-    if done.returncode:
-        raise RuntimeError(f"the tests fail without a fault: {done.stdout[-2000:]}")
+    with tempfile.TemporaryDirectory(prefix="galvi-mutant-") as place:
+        copy = copied(root, Path(place) / "sources")
+        done = subprocess.run(
+            [
+                sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q",
+                "-p", "no:cacheprovider", "--cov", "--cov-context=test", f"--cov-config={settings}",
+                "--cov-report=", f"--junitxml={folder / 'tests.xml'}", "-o", "junit_family=xunit1",
+                *tests,
+            ],
+            cwd=copy, env=in_copy(copy), capture_output=True, text=True,
+        )  # fmt: skip
+    if done.returncode not in (0, 1):
+        raise RuntimeError(f"the tests do not run: {done.stdout[-2000:]}")
     write_durations(folder)
     return Reach(root, folder)
 
 
 def write_durations(folder: Path) -> None:
-    """durations.json from tests.xml: name of a test -> seconds."""
+    """durations.json from tests.xml: name of a test that passed -> seconds."""
     from xml.etree import ElementTree
 
     found = {}
     for case in ElementTree.parse(folder / "tests.xml").iter("testcase"):
-        name = f"{case.get('file')}::{case.get('name')}"
-        found[name] = float(case.get("time") or 0.0)
+        if not {part.tag for part in case} & {"failure", "error", "skipped"}:
+            name = f"{case.get('file')}::{case.get('name')}"
+            found[name] = float(case.get("time") or 0.0)
     (folder / "durations.json").write_text(json.dumps(found))

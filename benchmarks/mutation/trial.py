@@ -6,7 +6,6 @@ import math
 import os
 import re
 import resource
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -15,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.mutation.mutants import Mutant
-from benchmarks.mutation.reach import Reach
+from benchmarks.mutation.reach import Reach, copied, in_copy
 
 KILLED, SURVIVED, NOT_REACHED = "killed", "survived", "not reached"
 START, SLOWER = 240.0, 5.0  # seconds to start and to compile; a mutant's tests against usual ones
@@ -55,21 +54,10 @@ def tried(mutant: Mutant, reach: Reach) -> Outcome:
     )
 
 
-def copied(root: Path, copy: Path) -> Path:
-    """The sources and compiled kernels of a checkout, in another place."""
-
-    def left_out(folder: str, names: list[str]) -> set[str]:
-        top = {".git", ".venv", "build", "dist"} if Path(folder) == root else {"out"}
-        return {one for one in names if one in top or one.endswith(("_cache", ".egg-info"))}
-
-    return Path(shutil.copytree(root, copy, ignore=left_out))
-
-
 def _run(copy: Path, tests: Path, patience: float) -> tuple[int, str]:
-    environment = {**os.environ, "PYTHONPATH": str(copy), "HYPOTHESIS_STORAGE_DIRECTORY": str(copy)}
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", f"@{tests}"]
     with subprocess.Popen(
-        command, cwd=copy, env=environment, text=True, start_new_session=True,
+        command, cwd=copy, env=in_copy(copy), text=True, start_new_session=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     ) as process:  # fmt: skip
         try:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.mutation import mutants, trial
-from benchmarks.mutation.reach import Reach, _lines_with_names_of
+from benchmarks.mutation.reach import Reach, _lines_with_names_of, copied, write_durations
 from benchmarks.store.provenance import ROOT
 from reports.sections.mutants import mutants_table
 
@@ -76,16 +76,28 @@ def test_what_runs_at_import_is_reached_by_all_that_call_a_function_of_the_file(
     (tmp_path / "small.py").write_text(text)
     reach = Reach(tmp_path, tmp_path)
     reach.__dict__["_lines"] = {"small.py": {1: {"first"}, 4: {"a"}, 8: {"a", "b"}}}
-    (tmp_path / "durations.json").write_text("{}")
+    (tmp_path / "durations.json").write_text(json.dumps({"a": 1.0, "b": 2.0}))
     asked = {line: reach.tests("small.py", line) for line in (1, 3, 4, 6, 8)}
     assert asked == {1: ["a", "b"], 3: ["a", "b"], 4: ["a"], 6: ["a"], 8: ["a", "b"]}
+
+
+def test_a_test_that_fails_without_a_fault_is_not_asked(tmp_path):
+    cases = (
+        '<testcase file="a.py" name="good" time="2"/><testcase file="a.py" name="bad"><failure/>'
+    )
+    (tmp_path / "tests.xml").write_text(f"<suite>{cases}</testcase></suite>")
+    write_durations(tmp_path)
+    reach = Reach(tmp_path, tmp_path)
+    reach.__dict__["_lines"] = {"small.py": {1: {"a.py::good", "a.py::bad"}}}
+    (tmp_path / "small.py").write_text("x = 1\n")
+    assert reach.tests("small.py", 1) == ["a.py::good"]
 
 
 def test_a_copy_leaves_out_what_is_built_and_no_room_of_that_name(tmp_path):
     for name in ("build/lib.py", "reports/build/room.py", "reports/out/rows.csv", ".git/head"):
         (tmp_path / "root" / name).parent.mkdir(parents=True)
         (tmp_path / "root" / name).touch()
-    copy = trial.copied(tmp_path / "root", tmp_path / "copy")
+    copy = copied(tmp_path / "root", tmp_path / "copy")
     assert [one.name for one in copy.rglob("*") if one.is_file()] == ["room.py"]
 
 
