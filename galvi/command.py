@@ -40,7 +40,7 @@ def main() -> int:
     return 0
 
 
-def called(work: bytes) -> Any:
+def unpickled_call(work: bytes) -> Any:
     """What a pickled call of the suite returns, in a process that may have imported galvi alone."""
     put_suite_first()
     return pickle.loads(work)()
