@@ -17,11 +17,17 @@ HERE = Path(__file__).parent
 SUITE = HERE / "_suite"
 
 
+def called(program: str) -> list[str]:
+    """The words by which this was called, as usage and provenance name it."""
+    path = Path(program)
+    return ["python", "-m", path.parent.name] if path.name == "__main__.py" else [path.stem]
+
+
 def main() -> int:
     """Run the suite's command line; returns its exit status, 2 where a package is missing."""
     put_suite_first()
     try:
-        runpy.run_module("reports", run_name="__main__", alter_sys=True)
+        runpy.run_module("reports", {"CALLED": called(sys.argv[0])}, "__main__", alter_sys=True)
     except ModuleNotFoundError as error:
         print(
             f"the command needs the packages of the suite, of which {error.name} is not installed. "
@@ -34,7 +40,7 @@ def main() -> int:
     return 0
 
 
-def called(work: bytes) -> Any:
+def unpickled_call(work: bytes) -> Any:
     """What a pickled call of the suite returns, in a process that may have imported galvi alone."""
     put_suite_first()
     return pickle.loads(work)()

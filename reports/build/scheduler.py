@@ -15,7 +15,7 @@ import typer
 
 from benchmarks.store.provenance import cpu
 from benchmarks.store.result_cache import digest_of_sources
-from galvi.command import called
+from galvi.command import unpickled_call
 from reports.build.workers import timed
 from reports.results.claim_results import Finished
 from reports.results.suite import Suite
@@ -45,7 +45,7 @@ def on_scheduler(suite: Suite, address: str) -> Iterator[Suite]:
     with client:
         here = _sources()
         try:
-            workers = client.run(called, pickle.dumps(_identity))
+            workers = client.run(unpickled_call, pickle.dumps(_identity))
         except Exception as error:
             raise typer.BadParameter(
                 f"--scheduler: its workers cannot import the suite ({error}); give them the "
@@ -75,7 +75,9 @@ def study_on(
 
     here = _sources()
     futures = {
-        client.submit(called, pickle.dumps(partial(_study, study, quick, here)), pure=False): name
+        client.submit(
+            unpickled_call, pickle.dumps(partial(_study, study, quick, here)), pure=False
+        ): name
         for name, study in studies.items()
     }
     try:

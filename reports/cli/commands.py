@@ -1,4 +1,4 @@
-"""The commands of ``python -m reports`` and their exit status.
+"""The commands of ``galvi``, which are those of ``python -m reports``, and their exit status.
 
 0    success: every verdict is as expected, nothing got worse
 1    a verdict is not as expected, something was not run, or something got worse
@@ -24,6 +24,7 @@ from reports.results.suite import Suite
 
 Load = Callable[[], Suite]
 INTERRUPTED = 130
+PROGRAM = ("python", "-m", "reports")
 QUICK = typer.Option(False, "--quick", help="Fewer and shorter runs: under a minute.")
 REQUIRE = typer.Option(
     None, "--require", metavar="rebound,mujoco", help="Engines whose absence is a failure."
@@ -318,12 +319,14 @@ def check_folder(out: Path) -> None:
         raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
 
 
-def run(load: Load, arguments: Sequence[str]) -> int:
-    """Run the command; returns the exit status. Usage errors become one sentence on stderr."""
-    command = shlex.join(["python", "-m", "reports", *arguments])
-    app: Any = application(load, command)
+def run(load: Load, arguments: Sequence[str], called: Sequence[str] = PROGRAM) -> int:
+    """Run the command; returns the exit status. Usage errors become one sentence on stderr.
+
+    called  the words before the arguments, as usage and provenance name the command
+    """
+    app: Any = application(load, shlex.join([*called, *arguments]))
     try:
-        status = app(list(arguments), prog_name="python -m reports", standalone_mode=False)
+        status = app(list(arguments), prog_name=" ".join(called), standalone_mode=False)
     except UsageError as error:
         print(sentence(error, [one.name for one in app.registered_commands]), file=sys.stderr)
         return 2
