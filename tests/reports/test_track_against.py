@@ -74,6 +74,7 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(command, "ROOT", root)
     monkeypatch.chdir(root)
     monkeypatch.setattr("tempfile.tempdir", str(spare))
+    monkeypatch.setattr("reports.tracking.rounds.LEAST", 0.002)
     return root
 
 
@@ -276,6 +277,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     git(inner.parent, "commit", "--quiet", "-m", "first")
     monkeypatch.chdir(inner)
     monkeypatch.syspath_prepend(str(inner))
+    monkeypatch.setattr("reports.tracking.rounds.LEAST", 0.002)
     monkeypatch.setattr(
         "reports.tracking.project.PROBLEMS",
         {"harmonic_oscillator": ({}, 5.0, "oscillator, closed form")},
