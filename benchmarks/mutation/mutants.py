@@ -7,6 +7,7 @@ import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -102,18 +103,34 @@ def sampled(root: Path, folders: tuple[str, ...], count: int, seed: int) -> list
             for path in files
             for place in _places(path)
         )
-        for _, path, (operator, occurrence, line) in keys[:wanted]:
-            found.append(_mutant(root, path, operator, occurrence, line))
+        valid = (_mutant(root, path, *place) for _, path, place in keys)
+        found += islice((one for one in valid if one), wanted)
     return found
 
 
-def _mutant(root: Path, path: Path, operator: str, occurrence: int, line: int) -> Mutant:
+def _mutant(root: Path, path: Path, operator: str, occurrence: int, line: int) -> Mutant | None:
+    """None where the operator makes what is no Python, as of `{**a, **b}`."""
     text = path.read_text(encoding="utf-8")
     changed = _mutated(text, operator, occurrence)
-    before, after = text.splitlines()[line - 1], changed.splitlines()[line - 1]
+    try:
+        ast.parse(changed)
+    except SyntaxError:
+        return None
+    before, after = _difference(text.splitlines(), changed.splitlines())
     code = hashlib.sha256(f"{text}{operator}{occurrence}".encode()).hexdigest()[:16]
     file = path.relative_to(root).as_posix()
-    return Mutant(file, operator, occurrence, line, before.strip(), after.strip(), code)
+    return Mutant(file, operator, occurrence, line, before, after, code)
+
+
+def _difference(old: list[str], new: list[str]) -> tuple[str, str]:
+    """The lines that differ, each side as one: a number on a new line may lose its indentation."""
+    same = next(k for k, (a, b) in enumerate(zip(old, new, strict=False)) if a != b)
+    rest = len(old) - len(new)
+    last = next(
+        k for k in range(len(old), same, -1) if k == same + 1 or old[k - 1] != new[k - 1 - rest]
+    )
+    before, after = old[same:last], new[same : last - rest]
+    return " ".join(map(str.strip, before)), " ".join(map(str.strip, after))
 
 
 def _mutated(text: str, operator: str, occurrence: int) -> str:

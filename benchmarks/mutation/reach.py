@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import ast
 import json
+import os
 import re
+import shutil
 import sqlite3
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -37,19 +40,21 @@ class Reach:
 
     def tests(self, file: str, line: int) -> list[str]:
         """Names of the tests that reach a line, the quickest ones first."""
-        if file.startswith(KERNELS):
-            found = set().union(*(self._executing(f, at) for f, at in self._callers(file)), set())
-        else:
-            found = self._executing(file, {line}) or self._executing(
-                file, self._statement(file, line)
-            )
-        return sorted(found, key=lambda test: (self._durations.get(test, 0.0), test))
+        kernel = file.startswith(KERNELS)
+        found = set() if kernel else self._executing(file, self._place(file, line))
+        if not found:
+            callers = dict(self._callers(file))
+            found = set().union(*(self._executing(one, at) for one, at in callers.items()))
+        if not (found or kernel):
+            found = set().union(*(self._executing(one, self._bodies(one)) for one in callers))
+        found &= set(self._durations)
+        return sorted(found, key=lambda test: (self._durations[test], test))
 
     def chosen(self, tests: list[str]) -> list[str]:
         """The first of these, FIRST seconds of them."""
         spent, kept = 0.0, []
         for test in tests:
-            spent += self._durations.get(test, 0.0)
+            spent += self._durations[test]
             if kept and spent > FIRST:
                 break
             kept.append(test)
@@ -57,7 +62,7 @@ class Reach:
 
     def duration(self, tests: list[str]) -> float:
         """Seconds that the tests take."""
-        return sum(self._durations.get(test, 0.0) for test in tests)
+        return sum(self._durations[test] for test in tests)
 
     @cached_property
     def _durations(self) -> dict[str, float]:
@@ -77,7 +82,7 @@ class Reach:
                 " WHERE context != ''"
             )
             for path, context, numbits in rows:
-                lines = found.setdefault(Path(path).relative_to(self.root).as_posix(), {})
+                lines = found.setdefault(Path(path).as_posix(), {})
                 for line in numbits_to_nums(numbits):
                     lines.setdefault(line, set()).add(context.partition("|")[0])
         return found
@@ -86,44 +91,55 @@ class Reach:
         known = self._lines.get(file, {})
         return set().union(*(known.get(line, set()) for line in lines), set())
 
-    def _statement(self, file: str, line: int) -> set[int]:
-        """The lines of the smallest statement around one; of the file for what no test executes."""
-        tree = ast.parse((self.root / file).read_text(encoding="utf-8"))
-        around = [
-            node
-            for node in ast.walk(tree)
-            if isinstance(node, ast.stmt) and node.lineno <= line <= (node.end_lineno or 0)
-        ]
-        if not around:
-            return set()
-        least = min(around, key=lambda node: (node.end_lineno or 0) - node.lineno)
-        inside = set(range(least.lineno, (least.end_lineno or 0) + 1))
-        if self._executing(file, inside) or isinstance(least, ast.FunctionDef):
-            return inside
-        return set(range(1, len(self._source(file).splitlines()) + 1))  # a constant of the module
+    def _place(self, file: str, line: int) -> set[int]:
+        """The line, or the statement around it where a line of its own leaves no trace.
+
+        What runs when a module is imported, by whichever test was first, counts as reached by all
+        tests that execute a function of the file.
+        """
+        bodies = self._bodies(file)
+        if line not in bodies:
+            return bodies or set(self._lines.get(file, {}))
+        if self._executing(file, {line}):
+            return {line}
+        tree = ast.parse(self._source(file))
+        around = (_lines(one.lineno, one) for one in ast.walk(tree) if isinstance(one, ast.stmt))
+        return min((lines for lines in around if line in lines), key=len)
+
+    def _bodies(self, file: str) -> set[int]:
+        """The lines inside functions."""
+        tree = ast.parse(self._source(file))
+        functions = [node.body for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+        return set().union(*(_lines(body[0].lineno, body[-1]) for body in functions))
 
     def _source(self, file: str) -> str:
         return (self.root / file).read_text(encoding="utf-8")
 
-    def _callers(self, kernel: str) -> Iterator[tuple[str, set[int]]]:
-        """File outside the kernels -> lines that name something of a kernel that may call this."""
-        path = self.root / kernel
-        above = {
-            self._module(one)
-            for one in (self.root / KERNELS).rglob("*.py")
-            if path in cache.sources(str(one))
-        }
-        for one in sorted((self.root / "galvi").rglob("*.py")):
-            file = one.relative_to(self.root).as_posix()
-            text = self._source(file)
-            if not file.startswith(KERNELS) and "galvi.kernels" in text:
-                lines = _lines_with_names_of(above, text)
-                if lines:
-                    yield file, lines
+    def _callers(self, compiled: str) -> Iterator[tuple[str, set[int]]]:
+        """File -> lines that name something of a kernel that may call this one, outside of them.
+
+        Of another compiled file: lines that name something of it.
+        """
+        path, kernel = self.root / compiled, compiled.startswith(KERNELS)
+        kernels = (self.root / KERNELS).rglob("*.py") if kernel else ()
+        above = {self._module(one) for one in kernels if path in cache.sources(str(one))}
+        above = above or {self._module(path)}
+        packages = {module.rpartition(".")[0] for module in above}
+        for folder in ("galvi",) if kernel else ("galvi", "references", "benchmarks"):
+            for one in sorted((self.root / folder).rglob("*.py")):
+                file, text = one.relative_to(self.root).as_posix(), self._source(str(one))
+                if not file.startswith(KERNELS) and any(x in text for x in packages):
+                    lines = _lines_with_names_of(above, text)
+                    if lines:
+                        yield file, lines
 
     def _module(self, path: Path) -> str:
         name = path.relative_to(self.root).with_suffix("").as_posix().replace("/", ".")
         return name.removesuffix(".__init__")
+
+
+def _lines(first: int, last: ast.stmt) -> set[int]:
+    return set(range(first, (last.end_lineno or 0) + 1))
 
 
 def _lines_with_names_of(modules: set[str], text: str) -> set[int]:
@@ -144,37 +160,58 @@ def _lines_with_names_of(modules: set[str], text: str) -> set[int]:
     }
 
 
-def recorded(root: Path, folder: Path, tests: tuple[str, ...] = ("tests",)) -> Reach:
-    """Run the tests once under coverage, in about twice their time.
+def copied(root: Path, copy: Path) -> Path:
+    """The sources and compiled kernels of a checkout, in another place."""
 
-    Raises RuntimeError when one fails: what fails without a fault finds none.
+    def left_out(folder: str, names: list[str]) -> set[str]:
+        top = {".git", ".venv", "build", "dist"} if Path(folder) == root else {"out"}
+        return {one for one in names if one in top or one.endswith(("_cache", ".egg-info"))}
+
+    return Path(shutil.copytree(root, copy, ignore=left_out))
+
+
+def in_copy(copy: Path) -> dict[str, str]:
+    """The environment of tests in a copy."""
+    places = os.pathsep.join(filter(None, (str(copy), os.environ.get("PYTHONPATH"))))
+    return {**os.environ, "PYTHONPATH": places, "HYPOTHESIS_STORAGE_DIRECTORY": str(copy)}
+
+
+def recorded(root: Path, folder: Path, tests: tuple[str, ...] = ("tests",)) -> Reach:
+    """Run the tests once under coverage, in a copy as of a mutant, in about twice their time.
+
+    What fails there without a fault finds none, and is left out. Raises RuntimeError when the tests
+    do not run.
     """
+    folder = folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    settings = folder / "coverage.ini"
+    settings, data = folder / "coverage.ini", folder / "coverage.sqlite"
     settings.write_text(
-        f"[run]\nsource = galvi,references,benchmarks\ndata_file = {folder / 'coverage.sqlite'}\n"
+        f"[run]\nsource = galvi,references,benchmarks\nrelative_files = true\ndata_file = {data}\n"
     )
-    done = subprocess.run(
-        [
-            sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q",
-            "-p", "no:cacheprovider", "--cov", "--cov-context=test", f"--cov-config={settings}",
-            "--cov-report=", f"--junitxml={folder / 'tests.xml'}", "-o", "junit_family=xunit1",
-            *tests,
-        ],
-        cwd=root, capture_output=True, text=True,
-    )  # fmt: skip
-    if done.returncode:
-        raise RuntimeError(f"the tests fail without a fault: {done.stdout[-2000:]}")
+    with tempfile.TemporaryDirectory(prefix="galvi-mutant-") as place:
+        copy = copied(root, Path(place) / "sources")
+        done = subprocess.run(
+            [
+                sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q",
+                "-p", "no:cacheprovider", "--cov", "--cov-context=test", f"--cov-config={settings}",
+                "--cov-report=", f"--junitxml={folder / 'tests.xml'}", "-o", "junit_family=xunit1",
+                *tests,
+            ],
+            cwd=copy, env=in_copy(copy), capture_output=True, text=True,
+        )  # fmt: skip
+    if done.returncode not in (0, 1):
+        raise RuntimeError(f"the tests do not run: {done.stdout[-2000:]}")
     write_durations(folder)
     return Reach(root, folder)
 
 
 def write_durations(folder: Path) -> None:
-    """durations.json from tests.xml: name of a test -> seconds."""
+    """durations.json from tests.xml: name of a test that passed -> seconds."""
     from xml.etree import ElementTree
 
     found = {}
     for case in ElementTree.parse(folder / "tests.xml").iter("testcase"):
-        name = f"{case.get('file')}::{case.get('name')}"
-        found[name] = float(case.get("time") or 0.0)
+        if not {part.tag for part in case} & {"failure", "error", "skipped"}:
+            name = f"{case.get('file')}::{case.get('name')}"
+            found[name] = float(case.get("time") or 0.0)
     (folder / "durations.json").write_text(json.dumps(found))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
-import shutil
+import resource
 import subprocess
 import sys
 import tempfile
@@ -13,11 +14,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.mutation.mutants import Mutant
-from benchmarks.mutation.reach import Reach
+from benchmarks.mutation.reach import Reach, copied, in_copy
 
 KILLED, SURVIVED, NOT_REACHED = "killed", "survived", "not reached"
 START, SLOWER = 240.0, 5.0  # seconds to start and to compile; a mutant's tests against usual ones
-LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "out", "build", "dist", ".*_cache", "*.egg-info")
+BUSY = 10.0  # a clock's second against one of processor time, at most
 
 
 @dataclass(frozen=True)
@@ -32,15 +33,14 @@ class Outcome:
 def tried(mutant: Mutant, reach: Reach) -> Outcome:
     """Run the tests that reach the mutant in a copy of the sources, until one fails.
 
-    A run that takes SLOWER times as long as usual counts as killed: it hangs.
+    A run that takes SLOWER times as much processor time as usual counts as killed: it hangs.
     """
     tests = reach.chosen(reach.tests(mutant.file, mutant.line))
     if not tests:
         return Outcome(NOT_REACHED, "", 0.0)
     start = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="galvi-mutant-") as folder:
-        copy = Path(folder) / "sources"
-        shutil.copytree(reach.root, copy, ignore=LEFT_OUT)
+        copy = copied(reach.root, Path(folder) / "sources")
         (copy / mutant.file).write_text(mutant.source(reach.root), encoding="utf-8")
         chosen = Path(folder) / "tests.txt"
         chosen.write_text("\n".join(tests), encoding="utf-8")
@@ -50,22 +50,23 @@ def tried(mutant: Mutant, reach: Reach) -> Outcome:
         return Outcome(SURVIVED, "", seconds)
     failed = re.search(r"^(?:FAILED|ERROR) (\S+)", text, re.MULTILINE)
     return Outcome(
-        KILLED, failed[1] if failed else "it hangs" if code is None else "import", seconds
+        KILLED, failed[1] if failed else "it hangs or crashes" if code < 0 else "import", seconds
     )
 
 
-def _run(copy: Path, tests: Path, patience: float) -> tuple[int | None, str]:
-    environment = {**os.environ, "PYTHONPATH": str(copy), "HYPOTHESIS_STORAGE_DIRECTORY": str(copy)}
+def _run(copy: Path, tests: Path, patience: float) -> tuple[int, str]:
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", f"@{tests}"]
     with subprocess.Popen(
-        command, cwd=copy, env=environment, text=True, start_new_session=True,
+        command, cwd=copy, env=in_copy(copy), text=True, start_new_session=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     ) as process:  # fmt: skip
         try:
-            text, _ = process.communicate(timeout=patience)
+            seconds = math.ceil(patience)
+            resource.prlimit(process.pid, resource.RLIMIT_CPU, (seconds, seconds))
+            text, _ = process.communicate(timeout=BUSY * patience)
             return process.returncode, text
         except subprocess.TimeoutExpired:
-            return None, ""
+            return -9, ""
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, 9)

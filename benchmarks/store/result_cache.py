@@ -26,9 +26,12 @@ SOURCES = ("galvi", "references", "benchmarks")
 KINDS = (".py", ".csv")  # code, and data of initial states and truths
 
 
-def digest_of_sources(code: tuple[str, ...] = ()) -> str:
-    """A digest of the current sources, including further folders, of versions and processor."""
-    digest = hashlib.sha256(json.dumps([versions(), cpu()]).encode())
+def digest_of_sources(code: tuple[str, ...] = (), machine: bool = True) -> str:
+    """A digest of the current sources, including further folders, of versions and processor.
+
+    machine  whether the processor counts
+    """
+    digest = hashlib.sha256(json.dumps([versions(), cpu() if machine else ""]).encode())
     for folder in (*SOURCES, *code):
         kinds = KINDS if folder in SOURCES else KINDS[:1]
         for name in sorted(_files(ROOT / folder, kinds)):

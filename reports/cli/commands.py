@@ -53,6 +53,9 @@ ONLY = typer.Option(
 )
 ANEW = typer.Option(False, "--anew", help="Start over instead of resuming an interrupted build.")
 KEPT = typer.Option(False, "--kept", help="Only draw and write the pages, from kept rows.")
+SCHEDULER = typer.Option(
+    "", "--scheduler", metavar="ADDRESS", help="Of Dask: studies without timings run there."
+)
 SINGLE = typer.Option(False, "--single-file", help="Also write all pages as one file.")
 FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Output folder.")
 
@@ -89,7 +92,7 @@ def application(load: Load, command: str) -> typer.Typer:
         out: Path = FOLDER,
     ) -> int:
         if context.invoked_subcommand is None:
-            return build_all(quick, claims, contender, anew, False, False, out)
+            return build_all(quick, claims, contender, anew, False, False, "", out)
         named = (("quick", quick), ("claims", claims), ("contender", contender), ("anew", anew))
         given = [f"--{name}" for name, value in named if value]
         given += ["--out"] if out != OUT else []
@@ -106,13 +109,14 @@ def application(load: Load, command: str) -> typer.Typer:
         claims: str = CLAIMS,
         require: str = REQUIRE,
         contender: list[str] = CONTENDER,
+        scheduler: str = SCHEDULER,
         out: Path = FOLDER,
     ) -> int:
+        from reports.build.scheduler import on_scheduler
         from reports.build.verify import verify
         from reports.results.external import joined
 
-        known = load()
-        with joined(known, contender) as suite:
+        with joined(load(), contender) as known, on_scheduler(known, scheduler) as suite:
             passed = verify(suite, options(suite, quick, out, claims, require)).passed
             faults = list(suite.faults())
         for fault in faults:
@@ -164,9 +168,11 @@ def application(load: Load, command: str) -> typer.Typer:
         anew: bool = ANEW,
         kept: bool = KEPT,
         single: bool = SINGLE,
+        scheduler: str = SCHEDULER,
         out: Path = FOLDER,
     ) -> int:
         from reports.build.build import build, build_kept
+        from reports.build.scheduler import on_scheduler
         from reports.results.external import joined
 
         known = load()
@@ -176,7 +182,7 @@ def application(load: Load, command: str) -> typer.Typer:
             except ValueError as error:
                 raise typer.BadParameter(f"--kept: {error}") from None
             return 0
-        with joined(known, contender) as suite:
+        with joined(known, contender) as here, on_scheduler(here, scheduler) as suite:
             asked = options(suite, quick, out, claims, contenders=contender, anew=anew)
             verified, compared, sections = build(suite, asked, single)
             failures = [

@@ -17,9 +17,11 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from galvi.kernels.compile.cache import FOLDER
+
 PACKAGE = "galvi"
 FOR_AN_INSTALLATION = ("pyproject.toml", "README.md", "constraints.txt")
-KERNELS = "__pycache__/galvi-kernels-*"
+KERNELS = f"__pycache__/{FOLDER}"
 
 
 class CannotCompare(Exception):

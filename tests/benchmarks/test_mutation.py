@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.mutation import mutants, trial
-from benchmarks.mutation.reach import Reach, _lines_with_names_of
+from benchmarks.mutation.reach import Reach, _lines_with_names_of, copied, write_durations
 from benchmarks.store.provenance import ROOT
 from reports.sections.mutants import mutants_table
 
@@ -35,7 +35,7 @@ def project(tmp_path, monkeypatch):
     (tmp_path / "small.py").write_text(SOURCE)
     (tmp_path / "test_small.py").write_text(TEST)
     (tmp_path / "durations.json").write_text(json.dumps({"test_small.py::test_half": 0.01}))
-    monkeypatch.setattr(trial, "START", 5.0)
+    monkeypatch.setattr(trial, "START", 2.0)
     return Known(tmp_path, tmp_path)
 
 
@@ -61,9 +61,49 @@ def test_a_compiled_line_counts_as_reached_where_something_that_may_call_it_is_n
     callers = dict(Reach(ROOT, tmp_path)._callers("galvi/kernels/lie/rotations.py"))
     assert "galvi/run/group_steppers.py" in callers
     assert "galvi/spaces/fourier.py" not in callers
+    compiled = dict(Reach(ROOT, tmp_path)._callers("references/textbook/grain_kernel.py"))
+    assert "references/textbook/grain_flights.py" in compiled and "galvi/method.py" not in compiled
     used = "from galvi.kernels.lie.rotations import product\n\nx = 1\ny = product(x, x)\n"
     assert _lines_with_names_of({"galvi.kernels.lie.rotations"}, used) == {4}
     assert _lines_with_names_of({"galvi.kernels.lie.rotation"}, used) == set()
+
+
+def test_what_runs_at_import_is_reached_by_all_that_call_a_function_of_the_file(tmp_path):
+    """By whichever test was first alone, a constant would hardly be looked at."""
+    text = (
+        "LIMIT = 2\n\ndef over(x=1):\n    y = (\n        x\n        > LIMIT\n    )\n    return y\n"
+    )
+    (tmp_path / "small.py").write_text(text)
+    reach = Reach(tmp_path, tmp_path)
+    reach.__dict__["_lines"] = {"small.py": {1: {"first"}, 4: {"a"}, 8: {"a", "b"}}}
+    (tmp_path / "durations.json").write_text(json.dumps({"a": 1.0, "b": 2.0}))
+    asked = {line: reach.tests("small.py", line) for line in (1, 3, 4, 6, 8)}
+    assert asked == {1: ["a", "b"], 3: ["a", "b"], 4: ["a"], 6: ["a"], 8: ["a", "b"]}
+
+
+def test_a_test_that_fails_without_a_fault_is_not_asked(tmp_path):
+    cases = (
+        '<testcase file="a.py" name="good" time="2"/><testcase file="a.py" name="bad"><failure/>'
+    )
+    (tmp_path / "tests.xml").write_text(f"<suite>{cases}</testcase></suite>")
+    write_durations(tmp_path)
+    reach = Reach(tmp_path, tmp_path)
+    reach.__dict__["_lines"] = {"small.py": {1: {"a.py::good", "a.py::bad"}}}
+    (tmp_path / "small.py").write_text("x = 1\n")
+    assert reach.tests("small.py", 1) == ["a.py::good"]
+
+
+def test_a_copy_leaves_out_what_is_built_and_no_room_of_that_name(tmp_path):
+    for name in ("build/lib.py", "reports/build/room.py", "reports/out/rows.csv", ".git/head"):
+        (tmp_path / "root" / name).parent.mkdir(parents=True)
+        (tmp_path / "root" / name).touch()
+    copy = copied(tmp_path / "root", tmp_path / "copy")
+    assert [one.name for one in copy.rglob("*") if one.is_file()] == ["room.py"]
+
+
+def test_what_is_no_python_is_no_mutant_and_a_change_is_shown_whole():
+    assert mutants._difference(["a", "b(", "  1,", "c"], ["a", "b( 2,", "c"]) == ("b( 1,", "b( 2,")
+    assert mutants._difference(["x", "x", "y"], ["x", "z", "y"]) == ("x", "z")
 
 
 def test_annotations_are_no_place_for_a_fault():

@@ -29,6 +29,18 @@ def test_a_kernel_that_hands_over_every_step_is_not_asked_for_ever_more(at_a_tim
     assert max(asked) <= batches.GROWTH * min(at_a_time, total)
 
 
+def test_a_note_is_made_after_every_so_many_steps_but_the_last() -> None:
+    work, notes = Steps(), []
+
+    def call(todo: int) -> int:
+        work.done += todo
+        return 0
+
+    arguments = (call, lambda code: code, work, 35, None)
+    batches.step_in_batches(*arguments, apart=7, note=lambda: notes.append(work.done))
+    assert notes == [7, 14, 21, 28]
+
+
 def test_a_run_without_progress_makes_no_bar_whose_semaphore_a_killed_process_would_leave(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -14,6 +14,7 @@ from mpmath import mp
 
 import galvi
 from galvi.diagnostics.orbits import _anomaly
+from galvi.run.integrate import steps_until
 from references.rebound.ias15 import IAS15
 
 matplotlib.use("Agg")
@@ -208,6 +209,8 @@ def test_every_kind_of_run_has_a_picture(name):
         assert motion.get_lines() and invariant.get_lines()
         assert all(np.all(np.isfinite(line.get_xydata())) for line in invariant.get_lines())
         assert figure.get_suptitle() == problem.name
+        if name == "free_body_se3":
+            assert "".join(text.get_text() for text in motion.get_legend().get_texts()) == "xyz"
         plt.close(figure)
 
 
@@ -284,6 +287,7 @@ def test_a_run_resumes_until_a_time():
     whole = galvi.integrate(problem, EIGHT, 0.1, 50)
     rest = galvi.resume(galvi.integrate(problem, EIGHT, 0.1, 20), until=5.0)
     assert np.array_equal(rest.q, whole.q[20:])
+    assert steps_until(2451544.507, 2451544.5, 1e-3, 0) == 7  # as well as such times are known
     for bad, words in ((5.05, "a whole number of steps after"), (1.0, "where the run ends")):
         with pytest.raises(ValueError, match=words):
             galvi.resume(whole, until=bad)

@@ -297,14 +297,14 @@ def test_a_wrong_table_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     ("changed", "sentence"),
     [
         ({"method": galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(3))}, "as many points as"),
-        ({"step": 0.3}, "a whole fraction of until"),
+        ({"step": [0.25, 0.3]}, "a whole fraction of until.* received 0.3 for 1.0"),
         ({"step": -0.25}, "step must be positive; received -0.25"),
         ({"saves": -1}, "saves must be a whole number"),
         ({"saves": 2.5}, "saves must be a whole number"),
         ({"threads": -1}, "threads must be a whole number"),
         ({"t0": 0.0}, "shape"),
         ({"gravity": np.nan}, "gravity must be a finite real number"),
-        ({"q0": [[1.0, 0.0, -0.1]]}, "must start above the ground"),
+        ({"q0": [[1.0, 0.0, -0.1], [1.0, 0.0, 1.0]], "step": [0.25] * 2}, "ground.* received 1 o"),
         ({"q0": [[1.0, 0.0, 0.0]]}, "on it with an upward velocity"),
         ({"t0": [-1.0]}, "from t = 0 on"),
         ({"v0": [[0.0, 0.0]]}, r"v0 must have shape \(1, 3\)"),
@@ -317,6 +317,8 @@ def test_bad_input_gets_one_clear_sentence(changed: dict[str, Any], sentence: st
         "method": gauss(2), "q0": [[1.0, 0.0, 1.0]], "v0": [[0.0, 0.0, 0.0]], "t0": [0.0],
         "rates": [[1.0]], "drag": NEWTON, "step": 0.25, "until": 1.0, "gravity": G,
     }  # fmt: skip
+    if isinstance(changed.get("step"), list):  # of two grains
+        known |= {name: 2 * known[name] for name in ("q0", "v0", "t0", "rates")}
     with pytest.raises(ValueError, match=sentence):
         follow(**{**known, **changed})
 

@@ -22,7 +22,7 @@ KINKS = [
     (sympy.Piecewise((x**2, x < 0), (2 * x**2, True)), "second derivatives jump"),
 ]
 SMOOTH = [
-    sympy.Abs(x) ** 3,
+    10**6 * sympy.Abs(x) ** 3,
     sympy.Abs(x) ** sympy.Rational(5, 2),
     sympy.Max(0, x - 1) ** 3,
     sympy.Piecewise((x**4, x < 0), (2 * x**4, True)),

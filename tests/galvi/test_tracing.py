@@ -160,7 +160,19 @@ def weighted(k, q, v, square=lambda x: x * x):
     return 0.5 * v @ v - 0.5 * k * square(q[0]) + sin(q[1]) + hypot(q[0], v[1])
 
 
+def filled(q, v):
+    found, other, unit, mass = np.empty(2, float), np.zeros_like(q), np.ones_like(v), np.eye(2)
+    sizes, first = np.full(2, 0.5, float), np.zeros(2, int)
+    found[:], other[0], unit[1], mass[0, 1], sizes[0] = q, q[1], v[0], q[0], v[1]
+    return found @ other + unit @ mass @ v + sizes @ q[first]
+
+
 SAME = {
+    "new arrays": (
+        filled,
+        lambda q, v: 2 * q[0] * q[1] - q[0] * q[1] + v[0] + q[0] * v[1] + v[0] * v[1]
+        + v[1] * q[0] + 0.5 * q[0],
+    ),
     "an object": (Spring(3.0), Spring(3.0)),
     "a partial function": (functools.partial(weighted, 2.0), lambda q, v: weighted(2.0, q, v)),
     "a jitted function": (
@@ -174,6 +186,10 @@ SAME = {
     "angles and roots": (
         lambda q, v: np.arccos(0.5 * q[0]) + abs(q[1]) * v[0] + np.linalg.norm(v) ** 2,
         lambda q, v: math.acos(0.5 * q[0]) + math.fabs(q[1]) * v[0] + v @ v,
+    ),
+    "a root over its square": (
+        lambda q, v: v @ v * np.sqrt(1.0 + q[0] ** 2) / (1.0 + q[0] ** 2),
+        lambda q, v: v @ v / math.sqrt(1.0 + q[0] ** 2),
     ),
     "degrees": (
         lambda q, v: np.sin(np.radians(40.0 * q))[0] + v @ np.diag([1.0, 2.0]) @ v,

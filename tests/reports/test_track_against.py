@@ -16,6 +16,7 @@ import pytest
 
 from benchmarks.timings.case import TRAJECTORY, Case
 from benchmarks.timings.catalogue import CASES
+from galvi.kernels.compile.cache import FOLDER
 from reports.cli import track as command
 from reports.cli.commands import run
 from reports.cli.track import choose_cases, track_against
@@ -76,6 +77,15 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr("tempfile.tempdir", str(spare))
     monkeypatch.setattr("reports.tracking.rounds.LEAST", 0.002)
     return root
+
+
+def test_compiled_kernels_are_taken_along(checkout: Path) -> None:
+    """Else both sides compile all that they measure."""
+    kernel = Path("galvi", "__pycache__", FOLDER, "step.nbc")
+    (checkout / kernel).parent.mkdir(parents=True)
+    (checkout / kernel).write_bytes(b"code")
+    with checkouts("HEAD", checkout) as both:
+        assert [(one.folder / kernel).read_bytes() for one in both] == [b"code"] * 2
 
 
 def compared(root: Path, revision: str = "HEAD") -> int:
