@@ -107,8 +107,8 @@ def test_no_table_scrolls_sideways_in_a_wide_window(opened, name):
     page = opened(name, max(WIDTHS))
     page.evaluate(OPEN)
     assert page.evaluate(SIDEWAYS) == []
-    page.evaluate("document.querySelector('main').innerHTML += `<div class='wide'><p style='width: "
-                  "2000px'>wide</p></div>`")  # fmt: skip
+    wide = "<div class='wide'><div style='width: 2000px'>wide</div></div>"
+    page.evaluate(f"document.querySelector('main').insertAdjacentHTML('beforeend', `{wide}`)")
     assert page.evaluate(SIDEWAYS) == ["wide"]
 
 

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,7 +20,6 @@ from galvi.kernels.compile.cache import FOLDER
 from reports.cli import track as command
 from reports.cli.commands import run
 from reports.cli.track import choose_cases, track_against
-from reports.contents import load
 from reports.tracking import worker
 from reports.tracking.checkouts import CannotCompare, Checkout, checkouts
 from reports.tracking.worker import Failed, Worker
@@ -75,6 +75,7 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(command, "ROOT", root)
     monkeypatch.chdir(root)
     monkeypatch.setattr("tempfile.tempdir", str(spare))
+    monkeypatch.setattr("reports.tracking.rounds.LEAST", 0.002)
     return root
 
 
@@ -153,8 +154,10 @@ def test_a_head_that_cannot_be_imported_is_red(checkout: Path) -> None:
     assert "RuntimeError: broken" in (checkout.parent / "out" / "against.md").read_text()
 
 
-def test_an_empty_revision_is_refused_and_not_taken_for_none(capsys: pytest.CaptureFixture) -> None:
-    assert run(load, ["track", "--against", ""]) == 2
+def test_an_empty_revision_is_refused_and_not_taken_for_none(
+    make_suite: Any, capsys: pytest.CaptureFixture
+) -> None:
+    assert run(make_suite, ["track", "--against", ""]) == 2
     assert "--against expects a commit, a branch or a tag; received nothing" in (
         capsys.readouterr().err
     )
@@ -284,6 +287,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     git(inner.parent, "commit", "--quiet", "-m", "first")
     monkeypatch.chdir(inner)
     monkeypatch.syspath_prepend(str(inner))
+    monkeypatch.setattr("reports.tracking.rounds.LEAST", 0.002)
     monkeypatch.setattr(
         "reports.tracking.project.PROBLEMS",
         {"harmonic_oscillator": ({}, 5.0, "oscillator, closed form")},
@@ -291,10 +295,12 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return inner
 
 
-def test_another_projects_integrator_is_compared_with_its_own_revision(project: Path) -> None:
+def test_another_projects_integrator_is_compared_with_its_own_revision(
+    make_suite: Any, project: Path
+) -> None:
     (project / "mine_to_track.py").write_text(MINE.format(rate=1.001, count=8))
     asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine"]
-    assert run(load, [*asked, "--out", str(project / "out")]) == 1
+    assert run(make_suite, [*asked, "--out", str(project / "out")]) == 1
     found = json.loads((project / "out" / "against.json").read_text())
     (row,) = found["benchmarks"]
     assert {"counts", "error"} <= set(row["alarms"])
@@ -313,8 +319,8 @@ def test_another_projects_integrator_is_compared_with_its_own_revision(project: 
     ],
 )
 def test_what_cannot_be_tracked_in_another_project_is_a_sentence(
-    project: Path, words: list[str], said: str, capsys: pytest.CaptureFixture
+    make_suite: Any, project: Path, words: list[str], said: str, capsys: pytest.CaptureFixture
 ) -> None:
-    assert run(load, ["track", *words, "--out", str(project / "out")]) == 2
+    assert run(make_suite, ["track", *words, "--out", str(project / "out")]) == 2
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1
