@@ -49,20 +49,16 @@ def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int
 
 def _next(found: Candidate, low: int, high: int, error: float) -> int:
     """The next number of steps; ``low`` are known to be too few and ``high`` enough."""
-    if low and high:
-        least, most = low + 1, high - 1
-    elif high:
-        least, most = max(1, high // 2), max(1, math.floor(COARSER * high))
-    else:
-        least, most = low + max(1, low // 25), 4 * low
     if found.error == math.inf:
         wanted = 2.0
     else:
         wanted = (found.error / error) ** (0.5 / found.degree)
     steps = math.ceil(min(found.steps * wanted, float(FINEST)))
-    if low and high and not low < steps < high:
-        steps = round(math.sqrt(low * high))
-    return min(max(steps, least), most)
+    if low and high:
+        return steps if low < steps < high else round(math.sqrt(low * high))
+    if high:
+        return min(max(steps, high // 2, 1), max(1, math.floor(COARSER * high)))
+    return min(max(steps, low + max(1, low // 25)), 4 * low)
 
 
 def _no_better(before: Candidate, after: Candidate) -> bool:
