@@ -79,13 +79,14 @@ def main() -> None:
             print(f"    {float(coefficient)!r},")
         print(")")
     for name, value, bits in (
-        ("HALF_PI", mp.pi / 2, 53),
-        ("LOG_2", mp.log(2), 42),  # so that multiples of the first part are exact
-        ("TWO_THIRDS", mp.mpf(2) / 3, 53),
+        ("HALF_PI", mp.pi / 2, (53, 53)),
+        ("QUARTER_TURN", mp.pi / 2, (33, 53, 53)),  # multiples of its first part are exact, as
+        ("LOG_2", mp.log(2), (42, 42)),  # here
+        ("TWO_THIRDS", mp.mpf(2) / 3, (53, 53)),
     ):
         parts = []
-        for _ in range(3 if name == "HALF_PI" else 2):
-            with mp.workprec(bits):
+        for precision in bits:
+            with mp.workprec(precision):
                 parts.append(float(+value))
             value -= parts[-1]
         print(f"{name} = {tuple(parts)!r}")

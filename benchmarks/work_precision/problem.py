@@ -16,7 +16,7 @@ Setting = Mapping[str, Any]
 POSITION, ATTITUDE, ANGLE = "position", "attitude", "angle"
 COORDINATES, MOTION = "coordinates", "attitude and place"
 # A coarse error needs no solution to round-off: tolerances, and the settings for which they pay.
-STOPS = {1e-9: slice(2), 1e-12: slice(3)}
+STOPS = {1e-9: slice(2), 1e-12: slice(3), 1e-14: slice(1, None)}
 EPS = float(np.finfo(float).eps)
 
 

@@ -15,6 +15,7 @@ from galvi.kernels.lanes.function_tables import (
     HALF_PI,
     LOG_2,
     LOGARITHM,
+    QUARTER_TURN,
     SINE,
     TWO_THIRDS,
 )
@@ -82,17 +83,16 @@ def inverse_fourth_root(x):
 def sine_cosine(x):
     """(sin x, cos x); NaN above LARGEST_ANGLE.
 
-    x = k pi / 2 + r, r as a sum of two, with pi / 2 as a sum of three (Cody and Waite).
+    x = k pi / 2 + r, r as a sum of two, with pi / 2 as a sum of three (Cody and Waite). k times the
+    first part has 63 bits, and x less that is exact. The low part of r is small beside what r adds
+    to the result, also where it is not small beside r.
     """
     builder = x.builder
     k, bits = nearest(x * (1.0 / HALF_PI[0]))
-    first, first_low = two_product(k, HALF_PI[0])
-    second, second_low = two_product(k, HALF_PI[1])
-    r, low = two_sum(x.exact - first, -first_low)
-    r, lower = two_sum(r, -second)
-    low = low + lower - second_low - k * HALF_PI[2]
-    r, low = two_sum(r, low)
-    r, low = r.fused, low.fused
+    first = (-k).call("fma", QUARTER_TURN[0], x)
+    second, second_low = two_product(k, QUARTER_TURN[1])
+    r, low = two_sum(first, -second)
+    r, low = r.fused, low.fused - (second_low + k * QUARTER_TURN[2])
     square = r * r
     half = square * 0.5
     sine = r + (square * r * polynomial(SINE, square) + low * (1.0 - half))
