@@ -7,21 +7,27 @@ the current folder last, for integrators and problems named on the command line.
 
 from __future__ import annotations
 
+import pickle
 import runpy
 import sys
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).parent
 SUITE = HERE / "_suite"
 
 
+def called(program: str) -> list[str]:
+    """The words by which this was called, as usage and provenance name it."""
+    path = Path(program)
+    return ["python", "-m", path.parent.name] if path.name == "__main__.py" else [path.stem]
+
+
 def main() -> int:
     """Run the suite's command line; returns its exit status, 2 where a package is missing."""
-    place = str(SUITE if SUITE.is_dir() else HERE.parent)
-    others = [one for one in sys.path if one not in (place, "", str(Path.cwd()))]
-    sys.path[:] = [place, *others, str(Path.cwd())]
+    put_suite_first()
     try:
-        runpy.run_module("reports", run_name="__main__", alter_sys=True)
+        runpy.run_module("reports", {"CALLED": called(sys.argv[0])}, "__main__", alter_sys=True)
     except ModuleNotFoundError as error:
         print(
             f"the command needs the packages of the suite, of which {error.name} is not installed. "
@@ -32,3 +38,15 @@ def main() -> int:
     except SystemExit as ended:
         return ended.code if isinstance(ended.code, int) else int(ended.code is not None)
     return 0
+
+
+def unpickled_call(work: bytes) -> Any:
+    """What a pickled call of the suite returns, in a process that may have imported galvi alone."""
+    put_suite_first()
+    return pickle.loads(work)()
+
+
+def put_suite_first() -> None:
+    """The suite's place comes first on the path, the current folder last."""
+    place, here = str(SUITE if SUITE.is_dir() else HERE.parent), str(Path.cwd())
+    sys.path[:] = [place, *(one for one in sys.path if one not in (place, "", here)), here]

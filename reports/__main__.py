@@ -2,7 +2,7 @@
 
 import sys
 
-from reports.cli.commands import run
+from reports.cli.commands import PROGRAM, run
 from reports.results.suite import Suite
 
 
@@ -14,4 +14,4 @@ def load() -> Suite:
 
 
 if __name__ == "__main__":
-    sys.exit(run(load, sys.argv[1:]))
+    sys.exit(run(load, sys.argv[1:], globals().get("CALLED", PROGRAM)))

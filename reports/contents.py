@@ -32,6 +32,7 @@ from reports.sections.start_up import START_UP
 from reports.sections.stiff_springs import STIFF_SPRINGS
 from reports.sections.survival import SURVIVAL
 from reports.sections.taxonomy import TAXONOMY
+from reports.sections.trees import TREES
 
 CHECKS = (*CLAIMS, *AGREEMENTS)
 SECTIONS = (  # in the order of the page
@@ -39,6 +40,7 @@ SECTIONS = (  # in the order of the page
     PUBLISHED,
     NUMBER_OF_BODIES,
     FREE_BODY_DRIFT,
+    TREES,
     ENGINE_VERSIONS,
     SO3_DRIFT,
     TAXONOMY,

@@ -17,7 +17,7 @@ from typing import Any
 from galvi import Problem, Trajectory
 from references import Contender
 
-LONG, ENOUGH = 1.0, 2  # seconds, and rounds of calls that take longer
+LONG, ENOUGH = 0.3, 2  # seconds, and rounds of calls that take longer
 
 
 def call_of(
@@ -42,13 +42,14 @@ class Timing:
 
 def interleaved(
     calls: Sequence[Callable[[], Any]],
-    rounds: int,
+    rounds: int | Sequence[int],
     least: float,
     warm: Sequence[float] | None = None,
     counted: Sequence[bool] | None = None,
 ) -> list[Timing]:
     """Time each call once per round, A B C ... A B C ..., so that disturbances affect all alike.
 
+    rounds   of all, or of each
     least    seconds for which a call is repeated within a round; the mean counts. One that takes
              longer than LONG is timed in two rounds at most: its own fluctuations average out
     warm     seconds of an earlier, warming call of each; None makes these calls here
@@ -61,9 +62,10 @@ def interleaved(
         [seconds] if one and times == 1 else []
         for one, seconds, times in zip(taken, first, repeats, strict=True)
     ]
-    for turn in range(rounds):
+    most = [rounds] * len(calls) if isinstance(rounds, int) else rounds
+    for turn in range(max(most, default=0)):
         for k, call in enumerate(calls):
-            enough = ENOUGH if turn and samples[k][0] > LONG else rounds
+            enough = ENOUGH if turn and samples[k][0] > LONG else most[k]
             if len(samples[k]) < enough:
                 samples[k].append(seconds_of(call, repeats[k]))
     return [_timing(seconds) for seconds in samples]
@@ -89,7 +91,7 @@ def seconds_of(call: Callable[[], Any], repeats: int = 1) -> float:
 def warmed(call: Callable[[], Any]) -> tuple[Any, float]:
     """The result of a call, and its seconds, or those of a second, warm call if that is shorter."""
     result, seconds = once(call)
-    return result, min(seconds, seconds_of(call, 1)) if seconds < 1.0 else seconds
+    return result, min(seconds, seconds_of(call, 1)) if seconds < LONG else seconds
 
 
 def once(call: Callable[[], Any]) -> tuple[Any, float]:

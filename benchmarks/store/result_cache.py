@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import shutil
 import sqlite3
 from collections.abc import Iterable, Iterator
@@ -25,15 +26,25 @@ SOURCES = ("galvi", "references", "benchmarks")
 KINDS = (".py", ".csv")  # code, and data of initial states and truths
 
 
-def digest_of_sources(code: tuple[str, ...] = ()) -> str:
-    """A digest of the current sources, including further folders, of versions and processor."""
-    digest = hashlib.sha256(json.dumps([versions(), cpu()]).encode())
+def digest_of_sources(code: tuple[str, ...] = (), machine: bool = True) -> str:
+    """A digest of the current sources, including further folders, of versions and processor.
+
+    machine  whether the processor counts
+    """
+    digest = hashlib.sha256(json.dumps([versions(), cpu() if machine else ""]).encode())
     for folder in (*SOURCES, *code):
         kinds = KINDS if folder in SOURCES else KINDS[:1]
-        for path in sorted((ROOT / folder).rglob("*")):
-            if path.suffix in kinds:
-                digest.update(str(path.relative_to(ROOT)).encode() + b"\0" + path.read_bytes())
+        for name in sorted(_files(ROOT / folder, kinds)):
+            digest.update(name.encode() + b"\0" + (ROOT / name).read_bytes())
     return digest.hexdigest()[:16]
+
+
+def _files(folder: Path, kinds: tuple[str, ...]) -> Iterator[str]:
+    """Names, relative to ROOT, of the files of these kinds below a folder."""
+    for place, folders, names in os.walk(folder):  # a build walks often: as fast as can be
+        folders[:] = [name for name in folders if name != "__pycache__"]
+        start = os.path.relpath(place, ROOT)
+        yield from (f"{start}/{name}" for name in names if name.endswith(kinds))
 
 
 @dataclass(frozen=True)

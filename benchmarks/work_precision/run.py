@@ -39,7 +39,8 @@ COLUMNS = (
     "status",
     "reference",
 )
-ROUNDS = 3
+ROUNDS, LEAST, QUICK_LEAST = 3, 0.04, 0.01  # and seconds of each setting in a round
+BEHIND = 3.0  # times another's seconds, at no smaller error: a round less tells that as well
 
 
 @dataclass
@@ -99,8 +100,8 @@ def problems(quick: bool = False) -> tuple[str, ...]:
 
 
 def _least(case: WorkPrecisionProblem, quick: bool) -> float:
-    """Seconds of each setting in a round; fewer where runs are lengthened."""
-    least = 0.01 if quick else 0.06
+    """Seconds of each setting in a round, fewer where runs are lengthened."""
+    least = QUICK_LEAST if quick else LEAST
     return 0.6 * least if case.repeated_run or case.net_time else least
 
 
@@ -121,7 +122,7 @@ def _study(case: WorkPrecisionProblem, least: float, report: Callable[[str], Non
             map(id, timed),
             interleaved(
                 [one.call for one in timed],
-                ROUNDS,
+                _rounds(case, timed, truth),
                 least,
                 [one.warm for one in timed],
                 [one.times > 1 and not case.net_time for one in timed],
@@ -134,6 +135,19 @@ def _study(case: WorkPrecisionProblem, least: float, report: Callable[[str], Non
     return pd.DataFrame(
         [_row(case, one, truth, timings.get(id(one))) for one in measured], columns=list(COLUMNS)
     )
+
+
+def _rounds(case: WorkPrecisionProblem, timed: Sequence[_Measurement], truth: Truth) -> list[int]:
+    """Rounds of each setting: one less where the first runs show it far behind another."""
+    seen = [
+        (case.distance(one.run.q[-1], truth.end), one.warm / one.times)
+        for one in timed
+        if one.run is not None
+    ]
+    return [
+        ROUNDS - any(e <= error and BEHIND * s <= seconds for e, s in seen)
+        for error, seconds in seen
+    ]
 
 
 def _first_run(

@@ -55,7 +55,7 @@ def study_in_workers(
             if left:
                 name = left.popleft() if worker is front else left.pop()
                 with suppress(BrokenProcessPool):
-                    running[worker.submit(_timed, studies[name], quick)] = name, worker
+                    running[worker.submit(timed, studies[name], quick)] = name, worker
 
         try:
             with _one_thread_each():
@@ -108,7 +108,7 @@ def _one_thread_each() -> Iterator[None]:
             os.environ[THREADS] = before
 
 
-def _timed(study: Callable[[bool], pd.DataFrame], quick: bool) -> tuple[pd.DataFrame, float] | None:
+def timed(study: Callable[[bool], pd.DataFrame], quick: bool) -> tuple[pd.DataFrame, float] | None:
     """The frame and its run time in seconds; None when it raised (the build then reruns it)."""
     start = time.perf_counter()
     try:

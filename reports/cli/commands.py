@@ -1,4 +1,4 @@
-"""The commands of ``python -m reports`` and their exit status.
+"""The commands of ``galvi``, which are those of ``python -m reports``, and their exit status.
 
 0    success: every verdict is as expected, nothing got worse
 1    a verdict is not as expected, something was not run, or something got worse
@@ -24,6 +24,7 @@ from reports.results.suite import Suite
 
 Load = Callable[[], Suite]
 INTERRUPTED = 130
+PROGRAM = ("python", "-m", "reports")
 QUICK = typer.Option(False, "--quick", help="Fewer and shorter runs: under a minute.")
 REQUIRE = typer.Option(
     None, "--require", metavar="rebound,mujoco", help="Engines whose absence is a failure."
@@ -52,6 +53,9 @@ ONLY = typer.Option(
 )
 ANEW = typer.Option(False, "--anew", help="Start over instead of resuming an interrupted build.")
 KEPT = typer.Option(False, "--kept", help="Only draw and write the pages, from kept rows.")
+SCHEDULER = typer.Option(
+    "", "--scheduler", metavar="ADDRESS", help="Of Dask: studies without timings run there."
+)
 SINGLE = typer.Option(False, "--single-file", help="Also write all pages as one file.")
 FOLDER = typer.Option(OUT, "--out", metavar="DIR", help="Output folder.")
 
@@ -88,7 +92,7 @@ def application(load: Load, command: str) -> typer.Typer:
         out: Path = FOLDER,
     ) -> int:
         if context.invoked_subcommand is None:
-            return build_all(quick, claims, contender, anew, False, False, out)
+            return build_all(quick, claims, contender, anew, False, False, "", out)
         named = (("quick", quick), ("claims", claims), ("contender", contender), ("anew", anew))
         given = [f"--{name}" for name, value in named if value]
         given += ["--out"] if out != OUT else []
@@ -105,13 +109,14 @@ def application(load: Load, command: str) -> typer.Typer:
         claims: str = CLAIMS,
         require: str = REQUIRE,
         contender: list[str] = CONTENDER,
+        scheduler: str = SCHEDULER,
         out: Path = FOLDER,
     ) -> int:
+        from reports.build.scheduler import on_scheduler
         from reports.build.verify import verify
         from reports.results.external import joined
 
-        known = load()
-        with joined(known, contender) as suite:
+        with joined(load(), contender) as known, on_scheduler(known, scheduler) as suite:
             passed = verify(suite, options(suite, quick, out, claims, require)).passed
             faults = list(suite.faults())
         for fault in faults:
@@ -163,9 +168,11 @@ def application(load: Load, command: str) -> typer.Typer:
         anew: bool = ANEW,
         kept: bool = KEPT,
         single: bool = SINGLE,
+        scheduler: str = SCHEDULER,
         out: Path = FOLDER,
     ) -> int:
         from reports.build.build import build, build_kept
+        from reports.build.scheduler import on_scheduler
         from reports.results.external import joined
 
         known = load()
@@ -175,7 +182,7 @@ def application(load: Load, command: str) -> typer.Typer:
             except ValueError as error:
                 raise typer.BadParameter(f"--kept: {error}") from None
             return 0
-        with joined(known, contender) as suite:
+        with joined(known, contender) as here, on_scheduler(here, scheduler) as suite:
             asked = options(suite, quick, out, claims, contenders=contender, anew=anew)
             verified, compared, sections = build(suite, asked, single)
             failures = [
@@ -312,12 +319,14 @@ def check_folder(out: Path) -> None:
         raise typer.BadParameter(f"--out expects a folder to write in; {error}.") from None
 
 
-def run(load: Load, arguments: Sequence[str]) -> int:
-    """Run the command; returns the exit status. Usage errors become one sentence on stderr."""
-    command = shlex.join(["python", "-m", "reports", *arguments])
-    app: Any = application(load, command)
+def run(load: Load, arguments: Sequence[str], called: Sequence[str] = PROGRAM) -> int:
+    """Run the command; returns the exit status. Usage errors become one sentence on stderr.
+
+    called  the words before the arguments, as usage and provenance name the command
+    """
+    app: Any = application(load, shlex.join([*called, *arguments]))
     try:
-        status = app(list(arguments), prog_name="python -m reports", standalone_mode=False)
+        status = app(list(arguments), prog_name=" ".join(called), standalone_mode=False)
     except UsageError as error:
         print(sentence(error, [one.name for one in app.registered_commands]), file=sys.stderr)
         return 2

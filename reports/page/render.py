@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -68,8 +69,12 @@ def render(
     )  # fmt: skip
 
 
+@cache
 def page_environment(folder: Path | None = None, single: bool = True) -> Environment:
-    """The Jinja environment for these templates, and first for those of another folder."""
+    """The Jinja environment for these templates, and first for those of another folder.
+
+    Kept, with the templates it has compiled.
+    """
     environment = Environment(
         loader=FileSystemLoader([*([folder] if folder else []), TEMPLATES]),
         autoescape=True,

@@ -39,6 +39,11 @@ def contents(part: Part, content: dict[str, Any]) -> Iterator[Entry]:
     if part.name == "index":
         yield from (
             ("results", "The result in two figures", 2),
+            *(
+                (("default-step", "MuJoCo's RK4 at its default step", 3),)
+                if content["default_steps"]
+                else ()
+            ),
             ("choose", "Which integrator for my error?", 2),
             ("verdicts", "What the papers claim", 2),
         )

@@ -79,6 +79,6 @@ def _rows(path: Path) -> Iterator[dict[str, Any]]:
 
 
 def _without_test(name: str) -> str:
-    """The parameters in a test's name, or the name itself when it has none."""
+    """The parameters in a test's name, or its words when it has none."""
     test, bracket, rest = name.partition("[")
-    return rest.removesuffix("]") if bracket else test
+    return rest.removesuffix("]") if bracket else test.removeprefix("test_").replace("_", " ")

@@ -22,7 +22,7 @@ from reports.page.grid import Grid, grid
 from reports.page.render import PARTS, render
 from reports.page.site import contents, write_assets
 from reports.results.figure import Figure
-from reports.tables.number_format import known, plain
+from reports.tables.number_format import known, plain, readable
 from reports.tables.writing import as_csv
 from reports.tracking.history import COMPILE, ERROR, FIRST, IMPORT, MEMORY, TIME, read_history
 from reports.tracking.known_changes import known_changes, reason_of
@@ -33,10 +33,10 @@ PICTURED = ("step", "trajectory", "round-off")  # kinds of benchmarks with a pic
 PANELS = (TIME, "iterations", ERROR)
 NUMBER = "number"
 TEXT = (
-    "Times are medians of processor time, divided by those of a fixed workload timed just before "
-    "and after, so that a busy machine does not look slower. Only benchmark runs of one machine "
-    "and the same versions are compared; counts and errors are from the same runs. A change is "
-    "said to be near a commit, since of two changes close together only one is found. "
+    "Times are medians of processor time, divided by those of a fixed workload, the yardstick, "
+    "timed just before and after, so that a busy machine does not look slower. Only benchmark runs "
+    "of one machine and the same versions are compared; counts and errors are from the same runs. "
+    "A change is said to be near a commit, since of two changes close together only one is found. "
 )
 
 
@@ -141,7 +141,7 @@ def _places(frame: pd.DataFrame) -> Iterator[Place]:
             for benchmark, quantities in by_benchmark.items()
             if kinds[benchmark] in PICTURED
         ]
-        benches = _benches(own)
+        benches = _benches(own, dict(zip(frame["file"], frame["date"], strict=True)))
         changes, explained = [], []
         for one in own:
             for commit, sentence in one.sentences():
@@ -163,9 +163,9 @@ def _places(frame: pd.DataFrame) -> Iterator[Place]:
 RELATIVE = "time, relative"
 
 
-def _benches(series: list[Series]) -> pd.DataFrame:
-    """A line for each bench: the median over the benchmarks of their time over their own median,
-    of their first calls, and what a fresh process costs."""
+def _benches(series: list[Series], dates: Mapping[str, str]) -> pd.DataFrame:
+    """A line for each bench, ordered by `dates` (file -> date): the median over the benchmarks of
+    their time over their own median, of their first calls, and what a fresh process costs."""
     lines: dict[str, dict[str, object]] = {}
     for one in series:
         middle = np.nanmedian(one.values) if np.any(np.isfinite(one.values)) else np.nan
@@ -181,13 +181,15 @@ def _benches(series: list[Series]) -> pd.DataFrame:
         table[name] = [
             np.nanmedian(cell) if isinstance(cell, list) else np.nan for cell in table[name]
         ]
-    return table.sort_values("file", ignore_index=True)[["commit", "file", *columns]]
+    table["date"] = [dates[file][:16].replace("T", " ") for file in table["file"]]
+    table = table.sort_values(["date", "file"], ignore_index=True)
+    return table[["commit", "date", *columns]]
 
 
 def _readable(benches: pd.DataFrame) -> pd.DataFrame:
     text = benches.astype(object)
     for name in tuple(benches)[2:]:
-        text[name] = [plain(float(value)) for value in benches[name]]
+        text[name] = [readable(float(value)) for value in benches[name]]
     return text
 
 
@@ -238,11 +240,11 @@ def _row(benchmark: str, quantities: Mapping[str, Series]) -> dict[str, str]:
     iterations = quantities.get("iterations")
     return {
         "benchmark": benchmark,
-        "benches": str(max(len(one.values) for one in quantities.values())),
-        "time / yardstick": plain(float(times[-1])) if times.size else "",
-        "over earlier ones": plain(float(ratio)),
+        "runs": str(max(len(one.values) for one in quantities.values())),
+        TIME: readable(float(times[-1])) if times.size else "",
+        "over the median of earlier runs": readable(float(ratio)),
         "iterations": f"{iterations.values[-1]:.0f}" if iterations else "",
-        "error": plain(float(error.values[-1])) if error else "",
+        "error": readable(float(error.values[-1])) if error else "",
         "changes": str(sum(len(one.changes) for one in quantities.values())),
     }
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -169,6 +171,7 @@ def test_calls_take_turns_and_short_ones_are_repeated(monkeypatch: pytest.Monkey
     clock = {"now": 0.0}
     order: list[str] = []
     monkeypatch.setattr(timing.time, "perf_counter", lambda: clock["now"])
+    monkeypatch.setattr(timing, "LONG", 1.0)
 
     def call(name: str, seconds: list[float]) -> Any:
         times = iter(seconds)
@@ -194,6 +197,20 @@ def test_calls_take_turns_and_short_ones_are_repeated(monkeypatch: pytest.Monkey
     assert (long.low, long.seconds, long.high) == (2.0, 3.0, 4.0)
     assert (known.low, known.seconds, known.high) == (0.5, 0.9, 1.0)
     assert (short.low, short.high) == (0.5, 0.5)
+    order.clear()
+    calls = [call("A", [0.5] * 3), call("B", [0.5] * 2)]
+    timing.interleaved(calls, [3, 2], 0.5, warm=[0.5, 0.5])
+    assert "".join(order) == "ABABA"
+
+
+def test_a_setting_far_behind_another_has_a_round_less() -> None:
+    case = SimpleNamespace(distance=lambda end, truth: float(end - truth))
+    ends = ((1e-8, 1.0), (1e-8, 2.9), (1e-8, 3.1), (1e-9, 9.0), (1e-6, 3.1))
+    timed = [
+        SimpleNamespace(run=SimpleNamespace(q=np.array([error])), warm=2.0 * seconds, times=2)
+        for error, seconds in ends
+    ]
+    assert work_precision._rounds(case, timed, SimpleNamespace(end=0.0)) == [3, 3, 2, 3, 2]
 
 
 def test_the_cost_table_counts_each_solver() -> None:

@@ -56,6 +56,18 @@ def test_on_a_cluster_of_this_machine():
         assert same(run(executor=client), one)
 
 
+@pytest.mark.parametrize(
+    ("seconds", "members", "most"),
+    [(1e-5, 10**7, 100_000), (1e-5, 10**5, 12_504), (1e-5, 1000, 256), (1.0, 1000, 64)],
+)
+def test_a_chunk_takes_a_second_or_less_where_workers_share_few(
+    monkeypatch, seconds, members, most
+):
+    monkeypatch.setattr(schedule, "PROBE", 64)
+    monkeypatch.setattr(schedule, "SECONDS", 1.0)
+    assert schedule.members_of_a_chunk(seconds, 100.0, members, 2) == most
+
+
 def test_what_travels_is_text_and_numbers():
     q, v = starts(PROBLEM, 16)
     work = engine._Work(PROBLEM, q, v, FOUR, STEP, 2, None, None, None)

@@ -63,12 +63,12 @@ def test_a_run_may_leave_the_chart_later_and_keeps_what_was_computed():
 @each_chart
 @pytest.mark.parametrize("problem", ALL, ids=title)
 def test_huge_steps_end_at_once_in_a_status(problem, chart):
-    clock = time.perf_counter()
+    clock = time.process_time()
     for step in (1e2, 1e10, 1e100, -1e300):
         run = galvi.integrate(problem, collocation(4, chart), step, 1000)
         assert not run.success and run.status.endswith(".")
         assert run.failed_step is not None and np.isnan(run.q[run.failed_step :]).all()
-    assert time.perf_counter() - clock < 10.0  # 0.1 s
+    assert time.process_time() - clock < 10.0  # 0.1 s
 
 
 @each_chart

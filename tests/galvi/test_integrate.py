@@ -227,10 +227,10 @@ def test_arguments_in_the_wrong_place_are_named():
 
 
 def test_a_long_run_does_not_grow_in_memory():
-    start = time.perf_counter()
+    start = time.process_time()
     run = galvi.integrate(KEPLER, FOUR, 0.05, 200_000, save_every=100_000)
     assert run.q.shape == (3, 2) and run.curves is None
-    assert time.perf_counter() - start < 30.0
+    assert time.process_time() - start < 30.0
 
 
 @pytest.mark.parametrize("mu", [1.0, 0.999, 1.001, 1.00001])

@@ -166,7 +166,7 @@ def test_methods_are_values():
     assert one.table is two.table
 
 
-def test_a_table_of_degree_64_takes_well_under_a_second():
+def test_a_table_of_degree_64_takes_well_under_a_second_of_processor_time():
     assemble.cache_clear()
     galvi.gauss(64)
     best = min(timed_table(points) for points in (64, 65, 66))
@@ -174,6 +174,6 @@ def test_a_table_of_degree_64_takes_well_under_a_second():
 
 
 def timed_table(points):
-    start = time.perf_counter()
+    start = time.process_time()
     tabulate(galvi.Polynomials(64), galvi.gauss(points))
-    return time.perf_counter() - start
+    return time.process_time() - start

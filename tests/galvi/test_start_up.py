@@ -15,7 +15,7 @@ TRIES = 5  # the first may compile, and a machine that does other things delay h
 # In times that numpy takes to import in the same process, as seconds of a busy machine say little:
 # 5.2 to 10.0 and 1.6 to 3.6 in 20 processes each on such a machine when this was written.
 IMPORT, FIRST = 25.0, 12.0
-ALIKE = STARTS[2:5]  # they load as many files as point masses or a law
+ALIKE = STARTS[2:4]  # they load as many files as point masses or a law
 DIGESTS = """
 import hashlib, galvi
 method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(7))

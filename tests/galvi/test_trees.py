@@ -198,16 +198,8 @@ def test_the_momenta_of_a_tree_are_those_that_mujoco_adds_up(joints, seed):
 
 
 @pytest.mark.parametrize("problem", [galvi.problems.skew_arm(), FLOATING], ids=str)
-def test_steps_of_a_tree_have_the_order_of_the_method_and_are_symplectic(problem):
-    two, eight = (galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s)) for s in (2, 8))
-    truth = galvi.integrate(problem, eight, 0.005, 40).q[-1]
-    sizes = np.array([0.02, 0.01, 0.005])
-    errors = [
-        np.max(np.abs(galvi.integrate(problem, two, h, round(0.2 / h)).q[-1] - truth))
-        for h in sizes
-    ]
-    slope = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
-    assert 3.8 < slope < 4.2
+def test_steps_of_a_tree_are_symplectic(problem):
+    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
     assert galvi.symplecticity_defect(problem, two, 0.01) < 1e-10  # 2e-12
 
 

@@ -14,6 +14,7 @@ from matplotlib.mathtext import MathTextParser
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.store.frames import frame, row
 from reports.figures.catalogue.all import FIGURES
+from reports.figures.drawing import Gallery
 from reports.results.section import Section
 from reports.results.suite import Suite
 from reports.tables.study_table import readable_table
@@ -139,6 +140,12 @@ def make_suite() -> Callable[..., Suite]:
 def drawn_frames() -> dict[str, pd.DataFrame]:
     """A frame for each figure of the catalogue, by its name."""
     return {figure.name: frame_for(figure) for figure in FIGURES}
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A build draws nothing, which is most of its time."""
+    monkeypatch.setattr("reports.build.build.draw", lambda *measured: Gallery({}, {}))
 
 
 @pytest.fixture(scope="session")

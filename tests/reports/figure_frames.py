@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import matplotlib.style
 import numpy as np
 import pandas as pd
 
 from benchmarks.brownout.step_errors import GRAINS, OF_STEP, SAMPLING, WORK
 from benchmarks.store.frames import frame, row
+from reports.figures.picture import STYLE, drawn
 from reports.figures.plots.clouds import clouds, moving_cloud
 from reports.figures.plots.convergence import (
     convergence_in_degree,
@@ -26,6 +28,12 @@ from reports.figures.plots.sampling import sampling
 from reports.figures.plots.sphere import sphere
 from reports.figures.plots.traces import traces
 from reports.results.figure import Figure
+
+
+def lay_out(figure: Figure, frame: pd.DataFrame) -> None:
+    """Draw a figure without writing its files, which is most of the time; raises NoData."""
+    with matplotlib.style.context(STYLE):
+        drawn(figure, frame, figure.size).draw_without_rendering()
 
 
 def frame_for(figure: Figure) -> pd.DataFrame:

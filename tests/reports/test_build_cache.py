@@ -188,7 +188,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.skipif(processors() < WORKERS, reason="one processor")
-@pytest.mark.parametrize("how", ["kill", "end"])
+@pytest.mark.parametrize("how", ["kill", pytest.param("end", marks=pytest.mark.slow)])
 def test_workers_end_with_the_build_however_it_ends(tmp_path: Path, how: str) -> None:
     (tmp_path / "script.py").write_text(KILLED)
     done = subprocess.run(

@@ -13,15 +13,14 @@ from reports.figures.picture import picture
 from reports.figures.style.end_labels import spread
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import looks
+from tests.reports.figure_frames import lay_out
 
 NAMES = [figure.name for figure in FIGURES]
 
 
 @pytest.mark.parametrize("figure", FIGURES, ids=NAMES)
 def test_a_figure_draws_without_warnings(figure, drawn_frames):
-    drawn = picture(figure, drawn_frames[figure.name])
-    assert drawn.svg.startswith(b"<?xml") and drawn.png.startswith(b"\x89PNG")
-    assert drawn.title.startswith(figure.source)
+    lay_out(figure, drawn_frames[figure.name])
 
 
 @pytest.mark.parametrize("figure", FIGURES, ids=NAMES)
@@ -29,12 +28,14 @@ def test_a_figure_of_failed_runs_says_that_there_is_nothing_to_draw(figure, draw
     failed = drawn_frames[figure.name].assign(value=np.nan, x=np.nan, y=np.nan)
     for table in (failed, frame([])):
         with pytest.raises(NoData):
-            picture(figure, table)
+            lay_out(figure, table)
 
 
 def test_the_same_frame_gives_the_same_bytes(drawn_frames):
     first, again = (picture(FIGURES[0], drawn_frames[NAMES[0]]) for _ in range(2))
     assert (first.svg, first.png) == (again.svg, again.png)
+    assert first.svg.startswith(b"<?xml") and first.png.startswith(b"\x89PNG")
+    assert first.title.startswith(FIGURES[0].source)
 
 
 def test_every_figure_of_the_claims_is_drawn_once_at_least():
@@ -62,12 +63,12 @@ def test_the_rate_beside_a_line_is_the_one_that_the_claim_states(figure, drawn_f
 def test_comparisons_and_costs_draw_without_warnings(make_suite):
     suite = make_suite()
     runs = suite.work_precision(True, print)
-    assert picture(comparison_figure("kepler e=0.6"), runs).svg
-    assert picture(COST_FIGURE, suite.cost(True, print)).svg
+    lay_out(comparison_figure("kepler e=0.6"), runs)
+    lay_out(COST_FIGURE, suite.cost(True, print))
     with pytest.raises(NoData):
-        picture(comparison_figure("kepler"), runs[runs["status"] == "truth"])
+        lay_out(comparison_figure("kepler"), runs[runs["status"] == "truth"])
     with pytest.raises(NoData):
-        picture(COST_FIGURE, suite.cost(True, print).tail(1))
+        lay_out(COST_FIGURE, suite.cost(True, print).tail(1))
 
 
 def test_no_two_of_many_look_alike():

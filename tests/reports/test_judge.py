@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -34,24 +33,15 @@ def model(tmp_path_factory) -> Path:
     return path
 
 
-def galvi_command(*arguments, cwd):
-    return subprocess.run(
-        [sys.executable, "-m", "galvi", *map(str, arguments)], cwd=cwd, capture_output=True,
-        text=True, env={**os.environ, "PYTHONPATH": str(ROOT), "PATH": ""},
-    )  # fmt: skip
-
-
 def test_the_command_answers_and_its_status_says_whether_the_error_is_reached(
     model, tmp_path, capsys
 ):
-    (tmp_path / "benchmarks").mkdir()  # a user's own, which must not be imported
-    (tmp_path / "benchmarks" / "__init__.py").write_text("raise SystemExit('the wrong one')\n")
-    asked = ("judge", model, "--error", 1e-6, "--duration", 20, "--out", "out")
-    done = galvi_command(*asked, cwd=tmp_path)
-    assert done.returncode == 1, done.stderr
-    assert done.stdout.startswith("Your run (REBOUND WHFast, dt = 0.05) is wrong by up to ")
+    asked = ["--error", "1e-6", "--duration", "20", "--out", str(tmp_path / "out")]
+    assert run(None, ["judge", str(model), *asked]) == 1
+    said = capsys.readouterr().out
+    assert said.startswith("Your run (REBOUND WHFast, dt = 0.05) is wrong by up to ")
     for words in (" au over a time of 20.0 yr", "The cheapest that reaches"):
-        assert words in done.stdout
+        assert words in said
     found = json.loads((tmp_path / "out" / "judge.json").read_text())
     assert found["passed"] is False and found["recommended"]["error"] <= 1e-6
     assert found["truth_agreement"] < 1e-9 < 1e-6 < found["own"]["error"]
@@ -63,7 +53,13 @@ def test_the_command_answers_and_its_status_says_whether_the_error_is_reached(
     assert run(None, ["judge", *enough]) == 0, capsys.readouterr().err
 
 
-def test_the_same_from_python(model):
+def test_the_same_from_python(model, tmp_path, monkeypatch):
+    """In a process of its own, which must not import a user's own folder of the same name."""
+    (tmp_path / "benchmarks").mkdir()
+    (tmp_path / "benchmarks" / "__init__.py").write_text("raise SystemExit('the wrong one')\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    monkeypatch.setenv("PATH", "")
     sim = rebound.Simulation(str(model))
     found = galvi.judge(sim, duration=5.0, error=1e-6, own={"integrator": "ias15"})
     assert found.own["error"] < 1e-6 and found.own["integrator"].startswith("REBOUND IAS15")

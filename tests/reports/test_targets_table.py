@@ -75,6 +75,7 @@ def test_one_command_prints_and_writes_them(make_suite, tmp_path, capsys):
     assert len(pd.read_csv(tmp_path / "tables" / "smallest.csv")) == 3
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_page_has_a_section_of_them_when_there_are_any(make_suite, tmp_path):
     suite = make_suite(targets=PLANTED)
     run(lambda: suite, ["build", "--quick", "--out", str(tmp_path)])

@@ -174,7 +174,7 @@ def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(
     page = (tmp_path / "history.html").read_text()
     assert "Slowest commit kept: 000000000002, at 2.86 times the median" in page
     assert "fastest: 000000000003+" in page
-    for cell in ("7.25", "3.5", "9", "180"):
+    for cell in ("7.25", "3.50", "9.00", "180"):
         assert f'<td class="number">{cell}</td>' in page
     place = page[page.index("Known changes:") :]
     assert "iterations +1.0 % near 000000000001+: another guess" in place

@@ -144,8 +144,8 @@ def crossing(table: pd.DataFrame, theirs: str = SECONDS, ours: str = SECONDS) ->
 
 
 def between(middle: float, *ends: float) -> Estimate:
-    """A number with half the distance of its ends as its uncertainty."""
-    return Estimate(middle, 0.5 * abs(ends[0] - ends[1]))
+    """A number with half the distance of its ends, where they differ, as its uncertainty."""
+    return Estimate(middle, 0.5 * abs(ends[0] - ends[1]) or None)
 
 
 def growth(table: pd.DataFrame) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -13,7 +14,8 @@ from galvi.run.ensembles.chunk import Chunk, Kept, run_chunk
 
 PROBE = 8 * LANES  # members of the first chunk, which is measured
 SECONDS = 1.0  # of a chunk
-SHARES = 4  # chunks for each worker, at least, so that none waits long for the last
+SHARES = 4  # chunks for each worker, so that none waits long for the last,
+LEAST = 2e-3  # unless they take fewer seconds than this
 LARGEST = 2**26  # bytes that a chunk's arrays may have
 AHEAD = 2  # chunks that wait, for each worker
 
@@ -24,8 +26,9 @@ def members_of_a_chunk(seconds: float, size: float, members: int, workers: int) 
     seconds  that one member takes
     size     bytes that one member needs
     """
-    most = min(SECONDS / max(seconds, 1e-12), LARGEST / size, members / (SHARES * workers))
-    return max(PROBE, LANES * int(most / LANES))
+    shares = min(SHARES, max(1, int(seconds * members / (LEAST * workers))))
+    most = min(SECONDS / max(seconds, 1e-12), LARGEST / size, members / (shares * workers))
+    return max(PROBE, LANES * math.ceil(most / LANES))
 
 
 def results(chunks: Iterator[Chunk], executor: Any, workers: int) -> Iterator[tuple[Chunk, Kept]]:

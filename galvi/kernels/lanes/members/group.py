@@ -67,16 +67,6 @@ class MemberGroup(MemberSteps, GroupPass):
         """As that of one member."""
         return Countdown(builder, self.row)
 
-    def sums(self, lanes, start, matrix, first_row, row, apart=None):
-        """As those of one member; the tables are for a step of 1."""
-        found = lanes.sums([NOTHING] * self.d, matrix, first_row, self.work, self.row(row),
-                           self.stages)  # fmt: skip
-        step = self.field("step")
-        totals = [Lane(self.builder, value, ()) * step for value in found]
-        if start is not None:
-            totals = [self.load(lanes, start, i).exact + x for i, x in enumerate(totals)]
-        return totals
-
     def spread_sums(self, rows, weights, matrix=None):
         """As those of one member; with the tables, for a step of 1."""
         if matrix is not None:

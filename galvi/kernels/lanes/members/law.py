@@ -41,26 +41,6 @@ class MemberLaw(MemberSteps):
         self.apart = builder.select(several, self.stages, self.row(0))
         self.largest = cgutils.alloca_once(builder, BITS)
 
-    def sums(self, lanes, start, matrix, first_row, row, apart=None):
-        """As those of one member; the tables are for a step of 1."""
-        d, builder = self.d, self.builder
-        if apart is None:
-            found = lanes.sums([NOTHING] * d, matrix, first_row, self.work, self.row(row),
-                               self.stages)  # fmt: skip
-        else:
-            found = [
-                lanes.sums([NOTHING], matrix, builder.add(first_row, builder.mul(apart,
-                           self.row(i))), self.work, self.row(row + i), self.stages)[0]
-                for i in range(d)
-            ]  # fmt: skip
-        totals = [Lane(builder, value, ()) for value in found]
-        if matrix is self.tables:
-            step = self.field("step")
-            totals = [total * step for total in totals]
-        if start is not None:
-            totals = [self.load(lanes, start, i).exact + total for i, total in enumerate(totals)]
-        return totals
-
     def one_pass(self):
         """As that of galvi.kernels.lanes.law_pass."""
         self.chunks(self.evaluate)

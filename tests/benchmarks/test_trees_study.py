@@ -1,0 +1,71 @@
+"""Trees: galvi's methods and MuJoCo's integrators have their orders, no less and no more."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import galvi
+from benchmarks.studies import trees as study
+from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
+from reports.sections.trees import orders, trees_table
+
+pytest.importorskip("mujoco")
+METHODS = 6  # on each of two trees
+
+
+@pytest.fixture(scope="module")
+def frame() -> pd.DataFrame:
+    return study.tree_study(quick=True)
+
+
+def misses(frame: pd.DataFrame) -> list[float]:
+    """How far each fitted order is from that of theory, and its uncertainty twice."""
+    theory = frame.groupby(["problem", "contender"], sort=False)["order"].first()
+    return [
+        abs(fit.rate - theory[key]) + 2.0 * fit.uncertainty for key, fit in orders(frame).items()
+    ]
+
+
+def test_every_integrator_has_its_order_on_both_trees(frame: pd.DataFrame) -> None:
+    assert tuple(frame.columns) == study.COLUMNS and (frame["status"] == "").all()
+    found = misses(frame)
+    assert len(found) == 2 * METHODS and max(found) < 0.25  # 0.08
+    assert frame["unsure"].max() < 1e-11
+
+
+def test_the_finest_steps_are_timed_and_shown(frame: pd.DataFrame) -> None:
+    assert (frame["seconds_per_step"].dropna() > 0.0).all()
+    table, _ = trees_table(frame)
+    assert len(table) == 2 * METHODS and set(table["order"]) == {"1", "2", "4", "6"}
+    assert (table["error"] != "").all() and (table["time to 1e-06"] != "").sum() >= METHODS
+
+
+def test_a_tree_with_an_armature_off_by_a_millionth_loses_the_order() -> None:
+    """The planted fault."""
+
+    class Wrong(Variational):
+        def run(self, problem, duration, setting):
+            links = [
+                replace(
+                    one, joints=[replace(j, armature=j.armature * 1.000001) for j in one.joints]
+                )
+                for one in problem.system.links
+            ]
+            system = galvi.Multibody(links, problem.system.gravity)
+            return super().run(replace(problem, system=system), duration, setting)
+
+    tree = study.trees()[0]
+    wrong = Wrong(gauss_collocation(3).method)
+    truth, unsure = study.truth(tree)
+    rows = [study.row(tree, wrong.name, wrong, 6, n, truth, unsure) for n in tree.counts[3]]
+    assert misses(pd.DataFrame(rows))[0] > 1.0 or np.isnan(misses(pd.DataFrame(rows))[0])
+
+
+def test_without_mujoco_the_section_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("references.mujoco.engine.missing", lambda: "No MuJoCo here.")
+    table, _ = trees_table(study.tree_study())
+    assert list(table["status"]) == ["No MuJoCo here."]
