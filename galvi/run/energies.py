@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import lru_cache
@@ -10,9 +11,9 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.method import Galerkin
+from galvi.kernels.energy_errors import CLOSE
 from galvi.problem import Problem, WithFunctions
-from galvi.symbolic.traces import traces
+from galvi.symbolic.traces import Traces, traces
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
@@ -20,10 +21,9 @@ from galvi.systems.nbody import NBody
 from galvi.systems.potentials.uniform_gravity import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
-from galvi.systems.velocities import kinetic_energy
+from galvi.tableau import Tableau
 
 ASKED = 4  # states of a run at which a traced Lagrangian is compared with the function itself
-CLOSE = 0.03  # relative error of a momentum; that of the energy is of the order of its square
 # Relative changes of a position whose effect on the energy is not an error: the larger one at rest,
 # where V may be 0 and a motion grows from round-off.
 NUDGE, NUDGE_AT_REST = 2.0**-46, 2.0**-26
@@ -31,19 +31,17 @@ Raised = dict[int, Exception]  # by row of the states
 
 
 class States(NamedTuple):
-    """n states of one run.
+    """n states of one run of a system without explicit time.
 
-    steps  (n,) whole numbers of the steps since the problem's start, increasing
-    q, p   (n, ...) configurations and momenta
-    t      (n,) times
-    v      (n, d) velocities that nearly belong to p, for a Lagrangian; else empty
+    q, p (n, ...)  configurations and momenta
+    v    (n, d)    velocities; for a Lagrangian they nearly belong to p
+    t    (n,)      a time of the run
     """
 
-    steps: Any
     q: Array
     p: Array
-    t: Array
     v: Array
+    t: Array
 
 
 def conserves_energy(system: Any) -> bool:
@@ -55,15 +53,15 @@ def conserves_energy(system: Any) -> bool:
     return system.force is None and not system.explicit_time
 
 
-def velocities_at_the_end(method: Galerkin, stages: Array) -> Array:
+def velocities_at_the_end(table: Tableau, stages: Array) -> Array:
     """Velocities (..., d) at the end of steps from those at their stages (..., d, s)."""
-    result: Array = stages @ _at_the_end(method)
+    result: Array = stages @ _at_the_end(table)
     return result
 
 
 @lru_cache(maxsize=32)
-def _at_the_end(method: Galerkin) -> Array:
-    return read_only(method.table.analysis.sum(axis=0))  # Legendre polynomials are 1 at 1
+def _at_the_end(table: Tableau) -> Array:
+    return read_only(table.analysis.sum(axis=0))  # Legendre polynomials are 1 at 1
 
 
 def energies(
@@ -83,28 +81,51 @@ def energies(
         if system.builtin is not None and not sharp:
             return _of_builtin(system, system.builtin, states, raised)
         return _one_by_one(system, states, sharp, raised)
-    return kinetic_energy(system, states.p), _potential(system, states, raised)
+    p = states.p.reshape(states.v.shape)
+    return 0.5 * (p * states.v).sum(axis=1), potentials(system, states.q, states.t, raised)
 
 
-def start_energies(problem: Problem) -> tuple[float, float]:
-    """T and V at the start."""
-    system = problem.system
-    fixed = isinstance(system, NBody) or not _has_user_functions(system)
-    return (_start_energies if fixed else _start_energies.__wrapped__)(problem)
+class Start(NamedTuple):
+    """The energy at the start.
+
+    total    T + V
+    kinetic  |T|
+    fresh    (4,) what `Checkpoint.energies` is before the first step
+    """
+
+    total: float
+    kinetic: float
+    fresh: Array
 
 
-def _has_user_functions(system: Any) -> bool:
-    """Whether functions of a system are a user's, which may refer to numbers that change."""
-    if isinstance(system, RigidBody | FreeBody):
-        return not isinstance(system.potential, UniformGravity | None)
-    known = traces(system)
-    return bool(known.found or known.refused)
+def start_energies(problem: Problem) -> Start:
+    """The energies at the start; what a user's functions raise passes through."""
+    system: Any = problem.system
+    found = traces(system)
+    known = _start_energies if _is_fixed(system, found) else _start_energies.__wrapped__
+    return known(problem, found)
 
 
 @lru_cache(maxsize=32)
-def _start_energies(problem: Problem) -> tuple[float, float]:
-    (kinetic,), (potential,) = energies(problem, _start(problem, 1.0))
-    return float(kinetic), float(potential)
+def _is_fixed(system: Any, found: Traces) -> bool:
+    """Whether the energy is not made of a user's functions that may refer to numbers that change.
+
+    Where the energy was traced, its trace was found again, or anew, when the run began.
+    """
+    if isinstance(system, NBody):
+        return True
+    if isinstance(system, RigidBody | FreeBody):
+        return isinstance(system.potential, UniformGravity | None)
+    if isinstance(system, Lagrangian) and "L" in found.found:
+        return system.slopes is None
+    return not (found.found or found.refused)
+
+
+@lru_cache(maxsize=32)
+def _start_energies(problem: Problem, found: Traces) -> Start:
+    kinetic, potential = (float(x[0]) for x in energies(problem, _start(problem, 1.0)))
+    fresh = read_only(np.array([potential, potential, abs(kinetic), 0.0]))
+    return Start(kinetic + potential, abs(kinetic), fresh)
 
 
 def noise(problem: Problem) -> float:
@@ -145,8 +166,8 @@ def kick_energy(problem: Problem, step: float) -> float:
 
 def _start(problem: Problem, scale: float) -> States:
     return States(
-        np.zeros(1), scale * problem.q0[None], problem.p0[None], np.array([problem.t0]),
-        problem.v0.reshape(1, -1),
+        scale * problem.q0[None], problem.p0[None], problem.v0.reshape(1, -1),
+        np.array([problem.t0]),
     )  # fmt: skip
 
 
@@ -154,11 +175,10 @@ def _of_builtin(
     system: Lagrangian, function: BuiltinLagrangian, states: States, raised: Raised | None
 ) -> tuple[Array, Array]:
     """As ``_one_by_one``, at all states at once where the velocities belong to the momenta."""
-    n = len(states.t)
     value, at_rest, momenta = function.at_states(states.q, states.v, states.t)
     rest = -at_rest
     if function is not system.function:  # traced
-        for k in _asked(n):
+        for k in _asked(len(states.t)):
             with _noting(raised, k), suppress(ArithmeticError, ValueError):
                 q, t = states.q[k], float(states.t[k])
                 value[k] = system.value(q, states.v[k], t)
@@ -169,15 +189,44 @@ def _of_builtin(
     return (states.p * states.v).sum(axis=1) - value - rest, rest
 
 
-def _of_builtin_at_rest(system: Lagrangian, states: States, raised: Raised | None) -> Array:
+def at_near_velocities(
+    system: Lagrangian, function: BuiltinLagrangian, q: Array, v: Array, t: float
+) -> tuple[Array, Array, Array]:
+    """dL/dv (n, d), L and V (n,) at q and v, of a Lagrangian that comes with its derivatives.
+
+    Of one that was traced, the value of the function itself is taken at the last state, and what it
+    raises passes through.
+    """
+    value, at_rest, momenta = function.at_states(q, v, np.full(len(v), t))
+    if function is not system.function:  # traced
+        value[-1] = system.value(q[-1], v[-1], t)
+    return momenta, value, -at_rest
+
+
+@lru_cache(maxsize=32)
+def kinetic_form(system: Any, shape: tuple[int, ...], of_momenta: bool) -> Array:
+    """F with T = x . F x / 2, its diagonal (d, 1) or (d, d), for momenta or for velocities x.
+
+    shape  of a velocity, with d entries
+    """
+    d = math.prod(shape)
+    given = np.eye(d).reshape(d, *shape)
+    form = system.velocity(given) if of_momenta else system.momentum(given)
+    form = form.reshape(d, d)
+    diagonal = np.diag(form)
+    is_diagonal = np.array_equal(form, np.diag(diagonal))
+    return read_only(diagonal[:, None].copy() if is_diagonal else form)
+
+
+def _of_builtin_at_rest(system: Lagrangian, q: Array, t: Array, raised: Raised | None) -> Array:
     """V of a traced body, the energy at rest, (n,)."""
-    function, n = system.builtin, len(states.t)
+    function, n = system.builtin, len(t)
     assert function is not None
     rest = np.zeros((n, system.group.dimension))
-    found: Array = -function.at_states(states.q, rest, states.t)[1]
+    found: Array = -function.at_states(q, rest, t)[1]
     for k in _asked(n):
         with _noting(raised, k), suppress(ArithmeticError, ValueError):
-            found[k] = -system.value(states.q[k], rest[k], float(states.t[k]))
+            found[k] = -system.value(q[k], rest[k], float(t[k]))
     return found
 
 
@@ -219,17 +268,18 @@ def _belong(system: Lagrangian, q: Array, p: Array, v: Array, t: float) -> bool:
     return False
 
 
-def _potential(system: Any, states: States, raised: Raised | None) -> Array:
+def potentials(system: Any, q: Array, t: Array, raised: Raised | None) -> Array:
+    """V (n,) of a system that is no Lagrangian at q and t; ``raised`` as for ``energies``."""
     body = isinstance(system, RigidBody | FreeBody) and bool(traces(system).found)
     if body and system.lagrangian.builtin is not None:
-        return _of_builtin_at_rest(system.lagrangian, states, raised)
+        return _of_builtin_at_rest(system.lagrangian, q, t, raised)
     system = cast(VectorSystem, system)
     with suppress(Exception):  # what is raised here is raised again below, state by state
-        return np.asarray(system.potential_energy(states.q, states.t), dtype=np.float64)
-    result = np.full(len(states.t), np.nan)
-    for k, (q, t) in enumerate(zip(states.q, states.t, strict=True)):
+        return np.asarray(system.potential_energy(q, t), dtype=np.float64)
+    result = np.full(len(t), np.nan)
+    for k in range(len(t)):
         with _noting(raised, k), suppress(ArithmeticError, ValueError):
-            result[k] = system.potential_energy(q, t)
+            result[k] = system.potential_energy(q[k], t[k])
     return result
 
 

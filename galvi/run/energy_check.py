@@ -16,22 +16,26 @@ before that. An error that comes and goes between two of these steps is not seen
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import NOTHING, Checkpoint
-from galvi.kernels.energy_errors import SMALL, energy_errors
+from galvi.kernels.energy_errors import MEASURE, SMALL, WORST, compiled_first_look, energy_errors
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.energies import (
     Raised,
     States,
+    at_near_velocities,
     conserves_energy,
     energies,
     kick_energy,
+    kinetic_form,
     noise,
+    potentials,
     start_energies,
     velocities_at_the_end,
 )
@@ -39,6 +43,8 @@ from galvi.run.engine import Engine
 from galvi.run.run_arrays import NEVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 
+CLEAR = 0.5 * SMALL  # error below which a first look at the energies settles the judgement
+NO_ROWS, VELOCITIES = np.zeros((0, 0)), 2  # the row of the state that has velocities
 REST = 1e-9  # share of what a step gives below which a kinetic energy is none
 
 
@@ -63,40 +69,80 @@ class Judgement(NamedTuple):
     unjudged: str = ""
 
 
-@np.errstate(all="ignore")
 def judge(
     engine: Engine, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
     work: RunArrays,
 ) -> Judgement:  # fmt: skip
     """The judgement of a run so far; nothing of a system that does not conserve its energy.
 
-    Steps at which the user's functions raise are left out, and ``unjudged`` names the first one.
+    A compiled first look settles runs whose error is far from ``SMALL``. Steps at which the user's
+    functions raise are left out, and ``unjudged`` names the first one.
     """
     if work.done == 0 or work.watch == NEVER or not conserves_energy(problem.system):
         return Judgement(energies=start.energies)
-    seen = _seen(engine, problem, method, step, start, work)
-    try:
-        kinetic, potential = start_energies(problem)
-    except Exception as error:
-        return Judgement(energies=start.energies, unjudged=_raised(error, 0))
-    so_far = start.energies
-    if so_far.size == 0:
-        so_far = np.array([potential, potential, abs(kinetic), 0.0])
-    known = (kinetic + potential, abs(kinetic))
+    with np.errstate(all="ignore"):
+        try:
+            energy, kinetic, fresh = start_energies(problem)
+        except Exception as error:
+            return Judgement(energies=start.energies, unjudged=_raised(error, 0))
+        known = (energy, kinetic, start.energies if start.energies.size else fresh)
+        seen = _seen(engine, problem, start, work)
+        with suppress(Exception):  # of a user's function, which is asked again below
+            found = _first_look(engine, problem, method, seen, *known)
+            if found is not None:
+                return found
+        return _judged(engine, problem, method, step, start, work, seen, known)
 
-    def judged(sharp: bool, *limits: float) -> Judgement:
+
+def _first_look(
+    engine: Engine, problem: Problem, method: Galerkin, seen: Array, energy: float,
+    kinetic_at_start: float, so_far: Array,
+) -> Judgement | None:  # fmt: skip
+    """The judgement of the states ``seen`` where all is well, else None."""
+    system: Any = problem.system
+    n, r, d = len(seen), problem.q0.size, problem.v0.size
+    q, x = seen[:, :r].reshape(n, *problem.q0.shape), seen[:, r : r + d]
+    form, near, momenta, value = NO_ROWS, NO_ROWS, NO_ROWS, NOTHING
+    if not isinstance(system, Lagrangian):
+        form = kinetic_form(system, problem.v0.shape, engine.velocity_row != VELOCITIES)
+        potential = potentials(system, q, np.full(n, problem.t0), None)
+    elif system.builtin is None:
+        return None
+    else:
+        near = _near(problem, method, seen)
+        found = at_near_velocities(system, system.builtin, q, near, problem.t0)
+        momenta, value, potential = found
+    known = so_far.copy()
+    largest = compiled_first_look()(
+        x, form, near, momenta, value, potential, energy, kinetic_at_start, known
+    )
+    measure, worst = known.item(MEASURE), known.item(WORST)
+    if not (largest <= CLEAR * measure and worst <= CLEAR * measure):
+        return None
+    return Judgement(worst / measure if worst else 0.0, measure, energies=read_only(known))
+
+
+def _judged(
+    engine: Engine, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
+    work: RunArrays, rows: Array, known: tuple[float, float, Array],
+) -> Judgement:  # fmt: skip
+    """As ``judge``, in full, of the states ``rows``."""
+    steps, seen = _steps(start, work), _states(engine, problem, rows)
+    if isinstance(problem.system, Lagrangian):
+        seen = seen._replace(v=_near(problem, method, rows))
+
+    def judged(sharp: bool, floor: float = 0.0, kick: float = 0.0) -> Judgement:
         raised: Raised = {}
-        states = (seen.steps, *energies(problem, seen, sharp, raised))
+        kinetic, potential = energies(problem, seen, sharp, raised)
         if not raised:
-            return judgement(*states, *known, so_far, *limits)
-        told = np.array([k for k in range(len(seen.steps)) if k not in raised], dtype=np.int64)
+            return judgement(steps, kinetic, potential, *known, floor, kick)
+        told = np.array([k for k in range(len(steps)) if k not in raised], dtype=np.int64)
         found = Judgement(energies=start.energies)
         if told.size:
-            steps, kinetic, potential = (each[told] for each in states)
-            found = judgement(steps, kinetic, potential, *known, so_far, *limits)
+            found = judgement(steps[told], kinetic[told], potential[told], *known, floor, kick)
         first = min(raised)
-        step = int(seen.steps[first]) - start.first
-        return found._replace(unjudged=_raised(raised[first], step))
+        number = int(steps[first]) - start.first
+        return found._replace(unjudged=_raised(raised[first], number))
 
     found = judged(False)
     if found.error <= SMALL and not found.unknown:
@@ -108,12 +154,12 @@ def judge(
     found = judged(True, floor, kick)
     if found.ruined is None or found.ruined <= start.first:
         return found
-    kept = _kept_before(engine, problem, method, step, start, work, found.ruined, seen)
-    if len(kept.steps) == 0:
+    kept_steps, kept = _kept_before(engine, problem, start, work, found.ruined, steps, seen)
+    if len(kept_steps) == 0:
         return found
     limit = max(found.measure, floor)
     off = np.abs(np.sum(energies(problem, kept, sharp=True, raised={}), axis=0) - known[0])
-    first = kept.steps[off > limit]
+    first = kept_steps[off > limit]
     earliest = int(first[0]) if first.size else found.ruined
     return found._replace(ruined=earliest)
 
@@ -134,7 +180,7 @@ def judgement(
     floor   errors up to which are round-off
     kick    kinetic energy that the force at the start gives in a step
     """
-    known, error = so_far.copy(), np.empty(len(steps))
+    known, error = so_far.copy(), np.empty(len(kinetic))
     largest = energy_errors(
         np.ascontiguousarray(kinetic), np.ascontiguousarray(potential), energy, kinetic_at_start,
         floor, known, error,
@@ -155,47 +201,54 @@ def judgement(
     return Judgement(share, measure, first, math.isnan(largest), kept)
 
 
-def _seen(
-    engine: Engine, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
-    work: RunArrays,
-) -> States:  # fmt: skip
-    """The watched states and the last one."""
+def _seen(engine: Engine, problem: Problem, start: Checkpoint, work: RunArrays) -> Array:
+    """The watched rows, and the last state in the row after them."""
     last = start.first + work.done
-    first, end = (start.first >> work.watch) + 1, (last >> work.watch) + 1
-    steps, r, d = np.arange(first, end) << work.watch, problem.q0.size, problem.v0.size
-    seen = work.seen[: end - first]
-    if end == first or (end - 1) << work.watch != last:
-        steps = np.append(steps, last)
-        state = [work.state[0, :r], work.state[engine.velocity_row, :d], work.stages.ravel()]
-        seen = np.vstack([seen, np.concatenate(state)[: seen.shape[1]]])
-    near = seen[:, r + d :]
-    if _has_stages(problem):
-        near = velocities_at_the_end(method, near.reshape(len(steps), d, method.stages))
-    return _states(engine, problem, step, steps, seen[:, :r], seen[:, r : r + d], near)
+    n, r, d = (last >> work.watch) - (start.first >> work.watch), problem.q0.size, problem.v0.size
+    if n == 0 or last & ((1 << work.watch) - 1) != 0:
+        row = work.seen[n]
+        row[:r], row[r : r + d] = work.state[0, :r], work.state[engine.velocity_row, :d]
+        if row.size > r + d:
+            row[r + d :] = work.stages.ravel()
+        n += 1
+    return work.seen[:n]
+
+
+def _near(problem: Problem, method: Galerkin, seen: Array) -> Array:
+    """Velocities (n, d) of a Lagrangian at the ends of the steps, from those at the stages."""
+    d = problem.v0.size
+    stages = seen[:, problem.q0.size + d :].reshape(len(seen), d, method.stages)
+    return velocities_at_the_end(method.table, stages)
+
+
+def _steps(start: Checkpoint, work: RunArrays) -> Any:
+    """The numbers of the steps of ``_seen``, since the problem's start."""
+    last = start.first + work.done
+    steps = np.arange((start.first >> work.watch) + 1, (last >> work.watch) + 1) << work.watch
+    return steps if len(steps) and steps[-1] == last else np.append(steps, last)
 
 
 def _kept_before(
-    engine: Engine, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
-    work: RunArrays, ruined: int, seen: States,
-) -> States:  # fmt: skip
-    """The kept states between the last seen one before step ``ruined`` and that one."""
-    before = max([start.first, *seen.steps[seen.steps < ruined].tolist()])
-    steps = start.first + work.saved_steps
-    rows = np.flatnonzero((steps > before) & (steps <= min(ruined, start.first + work.done)))
-    near = np.empty((0, 0))
-    if _has_stages(problem):
-        near = np.broadcast_to(seen.v[seen.steps == ruined], (len(rows), problem.v0.size))
-    return _states(engine, problem, step, steps[rows], work.saved_q[rows], work.saved_v[rows], near)
+    engine: Engine, problem: Problem, start: Checkpoint, work: RunArrays, ruined: int, steps: Any,
+    seen: States,
+) -> tuple[Any, States]:  # fmt: skip
+    """The kept states between the last seen one before step ``ruined`` and that one, and their
+    steps."""
+    before = max([start.first, *steps[steps < ruined].tolist()])
+    kept = start.first + work.saved_steps
+    rows = np.flatnonzero((kept > before) & (kept <= min(ruined, start.first + work.done)))
+    states = _states(engine, problem, np.hstack([work.saved_q[rows], work.saved_v[rows]]))
+    if isinstance(problem.system, Lagrangian):
+        near = np.broadcast_to(seen.v[steps == ruined], (len(rows), problem.v0.size))
+        states = states._replace(v=near)
+    return kept[rows], states
 
 
-def _has_stages(problem: Problem) -> bool:
-    return isinstance(problem.system, Lagrangian)
-
-
-def _states(
-    engine: Engine, problem: Problem, step: float, steps: Any, q: Array, v: Array, near: Array
-) -> States:
-    return States(
-        steps, q.reshape(-1, *problem.q0.shape), engine.momenta(problem, v),
-        problem.t0 + steps * step, near,
-    )  # fmt: skip
+def _states(engine: Engine, problem: Problem, rows: Array) -> States:
+    """The states of rows (n, r + d or more), without the velocities of a Lagrangian."""
+    n, r, d = len(rows), problem.q0.size, problem.v0.size
+    v = rows[:, r : r + d]
+    p = engine.momenta(problem, v)
+    if engine.velocity_row != VELOCITIES and not isinstance(problem.system, Lagrangian):
+        v = problem.system.velocity(p)
+    return States(rows[:, :r].reshape(n, *problem.q0.shape), p, v, np.full(n, problem.t0))

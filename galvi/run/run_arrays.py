@@ -71,8 +71,9 @@ class RunArrays(NamedTuple):
     saved_v                      (saved, d) velocities, on groups momenta; NaN until computed
     bases, coefficients          (steps, r), (steps, d, m) of the curves; no rows if not kept
     watch                        every 2^watch-th step since the problem's start is watched
-    seen                         (watched, r + d), as saved_q and saved_v, of the watched steps; for
-                                 a Lagrangian (watched, r + d + d s), with the stages
+    seen                         (watched + 1, r + d), as saved_q and saved_v, of the watched steps
+                                 and room for the last; for a Lagrangian (watched + 1, r + d + d s),
+                                 with the stages
     passage                      (5,) see galvi.kernels.forces.passages; (0,) without point masses
     """
 
@@ -108,7 +109,7 @@ class RunArrays(NamedTuple):
         solver_state[DONE] = 0
         rows = steps if start.keeps_curves else 0
         watch = watched_steps(steps) if watched else NEVER
-        seen = ((start.first + steps) >> watch) - (start.first >> watch)
+        seen = ((start.first + steps) >> watch) - (start.first >> watch) + watched
         stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
         passage = np.zeros(0)
         if isinstance(problem.system, NBody) and problem.system.masses.size > 1:

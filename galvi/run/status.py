@@ -42,10 +42,12 @@ def judged(
 ) -> tuple[Judgement, bool]:  # fmt: skip
     """What the energies of a run say, and whether Ctrl-C ended this judgement."""
     try:
-        with pressed.at_once():
-            return judge(engine, problem, method, step, start, work), False
+        pressed.at_once = True
+        return judge(engine, problem, method, step, start, work), False
     except KeyboardInterrupt:
         return Judgement(energies=start.energies, unjudged="because of Ctrl-C"), True
+    finally:
+        pressed.at_once = False
 
 
 def ending(

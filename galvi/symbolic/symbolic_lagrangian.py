@@ -58,14 +58,14 @@ class SymbolicLagrangian:
             value, at_rest, slopes = (np.array(column) for column in zip(*rows, strict=True))
             return value, at_rest, slopes[:, : self.dimension]
         made = symbolic_code.functions(self.source)
-        numbers = np.array(self.constants)
-        values, found = np.empty((2, 1, len(q))), np.empty((2, self.dimension, len(q)))
-        entries = q.reshape(len(q), -1).T
+        numbers, entries = np.array(self.constants), q.reshape(len(q), -1).T
+        places, rates = entries[:, None], np.zeros((self.dimension, 2, len(q)))
+        rates[:, 0] = v.T
+        values, found = np.empty((1, 2, len(q))), np.empty((2, self.dimension, len(q)))
         with np.errstate(all="ignore"):
-            for out, rates in zip(values, (v, np.zeros_like(v)), strict=True):
-                made["value"].py_func(entries, rates.T, t, numbers, out)
+            made["value"].py_func(places, rates, t, numbers, values)  # with v, and without
             made["law"].py_func(entries, v.T, t, numbers, found)
-        return values[0, 0], values[1, 0], found[0].T
+        return values[0, 0], values[0, 1], found[0].T
 
     def switches(self, q: Array, v: Array, *t: Any) -> Array:
         """The values of the expressions of ``switching``."""

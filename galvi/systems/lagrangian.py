@@ -254,7 +254,7 @@ class Lagrangian:
 
     def value(self, q: Array, v: Array, t: float) -> float:
         """L at one state; NaN where that is not finite."""
-        if not (np.all(np.isfinite(q)) and np.all(np.isfinite(v))):
+        if not (np.isfinite(q).all() and np.isfinite(v).all()):
             return np.nan
         return float(self.function(*self._arguments(q, v, t)))
 

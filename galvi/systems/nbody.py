@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import force_kinds, nbody
+from galvi.kernels.forces.pair_potential import compiled_pair_potential
 from galvi.systems.force_kernel import ForceKernel
 
 COUPLED = 4
@@ -87,17 +87,10 @@ class NBody:
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """-sum over pairs G m_i m_j / |q_i - q_j|, for q of shape (..., bodies, dimension)."""
-        i, j, strength = self._pairs
-        gap = q.take(i, axis=-2) - q.take(j, axis=-2)
-        result: Array = -np.sum(strength / np.sqrt(np.sum(gap * gap, axis=-1)), axis=-1)
-        return result
-
-    @cached_property
-    def _pairs(self) -> tuple[Any, Any, Array]:
-        """The bodies i and j of each pair, and G m_i m_j."""
-        bodies = np.flatnonzero(self.masses)
-        i, j = (bodies[k] for k in np.triu_indices(bodies.size, 1))
-        return i, j, self.G * self.masses[i] * self.masses[j]
+        places = np.ascontiguousarray(q, dtype=np.float64).reshape(-1, *q.shape[-2:])
+        found = np.empty(len(places))
+        compiled_pair_potential()(places, self.masses, self.G, found)
+        return found.reshape(q.shape[:-2])
 
     def acceleration(self, q: Array, t: float) -> Array:
         """Gravitational accelerations, (bodies, dimension)."""

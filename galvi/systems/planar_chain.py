@@ -11,7 +11,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.kernels.forces.planar_chain import planar_chain
+from galvi.kernels.forces.planar_chain import compiled_planar_chain_states, planar_chain
 from galvi.symbolic import lane_law
 
 
@@ -69,12 +69,9 @@ class PlanarChain:
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
         """As `BuiltinLagrangian.at_states`."""
-        n = self.masses.size
-        A, B = self.numbers[: n * n].reshape(n, n), self.numbers[n * n :]
-        sines, cosines = np.sin(q), np.cos(q)
-        momenta = cosines * ((cosines * v) @ A) + sines * ((sines * v) @ A)
-        at_rest = cosines @ B
-        return 0.5 * (v * momenta).sum(axis=1) + at_rest, at_rest, momenta
+        found = np.empty(len(v)), np.empty(len(v)), np.empty(v.shape)
+        compiled_planar_chain_states()(q, v, self.numbers, *found)
+        return found
 
     @cached_property
     def law(self) -> str:

@@ -9,6 +9,7 @@ from benchmarks.statistics.convergence_fits import algebraic
 from benchmarks.studies import engine_versions
 from reports.results.section import LongForm, Section
 from reports.tables.number_format import readable
+from reports.tables.study_table import without_empty_status
 
 ROUND_OFF = 1e-12  # of the attitude, after ten thousand steps
 SHOWN = 0.0125  # the step at which errors are shown
@@ -38,8 +39,7 @@ def engine_versions_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, 
         lines.append(line)
     table = pd.DataFrame(lines).sort_values("engine", key=_by_number, kind="stable")
     numbers = [name for name in table if name not in ("engine", "integrator", "status")]
-    if not (table["status"] != "").any():
-        table = table.drop(columns="status")
+    table = without_empty_status(table)
     return table, dict.fromkeys(numbers, "number")
 
 

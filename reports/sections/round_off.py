@@ -13,6 +13,7 @@ from reports.figures.study_plots.energy_growth import energy_growth
 from reports.results.figure import Figure
 from reports.results.section import LongForm, Section
 from reports.tables.number_format import known, readable, with_uncertainty
+from reports.tables.study_table import without_empty_status
 
 NUMBERS = ("years", "runs", "RMS error", "exponent", "drift / its error")
 GROWS, SIGMAS = 0.25, 3.0  # exponent, by standard errors, below that of a walk and of a drift
@@ -36,10 +37,7 @@ def round_off_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
         }
         for ensemble, seen in growths(frame)
     ]
-    table = pd.DataFrame(lines)
-    if not any(line["status"] for line in lines):
-        table = table.drop(columns="status", errors="ignore")
-    return table, dict.fromkeys(NUMBERS, "number")
+    return without_empty_status(pd.DataFrame(lines)), dict.fromkeys(NUMBERS, "number")
 
 
 def _drift_text(seen: Growth) -> str:

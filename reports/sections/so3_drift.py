@@ -11,6 +11,7 @@ from reports.figures.study_plots.so3_drift import so3_drift_growth
 from reports.results.figure import Figure
 from reports.results.section import LongForm, Section
 from reports.tables.number_format import known, readable, with_uncertainty
+from reports.tables.study_table import without_empty_status
 
 SIGMAS = 3.0
 NUMBERS = ("steps", "runs", "largest", "RMS at the end", "exponent")
@@ -35,10 +36,7 @@ def so3_drift_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
         }
         for ensemble, name, seen, largest in growths(frame)
     ]
-    table = pd.DataFrame(lines)
-    if not any(line["status"] for line in lines):
-        table = table.drop(columns="status", errors="ignore")
-    return table, dict.fromkeys(NUMBERS, "number")
+    return without_empty_status(pd.DataFrame(lines)), dict.fromkeys(NUMBERS, "number")
 
 
 def growth_text(seen: Growth) -> str:

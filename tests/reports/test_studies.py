@@ -21,6 +21,7 @@ from reports.sections.free_body_drift import free_body_drift_table
 from reports.sections.number_of_bodies import NUMBER_OF_BODIES, scaling_table
 from reports.sections.round_off import ROUND_OFF, round_off_table
 from reports.sections.so3_drift import so3_drift_table
+from reports.tables.study_table import readable_table
 from tests.reports.figure_frames import lay_out
 from tests.reports.study_frames import FRAMES, scaling, spins, turning, versions, walks
 
@@ -150,6 +151,13 @@ def test_the_tables_say_what_was_found():
     assert peer["time for an orbit"].iloc[0] == "not reached"
     assert peer["relative to galvi degree 8, Gauss 8"].iloc[1].startswith("100")
     assert set(table["share of the limit"]) == {"0.50", ""}
+
+
+def test_numbers_of_a_study_have_the_digits_that_they_need():
+    frame = pd.DataFrame({"n": [0.999, 0.96431, 1e-4, 200000.0, np.nan], "ok": True})
+    table, kinds = readable_table(frame, {"n": "number", "ok": "well"})
+    assert list(table["number"]) == ["0.999", "0.964", "1·10⁻⁴", "200000", ""]
+    assert set(table["well"]) == {"yes"} and kinds == {"number": "number"}
 
 
 def test_versions_of_an_engine_are_told_by_their_orders():
