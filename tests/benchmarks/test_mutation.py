@@ -10,7 +10,6 @@ import pytest
 
 from benchmarks.mutation import mutants, trial
 from benchmarks.mutation.reach import Reach, _lines_with_names_of, copied, write_durations
-from benchmarks.mutation.study import equivalents
 from benchmarks.store.provenance import ROOT
 from reports.sections.mutants import mutants_table
 
@@ -129,9 +128,3 @@ def test_the_table_counts_and_names_what_no_test_found():
     assert shown["galvi/run/"] == "1 (50%)" and shown["all: integrators"] == "1 (33%)"
     assert shown["found at: integrators"] == "5b (1)"
     assert shown["galvi/run/status.py:3: a < b  ->  a <= b"] == "survived"
-
-
-def test_what_is_said_to_be_equivalent_is_still_in_its_file():
-    for file, before, after in equivalents():
-        lines = [line.strip() for line in (ROOT / file).read_text().splitlines()]
-        assert before in lines and after not in lines, (file, before)
