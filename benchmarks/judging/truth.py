@@ -15,7 +15,7 @@ from galvi.systems.velocities import momentum_at
 Errors = Callable[[Trajectory, Trajectory], Array]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Agreement:
     """The largest distance of a part of the model between two sources, until one of them stops.
 

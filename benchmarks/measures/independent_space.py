@@ -48,7 +48,7 @@ def lagrange_at_chebyshev(degree: int) -> Array:
     return np.linalg.inv(values(all_of_degree(degree), points)).copy()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Grams:
     """Gram matrices of functions u_i on a step of length 1, by a quadrature rule.
 

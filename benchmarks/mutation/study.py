@@ -8,6 +8,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import pandas as pd
@@ -153,7 +154,10 @@ def equivalents() -> Sequence[tuple[str, str, str]]:
 
 
 def _reach(folder: Path, report: Report) -> Reach:
-    if (folder / "durations.json").exists():
-        return Reach(ROOT, folder)
-    report("all tests once, with coverage")
-    return recorded(ROOT, folder)
+    if not (folder / "durations.json").exists():
+        report("all tests once, with coverage")
+        recorded(ROOT, folder)
+    return _read_once(ROOT, folder)
+
+
+_read_once = lru_cache(maxsize=1)(Reach)  # of all parts, since it is large

@@ -22,7 +22,7 @@ ACCURACY = 1e-3  # of a difference, relative to its terms; that of a slope left 
 CAYLEY = 0  # the chart, of which only the derivative at 0 matters, that moves states
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class States:
     """Entries q (n, r) of elements of a group, v (n, d) and t (n,) of n states."""
 

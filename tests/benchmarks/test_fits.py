@@ -165,3 +165,10 @@ def test_the_worst_ratio_is_that_of_errors_in_the_window() -> None:
     assert math.isclose(convergence_fits.worst_ratio(errors, floor=FLOOR), 0.5)
     assert math.isnan(convergence_fits.worst_ratio(errors[:3], floor=FLOOR))
     assert convergence_fits.worst_ratio(1.0 / np.arange(4.0, 40.0) ** 4, floor=FLOOR) > 0.89
+
+
+def test_errors_without_a_fit_stay_large_if_the_last_of_them_are():
+    few, h = [1.0, 1e-9, 2.0, 3.0, 4.0], [0.5**k for k in range(6)]
+    for errors, large in ((few, True), ([*few, 1e-9], False)):
+        fit = convergence_fits.algebraic(h[: len(errors)], errors, floor=1e-3)
+        assert np.isnan(fit.rate) and fit.stays_large is large

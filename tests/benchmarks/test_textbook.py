@@ -5,6 +5,7 @@ import pytest
 
 import galvi
 from benchmarks.measures import independent_invariants
+from references.textbook.nystrom import Nystrom
 
 METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
 
@@ -45,3 +46,9 @@ def test_a_system_without_a_formula_is_refused():
     problem = galvi.problems.henon_heiles()
     with pytest.raises(TypeError, match="there is no textbook energy here"):
         independent_invariants.energy(problem, problem.q0[None], problem.v0[None])
+
+
+@pytest.mark.parametrize(("stages", "velocity"), [((0.0,), 2.0), ((0.5,), 1.0)])
+def test_a_tableau_that_is_inconsistent_or_implicit_is_refused(stages, velocity):
+    with pytest.raises(ValueError, match="weights that sum to 1 and stages below the diagonal"):
+        Nystrom("wrong", 1, (stages,), (0.0,), (0.5,), (velocity,))

@@ -9,11 +9,12 @@ from scipy.linalg import expm, expm_frechet
 
 import galvi
 from galvi.charts import CHARTS
+from galvi.charts.branch_tracking import unwrapped
 from galvi.charts.maps import coordinates, place, tangent, tangent_slope
 from galvi.groups import GROUPS
 from galvi.kernels.lie import product
 from galvi.kernels.lie.chart_functions import angle_of
-from galvi.systems.finite_differences import WEIGHTS
+from galvi.systems.finite_differences import WEIGHTS, rotated
 from tests.galvi.angles import CAYLEY, EXPONENTIAL, RODRIGUES, each_size
 from tests.galvi.group_matrices import as_matrix, element, hat, title, vectors
 
@@ -229,3 +230,16 @@ def test_another_chart_and_a_wrong_coefficient_are_caught_by_the_matrices(group)
         for e in np.eye(len(xi))
     ]
     assert np.max(np.abs(T - np.array(slopes).T)) > 1e-4
+
+
+def test_a_path_is_followed_past_pi_and_back_through_the_identity():
+    turns = np.array([0.0, 3.0, 3.3, 3.0, 1.5, 0.0, 0.5])[:, None]
+    wrapped = (turns + np.pi) % (2.0 * np.pi) - np.pi
+    path = unwrapped(EXPONENTIAL, galvi.SO2(), wrapped)
+    np.testing.assert_allclose(path, turns, rtol=0.0, atol=1e-15)
+
+
+@given(vectors(galvi.SO3()))
+def test_the_rotation_along_which_functions_are_differenced_is_one(w):
+    R = rotated(w)
+    np.testing.assert_allclose(R @ R.T, np.eye(3), rtol=0.0, atol=1e-15 * (1.0 + w @ w))

@@ -204,13 +204,16 @@ def test_every_kind_of_run_has_a_picture(name):
     problem = getattr(galvi.problems, name)()
     step = 4.0 if name == "solar_system" else 0.05
     for save_every in (1, 5):
-        figure = galvi.integrate(problem, SIX, step, 20, save_every=save_every).plot()
+        run = galvi.integrate(problem, SIX, step, 20, save_every=save_every)
+        figure = run.plot()
         motion, invariant = figure.axes
         assert motion.get_lines() and invariant.get_lines()
         assert all(np.all(np.isfinite(line.get_xydata())) for line in invariant.get_lines())
         assert figure.get_suptitle() == problem.name
         if name == "free_body_se3":
             assert "".join(text.get_text() for text in motion.get_legend().get_texts()) == "xyz"
+            shown = np.stack([line.get_ydata() for line in motion.get_lines()])
+            assert save_every == 1 or np.array_equal(shown.T, run.q[:, :3, 3])
         plt.close(figure)
 
 

@@ -315,8 +315,11 @@ def test_other_spaces_rules_solvers_and_arguments_are_refused() -> None:
         galvi.integrate(chain, method(galvi.HarmonicFrame([[1.0]]), 4), 0.1, 1)
     with pytest.raises(ValueError, match="needs a Canonical system without an external force"):
         galvi.integrate(THREE, method(frame, 4), 0.1, 1)
-    with pytest.raises(ValueError, match="needs an NBody system of at least two bodies"):
+    with pytest.raises(ValueError, match="at least two bodies; received a Canonical system"):
         galvi.integrate(chain, method(galvi.KeplerFrame(), 4), 0.1, 1)
+    alone = galvi.Problem(galvi.NBody([1.0]), [[1.0, 0.0]], [[0.0, 1.0]])
+    with pytest.raises(ValueError, match="at least two bodies; received one body"):
+        galvi.integrate(alone, method(galvi.KeplerFrame(), 4), 0.1, 1)
     free = galvi.problems.free_rigid_body()
     with pytest.raises(ValueError, match="needs an NBody system"):
         galvi.integrate(free, method(galvi.KeplerFrame(), 4), 0.1, 1)

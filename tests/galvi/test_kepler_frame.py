@@ -196,3 +196,9 @@ def test_orbits_that_are_not_bound_are_refused_by_name() -> None:
     name = PLANETS.parameters["bodies"][3]
     with pytest.raises(ValueError, match=f"received one of body {name} that is not"):
         galvi.integrate(away, method(8), 10.0, 1)
+
+
+@pytest.mark.parametrize("nodes", [4, 8, 16])
+def test_nodes_move_towards_the_pericentre_the_more_the_longer_the_step(nodes: int) -> None:
+    moved = [kepler_frame._stretch(turns, np.zeros(nodes)) for turns in (0.001, 0.1, 0.5, 2.0)]
+    assert 0.0 < moved[0] < 0.01 and moved == sorted(moved) and 0.5 < moved[-1] < 1.0

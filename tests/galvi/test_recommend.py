@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -239,3 +241,20 @@ def test_more_steps_that_fail_where_fewer_did_not_are_no_better():
     some = Candidate(8, 10, 1.0, 1e-3, 10.0, 1.5, 0.1, 100.0)
     assert step_search._no_better(some, replace(some, steps=20, error=math.inf))
     assert not step_search._no_better(some, replace(some, steps=20, error=1e-9))
+
+
+def test_the_cost_of_a_step_is_measured_over_ever_more_steps_up_to_a_part_of_the_budget(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A call costs as much as a hundred steps."""
+    found, asked = scan.Scan(galvi.problems.kepler(0.3), 1e5, 1e5, "evaluations", 1e5), []
+
+    def run(degree: int, steps: int, part: int) -> tuple[Any, float, float]:
+        asked.append(part)
+        found.spent += 100.0 + part
+        return SimpleNamespace(success=True), 0.0, 0.0
+
+    monkeypatch.setattr(found, "run", run)
+    found.reach(4, 10**6, 1)
+    assert len(asked) > 1 and asked[1:] == [4 * part for part in asked[:-1]]
+    assert 100.0 + asked[-2] < 5e-3 * 1e5 <= 100.0 + asked[-1]

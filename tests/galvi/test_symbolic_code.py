@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from galvi.symbolic import code as symbolic_code
+from galvi.symbolic import lane_law
 
 pytest.importorskip("sympy")
 
@@ -101,3 +102,11 @@ def test_the_compiled_slopes_are_those_of_mpmath(V):
         law(np.array([place]), np.array([0.5]), 0.0, np.zeros(0), found)
         slope = mpmath.diff(sympy.lambdify(x, V, "mpmath"), mpmath.mpf(place))
         assert found[0, 0] == 0.5 and found[1, 0] == pytest.approx(-float(slope), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("line", "in_lanes"),
+    [("sin(q[0])", True), ("hypot(q[0], 1.0)", False), ("1.0 if q[0] > 0.0 else 2.0", False)],
+)
+def test_lanes_have_no_code_for_a_branch_or_a_function_that_they_lack(line, in_lanes):
+    assert bool(lane_law.function_lines("law(q)", [], [line])) == in_lanes

@@ -30,7 +30,7 @@ from reports.results.claim_results import check
 from reports.results.external import joined
 from reports.results.options import Options
 from reports.results.section_result import measure_sections
-from tests.reports.conftest import SKY
+from tests.reports.small_reports import SKY
 from tests.reports.small_studies import broken, nothing, quiet
 
 FRAMES = (

@@ -32,7 +32,7 @@ def distances(size: Array, a: Array) -> tuple[Array, Array]:
     return third * (1.0 + 2.0 * np.cos(turn)), third * (1.0 + 2.0 * np.cos(turn - 2.0 * np.pi / 3))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Orbits:
     """What became of orbits, one for each start.
 

@@ -28,7 +28,7 @@ from galvi.tableau import Tableau
 NARROW, FEW = 6, 12
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MemberKernel:
     """What runs members of a law with a method.
 

@@ -67,7 +67,7 @@ class Ground:
         input_checks.flag("exact", self.exact)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Flights:
     """What became of n grains.
 
