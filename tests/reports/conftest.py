@@ -42,6 +42,14 @@ def drawn_frames() -> dict[str, pd.DataFrame]:
     return {figure.name: frame_for(figure) for figure in FIGURES}
 
 
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A build draws nothing, which is most of its time."""
+    from reports.figures.drawing import Gallery
+
+    monkeypatch.setattr("reports.build.build.draw", lambda *measured: Gallery({}, {}))
+
+
 @pytest.fixture(scope="session")
 def make_row() -> Callable[..., Row]:
     """A row of a claim that holds, with some of its fields replaced."""
