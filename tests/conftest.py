@@ -22,6 +22,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # What needs the kernels that the worker in tests/galvi compiles in its first minute, and would wait
 # for it: these go to the end.
 LATE = (
+    "tests/reports/test_additions.py",
     "tests/reports/test_contender_",
     "tests/references/test_chains.py",
     "tests/references/test_forces.py",
