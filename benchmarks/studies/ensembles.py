@@ -81,7 +81,7 @@ def ensembles(quick: bool, say: Callable[[str], None]) -> pd.DataFrame:
             say(f"{len(ensemble.q)} of {ensemble.problem.name}")
             rows += compared(ensemble, pool)
     say("scaling")
-    rows += scaling(kepler_orbits(8 * members))
+    rows += scaling(kepler_orbits(32 * members))  # of a second or longer
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
