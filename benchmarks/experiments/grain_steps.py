@@ -1,5 +1,7 @@
-"""The step of a grain here and in an older checkout: `python -m benchmarks.experiments.grain_steps`
-FOLDER, where FOLDER is a worktree of that commit (`git worktree add FOLDER 4724a64`).
+"""The step of a grain here and in an older checkout.
+
+git worktree add FOLDER 4724a64
+python -m benchmarks.experiments.grain_steps FOLDER
 
 Grains of one motion in the rotor's wind, without contacts: 60 steps of 30 ms with two Gauss points
 and C_d = 0.44, iterated to rounding. There each is a run of `galvi.integrate`, less one of a single
@@ -117,5 +119,13 @@ def grain_steps(checkout: Path) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def main() -> None:
+    """Print the table."""
+    folder = Path(sys.argv[1]).resolve() if len(sys.argv) == 2 else None
+    if folder is None or not (folder / "galvi").is_dir():
+        sys.exit(f"expected the folder of a checkout that has galvi; received {sys.argv[1:]}.")
+    print(grain_steps(folder).to_string(index=False))
+
+
 if __name__ == "__main__":
-    print(grain_steps(Path(sys.argv[1]).resolve()).to_string(index=False))
+    main()

