@@ -12,7 +12,6 @@ import matplotlib.style
 import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Canvas
-from matplotlib.transforms import Bbox
 
 from reports.figures.describe import describe
 from reports.figures.moving import animated, hide_all_but_last
@@ -51,10 +50,9 @@ def picture(figure: Figure, frame: pd.DataFrame) -> Picture:
     """Draw a figure from its claim's or its study's frame."""
     with matplotlib.style.context(STYLE):
         canvas = drawn(figure, frame, figure.size)
-        box = canvas.get_tightbbox().padded(matplotlib.rcParams["savefig.pad_inches"])
-        svg = animated(saved(canvas, "svg", box))
+        svg = animated(saved(canvas, "svg"))
         hide_all_but_last(canvas)
-        png = saved(canvas, "png", box)
+        png = saved(canvas, "png")
         words = describe(canvas)
     title = f"{figure.source}: {figure.title}" if figure.source else figure.title
     return Picture(figure.name, title, figure.caption, svg, png, f"{figure.title}. {words}".strip())
@@ -68,11 +66,8 @@ def drawn(figure: Figure, frame: pd.DataFrame, size: tuple[float, float]) -> Can
     return canvas
 
 
-def saved(canvas: Canvas, form: str, box: Bbox | None = None) -> bytes:
-    """The bytes of a canvas as svg, png or pdf, without dates.
-
-    box  in inches, what of it is shown; None finds out, which draws it once more
-    """
+def saved(canvas: Canvas, form: str) -> bytes:
+    """The bytes of a canvas as svg, png or pdf, without dates."""
     into = io.BytesIO()
-    canvas.savefig(into, format=form, metadata=METADATA[form], bbox_inches=box)
+    canvas.savefig(into, format=form, metadata=METADATA[form])
     return into.getvalue()

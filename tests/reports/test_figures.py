@@ -12,7 +12,6 @@ from reports.figures.drawing import COST_FIGURE, comparison_figure
 from reports.figures.picture import picture
 from reports.figures.style.end_labels import spread
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import looks
 from tests.reports.figure_frames import lay_out
 
 NAMES = [figure.name for figure in FIGURES]
@@ -69,10 +68,6 @@ def test_comparisons_and_costs_draw_without_warnings(make_suite):
         lay_out(comparison_figure("kepler"), runs[runs["status"] == "truth"])
     with pytest.raises(NoData):
         lay_out(COST_FIGURE, suite.cost(True, print).tail(1))
-
-
-def test_no_two_of_many_look_alike():
-    assert len({tuple(look.values()) for look in looks(map(str, range(20))).values()}) == 20
 
 
 def test_labels_do_not_overlap_and_stay_below_the_top_where_there_is_room():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from matplotlib.colors import to_rgb
 
 # Okabe and Ito (2008), without the yellow, which is too light for a white page.
@@ -12,14 +10,6 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")
 GUIDE = "#777777"  # claimed rates and other things that were not measured
 SUN = "#E69F00"
 BAND = "#eef3f7"
-
-
-def looks(names: Iterable[str]) -> dict[str, dict[str, str]]:
-    """A colour and a marker for each name; the pairs differ for up to 63 names."""
-    return {
-        name: {"color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)]}
-        for k, name in enumerate(dict.fromkeys(names))
-    }
 
 
 def darker(color: str) -> tuple[float, float, float]:
