@@ -35,9 +35,11 @@ def on_scheduler(suite: Suite, address: str) -> Iterator[Suite]:
         return
     try:
         from distributed import Client
+        from distributed.comm import resolve_address
     except ImportError:
         raise typer.BadParameter("--scheduler needs Dask: pip install 'galvi[cluster]'.") from None
     try:
+        resolve_address(address)  # a client that cannot read it would linger, and end in a traceback
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:
         said = " ".join(str(error).split())

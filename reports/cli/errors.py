@@ -73,6 +73,9 @@ def sentence(error: Any, commands: Iterable[str]) -> str:
             f"There is no command {word!r}; did you mean {nearest(word, known)!r} "
             f"(known: {', '.join(known)})?"
         )
+    option = next(iter(getattr(getattr(error, "param", None), "opts", ())), "")
+    if option.startswith("--") and option not in message:
+        message = f"{option}: {message[0].lower()}{message[1:]}"
     if message.split()[0].isalpha():  # an option or a path stays as it is
         message = message[0].upper() + message[1:]
     return message + ("" if message.endswith("?") else ".")

@@ -49,11 +49,12 @@ def test_what_workers_have_that_is_not_the_same_is_refused(address, make_suite, 
         assert list(suite.runner({"V1": partial(quiet, 0.0)}, True)) == []
 
 
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nowhere", "http://127.0.0.1:1"])
 def test_an_address_where_nothing_answers_is_refused_in_a_sentence(
-    make_suite, monkeypatch, tmp_path, capsys
+    make_suite, monkeypatch, tmp_path, capsys, address
 ):
     monkeypatch.setattr(scheduler, "PATIENCE", "0.2s")
-    arguments = ["build", "--scheduler", "tcp://127.0.0.1:1", "--out", str(tmp_path)]
+    arguments = ["build", "--scheduler", address, "--out", str(tmp_path)]
     assert run(lambda: make_suite(), arguments) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "--scheduler" in line and "no answer" in line
