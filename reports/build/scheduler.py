@@ -39,7 +39,7 @@ def on_scheduler(suite: Suite, address: str) -> Iterator[Suite]:
     except ImportError:
         raise typer.BadParameter("--scheduler needs Dask: pip install 'galvi[cluster]'.") from None
     try:
-        resolve_address(address)  # a client that cannot read it would linger, and end in a traceback
+        resolve_address(address)  # else the client lingers and ends in a traceback
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:
         said = " ".join(str(error).split())
