@@ -6,7 +6,7 @@ WORKERS ?= 2
 EXTRAS ?= suite,dev
 MODELS ?= gymnasium==1.4.0 dm_control==1.0.50
 BIN := .venv/bin
-STAMP := .venv/installed
+STAMP := .venv/installed-$(EXTRAS)
 
 # Tests and reports start many processes, which would compile every source anew.
 export PYTHONDONTWRITEBYTECODE :=
@@ -20,7 +20,7 @@ help: ## list the targets
 
 install: $(STAMP) ## create .venv and install galvi, the suite and the tools
 
-test: $(STAMP) ## run the tests except those marked slow
+test: $(STAMP) ## run the tests except those marked slow or browser
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 check: $(STAMP) ## lint, formatting, types, import contracts

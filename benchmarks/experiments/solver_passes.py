@@ -2,7 +2,7 @@
 
 A pass is one evaluation of all accelerations at all stages. Passes are counted from the usual
 first guess until the stages change by at most SETTLED of the distance from the origin, without
-those over the fastest planet alone. CONTRIBUTING states the cost of a pass.
+those over the fastest planet alone. docs/solver-experiments.md states the cost of a pass.
 """
 
 from __future__ import annotations

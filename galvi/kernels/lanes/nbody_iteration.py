@@ -34,7 +34,7 @@ from galvi.kernels.nystrom.solve import (
     verdict,
 )
 
-PAIR_PASSES = 3  # 2 and 4 are slower for some problems: CONTRIBUTING.md, 'Ideas for the solver'
+PAIR_PASSES = 3  # 2 and 4 are slower for some problems: docs/solver-experiments.md
 
 
 @jit_inline
