@@ -2,7 +2,8 @@
 
 A line of Python is reached by the tests that execute it. Compiled lines leave no trace, so that a
 kernel's lines count as reached by the tests that execute a line, outside the kernels, that names
-something of a kernel whose code depends on the mutated file.
+something of a kernel whose code depends on the mutated file; after these, since such a line may run
+only once for all tests, those that execute any function of its file.
 """
 
 from __future__ import annotations
@@ -40,17 +41,19 @@ class Reach:
     folder: Path
 
     def tests(self, file: str, line: int) -> list[str]:
-        """Names of the tests that reach a line, the quickest ones first."""
-        kernel = file.startswith(KERNELS)
-        found = set() if kernel else self._executing(file, self._place(file, line))
-        if not found:
+        """Names of the tests that reach a line, the quickest ones first; then those that may."""
+        of_sources = {test for test in self._durations if test.startswith(OF_SOURCES)}
+        found, further = self._executing(file, self._place(file, line)), set()
+        if file.startswith(KERNELS) or not found:
             callers = dict(self._callers(file))
             found = set().union(*(self._executing(one, at) for one, at in callers.items()))
-        if not (found or kernel):
-            found = set().union(*(self._executing(one, self._bodies(one)) for one in callers))
-        found |= {test for test in self._durations if test.startswith(OF_SOURCES)}
-        found &= set(self._durations)
-        return sorted(found, key=lambda test: (self._durations[test], test))
+            further = set().union(*(self._executing(one, self._bodies(one)) for one in callers))
+        found |= of_sources
+        return self._quickest_first(found) + self._quickest_first(further - found)
+
+    def _quickest_first(self, tests: set[str]) -> list[str]:
+        known = self._durations
+        return sorted(tests & known.keys(), key=lambda test: (known[test], test))
 
     def chosen(self, tests: list[str]) -> list[str]:
         """The first of these, FIRST seconds of them."""
