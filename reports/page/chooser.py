@@ -8,8 +8,8 @@ from benchmarks.work_precision.fronts import front, seconds_at
 from references.mujoco.steps import MUJOCO_RK4
 from reports.figures.study_plots.headline import at_step
 from reports.page.grid import Grid, grid
-from reports.tables.fastest_per_error import readable_fastest
-from reports.tables.matched_error import is_ours
+from reports.tables.fastest_per_error import AMONG, readable_fastest
+from reports.tables.matched_error import heading, is_ours
 from reports.tables.number_format import TIMES, capital, readable, seconds
 
 COLUMNS = ("problem", "error asked", "among")
@@ -17,18 +17,25 @@ DEFAULT_STEP = 0.002  # of MuJoCo, in the problem's unit of time
 
 
 def chooser(fastest: pd.DataFrame) -> Grid | None:
-    """A line for each problem and error: the fastest of all, and the best of galvi and MuJoCo."""
+    """Lines for each problem and error: the fastest of all, of galvi's, and of MuJoCo's."""
     if fastest.empty:
         return None
-    return grid(_lines(fastest), dict.fromkeys(("error", "time"), "number"))
+    return grid(_lines(fastest), dict.fromkeys(("time at that error", "error", "time"), "number"))
 
 
 def filters(fastest: pd.DataFrame) -> list[tuple[int, str, list[str]]]:
-    """(column, label, values) of each filter."""
+    """(column, label, values) of each filter; errors from large to small."""
     if fastest.empty:
         return []
     table = _lines(fastest)
-    return [(list(table).index(name), name, list(dict.fromkeys(table[name]))) for name in COLUMNS]
+    values = (
+        list(dict.fromkeys(table["problem"])),
+        [heading(error) for error in sorted(set(fastest["asked"]), reverse=True)],
+        [text for name, text in AMONG.items() if (fastest["of"] == name).any()],
+    )
+    return [
+        (list(table).index(name), name, some) for name, some in zip(COLUMNS, values, strict=True)
+    ]
 
 
 def default_steps(runs: pd.DataFrame | None) -> Grid | None:
