@@ -5,7 +5,7 @@ from __future__ import annotations
 from reports.figures.study_plots.headline import Shown, headline
 from reports.results.figure import Figure
 
-GALVI = Shown("galvi, its fastest", "galvi")
+GALVI = Shown("galvi, fastest setting", "galvi")
 REBOUND = (
     GALVI,
     Shown("REBOUND WHFast", "REBOUND WHFast, best"),
@@ -34,8 +34,8 @@ HEADLINES = (
         draw=headline,
         options={
             "panels": {
-                "outer solar system": "outer planets, 10,000 years",
-                "solar system without Pluto": "Sun and 8 planets, 200 years",
+                "outer solar system": "Outer solar system, 10,000 years",
+                "solar system without Pluto": "Sun and eight planets, 200 years",
             },
             "shown": REBOUND,
         },
@@ -50,8 +50,8 @@ HEADLINES = (
         draw=headline,
         options={
             "panels": {
-                "free rigid body": "free body, 9 rotations",
-                "3D pendulum, m g = 9.81": "3D pendulum",
+                "free rigid body": "Free rigid body, nine turns",
+                "3D pendulum, m g = 9.81": "3D pendulum, m g = 9.81",
             },
             "shown": MUJOCO,
             "marked": ("MuJoCo RK4", 0.002, "MuJoCo RK4, default step"),

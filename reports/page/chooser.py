@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import pandas as pd
 
+from benchmarks.work_precision.described import described
 from benchmarks.work_precision.fronts import front, seconds_at
 from references.mujoco.steps import MUJOCO_RK4
 from reports.figures.study_plots.headline import at_step
 from reports.page.grid import Grid, grid
 from reports.tables.fastest_per_error import AMONG, readable_fastest
 from reports.tables.matched_error import heading, is_ours
-from reports.tables.number_format import TIMES, capital, readable, seconds
+from reports.tables.number_format import TIMES, readable, seconds
 
 COLUMNS = ("problem", "error asked", "among")
 DEFAULT_STEP = 0.002  # of MuJoCo, in the problem's unit of time
@@ -53,7 +54,7 @@ def default_steps(runs: pd.DataFrame | None) -> Grid | None:
         best = seconds_at(ours["error"].tolist(), ours["seconds"].tolist(), error)
         lines.append(
             {
-                "problem": capital(str(problem)),
+                "problem": described(str(problem)).title,
                 "error": readable(error, 2),
                 "of the": str(rows["quantity"].iloc[0]),
                 "time of MuJoCo's RK4": seconds(time),
@@ -71,6 +72,6 @@ def _lines(fastest: pd.DataFrame) -> pd.DataFrame:
     parts = []
     for problem in fastest["problem"].drop_duplicates():
         table = readable_fastest(fastest, problem)
-        table.insert(0, "problem", capital(str(problem)))
+        table.insert(0, "problem", described(str(problem)).title)
         parts.append(table)
     return pd.concat(parts, ignore_index=True)

@@ -10,6 +10,8 @@ import pandas as pd
 
 from benchmarks.checks.bounds import CONTRADICTED, VERDICTS
 from benchmarks.checks.claim import Claim
+from benchmarks.work_precision.described import described
+from benchmarks.work_precision.problem import STOPS
 from reports.figures.drawing import COST_FIGURE, Gallery, slug
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture
@@ -28,7 +30,6 @@ from reports.tables.cost_table import readable_cost
 from reports.tables.fastest_per_error import of_mujoco
 from reports.tables.matched_error import fastest_cells, readable_ratios
 from reports.tables.mujoco_overhead import mujoco_overhead
-from reports.tables.number_format import capital
 from reports.tables.number_format import known as number_known
 from reports.tables.summary_sentences import summary_sentences
 from reports.tables.targets_table import QUICK, TEXT, readable_targets
@@ -67,6 +68,7 @@ class ComparisonSection:
 
     anchor: str
     title: str
+    text: str
     picture: Picture | None
     reference: str
     ratios: Grid
@@ -123,6 +125,8 @@ def content(
         "chooser": chooser(tables.fastest),
         "chooser_filters": filters(tables.fastest),
         "comparisons": _comparisons(comparison, tables, gallery),
+        "net_timed": [one.title for one in map(described, _compared(runs)) if one.net_time],
+        "stops": [f"{stop:.0e}" for stop in STOPS],
         "targets": _targets(tables.targets, quick),
         "cost": None if comparison.cost is None else grid(*readable_cost(comparison.cost)),
         "cost_picture": gallery.pictures.get(COST_FIGURE.name),
@@ -133,6 +137,10 @@ def content(
         "origins": files(origins, provenance),
         "reproduce": commands(measured),
     }
+
+
+def _compared(runs: pd.DataFrame | None) -> list[str]:
+    return [] if runs is None else [str(name) for name in runs["problem"].drop_duplicates()]
 
 
 def _study(one: SectionResult, gallery: Gallery) -> StudySection:
@@ -172,7 +180,8 @@ def _comparisons(
         sections.append(
             ComparisonSection(
                 anchor=slug(name),
-                title=capital(name),
+                title=described(name).title,
+                text=described(name).text,
                 picture=gallery.pictures.get(slug(name)),
                 reference="; ".join(dict.fromkeys(runs.get("reference", []))),
                 ratios=grid(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import pandas as pd
 
+from benchmarks.work_precision.described import described
 from benchmarks.work_precision.fronts import OURS as BEST
 from benchmarks.work_precision.fronts import TRUTH, ratios
 from reports.tables.matched_error import errors_of, heading, is_ours
@@ -15,6 +17,7 @@ from reports.tables.number_format import known, readable, seconds
 NOBODY = "not reached"
 ALL, OURS, ENGINE = "all", "galvi", "MuJoCo"  # groups of contenders
 CHOICE = ("contender", "settings", "error", "seconds", "at_asked")
+PASSES = " passes"  # ends the label of a frame with fewer passes than converge
 AMONG = {ALL: ALL, OURS: "galvi's", ENGINE: "MuJoCo's"}
 
 
@@ -99,7 +102,15 @@ def _line(asked: str, what: str, row: pd.Series) -> dict[str, str]:
         "among": what,
         "contender": row["contender"],
         "time at that error": seconds(row["at_asked"]),
-        "setting": row["settings"],
+        "setting": _setting(row),
         "error": readable(row["error"], 2) or (TRUTH if known(row["seconds"]) else ""),
         "time": seconds(row["seconds"]),
     }
+
+
+def _setting(row: pd.Series) -> str:
+    """With the unit of a step, and whether galvi's iteration ends before it has converged."""
+    text, unit = str(row["settings"]), described(row["problem"]).time
+    text = re.sub(r"(\bstep=\S+)", rf"\1 {unit}", text) if unit else text
+    early = is_ours(row["contender"]) and ("tolerance=" in text or PASSES in row["contender"])
+    return f"{text} (stopped early)" if early else text

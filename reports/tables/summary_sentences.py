@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pandas as pd
 
+from benchmarks.work_precision.described import described
 from benchmarks.work_precision.fronts import OURS
 from reports.tables.matched_error import heading, is_ours
-from reports.tables.number_format import capital, known, readable
+from reports.tables.number_format import known, readable
 
 LEVEL = 1.1  # smaller ratios are within the scatter of the times: neither wins
 
@@ -14,7 +15,7 @@ LEVEL = 1.1  # smaller ratios are within the scatter of the times: neither wins
 def summary_sentences(table: pd.DataFrame) -> list[str]:
     """A sentence for each problem in a table of `reports.tables.matched_error`."""
     return [
-        f"{capital(problem)}: {'; '.join(said)}."
+        f"{described(problem).title}: {'; '.join(said)}."
         for problem in table["problem"].drop_duplicates()
         if (said := _said(table[table["problem"] == problem]))
     ]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pandas as pd
 
-from reports.tables.number_format import TIMES, capital, known, readable
+from benchmarks.work_precision.described import described
+from reports.tables.number_format import TIMES, known, readable
 
 HEADINGS = ("problem", "against", "error", "target", "measured", "verdict", "fastest of each")
 REMARK = "remark"
@@ -24,7 +25,7 @@ def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]
     """
     lines = [
         {
-            "problem": capital(row["problem"]),
+            "problem": described(row["problem"]).title,
             "against": row["against"],
             "error": readable(row["error"], 2),
             "target": _target(row["target"]),

@@ -8,7 +8,9 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from benchmarks.work_precision.described import DESCRIBED, described
 from benchmarks.work_precision.fronts import NOT_REACHED
+from benchmarks.work_precision.problem import WorkPrecisionProblem
 from benchmarks.work_precision.problems import work_precision_problems
 from benchmarks.work_precision.targets import FRAMES, ORBITS, TARGETS, TURNS, VECTORS, Target
 from benchmarks.work_precision.targets_met import COLUMNS, MET, MISSED, NOT_RUN, targets_met
@@ -125,11 +127,16 @@ def test_another_problem_s_rows_do_not_count() -> None:
     assert targets_met(table, ()).empty
 
 
+@pytest.fixture(scope="module")
+def cases() -> tuple[WorkPrecisionProblem, ...]:
+    return work_precision_problems(False)
+
+
 @pytest.mark.parametrize("quick", [True, False])
-def test_every_target_names_contenders_that_take_part(quick: bool) -> None:
+def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> None:
     known = {
         case.problem.name: {label for label, _, _ in case.participants}
-        for case in work_precision_problems(quick)
+        for case in (work_precision_problems(True) if quick else cases)
     }
     for target in TARGETS:
         assert {*target.contenders, *target.ours} <= known[target.problem]
@@ -142,3 +149,13 @@ def test_every_target_names_contenders_that_take_part(quick: bool) -> None:
         }
     assert {target.source for target in TARGETS} == {FRAMES, ORBITS, TURNS, VECTORS}
     assert "N bodies" in ORBITS and "rigid bodies" in TURNS
+
+
+def test_readers_are_told_what_every_problem_is(cases) -> None:
+    assert [case.problem.name for case in cases] == list(DESCRIBED)
+    for case in cases:
+        seen = described(case.problem.name)
+        assert seen.text.endswith(".") and seen.net_time == case.net_time
+        assert (seen.time == "") == (case.problem.units.split(",")[0] not in ("au", "m", "kg"))
+    assert len({one.title for one in DESCRIBED.values()}) == len(DESCRIBED)
+    assert described("my own") == ("My own", "", "", False)
