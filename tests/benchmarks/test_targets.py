@@ -104,12 +104,15 @@ def test_only_galvi_s_lines_that_a_target_names_count_and_a_rival_may_be_galvi_s
     assert list(found["ratio"]) == pytest.approx([8.0, 4.0, 6.0, 3.0])
     assert list(found["verdict"]) == [MET, MISSED, MET, MISSED]
     assert list(found["galvi"]) == [GALVI, other, GALVI, other]
+    assert list(found["counted"]) == ["any", "degree 8, Gauss 9"] * 2
 
 
 def test_a_peer_s_own_error_is_reached_or_missed_at_a_ratio() -> None:
     reached = judged({GALVI: OURS, PEER: [(1e-7, 3.0), (1e-4, 1.0)]}, None, None)
     assert (reached["error"], reached["verdict"]) == (1e-7, MET)
     assert reached["ratio"] == pytest.approx(3.0) and math.isnan(reached["target"])
+    alone = judged({GALVI: OURS, PEER: [(1e-5, 3.0)]}, 1e-7, None)
+    assert (alone["ratio"], alone["verdict"]) == (NOT_REACHED, MET)
     missed = judged({GALVI: OURS, PEER: [(1e-9, 3.0)]}, None, None)
     assert (missed["ratio"], missed["verdict"]) == (f"galvi: {NOT_REACHED}", MISSED)
 
@@ -141,6 +144,7 @@ def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> Non
     for target in TARGETS:
         assert {*target.contenders, *target.ours} <= known[target.problem]
         assert target.ratio is None or target.ratio > 0.0
+        assert (target.note != "") == ("general kernel" in target.contenders[0])
     asked = [(one.problem, one.contenders[0], one.ours, one.error) for one in TARGETS]
     assert len(set(asked)) == len(asked)
     for target in TARGETS:  # of orbits and rotations, the rival's own error too

@@ -47,7 +47,9 @@ def test_each_verdict_stands_beside_what_was_measured(met):
     ]  # fmt: skip
     assert list(text["target"])[1:3] == [f"at least 5.0{TIMES}", "reached"]
     assert set(kinds) <= set(text.columns) and "remark" not in text
-    assert "remark" in readable_targets(met.assign(remark="A bound."))[0]
+    noted = readable_targets(met.assign(remark="A bound.", note="It changed.", target=1.25))[0]
+    assert set(noted["remark"]) == {"A bound. It changed."}
+    assert set(noted["target"]) == {f"at least 1.25{TIMES}"}
     assert summary(met).startswith("5 targets: 2 not run, 1 missed, 1 not reached, 1 met. Source:")
     assert summary(met.assign(source=["a", "b", "b", "a", "a"])).endswith("Sources: a; b.")
 
