@@ -15,7 +15,7 @@ from benchmarks.work_precision.problem import STOPS
 from reports.figures.drawing import COST_FIGURE, Gallery, slug
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture
-from reports.page.chooser import chooser, default_steps, filters
+from reports.page.chooser import chooser, default_step, filters
 from reports.page.claim_section import claim_section
 from reports.page.grid import Grid, grid
 from reports.page.motion import motions
@@ -121,7 +121,7 @@ def content(
         "headlines": [
             gallery.pictures[one.name] for one in HEADLINES if one.name in gallery.pictures
         ],
-        "default_steps": default_steps(runs),
+        "default_step": default_step(runs),
         "chooser": chooser(tables.fastest),
         "chooser_filters": filters(tables.fastest),
         "comparisons": _comparisons(comparison, tables, gallery),

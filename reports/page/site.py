@@ -41,7 +41,7 @@ def contents(part: Part, content: dict[str, Any]) -> Iterator[Entry]:
             ("results", "The result in two figures", 2),
             *(
                 (("default-step", "MuJoCo's RK4 at its default step", 3),)
-                if content["default_steps"]
+                if content["default_step"]
                 else ()
             ),
             ("choose", "Which integrator for my error?", 2),
