@@ -15,6 +15,7 @@ from benchmarks.work_precision.problem import STOPS
 from reports.figures.drawing import COST_FIGURE, Gallery, slug
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture
+from reports.page.absent import Absent, absent, is_of, peers
 from reports.page.chooser import chooser, default_step, filters
 from reports.page.claim_section import claim_section
 from reports.page.grid import Grid, grid
@@ -27,13 +28,17 @@ from reports.results.section_result import SectionResult
 from reports.results.summary import summary
 from reports.tables.comparison_tables import ComparisonTables
 from reports.tables.cost_table import readable_cost
+from reports.tables.falls import FALLS
 from reports.tables.fastest_per_error import of_mujoco
 from reports.tables.matched_error import fastest_cells, readable_ratios
 from reports.tables.mujoco_overhead import mujoco_overhead
+from reports.tables.number_format import capital
 from reports.tables.number_format import known as number_known
 from reports.tables.summary_sentences import summary_sentences
 from reports.tables.targets_table import QUICK, TEXT, readable_targets
 from reports.tables.targets_table import summary as targets_summary
+
+TIMES = "work_precision.csv"
 
 
 @dataclass(frozen=True)
@@ -101,16 +106,25 @@ def content(
     history   the kept benches, as `reports.tracking` shows them; None without any
     """
     seen = summary(checked)
+    origin = origins.get(TIMES, provenance)
+    lacking = absent(origin, comparison.work_precision, tables.targets, seen.rows)
     run = {one.claim.id for one in checked}
     claims = [claim_section(one, gallery) for one in checked]
     fallen = {row.id for row in seen.rows if row.verdict == CONTRADICTED}
     runs = comparison.work_precision
     return {
         "summary": str(seen),
+        "headline": seen.headline,
+        "peers": peers(origin),
+        "absent": lacking,
         "differing": seen.differing,
         "left_out": [claim.id for claim in known if claim.id not in run],
         "kept": kept,
-        "fallen": [one.claim for one in claims if one.claim.id in fallen],
+        "fallen": [
+            (one.claim.id, capital(FALLS.get(one.claim.id, one.claim.title)))
+            for one in claims
+            if one.claim.id in fallen
+        ],
         "summary_sentences": summary_sentences(tables.ratios) if len(tables.ratios) else [],
         "measured": statements(measured),
         "verdicts": VERDICTS,
@@ -124,7 +138,7 @@ def content(
         "default_step": default_step(runs),
         "chooser": chooser(tables.fastest),
         "chooser_filters": filters(tables.fastest),
-        "comparisons": _comparisons(comparison, tables, gallery),
+        "comparisons": _comparisons(comparison, tables, gallery, lacking),
         "net_timed": [one.title for one in map(described, _compared(runs)) if one.net_time],
         "stops": [f"{stop:.0e}" for stop in STOPS],
         "targets": _targets(tables.targets, quick),
@@ -168,7 +182,10 @@ def _targets(frame: pd.DataFrame, quick: bool) -> TargetsSection | None:
 
 
 def _comparisons(
-    comparison: Comparison, tables: ComparisonTables, gallery: Gallery
+    comparison: Comparison,
+    tables: ComparisonTables,
+    gallery: Gallery,
+    lacking: Sequence[Absent],
 ) -> list[ComparisonSection]:
     if comparison.work_precision is None:
         return []
@@ -195,6 +212,7 @@ def _comparisons(
                 remarks=tuple(
                     f"{row['contender']}, {row['settings']}: {row['status']}"
                     for _, row in noted.iterrows()
+                    if not any(is_of(one.name, row["contender"]) for one in lacking)
                 ),
             )
         )

@@ -45,6 +45,7 @@ def contents(part: Part, content: dict[str, Any]) -> Iterator[Entry]:
                 else ()
             ),
             ("choose", "Which integrator for my error?", 2),
+            *((("fastest", "Who is fastest", 3),) if content["summary_sentences"] else ()),
             ("verdicts", "What the papers claim", 2),
         )
     elif part.name == "claims":
