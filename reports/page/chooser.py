@@ -17,6 +17,7 @@ from reports.tables.fastest_per_error import AMONG, readable_fastest
 from reports.tables.matched_error import heading, is_ours
 from reports.tables.number_format import TIMES, readable, seconds
 
+OWN = {"error": "its error", "time": "its time"}
 COLUMNS = ("problem", "error asked", "among")
 GOOD = 1e-8  # an error that most users call small
 
@@ -25,7 +26,7 @@ def chooser(fastest: pd.DataFrame) -> Grid | None:
     """Lines for each problem and error: the fastest of all, of galvi's, and of MuJoCo's."""
     if fastest.empty:
         return None
-    return grid(_lines(fastest), dict.fromkeys(("time at that error", "error", "time"), "number"))
+    return grid(_lines(fastest), dict.fromkeys(("time at that error", *OWN.values()), "number"))
 
 
 def filters(fastest: pd.DataFrame) -> list[tuple[int, str, list[str]]]:
@@ -106,4 +107,4 @@ def _lines(fastest: pd.DataFrame) -> pd.DataFrame:
         table = readable_fastest(fastest, problem)
         table.insert(0, "problem", described(str(problem)).title)
         parts.append(table)
-    return pd.concat(parts, ignore_index=True)
+    return pd.concat(parts, ignore_index=True).rename(columns=OWN)

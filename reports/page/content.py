@@ -20,7 +20,7 @@ from reports.page.chooser import chooser, default_step, filters
 from reports.page.claim_section import claim_section
 from reports.page.grid import Grid, grid
 from reports.page.motion import motions
-from reports.page.sources import Source, commands, files, statements
+from reports.page.sources import Source, commands, files, statements, without_folder
 from reports.page.topics import claim_groups
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
@@ -131,6 +131,7 @@ def content(
         "claims": claims,
         "timed": any(number_known(one.seconds) for one in claims),
         "claim_groups": claim_groups(claims),
+        "claim_ids": sorted((one.claim.id for one in claims), key=_by_number),
         "motions": motions(checked),
         "headlines": [
             gallery.pictures[one.name] for one in HEADLINES if one.name in gallery.pictures
@@ -147,10 +148,18 @@ def content(
         "studies": [_study(one, gallery) for one in sections],
         "failures": comparison.failures,
         "history": history,
-        "provenance": list(provenance.items()),
+        "provenance": [
+            (name, without_folder(text) if name == "command" else text)
+            for name, text in provenance.items()
+        ],
         "origins": files(origins, provenance),
         "reproduce": commands(measured),
     }
+
+
+def _by_number(id: str) -> tuple[int, int]:
+    """V before L before A, each by number."""
+    return "VLA".find(id[:1]), int("".join(filter(str.isdigit, id)) or 0)
 
 
 def _compared(runs: pd.DataFrame | None) -> list[str]:
