@@ -43,17 +43,20 @@ def smallest(frame: pd.DataFrame) -> pd.DataFrame:
 def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd.DataFrame:
     """A line for each contender, a column for each error: ratio and time, or "not reached".
 
-    The last column, from `smallest`, is at the contender's own smallest error.
+    A time of the run that is the reference is marked, as its error is unknown. The last column,
+    from `smallest`, is at the contender's own smallest error.
     """
     rows = table[table["problem"] == problem]
     own = ends[ends["problem"] == problem].set_index("contender") if len(ends) else ends
     lines = []
     for contender, times in rows.groupby("contender", sort=False):
         line = {"contender": contender}
+        end = own.loc[contender] if contender in own.index else None
         for _, seen in times.iterrows():
-            line[heading(seen["error"])] = _cell(seen, str(contender))
-        if contender in own.index:
-            end = own.loc[contender]
+            unknown = known(seen["seconds"]) and (end is None or end["error"] > seen["error"])
+            said = _cell(seen, str(contender))
+            line[heading(seen["error"])] = f"reference: {said}" if unknown else said
+        if end is not None:
             line[SMALLEST] = f"{readable(end['error'], 2)}: {_cell(end, str(contender))}"
         lines.append(line)
     return pd.DataFrame(lines).fillna("")

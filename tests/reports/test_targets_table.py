@@ -97,6 +97,8 @@ def test_each_contender_s_own_smallest_error_is_the_last_column(make_suite):
     assert table.loc["SciPy DOP853", SMALLEST].startswith("1.0·10⁻⁵: 0.16")
     assert table.loc["galvi, best", SMALLEST].startswith("1.0·10⁻⁹: 20.0")
     assert table.loc["Taylor", SMALLEST] == ""
+    assert table.loc["Taylor", "10⁻⁶"].startswith("reference: ")
+    assert "reference" not in "".join(table.drop(index="Taylor").to_numpy().ravel())
 
 
 def test_the_report_has_a_column_for_every_error_of_the_targets():
