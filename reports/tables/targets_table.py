@@ -5,6 +5,8 @@ from __future__ import annotations
 import pandas as pd
 
 from benchmarks.work_precision.described import described
+from benchmarks.work_precision.fronts import NOT_REACHED
+from benchmarks.work_precision.targets_met import MET
 from reports.tables.number_format import TIMES, known, readable
 
 OF_GALVI = "of galvi"
@@ -13,6 +15,7 @@ HEADINGS = (
     "fastest of each",
 )
 REMARK = "remark"
+ALONE = "by galvi alone"  # reached
 NUMBERS = ("error", "target", "measured")
 TEXT = (
     "Time of another code relative to the fastest galvi method at the same error of the position "
@@ -35,7 +38,9 @@ def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]
             OF_GALVI: row["counted"],
             "error": readable(row["error"], 2),
             "target": _target(row["target"]),
-            "measured": _times(row["ratio"], 3) or str(row["verdict"]),
+            "measured": ALONE
+            if (row["ratio"], row["verdict"]) == (NOT_REACHED, MET)
+            else _times(row["ratio"], 3) or str(row["verdict"]),
             "verdict": row["verdict"],
             "fastest of each": " / ".join(filter(None, (row["galvi"], row["contender"]))),
         }

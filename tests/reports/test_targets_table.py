@@ -22,7 +22,7 @@ from reports.tables.matched_error import (
     smallest,
 )
 from reports.tables.number_format import TIMES
-from reports.tables.targets_table import QUICK, readable_targets, summary
+from reports.tables.targets_table import ALONE, QUICK, readable_targets, summary
 
 KEPLER = "kepler e=0.6"
 PLANTED = (
@@ -48,6 +48,8 @@ def test_each_verdict_stands_beside_what_was_measured(met):
     assert list(text["target"])[1:3] == [f"at least 5.0{TIMES}", "reached"]
     assert set(kinds) <= set(text.columns) and "remark" not in text
     noted = readable_targets(met.assign(remark="A bound.", note="It changed.", target=1.25))[0]
+    alone = readable_targets(met.assign(ratio="not reached", verdict="met"))[0]
+    assert set(alone["measured"]) == {ALONE}
     assert set(noted["remark"]) == {"A bound. It changed."}
     assert set(noted["target"]) == {f"at least 1.25{TIMES}"}
     assert summary(met).startswith("5 targets: 2 not run, 1 missed, 1 not reached, 1 met. Source:")
