@@ -42,7 +42,7 @@ def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
     limit = rows["limit_pairs_per_second"].max()
     axes.axhline(1.0, color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0)
     axes.annotate(
-        f"divisions and square roots alone: {limit / 1e9:.2f} billion pairs a second",
+        f"divisions and square roots alone: {limit / 1e9:.2f} billion pairs per second",
         (0.01, 1.0), xycoords=("axes fraction", "data"), xytext=(0, -4),
         textcoords="offset points", va="top", fontsize=8, color=GUIDE,
     )  # fmt: skip
