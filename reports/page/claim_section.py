@@ -11,6 +11,7 @@ from benchmarks.checks.claim import Claim, Row
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import Gallery
 from reports.figures.picture import Picture
+from reports.page.bound_words import bound_words
 from reports.results.claim_results import ClaimResult
 
 HEADINGS = {
@@ -21,6 +22,12 @@ HEADINGS = {
     "reference": "reference",
     "source": "source",
 }
+AGAIN = (
+    "setup",
+    "reason",
+    "reference",
+)  # long texts, "as above" where a row repeats the last one's
+AS_ABOVE = "as above"
 
 
 @dataclass(frozen=True)
@@ -56,7 +63,7 @@ class ClaimSection:
     @property
     def tolerances(self) -> tuple[str, ...]:
         """The bounds of its rows, each once."""
-        return tuple(dict.fromkeys(row.bound for row, _ in self.checks if row.bound))
+        return tuple(dict.fromkeys(bound_words(row.bound) for row, _ in self.checks if row.bound))
 
     @property
     def command(self) -> str:
@@ -74,6 +81,13 @@ def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:
     shared, own = {}, {}
     for name, heading in HEADINGS.items():
         same, texts = shared_parts([getattr(row, name) for row in one.rows])
+        if name == "bound":
+            same, texts = bound_words(same), [bound_words(text) for text in texts]
+        elif name in AGAIN:
+            texts = [
+                AS_ABOVE if text and text == last else text
+                for text, last in zip(texts, ["", *texts], strict=False)
+            ]
         shared |= {heading: same} if same else {}
         own |= {heading: texts} if any(texts) else {}
     return ClaimSection(
