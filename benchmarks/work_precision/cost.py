@@ -128,6 +128,7 @@ def _cases(quick: bool) -> list[Case]:
     """Gauss collocation at practical steps, and H's methods at H's steps."""
     oscillator, kepler = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.6)
     planets = galvi.problems.solar_system()
+    springs = galvi.problems.fermi_pasta_ulam_tsingou()
     steps = 1000 if quick else 10_000
     cases = [
         *((kepler, _gauss(s), math.tau / k, steps) for s, k in ((2, 256), (4, 64), (8, 24))),
@@ -138,6 +139,9 @@ def _cases(quick: bool) -> list[Case]:
         (kepler, _papers(8), 2.0, 1000),
         (kepler, _papers(32), 2.0, 1000),
         (planets, _papers(25), 100.0, 100),
+        (planets, _gauss(16, galvi.KeplerFrame()), 32.0, steps),
+        (galvi.problems.outer_solar_system(), _gauss(16, galvi.KeplerFrame()), 400.0, steps),
+        (springs, _gauss(8, galvi.HarmonicFrame()), 2.0, steps // 5),
         *_lagrangians_and_bodies(steps),
     ]
     return [Case(*case) for case in cases]
@@ -166,8 +170,8 @@ def _lagrangians_and_bodies(steps: int) -> Iterator[tuple[Problem, galvi.Galerki
     yield known.brownout(drag_coefficient=None), _gauss(4), 0.02, 100
 
 
-def _gauss(degree: int) -> galvi.Galerkin:
-    return galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree))
+def _gauss(degree: int, *chart: Any) -> galvi.Galerkin:
+    return galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree), *chart)
 
 
 def _papers(n: int) -> galvi.Galerkin:

@@ -70,6 +70,36 @@ def system(potential: Any, mass: Any, random: np.random.Generator, d: int) -> Ca
     return galvi.Canonical(masses[mass], potential)
 
 
+@pytest.mark.parametrize(
+    "potential",
+    [
+        galvi.CentralForce(0.8),
+        galvi.CosinePotential(1.2),
+        galvi.LinearSpring(0.7),
+        galvi.SpringChain(0.3, 0.5),
+        galvi.UniformField([0.3, -0.8, 0.5]),
+    ],
+)
+def test_the_functions_of_a_kernel_are_the_derivatives_of_the_potential(potential: Any) -> None:
+    """At two stages; as written in Python, which is what is compiled."""
+    law, Q = potential.law(), np.array([[0.3, 1.2], [-0.7, 0.4], [0.5, -0.9]])
+    slopes, blocks = np.full((3, 2), np.nan), np.full((3, 3, 2), np.nan)
+    law.gradient.py_func(Q, 0.0, law.constants, slopes)
+    law.hessian.py_func(Q, 0.0, law.constants, blocks)
+    for q, slope, block in zip(Q.T, slopes.T, blocks.T, strict=True):
+        gradient = [central(potential, q, unit) for unit in np.eye(3)]
+        hessian = [central(potential.gradient, q, unit) for unit in np.eye(3)]
+        assert np.allclose(slope, gradient, rtol=0.0, atol=1e-9)
+        assert np.allclose(block.T, hessian, rtol=0.0, atol=1e-9)
+        assert np.allclose(potential.hessian(q), hessian, rtol=0.0, atol=1e-9)
+
+
+def central(function: Any, q: Any, along: Any, by: float = 1e-3) -> Any:
+    """Its derivative, from differences of fourth order."""
+    one, two = (function(q + k * by * along) - function(q - k * by * along) for k in (1, 2))
+    return (8.0 * one - two) / (12.0 * by)
+
+
 @pytest.mark.parametrize("kind", ["centre", "cosine", "spring", "chain", "field"])
 @settings(max_examples=8)
 @given(data=st.data())
