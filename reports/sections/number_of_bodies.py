@@ -72,7 +72,7 @@ NUMBER_OF_BODIES = Section(
             title="Cost against the number of bodies",
             draw=seconds_per_orbit,
             caption="Medians, with the fastest and the slowest round, at matched error. "
-            "Blue: galvi; dashed: other codes.",
+            "Blue: galvi; dashed: other codes; hollow: 10 heavy bodies.",
         ),
         Figure(
             name="scaling-share",

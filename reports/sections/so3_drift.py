@@ -53,8 +53,8 @@ def growth_text(seen: Growth) -> str:
 def drifts(frame: pd.DataFrame) -> str:
     """A sentence for each mean error that drifts."""
     return " ".join(
-        f"{ensemble['contender']}: the {QUANTITIES[name]} drifts, by {readable(seen.drift, 2)} a "
-        f"step in the mean of the runs ({readable(abs(seen.sigmas), 2)} standard errors), to "
+        f"{ensemble['contender']}: the {QUANTITIES[name]} drifts, by {readable(seen.drift, 2)} "
+        f"per step in the mean of the runs ({readable(abs(seen.sigmas), 2)} standard errors), to "
         f"{readable(largest, 2)} at most in {readable(float(ensemble['steps']), 1)} steps: a bias "
         "below the rounding of one step."
         for ensemble, name, seen, largest in growths(frame)

@@ -73,8 +73,11 @@ def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence() -> None:
 
 
 def test_the_picture_is_of_attitudes_and_says_what_the_lines_are() -> None:
-    figure = comparison_figure("body", ATTITUDE)
+    figure = comparison_figure("body", runs())
     assert figure.options["ylabel"].startswith("error of the attitude at the end")
-    assert "exponential" in figure.caption and "R_true" in figure.caption
+    assert "exponential" not in figure.caption and "R_true" in figure.caption
+    other = runs()[-1:].assign(contender="galvi degree 8, Gauss 8, Cayley")
+    two = pd.concat([runs(), other], ignore_index=True)
+    assert "exponential" in comparison_figure("body", two).caption
     assert picture(figure, runs()).png.startswith(b"\x89PNG")
-    assert "unit of length" in comparison_figure("kepler").caption
+    assert "unit of length" in comparison_figure("kepler", runs(quantity=POSITION)).caption
