@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 from benchmarks.checks.bounds import VERDICTS
 from benchmarks.checks.claim import Claim, Row
@@ -22,12 +23,8 @@ HEADINGS = {
     "reference": "reference",
     "source": "source",
 }
-AGAIN = (
-    "setup",
-    "reason",
-    "reference",
-)  # long texts, "as above" where a row repeats the last one's
-AS_ABOVE = "as above"
+AGAIN = ("setup", "reason", "reference")  # "as above" where a row repeats the last one's
+AS_ABOVE, LONG = "as above", 40  # shorter beginnings are repeated
 
 
 @dataclass(frozen=True)
@@ -84,10 +81,7 @@ def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:
         if name == "bound":
             same, texts = bound_words(same), [bound_words(text) for text in texts]
         elif name in AGAIN:
-            texts = [
-                AS_ABOVE if text and text == last else text
-                for text, last in zip(texts, ["", *texts], strict=False)
-            ]
+            texts = [after(*pair) for pair in zip(texts, ["", *texts], strict=False)]
         shared |= {heading: same} if same else {}
         own |= {heading: texts} if any(texts) else {}
     return ClaimSection(
@@ -101,6 +95,15 @@ def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:
         pictures=tuple(gallery.pictures[name] for name in names if name in gallery.pictures),
         undrawn=tuple(gallery.missing[name] for name in names if name in gallery.missing),
     )
+
+
+def after(text: str, last: str) -> str:
+    """The text below the last one, whose semicolon-separated beginning it does not repeat."""
+    parts, before = text.split("; "), last.split("; ")
+    same = len(list(takewhile(lambda pair: pair[0] == pair[1], zip(parts, before, strict=False))))
+    if text != last and len("; ".join(parts[:same])) < LONG:
+        return text
+    return "; ".join([AS_ABOVE, *parts[same:]]) if text else ""
 
 
 def shared_parts(texts: Sequence[str]) -> tuple[str, list[str]]:

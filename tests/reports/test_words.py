@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.checks.bounds import AtLeast, AtMost, NoGrowth, Order
 from reports.page.bound_words import EPS, bound_words
-from reports.page.claim_section import shared_parts
+from reports.page.claim_section import after, shared_parts
 from reports.page.typeset import typeset
 from reports.tables.fastest_per_error import fastest_per_error, readable_fastest
 from reports.tables.number_format import plain, readable, seconds, with_uncertainty
@@ -87,6 +87,13 @@ def test_plain_mathematics_is_set(text, html):
 )
 def test_a_bound_is_a_sentence(bound, words):
     assert bound_words(bound.text) == words
+
+
+def test_what_the_row_above_says_is_not_said_again():
+    long = "a long explanation of what is to be seen in this row"
+    assert after(long, long) == "as above" and after("", "") == ""
+    assert after(f"{long}; n = 4", f"{long}; n = 3") == "as above; n = 4"
+    assert after("short; n = 4", "short; n = 3") == "short; n = 4"
 
 
 def test_what_all_rows_share_is_shared_parts():

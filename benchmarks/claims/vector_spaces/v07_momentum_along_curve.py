@@ -99,7 +99,7 @@ def _energy(table: pd.DataFrame, n: int) -> Row:
         source="H fig. 2.10",
         setup=_setup(n, number, n in REACHED[number]),
         claimed="converges (H prints no rate)",
-        reason=f"{PARITY}: order {order_of(n)} as h tends to 0.",
+        reason=f"{PARITY}; order {order_of(n)} as h tends to 0.",
         reference=EXACT[ENERGY],
     )
 
@@ -108,7 +108,7 @@ def _points(table: pd.DataFrame, n: int) -> Row:
     """n the number of basis functions, as in H 2.4: "n Chebyshev points"."""
     claimed, limit, number = n / 2 + 2, order_of(n), NUMBER[ANGULAR]
     seen = n in REACHED[number]
-    reason = f"{PARITY}: order {limit} as h tends to 0"
+    reason = f"{PARITY}; order {limit} as h tends to 0"
     if not seen and limit == n:
         reason += f"; above round-off N h is larger than that, and order n - 1 = {n - 1} is seen"
     order = limit if seen else n - 1
@@ -148,7 +148,7 @@ def _degree(table: pd.DataFrame, n: int) -> Row:
         setup=_setup(n + 1, number, seen).replace(f"n = {n + 1}", f"n + 1 = {n + 1}"),
         claimed=f"O(h^(n/2 + 2)), order {claimed:g}",
         expected=EXCEEDS if order > claimed else ATTAINED,
-        reason=f"{PARITY}, here with n + 1 = {n + 1} for n: order {limit} as h tends to 0"
+        reason=f"{PARITY}; with n + 1 = {n + 1} for n order {limit} as h tends to 0"
         + ("." if seen or limit == n else f", and {n} for the larger N h above round-off."),
         reference=EXACT[ANGULAR],
     )
@@ -162,7 +162,7 @@ def _parity(table: pd.DataFrame, quantity: str, n: int) -> Row:
         source="H fig. 2.10, 2.11",
         setup=_setup(n, 10, True),
         claimed="none of energy, or for 10 steps of angular momentum",
-        reason=f"{PARITY}: order n for even n, n - 1 for odd n.",
+        reason=f"{PARITY}; order n for even n, n - 1 for odd n.",
         reference=EXACT[quantity],
     )
 
