@@ -40,9 +40,8 @@ EXPLANATION = (
     "to the ground: eight to an instruction, each in a lane, step and iteration of its own, and "
     f"the next one where one has landed. {STEPS} steps of {UNTIL / STEPS:g} s, fewer for grains "
     "that are lifted later; iterated to rounding. A pass evaluates wind and drag at every stage. "
-    "Beside them a step of a single run of the same method, by galvi.integrate. The long form has "
-    "a million grains on all processors. What a cloud's optical depth gains from a high degree is "
-    "in claim V25."
+    "Beside them a step of a single run of the same method, by galvi.integrate. What a cloud's "
+    "optical depth gains from a high degree is in claim V25."
 )
 
 

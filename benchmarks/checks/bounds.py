@@ -6,7 +6,7 @@ turns them into a verdict. NaN never holds. The verdicts, one meaning each:
 attained      a rate, order or constant is met within its uncertainty
 holds         an inequality or a qualitative statement is true, with the row's slack
 exceeds       a rate or order is better than claimed, beyond that uncertainty
-contradicted  false under the source's own protocol, for every value of what it leaves open
+contradicted  false under the source's own protocol, in the reading that the row's reason states
 finding       true, but of our own: the source says nothing about it
 not run       nothing was measured
 """

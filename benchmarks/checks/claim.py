@@ -94,6 +94,7 @@ class Claim:
     timed    whether the study measures times and must run alone
     source, setup, claimed, reason, reference
              defaults of the claim's rows, see `Row`; the default source is the figures
+    statement  what the paper says, and what was measured where that differs, for the page
     """
 
     id: str
@@ -107,6 +108,7 @@ class Claim:
     claimed: str = ""
     reason: str = ""
     reference: str = ""
+    statement: str = ""
 
     def row(self, quantity: str, bound: Bound, measured: Measurement, **own: str) -> Row:
         """A row of this claim.

@@ -155,7 +155,7 @@ AGREEMENTS: tuple[Claim, ...] = (
     agreement("A6", "galvi and SciPy", SCIPY),
     agreement("A7", "galvi and the textbook's methods", TEXTBOOK),
     agreement("A8", "galvi and JPL's ephemeris", SKY),
-    agreement("A9", "the truths of the claims, each and a second one", TRUTHS),
+    agreement("A9", "References of the claims, each against a second one", TRUTHS),
     agreement("A10", "galvi and Pinocchio", TREES),
 )
 CASES = (*CLOSED, *STORED, *REBOUND, *MUJOCO, *HEYOKAS, *SCIPY, *TEXTBOOK, *SKY, *TREES)

@@ -37,8 +37,8 @@ REBOUND_STEPS = ((100, 150, 200, 300, 500, 750, 1000), (35, 50, 70, 100, 150, 20
 COLUMNS = ("part", "problem", "contender", "settings", "error", "target", "seconds", "low", "high",
            "microseconds", "relative")  # fmt: skip
 EXPLANATION = (
-    "Above: members of one ensemble, a run of each by itself first, then eight to an instruction, "
-    "in threads and on the workers of a cluster on this machine. Below: ensembles of other codes, "
+    "First, members of one ensemble: a run of each by itself, then eight to an instruction, in "
+    "threads and on the workers of a cluster on this machine. Then ensembles of other codes, "
     "each at its cheapest setting that reaches the error, in as many threads or processes as there "
     "are processors; SciPy runs three members in one thread, and its time for a member is divided "
     "by the processors, as if it gained that much on them. The error is the largest of a "

@@ -38,12 +38,13 @@ ARC_SECOND = np.pi / 648_000.0
 EXPLANATION = (
     f"galvi, degree {DEGREE}, steps of {STEP:g} days, from DE421's own states of 2000-01-01: the "
     "distance of each body from its position in DE421, and the angle between both as seen from "
-    "the Sun. The run's own error, against the same point masses in quadruple precision, is far "
-    "smaller: the difference is that of the models, not of the integrator, and the same in the "
-    f"Kepler frame, with {STAGES} stages and steps of {LONG_STEP:g} days. Newtonian point masses "
-    "omit relativity, whose largest term alone displaces a planet about the Sun as given beside "
-    "the difference. They also omit the Moon (Earth is the barycentre of both), asteroids, and "
-    "the oblateness of the Sun. They suffice for the dynamics of planets, not for pointing a "
+    "the Sun, which includes the Sun's own displacement. The run's own error, against the same "
+    "point masses in quadruple precision, is far smaller: the difference is that of the models, "
+    f"not of the integrator, and the same in the Kepler frame, with {STAGES} stages and steps of "
+    f"{LONG_STEP:g} days, of which only the run's own error is shown. Newtonian point masses omit "
+    "relativity, whose largest term alone displaces a planet about the Sun as given beside the "
+    "difference. They also omit the Moon (Earth is the barycentre of both), asteroids, and the "
+    "oblateness of the Sun. They suffice for the dynamics of planets, not for pointing a "
     "telescope."
 )
 

@@ -37,8 +37,8 @@ EXPLANATION = (
     "steps must resolve the passage through the pericentre, which lasts about (1 - e)^(3/2) of a "
     "period: at e = 0.999999 a billionth, which no affordable number of equal steps resolves. A "
     "run then stops with a status, or completes with an error of order one or more and a status "
-    "that reports the energy error. For such orbits integrators with adaptive steps are suited, "
-    "which are included for comparison."
+    "that reports the energy error. Such orbits need adaptive steps; two such integrators are "
+    "included for comparison."
 )
 
 

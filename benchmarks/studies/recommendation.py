@@ -46,7 +46,8 @@ EXPLANATION = (
     "no access: it compares runs with more accurate ones, over the whole duration or, in rows "
     f"marked so, over 1/{PART} of it, and extrapolates. A promise is kept "
     f"when the error at the end is at most {WITHIN:g} times the requested one, "
-    f"{EXTRAPOLATED:g} times if it was extrapolated. An error may be refused when it is below "
+    f"{EXTRAPOLATED:g} times if it was extrapolated. It does not consider frames, which "
+    "may be faster. An error may be refused when it is below "
     f"{ROUND_OFF:g} times the effect of rounding positions and times; the error proposed instead "
     f"must then be met within a factor of {EXTRAPOLATED:g}. Predicted is the largest error at any "
     "time of the run."
@@ -117,7 +118,7 @@ def _row(
         "step": choice.step,
         "predicted": choice.error,
         "found": found,
-        "evaluations": choice.evaluations,
+        "evaluations": float(np.rint(choice.evaluations)),
         "seconds": choice.seconds,
         "scan_seconds": took,
         "promise": promise(choice, found, truth.error),

@@ -46,6 +46,7 @@ ORBITS, QUICK_ORBITS = 30, 12  # revolutions of the innermost planet
 WORK = 1800  # bodies times orbits of a timed run, so that its start-up is negligible
 STEPS_AN_ORBIT = 4  # fewest for an external integrator without settings
 HEAVY = 10  # bodies with a mass where the others are massless
+FEW_HEAVY = f", {HEAVY} heavy"  # of a contender's label there
 TARGET = 1e-8  # au, largest error of a body at the end
 ROUNDS = 3
 TRUE = "truth"
@@ -175,9 +176,7 @@ def _rows(
     problem = many_planets(bodies, heavy)
     participants = (*PARTICIPANTS, *_external_participants(problem, orbits, externals))
     if heavy:
-        participants = tuple(
-            replace(one, label=f"{one.label}, {heavy} heavy") for one in participants
-        )
+        participants = tuple(replace(one, label=f"{one.label}{FEW_HEAVY}") for one in participants)
     truth = next((one for one in participants if one.settings == TRUTH.settings), TRUTH)
     able = [one for one in participants if not one.contender.missing]
     firsts = [once(one.call(problem, orbits)) for one in able]

@@ -34,9 +34,9 @@ EXPLANATION = (
     "3, 4 and 5, in which two of them pass each other at 1e-2 to 1e-4 of their first distance. "
     "Equal steps do not resolve encounters: WHFast's energy error grows beyond the energy "
     "without a word. MERCURIUS and TRACE change to another integrator for them. galvi takes "
-    "equal steps too, and a run that cannot be trusted says so: it stops, names the bodies and "
-    "a step that would do, or is no success. Between the sources of the truth positions part in "
-    "both problems, so the energy is compared."
+    "equal steps too; a run that cannot be trusted stops and names the bodies and a step that "
+    "would do, or completes with a warning in its status. Between the sources of the truth "
+    "positions part in both problems, so the energy is compared."
 )
 
 

@@ -17,13 +17,15 @@ from reports.figures.catalogue.all import FIGURES
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture, picture
 from reports.figures.study_plots.step_cost import step_cost
-from reports.figures.study_plots.work_precision import work_precision
+from reports.figures.study_plots.work_precision import FEWER, shown, work_precision
 from reports.figures.style.chart_lines import LEGEND as CHART_LINES
+from reports.figures.style.chart_lines import chart_of
 from reports.figures.style.units import error_label
 from reports.results.claim_results import ClaimResult, first_measured
 from reports.results.comparison import Comparison
 from reports.results.figure import Figure
 from reports.results.section_result import SectionResult
+from reports.tables.matched_error import is_ours
 from reports.tables.number_format import capital
 
 
@@ -44,21 +46,17 @@ UNITS = {
     POSITION: "In the problem's unit of length",
     ATTITUDE: "Largest entry of R - R_true",
     COORDINATES: "Largest difference of a coordinate",
-    MOTION: "Largest difference of an entry of the attitude or of the place",
+    MOTION: "Largest difference of an entry of the attitude, of the place or of a hinge's angle",
     ANGLE: "Largest of the links' angles, in radians",
 }
-NOT_COMPACT = "heyoka, where installed, without its compact mode."
-MORE = {
-    POSITION: "Where a run of another code is the reference, a dotted line marks its time.",
-    ATTITUDE: f"{capital(CHART_LINES)}.",
-    ANGLE: NOT_COMPACT,
-    COORDINATES: NOT_COMPACT,
-    MOTION: 'The general kernel is galvi\'s with solver="newton".',
-}
 
 
-def comparison_figure(problem: str, quantity: str = POSITION) -> Figure:
-    """Errors of a quantity against times on one problem."""
+NOT_COMPACT = ("heyoka, chains", "heyoka, Lagrangians")
+
+
+def comparison_figure(problem: str, runs: pd.DataFrame) -> Figure:
+    """Errors against times on one problem."""
+    quantity = str(runs["quantity"].iloc[0])
     return Figure(
         name=slug(problem),
         title=f"{described(problem).title}: error against time",
@@ -66,10 +64,29 @@ def comparison_figure(problem: str, quantity: str = POSITION) -> Figure:
         options={"ylabel": error_label(problem, quantity)},
         caption=f"{UNITS[quantity]}. Medians, with the fastest and the slowest round. "
         "Blue: galvi, darker with the degree; hollow: dominated by another run of the same "
-        "contender; broken lines: other codes. "
-        f"{MORE[quantity]}",
+        f"contender; broken lines: other codes. {_of_drawn(runs)}".rstrip(),
         size=(6.4, 4.8),
     )
+
+
+def _of_drawn(runs: pd.DataFrame) -> str:
+    """Sentences of the caption on what not every such figure shows."""
+    measured = runs[(runs["error"] > 0) & (runs["seconds"] > 0)]
+    names = list(dict.fromkeys(measured["contender"]))
+    ours = [name for name in names if is_ours(name)]
+    said = {
+        f"{capital(CHART_LINES)}.": len({chart_of(name) for name in ours}) > 1,
+        FEWER: len(shown(measured)) < len(names),
+        "Dotted stars and crosses: 2 passes of the iteration.": any("passes" in n for n in ours),
+        'The general kernel is galvi\'s with solver="newton".': any(
+            name.endswith("general kernel") for name in ours
+        ),
+        "heyoka without its compact mode.": any(name in NOT_COMPACT for name in names),
+        "The dotted vertical line marks the time of the run that is the reference.": bool(
+            ((runs["status"] == "truth") & (runs["seconds"] > 0)).any()
+        ),
+    }
+    return " ".join(sentence for sentence, so in said.items() if so)
 
 
 COST_FIGURE = Figure(
@@ -116,7 +133,7 @@ def drawable(
     table = comparison.work_precision
     if table is not None:
         for problem, runs in table.groupby("problem", sort=False):
-            yield comparison_figure(str(problem), runs["quantity"].iloc[0]), runs
+            yield comparison_figure(str(problem), runs), runs
     for headline in HEADLINES:
         yield headline, table
     yield COST_FIGURE, comparison.cost

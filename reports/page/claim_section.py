@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 from benchmarks.checks.bounds import VERDICTS
 from benchmarks.checks.claim import Claim, Row
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import Gallery
 from reports.figures.picture import Picture
+from reports.page.bound_words import bound_words
 from reports.results.claim_results import ClaimResult
 
 HEADINGS = {
@@ -21,6 +23,8 @@ HEADINGS = {
     "reference": "reference",
     "source": "source",
 }
+AGAIN = ("setup", "reason", "reference")  # "as above" where a row repeats the last one's
+AS_ABOVE, LONG = "as above", 40  # shorter beginnings are repeated
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,7 @@ class ClaimSection:
     @property
     def tolerances(self) -> tuple[str, ...]:
         """The bounds of its rows, each once."""
-        return tuple(dict.fromkeys(row.bound for row, _ in self.checks if row.bound))
+        return tuple(dict.fromkeys(bound_words(row.bound) for row, _ in self.checks if row.bound))
 
     @property
     def command(self) -> str:
@@ -74,6 +78,10 @@ def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:
     shared, own = {}, {}
     for name, heading in HEADINGS.items():
         same, texts = shared_parts([getattr(row, name) for row in one.rows])
+        if name == "bound":
+            same, texts = bound_words(same), [bound_words(text) for text in texts]
+        elif name in AGAIN:
+            texts = [after(*pair) for pair in zip(texts, ["", *texts], strict=False)]
         shared |= {heading: same} if same else {}
         own |= {heading: texts} if any(texts) else {}
     return ClaimSection(
@@ -87,6 +95,15 @@ def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:
         pictures=tuple(gallery.pictures[name] for name in names if name in gallery.pictures),
         undrawn=tuple(gallery.missing[name] for name in names if name in gallery.missing),
     )
+
+
+def after(text: str, last: str) -> str:
+    """The text below the last one, whose semicolon-separated beginning it does not repeat."""
+    parts, before = text.split("; "), last.split("; ")
+    same = len(list(takewhile(lambda pair: pair[0] == pair[1], zip(parts, before, strict=False))))
+    if text != last and len("; ".join(parts[:same])) < LONG:
+        return text
+    return "; ".join([AS_ABOVE, *parts[same:]]) if text else ""
 
 
 def shared_parts(texts: Sequence[str]) -> tuple[str, list[str]]:

@@ -24,6 +24,7 @@ from reports.page.sources import Source, commands, files, statements, without_fo
 from reports.page.topics import claim_groups
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
+from reports.results.section import long_form_only
 from reports.results.section_result import SectionResult
 from reports.results.summary import summary
 from reports.tables.comparison_tables import ComparisonTables
@@ -34,6 +35,7 @@ from reports.tables.matched_error import fastest_cells, readable_ratios
 from reports.tables.mujoco_overhead import mujoco_overhead
 from reports.tables.number_format import capital
 from reports.tables.number_format import known as number_known
+from reports.tables.study_table import without_common
 from reports.tables.summary_sentences import summary_sentences
 from reports.tables.targets_table import QUICK, TEXT, readable_targets
 from reports.tables.targets_table import summary as targets_summary
@@ -43,10 +45,10 @@ TIMES = "work_precision.csv"
 
 @dataclass(frozen=True)
 class StudySection:
-    """A study's section: anchor, heading, text, pictures and table.
+    """The section of a study with rows: anchor, heading, text, pictures and table.
 
     file   its rows, beside the page
-    rows   None when it was not run
+    seen   sentences on what the rows show
     notes  sentences on what is missing
     """
 
@@ -54,8 +56,9 @@ class StudySection:
     file: str
     title: str
     text: str
+    seen: str
     pictures: tuple[Picture, ...]
-    rows: Grid | None
+    rows: Grid
     notes: tuple[str, ...]
 
 
@@ -145,7 +148,8 @@ def content(
         "targets": _targets(tables.targets, quick),
         "cost": None if comparison.cost is None else grid(*readable_cost(comparison.cost)),
         "cost_picture": gallery.pictures.get(COST_FIGURE.name),
-        "studies": [_study(one, gallery) for one in sections],
+        "studies": [_study(one, one.frame, gallery) for one in sections if one.frame is not None],
+        "studies_left_out": [_left_out(one) for one in sections if one.frame is None],
         "failures": comparison.failures,
         "history": history,
         "provenance": [
@@ -166,21 +170,29 @@ def _compared(runs: pd.DataFrame | None) -> list[str]:
     return [] if runs is None else [str(name) for name in runs["problem"].drop_duplicates()]
 
 
-def _study(one: SectionResult, gallery: Gallery) -> StudySection:
+def _study(one: SectionResult, frame: pd.DataFrame, gallery: Gallery) -> StudySection:
     section = one.section
     names = [figure.name for figure in section.figures]
-    undrawn = () if one.frame is None else tuple(
-        gallery.missing[name] for name in names if name in gallery.missing
-    )  # fmt: skip
+    undrawn = (gallery.missing[name] for name in names if name in gallery.missing)
+    table, kinds = section.table(frame)
+    table, common = without_common(table)
     return StudySection(
         anchor=section.name.replace("_", "-"),
         file=f"{section.name}.csv",
         title=section.title,
         text=section.text,
+        seen=section.seen(frame),
         pictures=tuple(gallery.pictures[name] for name in names if name in gallery.pictures),
-        rows=None if one.frame is None else grid(*section.table(one.frame)),
-        notes=(*filter(None, (one.failure, one.note)), *undrawn),
+        rows=grid(table, kinds),
+        notes=(*filter(None, (common, one.failure, one.note)), *undrawn),
     )
+
+
+def _left_out(one: SectionResult) -> tuple[str, str, str]:
+    """The title of a study without rows, the command that runs it, and why it failed, or ""."""
+    long = one.section.measure is long_form_only
+    command = f"galvi studies --only {one.section.name}" if long else "galvi build"
+    return one.section.title, command, one.failure
 
 
 def _targets(frame: pd.DataFrame, quick: bool) -> TargetsSection | None:

@@ -81,14 +81,21 @@ def _planets(frame) -> Motion | None:  # type: ignore[no-untyped-def]
     return Motion(
         "planets",
         f"The inner planets in {v09.STEPS} steps of {v09.STEP:g} days",
-        "Small dots: the ends of the steps, farther apart than a year of Mercury; the planets move "
-        "along the curves that the steps leave.",
+        f"Small dots: the ends of the steps, one in {v09.STEP:g} days, longer than Mercury's year "
+        "of 88; the planets move along the curves of the steps.",
         "Mercury, Venus, Earth and Mars move round the Sun on closed orbits; of the dots, which "
         "mark the ends of the steps, fewer than one belongs to a revolution of Mercury.",
         paths,
-        (sun.format(SIZE // 2, SUN),),
-        1.1,
+        (sun.format(SIZE // 2, SUN), *map(_name, paths, v09.INNER)),
+        2.0,
     )
+
+
+def _name(path: Path, body: str) -> Markup:
+    """The body's name above the top of its path."""
+    x, y = min(path.points, key=lambda point: point[1])
+    text = '<text x="{0:g}" y="{1:g}" font-size="11" text-anchor="middle" fill="{2}">{3}</text>'
+    return Markup(text).format(x, max(y - 4.0, 11.0), path.color, body)
 
 
 def _body(frame) -> Motion | None:  # type: ignore[no-untyped-def]

@@ -20,6 +20,8 @@ from reports.tables.number_format import known, readable, seconds, with_uncertai
 TEMPLATES = Path(__file__).parent / "templates"
 ASSETS = "assets"  # subfolder of a report with style sheet and script
 FIGURES = "figures"
+SMALL = 1e-4  # relative uncertainty below which a number is not shown to its digits
+MANY = 1e5  # counts below this are shown in full
 
 
 @dataclass(frozen=True)
@@ -131,5 +133,10 @@ def _within(part: str, anchor: str = "") -> str:
 
 
 def _measured(row: Row) -> str:
-    """The number with its uncertainty; "not run" where there is none."""
-    return with_uncertainty(row.measured, row.uncertainty) or "not run"
+    """The number with its uncertainty, counts in full; "not run" where there is none."""
+    number, error = row.measured, row.uncertainty
+    if known(number) and known(error) and 0.0 < error < SMALL * abs(number):
+        return f"{readable(number, 4)} ± {readable(error, 1)}"
+    if known(number) and not known(error) and number.is_integer() and abs(number) < MANY:
+        return readable(number, len(f"{abs(number):.0f}"))
+    return with_uncertainty(number, error) or "not run"

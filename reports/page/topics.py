@@ -42,7 +42,7 @@ TOPICS = (
     ),
     Topic(
         "long", "Energy and momentum over long runs",
-        "Errors of conserved quantities stay bounded and do not drift.",
+        "Errors of conserved quantities stay bounded and, above rounding, do not drift.",
         ("V8", "V11", "V15", "L1", "L4", "L5", "L8", "L9", "L13"),
     ),
     Topic(

@@ -6,7 +6,7 @@ import re
 
 from markupsafe import Markup, escape
 
-POWER = re.compile(r"\^(\((?:[^()]|\([^()]*\))*\)|\{[^{}]*\}|-?[A-Za-z0-9./*]*[A-Za-z0-9])")
+POWER = re.compile(r"\^(-?\((?:[^()]|\([^()]*\))*\)|\{[^{}]*\}|-?[A-Za-z0-9./*]*[A-Za-z0-9])")
 TEN = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)(?!\w)")
 JOINED = re.compile(r"(?<=[\w)\]|]) ([+=/*±≤≥]|&lt;|&gt;) (?=[\w(\[|]|-\d)")
 LESS = re.compile(r"(?<![A-Za-z]{2}) - (?=[\w(\[|])")

@@ -58,6 +58,12 @@ def _cells(joint: str, runs: pd.DataFrame) -> dict[str, str]:
     }
 
 
+def one_version(frame: pd.DataFrame) -> str:
+    """That there is nothing to compare with, where this is so."""
+    versions = frame.loc[frame["integrator"] != "", "engine"].unique()
+    return f"This build has one version, {versions[0]}." if len(versions) == 1 else ""
+
+
 def _by_number(engines: pd.Series) -> pd.Series:
     """Sort keys that put mujoco 3.6.0 before mujoco 3.10.0."""
     return engines.map(
@@ -75,5 +81,6 @@ ENGINE_VERSIONS = Section(
     "relative to its initial value. The energy error is no measure of the attitude error.",
     measure=engine_versions.engine_versions,
     table=engine_versions_table,
+    seen=one_version,
     long_form=LongForm(engine_versions.parts, engine_versions.stored),
 )

@@ -12,26 +12,31 @@ from reports.results.figure import Figure
 from reports.results.section import Section
 from reports.tables.number_format import TIMES, known, readable, seconds
 
-GAINS = {"scaling": "{} faster than one by one", "peers": "{} galvi's"}
+SCALING = "scaling"
+GAINS = {SCALING: "{} faster than one by one", "peers": "{} galvi's"}
 
 
 def ensembles_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each way to run an ensemble, and the CSS classes of the columns."""
-    lines = [_line(row) for row in frame.to_dict("records")]
+    first = frame["part"] == SCALING
+    lines = [_line(row) for row in pd.concat([frame[first], frame[~first]]).to_dict("records")]
     table = pd.DataFrame(lines)
     return table, {name: "number" for name in table.columns if name not in ("members", "by")}
 
 
 def _line(row: dict[Any, Any]) -> dict[str, str]:
     ratio = f"{readable(row['relative'], 2)}{TIMES}"
+    gain = "reference" if row["relative"] == 1.0 else GAINS[row["part"]].format(ratio)
+    each, scaling = seconds(1e-6 * row["microseconds"]), row["part"] == SCALING
     return {
         "members": row["problem"],
         "by": row["contender"],
         "settings": row["settings"],
         "error": readable(row["error"]),
         "time": seconds(row["seconds"]),
-        "a member, or its step": seconds(1e-6 * row["microseconds"]),
-        "time or gain": GAINS[row["part"]].format(ratio) if known(row["relative"]) else "",
+        "time per member": "" if scaling else each,
+        "per step of a member": each if scaling else "",
+        "time or gain": gain if known(row["relative"]) else "",
     }
 
 
@@ -45,7 +50,7 @@ ENSEMBLES = Section(
             name="ensembles",
             title="What lanes, threads and workers gain",
             draw=speed_ups,
-            caption="Members a second, relative to a run of each by itself in one thread, which "
+            caption="Members per second, relative to a run of each by itself in one thread, which "
             "has eight stages to an instruction.",
             size=(6.4, 2.8),
         ),

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from functools import partial
+import pandas as pd
 
-from benchmarks.studies.ephemeris import EXPLANATION, ephemeris_table
+from benchmarks.studies.ephemeris import EXPLANATION, IN_FRAME, ephemeris_table
 from reports.results.section import Section
 from reports.tables.study_table import readable_table
 
@@ -12,19 +12,33 @@ HEADINGS = {
     "contender": "contender",
     "body": "body",
     "days": "days",
-    "difference_au": "from DE421 [au]",
+    "difference_au": "from DE421, barycentric [au]",
     "difference_arcsec": "seen from the Sun [″]",
     "relativity_au": "relativity alone [au]",
     "integration_error_au": "error of the run [au]",
+    "in_frame": "in the Kepler frame [au]",
     "status": "status",
 }
+
+
+def sky_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+    """A line for each contender, body and time, with the error in the Kepler frame beside the first
+    contender's, whose model it shares; and the CSS classes of the columns."""
+    framed = (frame["contender"] == IN_FRAME) & (frame["status"] == "")
+    error = frame[framed].set_index(["body", "days"])["integration_error_au"]
+    rest = frame[~framed].copy()
+    ours = rest["contender"] == rest["contender"].iloc[0]
+    places = pd.MultiIndex.from_frame(rest[["body", "days"]])
+    rest["in_frame"] = error.reindex(places).where(ours.to_numpy()).to_numpy(float)
+    return readable_table(rest, HEADINGS)
+
 
 EPHEMERIS = Section(
     name="ephemeris",
     title="Point masses against JPL's ephemeris",
     text=EXPLANATION,
     measure=ephemeris_table,
-    table=partial(readable_table, headings=HEADINGS),
+    table=sky_table,
     open=True,
     compared=True,
 )

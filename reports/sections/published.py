@@ -14,7 +14,7 @@ HEADINGS = {
     "step": "step",
     "steps": "steps",
     "energy_error": "largest energy error",
-    "microseconds": "time of a step [μs]",
+    "microseconds": "time of a step [µs]",
     "seconds": "time [s]",
     "status": "status",
     "commit": "commit",

@@ -51,15 +51,14 @@ def _drift_text(seen: Growth) -> str:
 ROUND_OFF = Section(
     name="brouwer",
     title="Round-off",
-    text="The outer solar system from 32 starts that differ by 1e-12 (8 in the quick setting). "
+    text="The outer solar system from 32 starts that differ by 1e-12. "
     "Unbiased rounding moves the energy at random: its RMS over the runs grows as t^(1/2), and its "
     "mean does not drift. Exponents are fitted over the later two decades of time, with the "
     "bootstrap standard error over the runs; a drift is a mean that the scatter of the runs would "
     "give less than once in 10000 times. Energies are computed with 32 digits, galvi's including "
     "the low parts of its state, which it keeps; REBOUND returns rounded states, and times at "
-    "which that rounding hides its error are left out of its fit; so does the Kepler frame, which "
-    "runs ten times as long. The long form adds the Sun and eight planets over a million years, in "
-    "the Kepler frame and with IAS15.",
+    "which that rounding hides its error are left out of its fit. The Kepler frame also "
+    "returns rounded states; its runs are ten times as long.",
     measure=partial(brouwer, longer=(FRAME,)),
     figures=(
         Figure(

@@ -5,47 +5,69 @@ from __future__ import annotations
 import pandas as pd
 
 from benchmarks.studies.moving_frames import stiff_springs
-from benchmarks.studies.moving_frames.stiff_springs import CHANGE, ERROR, EXCHANGE, RESONANCE
+from benchmarks.studies.moving_frames.stiff_springs import (
+    BOUND,
+    CHANGE,
+    ERROR,
+    EXCHANGE,
+    LONG,
+    RESONANCE,
+    TOTAL,
+    TREND,
+    TREND_ERROR,
+    TRUTH,
+)
 from reports.figures.study_plots.stiff_springs import energy_exchange, errors_and_resonances
 from reports.results.figure import Figure
 from reports.results.section import Section
-from reports.tables.number_format import readable
+from reports.tables.number_format import readable, with_uncertainty
 
-STEPS = (1.0, 3.0, 6.0, 12.0)  # of h omega, the nearest measured
+STEPS = (1.0, 3.0, 6.0, 12.0)  # of hω, the nearest measured
 ERRORS = (1e-2, 1e-3, 3e-4, 1e-4)  # to be reached in the fewest evaluations
+SIGMAS = 3.0  # standard errors of a trend that is a drift
 
 
 def stiff_spring_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """Lines at a few steps and of the fewest evaluations, then of the exchange and the long run."""
+    """A line for each contender and quantity: its values at a few steps, and the fewest evaluations
+    to an error; and the CSS classes of the columns."""
     steps, lines = frame[frame["study"] == RESONANCE], []
+    common = steps[steps["quantity"] == CHANGE]["x"]
+    shown = [common.loc[(common - wanted).abs().idxmin()] for wanted in STEPS]
     for (name, quantity), rows in steps.groupby(["contender", "quantity"], sort=False):
-        for wanted in STEPS:
-            row = rows.iloc[(rows["x"] - wanted).abs().to_numpy().argmin()]
-            lines.append(_line(str(name), f"h omega = {row['x']:.2f}", str(quantity), row))
-    for name, rows in steps[steps["quantity"] == ERROR].groupby("contender", sort=False):
+        line = {"contender": str(name), "largest": str(quantity)}
+        line |= {f"hω = {x:.2f}": _value(rows[rows["x"] == x]) for x in shown}
         for error in ERRORS:
             good = rows[rows["value"] <= error]
-            if not good.empty:
-                row = good.loc[good["evaluations"].idxmin()]
-                where = f"fewest evaluations to {error:g}, h omega = {row['x']:.2f}"
-                lines.append(_line(str(name), where, ERROR, row))
-    rest = frame[(frame["study"] != RESONANCE) & frame["quantity"].isin(_judged())]
-    for _, row in rest.iterrows():
-        words = "exchange" if row["study"] == EXCHANGE else "largest in a tenth, up to"
-        lines.append(_line(row["contender"], f"{words} t = {row['x']:g}", row["quantity"], row))
-    return pd.DataFrame(lines), dict.fromkeys(("value", "evaluations"), "number")
+            line[f"evaluations to {readable(error, 1)}"] = (
+                readable(good["evaluations"].min()) if quantity == ERROR else ""
+            )
+        lines.append(line)
+    table = pd.DataFrame(lines)
+    return table, dict.fromkeys(list(table)[2:], "number")
 
 
-def _judged() -> tuple[str, ...]:
-    return ERROR, CHANGE, stiff_springs.TOTAL
+def _value(rows: pd.DataFrame) -> str:
+    bound = " (bound)" if (rows["status"] == BOUND).any() else ""
+    return "".join(readable(value) for value in rows["value"]) + bound
 
 
-def _line(name: str, where: str, quantity: str, row: pd.Series) -> dict[str, str]:
-    bound = " (bound)" if row["status"] == stiff_springs.BOUND else ""
-    return {
-        "contender": name, "where": where, "quantity": quantity,
-        "value": readable(row["value"]) + bound, "evaluations": readable(row["evaluations"]),
-    }  # fmt: skip
+def long_run(frame: pd.DataFrame) -> str:
+    """Sentences on the exchange and on the long run."""
+    values = frame[frame["study"].isin([EXCHANGE, LONG])].groupby("quantity")["value"].agg(list)
+    said = []
+    if ERROR in values:
+        said.append(f"The exchanged energies are within {readable(max(values[ERROR]))} of DOP853's "
+                    f"at t = {TRUTH:g}.")  # fmt: skip
+    if TREND in values:
+        (trend,), (error,) = values[TREND], values[TREND_ERROR]
+        drifts = abs(trend) > SIGMAS * error
+        said.append(
+            "Over the long run the sum of the stiff energies departs by "
+            f"{readable(max(values[CHANGE]))} at most; the trend of its mean is "
+            f"{with_uncertainty(trend, error)}: {'it drifts' if drifts else 'no drift seen'}. "
+            f"The whole energy changes by {readable(max(values[TOTAL]))} at most."
+        )
+    return " ".join(said)
 
 
 STIFF_SPRINGS = Section(
@@ -54,19 +76,20 @@ STIFF_SPRINGS = Section(
     text=stiff_springs.EXPLANATION,
     measure=stiff_springs.stiff_spring_study,
     table=stiff_spring_table,
+    seen=long_run,
     figures=(
         Figure(
             name="stiff-springs",
             title="Errors and resonances of long steps",
             draw=errors_and_resonances,
-            caption="Dotted: whole multiples of pi. A run that ends early has no point.",
+            caption="Dotted: integer multiples of π. A run that ends early has no point.",
             size=(9.6, 3.6),
         ),
         Figure(
             name="energy-exchange",
             title="Energies of the stiff springs",
             draw=energy_exchange,
-            caption="Harmonic frame, 8 stages, h omega = 4.",
+            caption="Harmonic frame, 8 stages, hω = 4; the energies of the three stiff springs.",
             size=(7.0, 3.2),
         ),
     ),

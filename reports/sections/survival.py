@@ -14,7 +14,7 @@ HEADINGS = {
     "settings": "setting",
     "energy_error": "largest energy error",
     "seconds": "time [s]",
-    "success": "success",
+    "success": "completed",
     "status": "status",
 }
 

@@ -46,7 +46,7 @@ def trees_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
             "error": readable(coarse["error"]),
             "step, fine": readable(fine["step"]),
             "error then": readable(fine["error"]),
-            "time a step": seconds(each),
+            "time per step": seconds(each),
             f"time to {ASKED:g}": seconds(each * fine["step"] * fine["steps"] / step),
         })  # fmt: skip
     table = pd.DataFrame(lines)

@@ -35,6 +35,17 @@ def without_empty_status(table: pd.DataFrame) -> pd.DataFrame:
     return table if said else table.drop(columns="status", errors="ignore")
 
 
+def without_common(table: pd.DataFrame) -> tuple[pd.DataFrame, str]:
+    """The table without the columns of commit and date that have one value, and a sentence with
+    these values."""
+    common = {
+        name: table[name].iloc[0] for name in ("date", "commit")
+        if name in table and len(table) and table[name].nunique(dropna=False) == 1
+    }  # fmt: skip
+    words = [f"{'at commit ' * (name == 'commit')}{text}" for name, text in common.items() if text]
+    return table.drop(columns=list(common)), f"Measured {', '.join(words)}." if words else ""
+
+
 def _number(value: float) -> str:
     """Counts in full, eccentricities with all their nines, numbers of one digit with no more of
     them, errors with three."""

@@ -26,6 +26,11 @@ def test_the_claims_are_numbered_without_a_gap() -> None:
     assert {name[0] for name in names} == {"V", "L"}
 
 
+def test_every_claim_begins_with_what_its_source_says() -> None:
+    without = [one.id for one in CLAIMS if not one.statement.startswith(("H ", "M ", "Ours"))]
+    assert without == []
+
+
 def test_a_row_has_the_texts_of_its_claim_but_for_its_own() -> None:
     row = MADE_UP.row("an error", AtMost(1.0), 0.5, claimed="O(h^2)", reason="none")
     shared = (row.id, row.source, row.setup, row.reference, row.expected)

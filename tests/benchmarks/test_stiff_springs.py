@@ -14,7 +14,7 @@ from benchmarks.test_problems.stiff_springs import stiff_springs, stiffness
 from references.scipy.ivp import DOP853
 from references.textbook import trigonometric
 from reports.figures.study_plots.stiff_springs import energy_exchange, errors_and_resonances
-from reports.sections.stiff_springs import stiff_spring_table
+from reports.sections.stiff_springs import long_run, stiff_spring_table
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +68,9 @@ def test_energies_are_exchanged_and_their_sum_stays(frame: pd.DataFrame) -> None
     assert rows[rows["quantity"] == study.ERROR]["value"].item() < 1e-6  # 4e-9, against DOP853
     late = frame[(frame["study"] == study.LONG) & (frame["quantity"] == study.TOTAL)]["value"]
     assert late.max() < 1e-8 and late.iloc[-1] < 5.0 * late.iloc[0]
+    assert "no drift seen" in long_run(frame)
+    size = frame["value"].where(frame["quantity"] != study.TREND, 1.0)  # the planted fault
+    assert "it drifts" in long_run(frame.assign(value=size))
 
 
 def test_an_impulse_that_is_not_mollified_is_seen_by_its_error() -> None:
@@ -85,7 +88,7 @@ def test_an_impulse_that_is_not_mollified_is_seen_by_its_error() -> None:
 
 def test_the_table_and_the_figures_show_it(frame: pd.DataFrame) -> None:
     lines, classes = stiff_spring_table(frame)
-    assert set(classes) <= set(lines) and len(lines) > 40
+    assert set(classes) <= set(lines) and len(lines) == 10
     for draw in (errors_and_resonances, energy_exchange):
         figure, axes = plt.subplots()
         draw(axes, frame)

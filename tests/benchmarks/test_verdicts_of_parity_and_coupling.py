@@ -65,7 +65,7 @@ def test_one_number_of_points_with_the_orders_of_h_would_be_enough(
         (l03.FEW, 7, 6, "order with Clenshaw-Curtis n - 1, degree n - 2, n = 7"),
         (l03.FEW, 5, 6, "order with Clenshaw-Curtis n - 1, degree n - 2, n = 5"),
         (l03.EXACT, 7, 6, "order with Clenshaw-Curtis n - 1 on V alone, degree n - 2, n = 7"),
-        (l03.PENDULUM, 5, 6, "order for n = 5 less that for n = 4"),
+        (l03.PENDULUM, 5, 6, "order at n = 5 minus order at n = 4"),
     ],
 )
 def test_where_the_reading_breaks_is_measured(

@@ -62,10 +62,10 @@ def test_the_rate_beside_a_line_is_the_one_that_the_claim_states(figure, drawn_f
 def test_comparisons_and_costs_draw_without_warnings(make_suite):
     suite = make_suite()
     runs = suite.work_precision(True, print)
-    lay_out(comparison_figure("kepler e=0.6"), runs)
+    lay_out(comparison_figure("kepler e=0.6", runs), runs)
     lay_out(COST_FIGURE, suite.cost(True, print))
     with pytest.raises(NoData):
-        lay_out(comparison_figure("kepler"), runs[runs["status"] == "truth"])
+        lay_out(comparison_figure("kepler", runs), runs[runs["status"] == "truth"])
     with pytest.raises(NoData):
         lay_out(COST_FIGURE, suite.cost(True, print).tail(1))
 

@@ -89,8 +89,11 @@ def test_mujoco_s_default_step_is_answered_from_runs_on_both_sides_of_it_or_at_i
 
 
 def test_the_picture_is_of_attitudes_and_says_what_the_lines_are() -> None:
-    figure = comparison_figure("body", ATTITUDE)
+    figure = comparison_figure("body", runs())
     assert figure.options["ylabel"].startswith("error of the attitude at the end")
-    assert "exponential" in figure.caption and "R_true" in figure.caption
+    assert "exponential" not in figure.caption and "R_true" in figure.caption
+    other = runs()[-1:].assign(contender="galvi degree 8, Gauss 8, Cayley")
+    two = pd.concat([runs(), other], ignore_index=True)
+    assert "exponential" in comparison_figure("body", two).caption
     assert picture(figure, runs()).png.startswith(b"\x89PNG")
-    assert "unit of length" in comparison_figure("kepler").caption
+    assert "unit of length" in comparison_figure("kepler", runs(quantity=POSITION)).caption

@@ -7,9 +7,11 @@ import math
 import pandas as pd
 import pytest
 
+from benchmarks.checks.bounds import AtLeast, AtMost, NoGrowth, Order
 from benchmarks.checks.claim import AGREEMENT
 from reports.page.absent import absent, peers
-from reports.page.claim_section import shared_parts
+from reports.page.bound_words import EPS, bound_words
+from reports.page.claim_section import after, shared_parts
 from reports.page.typeset import typeset
 from reports.results.summary import Summary
 from reports.tables.fastest_per_error import fastest_per_error, readable_fastest
@@ -59,6 +61,7 @@ def test_times_have_the_unit_that_fits():
     [
         ("O(0.56^n) or so", "O(0.56<sup>n</sup>) or so"),
         ("O(h^(n/2 + 2))", "O(h<sup>n/2\u00a0+\u00a02</sup>)"),
+        ("N^-(3/2 - b)", "N<sup>\u2212(3/2\u00a0\u2212\u00a0b)</sup>"),
         ("h = 2^(-j/2), j", "h\u00a0=\u00a02<sup>\u2212j/2</sup>, j"),
         ("at most 1e-10", "at most 10<sup>\u221210</sup>"),
         ("2.5e-3 of it", "2.5·10<sup>\u22123</sup> of it"),
@@ -72,6 +75,28 @@ def test_times_have_the_unit_that_fits():
 )
 def test_plain_mathematics_is_set(text, html):
     assert typeset(text) == html
+
+
+@pytest.mark.parametrize(
+    ("bound", "words"),
+    [
+        (Order(2.0), "order 2 within 0.25 plus two standard errors (these capped at 0.25)"),
+        (AtMost(math.sqrt(2.5), round_off=1e-12), "at most 1.58114 plus 1e-12"),
+        (AtLeast(2.0, uncertainty=0.1), "at least 2 minus two standard errors of both"),
+        (AtMost(400.0 * EPS), "at most 400 eps"),
+        (AtMost(1e-13), "at most 1e-13"),
+        (NoGrowth(0.1, 1e-12), NoGrowth(0.1, 1e-12).text),
+    ],
+)
+def test_a_bound_is_a_sentence(bound, words):
+    assert bound_words(bound.text) == words
+
+
+def test_what_the_row_above_says_is_not_said_again():
+    long = "a long explanation of what is to be seen in this row"
+    assert after(long, long) == "as above" and after("", "") == ""
+    assert after(f"{long}; n = 4", f"{long}; n = 3") == "as above; n = 4"
+    assert after("short; n = 4", "short; n = 3") == "short; n = 4"
 
 
 def test_what_all_rows_share_is_shared_parts():

@@ -21,7 +21,7 @@ from galvi import Problem
 from references import Contender
 
 ENDS, CURVE = "one-step error", "curve error"
-ORACLES = "distance between the oracles"
+ORACLES = "distance between the two references"
 STEP, DURATIONS, NS = 0.5, (5.0, 50.0, 500.0), range(3, 11)
 SAME = 2.0  # "the same error": one line in a plot over ten decades
 BOTH = "the Galerkin curves have the same error as the one-step map"

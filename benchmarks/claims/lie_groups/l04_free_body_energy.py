@@ -101,4 +101,5 @@ L4 = Claim(
     ("H fig. 3.3",),
     claimed="oscillates and remains bounded",
     reference="exact energy, v0 . J v0 / 2",
+    statement="H fig. 3.3: the energy error oscillates and stays bounded over 10000 steps.",
 )

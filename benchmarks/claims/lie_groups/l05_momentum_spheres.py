@@ -116,4 +116,6 @@ L5 = Claim(
     judge,
     ("H fig. 3.4",),
     setup=SETUP,
+    statement="H fig. 3.4: momenta stay on the intersections of the momentum sphere and energy "
+    "ellipsoids.",
 )

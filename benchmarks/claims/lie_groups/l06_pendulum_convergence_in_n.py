@@ -133,7 +133,7 @@ def _curves_and_ends(table: pd.DataFrame) -> list[Row]:
             Finding(AtMost(LEAST)),
             number(table, quantity=ORACLES),
             setup=f"{MOTION}; T = {DURATIONS[1]:g}, 100 samples",
-            claimed="none: the truth is checked",
+            claimed="no claim: check of the reference",
             reason="A tenth of the smallest error on which a row of the scan rests.",
         ),
     ]
@@ -157,4 +157,6 @@ L6 = Claim(
     reason="The motion is analytic in t, with singularities off the real axis: polynomials "
     "converge to it geometrically, and step ends with the square of their base.",
     reference=f"{TRUTH.name}; SciPy's agrees to 1e-12 at T = 50",
+    statement="H fig. 3.5: errors fall geometrically with n, and the curve is as accurate as the "
+    "steps. Measured: so up to an n that depends on T; beyond it the curve is behind.",
 )

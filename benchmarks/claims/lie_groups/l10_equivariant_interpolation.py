@@ -172,4 +172,6 @@ L10 = Claim(
     source="H lemma 3.2.1",
     setup=SETUP,
     reference="products of matrices",
+    statement="H lemma 3.2.1: the interpolating curve is equivariant under left translation, and "
+    "discrete Lagrangians inherit the symmetry.",
 )

@@ -172,4 +172,6 @@ L11 = Claim(
     study,
     judge,
     reference="second derivatives of the textbook's T and V, end points fixed",
+    statement="H lemmas 3.3.1, 3.3.2: below bounds on the step stationary points are minima, and "
+    "the action is coercive.",
 )

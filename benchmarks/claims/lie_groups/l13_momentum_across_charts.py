@@ -105,4 +105,5 @@ L13 = Claim(
     judge,
     source="H 3.2.2, 3.4.3",
     claimed="momentum is matched across the change of chart",
+    statement="H 3.2.2, 3.4.3: the momentum is matched where the chart changes.",
 )

@@ -116,4 +116,6 @@ L15 = Claim(
     judge,
     ("H thm. 3.3.3", "H thm. 3.3.4"),
     reference=f"{TRUTH.name}; stored truth in quadruple precision (A9)",
+    statement="H thm. 3.3.3, 3.3.4: on the group, too, the curve between exact ends converges at "
+    "half the rate of the step at least.",
 )

@@ -23,7 +23,7 @@ ORBIT = "Kepler, GM = 1, e = 0.6, q0 = (0.4, 0), v0 = (0, 2)"
 METHOD = "Polynomials(n - 1), gauss(2 n)"
 SETUP = f"{ORBIT}; {METHOD}; h = {STEP:g}, {STEPS} steps"
 FLOOR = 2e-11  # round-off of the phase after 32 revolutions; 8e-12 was measured at n = 56
-APART = "distance between the oracles"
+APART = "distance between the two references"
 
 # Where the complex distance vanishes, 1 - e cos E = 0, Kepler's equation is stationary in E, so
 # that E and with it q = (cos E - e, sqrt(1 - e^2) sin E) have branch points (t - t*)^(1/2), at

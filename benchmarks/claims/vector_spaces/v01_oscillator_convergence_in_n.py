@@ -60,4 +60,6 @@ V1 = Claim(
     "some are unstable at this step (n = 3, 4, 5, 7, 10), the others err by the size of the "
     "motion; so do n = 12 to 14, by their phase (1.17 after 100 steps at n = 14): none is fitted.",
     reference=f"{OSCILLATOR.name}; SciPy DOP853 (A9)",
+    statement="H fig. 2.3: at a step of three periods the errors of steps and curve fall "
+    "geometrically with n, to very high accuracy.",
 )

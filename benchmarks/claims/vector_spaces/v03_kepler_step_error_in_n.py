@@ -43,7 +43,7 @@ POWER = (0.25, 0.25)  # g and its error
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """Series 'n-refinement' of the one-step error, the same of one step whose middle is the
-    pericentre, and the distance between the oracles."""
+    pericentre, and the distance between the two references."""
     ns = range(8, 55, 3) if quick else range(7, 61)
     many = n_refinement(ns, (QUANTITY,), make_method, report)
     cases = [Case(n, STEP, 1) for n in range(8, 46, 3 if quick else 1)]
@@ -95,4 +95,5 @@ V3 = Claim(
     ("H fig. 2.6",),
     setup=SETUP,
     reference=f"{KEPLER.name}; REBOUND IAS15 (A9)",
+    statement="H fig. 2.6: the one-step error is O(0.56^n).",
 )

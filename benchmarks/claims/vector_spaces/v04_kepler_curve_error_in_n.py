@@ -34,8 +34,8 @@ POWER = (1.5, 0.0)
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
-    """Series 'n-refinement' of the one-step and the curve error; the distance between the oracles,
-    at step ends."""
+    """Series 'n-refinement' of the one-step and the curve error; the distance between the two
+    references, at step ends."""
     ns = range(14, 63, 3) if quick else range(7, 62)
     found = n_refinement(ns, QUANTITIES, make_method, report)
     return frame([*found.to_dict("records"), *oracles("oracles", STEP * STEPS, STEPS)])
@@ -87,4 +87,5 @@ V4 = Claim(
     judge,
     ("H fig. 2.6",),
     reference=f"{KEPLER.name}; REBOUND IAS15 (A9)",
+    statement="H fig. 2.6: the curve error is O(0.74^n) once n is about 32.",
 )

@@ -73,4 +73,6 @@ V8 = Claim(
     ("H fig. 2.12", "H fig. 2.13"),
     setup=SETUP,
     claimed="does not grow",
+    statement="H fig. 2.12, 2.13: the errors of energy and angular momentum do not grow in long "
+    "runs.",
 )

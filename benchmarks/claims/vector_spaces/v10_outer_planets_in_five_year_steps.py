@@ -112,4 +112,6 @@ V10 = Claim(
     setup=SETUP,
     claimed="closed, stable, precession-free orbits in steps of five years",
     reference=ias15.IAS15.name,
+    statement="H fig. 2.15: orbits are closed, stable and free of precession in steps of five "
+    "years.",
 )

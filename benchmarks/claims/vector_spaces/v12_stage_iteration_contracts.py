@@ -300,4 +300,6 @@ V12 = Claim(
     "largest row sum",
     claimed="contracts below the bound",
     reference="H's matrices, by numpy",
+    statement="H lemmas 2.3.1, 2.3.2, thm. 2.3.1: the matrix A of a step is invertible, its "
+    "inverse is bounded by that at h = 1, and the stage iteration contracts below a stated step.",
 )

@@ -266,4 +266,7 @@ V13 = Claim(
     judge,
     source="H thm. 2.3.5",
     reference="V'' of the textbook along the step's curve",
+    statement="H thm. 2.3.5, 2.3.8: below h = pi sqrt(m / (D C_R)) a step is a minimum of the "
+    "action, and below a smaller bound the action is coercive, with a rule that is exact for "
+    "squares of functions of the space.",
 )

@@ -295,4 +295,7 @@ V14 = Claim(
     judge,
     ("H thm. 2.3.6", "H thm. 2.3.7"),
     reference=f"{KEPLER.name}; REBOUND IAS15 (A9)",
+    statement="H thm. 2.3.6, 2.3.7: between exact ends the curve converges at half the rate of "
+    "the step at least. Measured: at this rate in n, and faster in h; contradicted is only the "
+    "last sentence of thm. 2.3.7, with a C_f that depends on h.",
 )

@@ -251,4 +251,6 @@ V15 = Claim(
     judge,
     source="H thm. 2.3.10",
     claimed="the discrete Noether quantity is conserved",
+    statement="H thm. 2.3.10, 2.3.11: steps conserve the discrete Noether quantity of a symmetry, "
+    "and its error along the curve does not grow with their number.",
 )

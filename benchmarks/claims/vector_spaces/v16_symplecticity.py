@@ -128,4 +128,5 @@ V16 = Claim(
     study,
     judge,
     source="H 1.2",
+    statement="H 1.2: variational integrators preserve the canonical symplectic form.",
 )

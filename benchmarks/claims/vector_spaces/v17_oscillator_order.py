@@ -78,4 +78,6 @@ V17 = Claim(
     judge,
     ("M fig. 1 left",),
     reference=f"{TRUTH.name}; SciPy DOP853 (A9)",
+    statement="M 6.1, fig. 1 left: the measured order is 2 N, where M's theory predicts 2 N - 1. "
+    "Measured: 2 N.",
 )

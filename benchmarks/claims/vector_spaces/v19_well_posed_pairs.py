@@ -231,4 +231,7 @@ V19 = Claim(
     judge,
     source="ours",
     reference="M's problem (9) in monomials, sines and cosines, by numpy",
+    statement="M lemma 1: a step is well posed if and only if the equations of a free particle "
+    "have a unique solution. Ours: the method is consistent if and only if this solution is a "
+    "straight line.",
 )

@@ -225,7 +225,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
             Finding(AtMost(ROUND_OFF)),
             abs(least - math.sqrt(0.5)),
             source="M prop. 1",
-            claimed="no claim of M; we say 1 / sqrt(2)",
+            claimed="no claim of M; our value: 1 / sqrt(2)",
             reason="A straight line is in every space, and every rule is exact for it.",
         ),
         V20.row(
@@ -256,7 +256,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
             Finding(AtMost(1.01)),
             readings.largest(every(CONSTANT)),
             source="M (11)",
-            claimed="finite, perhaps not bounded in N; we say at most 1.01 here",
+            claimed="finite, perhaps not bounded in N; our bound: 1.01 here",
             reason="Near 1 for all of these, and tends to 1: a rule this exact sees functions as "
             "they are.",
         ),
@@ -354,4 +354,5 @@ V20 = Claim(
     setup=f"oscillator, m = k = 1; polynomials of degree N = {DEGREES[0]} to {DEGREES[-1]}; "
     f"{', '.join(RULES)} nodes; eta = 3 K h^2 / (m z0^2)",
     reference="norms by numpy's Gauss rule, in Legendre polynomials",
+    statement="M thm. 1, 2: M's fixed-point iteration contracts by eta C_N^2 at most.",
 )

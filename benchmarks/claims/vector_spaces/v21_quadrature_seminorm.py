@@ -75,7 +75,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
             f"departure of the largest ratio from sqrt(2 + 1 / (N - 1)), {LOBATTO}",
             Finding(AtMost(ROUND_OFF)),
             readings.largest(abs(largest - np.sqrt(2.0 + 1.0 / (n - 2.0)))),
-            claimed="no claim of M; we say sqrt(2 + 1 / (N - 1)), no less and no more",
+            claimed="no claim of M; our value: sqrt(2 + 1 / (N - 1)), no less and no more",
             reason="Only the square of the slope's leading Legendre polynomial is integrated "
             "wrongly.",
         ),
@@ -120,4 +120,7 @@ V21 = Claim(
     setup=f"polynomials of degree N = {DEGREES[0]} to {DEGREES[-1]}; |u'|_N the rule's seminorm, "
     "|u'| the exact one; extremes as eigenvalues",
     reference="exact integrals, by numpy's Gauss rule",
+    statement="M (12), sec. 5: the rule's seminorm of u is its norm for Gauss N and Lobatto N + 1 "
+    "nodes, and at most sqrt(2 + 1/N) times it for Lobatto N nodes. Measured: the former holds; "
+    "for Lobatto N nodes the constant is sqrt(2 + 1/(N - 1)), so the printed one is contradicted.",
 )

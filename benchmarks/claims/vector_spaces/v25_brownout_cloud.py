@@ -385,4 +385,6 @@ V25 = Claim(
     setup=f"{MODEL}; degree N with N Gauss points",
     claimed="none: M shows a picture without numbers",
     reference="none",
+    statement="M 6.2, fig. 2 shows a cloud without numbers, so that there is nothing to check: a "
+    "stated model's cloud is computed, and its statistics converge.",
 )

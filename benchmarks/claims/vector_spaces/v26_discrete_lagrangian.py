@@ -37,7 +37,7 @@ from references.closed_forms.oscillator import OSCILLATOR
 
 ACTION, STEPPED = "error of L_d", "error of one step"
 SQUARE = "error of L_d over |u - u_N|^2 in X"
-APART = "distance between the oracles"
+APART = "distance between the two references"
 IN_N = "n-refinement"
 FLOOR = 1e-14  # of actions up to 4, each rounded to 4e-16
 LEAST_SQUARE = 1e-10  # actions with a larger error are compared with the square of a distance
@@ -66,7 +66,7 @@ def with_lobatto(make_method: MakeMethod, n: int) -> Any:
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> pd.DataFrame:
     """For one step: errors of L_d and of (q, p) at the end against h for each problem and n, and
-    against n at h = 2; SQUARE for the oscillator; the distance between the oracles."""
+    against n at h = 2; SQUARE for the oscillator; the distance between the two references."""
     sizes = {
         "oscillator": [2.0 ** (-j / 2) for j in range(-2, 16)],
         "Kepler": [2.0 ** (-j / 2) for j in range(4, 16)],
@@ -263,4 +263,6 @@ V26 = Claim(
     judge,
     ("H thm. 2.3.2", "M thm. 4"),
     reference=EXACT,
+    statement="H thm. 2.1.1, 2.3.2 to 2.3.4, 3.1.1, M thm. 4, 5: a method of order r has a "
+    "discrete Lagrangian with an error O(h^(r + 1)), and in n both have one base K.",
 )

@@ -140,7 +140,7 @@ def judge(table: pd.DataFrame) -> list[Row]:
 DRIVE = "u'' = |t - t*|^-b, u = u' = 0 at t*, so that s = {} derivatives are in L^2"
 DRIVEN = "u'' + u = |t - t*|^-b, u = u' = 0 at t*, so that s = 2 derivatives are in L^2"
 WHOLE = "one polynomial of degree N = 16 to 192 (128 in the quick form; 64 for t* = 0) on [0, 1]"
-PRINTED = "N^-s in |.|_X, s = {0}, times |u|_{{H^(s;N)}}, which is |u^(s)| from N = s - 1 on"
+PRINTED = "N^-s in |.|_X, s = {0}, times a norm of u, which is |u^(s)| from N = s - 1 on"
 LOST = (
     "Inside, Legendre's series of u' ~ sign(t - t*) |t - t*|^(1 - b) has an error of "
     "N^-(3/2 - b), which for s derivatives, s - 1 < 3/2 - b < s, is never N^-s, and comes near "
@@ -222,7 +222,7 @@ def _powers_found(table: pd.DataFrame) -> list[Row]:
             "largest departure of the power of 1 / N from 3/2 - b, t* inside",
             Finding(AtMost(RESOLUTION)),
             readings.largest(abs(inside - said).ravel()),
-            claimed="N^-s; we say N^-(3/2 - b)",
+            claimed="N^-s; our value: N^-(3/2 - b)",
             reason="Coefficients of Legendre's series fall like k^(b - 3/2), and the error is the "
             "root of the sum of their squares over 2 k + 1, from k = N on.",
             **shared,
@@ -231,7 +231,7 @@ def _powers_found(table: pd.DataFrame) -> list[Row]:
             "largest departure of the power of 1 / N from 3 - 2 b, t* = 0",
             Finding(AtMost(RESOLUTION)),
             readings.largest(abs(ends - 2.0 * said).ravel()),
-            claimed="N^-s; we say N^-(3 - 2 b)",
+            claimed="N^-s; our value: N^-(3 - 2 b)",
             reason="With X = cos(theta), |t|^(1 - b) is like theta^(2 - 2 b).",
             **shared,
         ),
@@ -239,7 +239,7 @@ def _powers_found(table: pd.DataFrame) -> list[Row]:
             "least of the power of 1 / N less s - 1, t* inside",
             Finding(AtLeast(0.0, uncertainty=0.0)),
             Estimate(fit.rate - (s - 1.0), fit.uncertainty),
-            claimed="N^-s; we say N^(1 - s)",
+            claimed="N^-s; our value: N^(1 - s)",
             reason="3/2 - b is above s - 1, and comes as near as one likes: N^(1 - s) is sharp.",
             **shared,
         ),
@@ -276,7 +276,7 @@ def _largest(table: pd.DataFrame) -> list[Row]:
             "largest departure of the order of e_max from 3/2 - b, all b and N",
             Finding(AtMost(H_RESOLUTION)),
             readings.largest(abs(orders.T - 1.5 + np.array(ROUGH)).ravel()),
-            claimed="at least h^1; we say h^(3/2 - b)",
+            claimed="at least h^1; our value: h^(3/2 - b)",
             reason="Near t* the motion is |t - t*|^(2 - b), which scales with h.",
             **_in_h(table),
         ),
@@ -302,10 +302,13 @@ def _path(table: pd.DataFrame, b: float, degree: int) -> Row:
 
 
 def _oracles(table: pd.DataFrame) -> list[Row]:
-    shared = {"claimed": "none: the truth is checked", "setup": f"{DRIVE.format('2 or 3')}; {SCAN}"}
+    shared = {
+        "claimed": "no claim: check of the reference",
+        "setup": f"{DRIVE.format('2 or 3')}; {SCAN}",
+    }
     return [
         V28.row(
-            "distance between the oracles, best approximation, relative",
+            "distance between the two references, best approximation, relative",
             Finding(AtMost(1e-4)),
             _apart(table),
             reason="Compared where the closed form, a difference of squares, has digits left; an "
@@ -314,7 +317,7 @@ def _oracles(table: pd.DataFrame) -> list[Row]:
             **shared,
         ),
         V28.row(
-            "distance between the oracles, motion",
+            "distance between the two references, motion",
             Finding(AtMost(1e-6)),
             _motion(table),
             reason="The bound is a tenth of the least error along the path, 1e-5.",
@@ -343,4 +346,7 @@ V28 = Claim(
     judge,
     ("M sec. 5",),
     source="M (13)",
+    statement="M (13): at smoothness s the best approximation converges like N^-s. Measured: "
+    "where the singularity is inside the interval down to N^(1 - s), so that the claim is "
+    "contradicted; where it is at an end the claim holds.",
 )

@@ -283,4 +283,6 @@ V29 = Claim(
     study,
     judge,
     source="ours; docs/frames.md",
+    statement="Ours, see docs/frames.md: in moving frames a method keeps its order, the "
+    "symplectic form and the momenta.",
 )

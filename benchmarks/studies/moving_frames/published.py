@@ -50,8 +50,8 @@ EXPLANATION = (
     "H = 1/12 over 1e6 times 2 pi in steps of 2 pi / 48. Errors and times of IRKGL16-SIMD are "
     "those that are printed, the times from another machine; galvi's are measured here. The "
     "planets start from DE421 instead of DE430, Henon-Heiles as in Hairer, McLachlan and "
-    "Razakarivony (2008); the latter is cut to a tenth of its length (a hundredth when quick), and "
-    "whole in the long form: a random walk grows with the square root."
+    "Razakarivony (2008); galvi's runs of the latter may be shorter, see their steps: a "
+    "random walk grows with the square root."
 )
 Report = Callable[[str], None]
 

@@ -18,7 +18,7 @@ from reports.figures.style.palette import COLOURS, GUIDE, MARKERS
 from reports.tables.number_format import concise, known
 
 DASHES = (0, (4, 2))
-ABOVE = 0.045  # offset of a claimed rate from the fitted line, relative to the height of the axes
+ABOVE = 0.03  # least offset of a claimed rate from the points, relative to the height of the axes
 
 
 def convergence_in_n(
@@ -76,7 +76,8 @@ def _lines(
             text += f"  ${power.format(concise(fit.rate, fit.uncertainty))}{_factor(fit.power)}$"
         if rate.claimed is not None:
             text += f"  (claimed ${claimed_power.format(rate.claimed)}$)"
-            fitted.append((fit, rate.claimed))
+            used = inside(fit, x) & (error > 0)
+            fitted.append((fit, rate.claimed, x[used], error[used]))
         right = positive[np.argmax(x[positive])]
         labels.append(Label(float(x[right]), float(min(error[right], top)), text, color))
     if not labels:
@@ -84,8 +85,8 @@ def _lines(
     decades(axes.yaxis)
     axes.autoscale_view()
     axes.autoscale(False)
-    for fit, claimed in fitted:
-        _claimed(axes, fit, claimed)
+    for one in fitted:
+        _claimed(axes, *one)
     label_ends(axes, labels)
 
 
@@ -124,19 +125,16 @@ def _factor(power: float) -> str:
     return f"n^{{-{power:g}}}" if power else ""
 
 
-def _claimed(axes: Axes, fit: Fit, claimed: float) -> None:
-    """Draw the claimed rate, dashed, a little above the middle of the fitted line."""
+def _claimed(axes: Axes, fit: Fit, claimed: float, x: np.ndarray, error: np.ndarray) -> None:
+    """Draw the claimed rate, dashed, a little above all points (x, error) of the fit."""
     if not known(fit.rate):
         return
-    first, last = fit.window
-    if fit.kind == "geometric":
-        middle = 0.5 * (first + last)
-        x = np.linspace(first, last, 2)
-        factor = claimed ** (x - middle)
-    else:
-        middle = float(np.sqrt(first * last))
-        x = np.geomspace(first, last, 2)
-        factor = (x / middle) ** claimed
+
+    def rate(x: np.ndarray) -> np.ndarray:
+        decay: np.ndarray = claimed**x if fit.kind == "geometric" else x**claimed
+        return decay
+
+    ends = np.array(fit.window)
     low, high = axes.get_ylim()
-    line = fit.evaluate(middle) * factor * (high / low) ** ABOVE
-    axes.plot(x, line, color=GUIDE, linestyle=DASHES, linewidth=1.1)
+    line = np.max(error / rate(x)) * rate(ends) * (high / low) ** ABOVE
+    axes.plot(ends, line, color=GUIDE, linestyle=DASHES, linewidth=1.1)

@@ -49,4 +49,5 @@ def history(
         rasterized=many,
     )
     axes.set(xlabel=xlabel, ylabel=ylabel)
+    axes.ticklabel_format(axis="x", style="plain")
     axes.margins(x=0.01, y=0.15)

@@ -30,37 +30,44 @@ def jumps(
     limit: float,
 ) -> None:
     """Left: |quantity| of each study in ``runs``, labelled; a cross where one ends early.
-    Right: for each study in ``steps``, ``change`` against ``turn`` at the same times.
+    Right: for each study in ``steps``, ``change`` against ``turn`` at the same times. A label ends
+    with the chart, which has one colour in both.
 
     limit  the angle to mark: the limit of the first chart
     """
     axes.set_axis_off()
     left, right = (axes.figure.add_subplot(place) for place in
                    axes.get_subplotspec().subgridspec(1, 2, wspace=0.75))  # fmt: skip
-    _histories(left, frame, quantity, runs)
+    colours = {text.split()[0]: COLOURS[k] for k, text in enumerate(steps.values())}
+    _histories(left, frame, quantity, runs, colours)
+    widest = limit
     for k, (study, text) in enumerate(steps.items()):
         found = _pairs(frame, study, turn, change)
         if found.empty:
             raise NoData(f"{study}: no step was done.")
+        widest = max(widest, float(found[turn].max()))
         style = {"color": COLOURS[k], "marker": MARKERS[k], "markersize": 3.5}
         right.plot(found[turn], np.maximum(found[change], LEAST), linestyle="none", label=text,
                    **style)  # fmt: skip
     right.axvline(limit, color=GUIDE, linestyle=(0, (4, 2)), linewidth=1.1)
     right.set(yscale="log", xlabel="rotation angle of the step [rad]", ylabel=change)
-    right.set_xlim(0.0, AHEAD * limit)
+    right.set_xlim(0.0, AHEAD * widest)
     decades(right.yaxis)
     right.legend(loc="upper left")
 
 
-def _histories(axes: Axes, frame: pd.DataFrame, quantity: str, runs: Mapping[str, str]) -> None:
+def _histories(
+    axes: Axes, frame: pd.DataFrame, quantity: str, runs: Mapping[str, str],
+    colours: Mapping[str, str],
+) -> None:  # fmt: skip
     ends = []
-    for k, (study, text) in enumerate(runs.items()):
+    for study, text in runs.items():
         rows = pick(frame, study=study, quantity=quantity).sort_values("t")
         rows = rows[rows["value"].notna()]
         if rows.empty:
             raise NoData(f"{study}: no step has a finite {quantity}.")
         t, error = rows["t"].to_numpy(float), rows["value"].abs().to_numpy(float)
-        color = COLOURS[k % len(COLOURS)]
+        color = next((c for chart, c in colours.items() if chart in text), GUIDE)
         error = np.maximum(error, LEAST)
         axes.plot(t, error, ".-", color=color, linewidth=0.6, markersize=3.0)
         if rows["status"].iloc[-1]:

@@ -20,6 +20,7 @@ SURFACE = 41  # points across a surface
 FINE = 221  # likewise, where two surfaces intersect
 SMOOTH = 241  # points of an exact curve
 PALE_YELLOW, PALE_BLUE, DARK = "#f7e0ad", "#cfe6f5", "#003C66"
+DOWN, ZOOM = 0.13, 1.1  # of the sphere, so that it fills its panel below the title
 HIDDEN = 0.25  # opacity of a line behind the sphere
 
 
@@ -74,8 +75,9 @@ def momentum_spheres(
                 _dots(one, y, DARK)
         one.view_init(UP, ROUND)
         one.set(xlim=(-panel.half, panel.half), ylim=(-panel.half, panel.half),
-                zlim=(-panel.half, panel.half), title=panel.title)  # fmt: skip
-        one.set_box_aspect((1, 1, 1))
+                zlim=((DOWN - 1.0) * panel.half, (DOWN + 1.0) * panel.half),
+                title=panel.title)  # fmt: skip
+        one.set_box_aspect((1, 1, 1), zoom=ZOOM)
         one.set_axis_off()
         for k, name in enumerate(("$y_1$", "$y_2$", "$y_3$")):
             tip = np.array([1.0, -1.0, 1.0])[k] * np.eye(3)[k]  # on the near side
@@ -142,9 +144,15 @@ def _in_front(y: np.ndarray) -> np.ndarray:
 
 
 def _line(axes: Axes, y: np.ndarray, color: str, width: float) -> None:
-    near = _in_front(y)[:, None]
-    axes.plot(*np.where(near, np.nan, y).T, color=color, linewidth=width, alpha=HIDDEN, zorder=2)
-    axes.plot(*np.where(near, y, np.nan).T, color=color, linewidth=width, zorder=3)
+    near = _in_front(y)
+    far = ~near
+    far[1:] |= ~near[
+        :-1
+    ]  # both ends of a segment that leaves the near side, so that none is missing
+    far[:-1] |= ~near[1:]
+    for seen, alpha, order in ((far, HIDDEN, 2), (near, 1.0, 3)):
+        axes.plot(*np.where(seen[:, None], y, np.nan).T, color=color, linewidth=width, alpha=alpha,
+                  zorder=order)  # fmt: skip
 
 
 def _dots(axes: Axes, y: np.ndarray, color: str) -> None:

@@ -18,7 +18,8 @@ GRAINS = {1e4: "10,000 grains", 1e6: "a million grains"}
 
 
 def sampling(axes: Axes, frame: pd.DataFrame, *, quantity: str, degrees: Mapping[int, str]) -> None:
-    """A line for each degree, of the errors of the step that were solved, over the evaluations."""
+    """A line for each degree, of the errors of the step that were solved, over the evaluations; an
+    error below its standard error is an arrow at their sum, an upper limit."""
     drawn = False
     for k, (degree, label) in enumerate(degrees.items()):
         rows = pick(frame, study=quantity, quantity=OF_STEP, n=degree + 1).sort_values("steps")
@@ -30,9 +31,14 @@ def sampling(axes: Axes, frame: pd.DataFrame, *, quantity: str, degrees: Mapping
         if not np.any(known):
             continue
         drawn = True
-        below = np.minimum(own, 0.9 * error)[known]
-        axes.errorbar(work[known], error[known], yerr=[below, own[known]], label=label,
-                      color=COLOURS[k], marker=MARKERS[k], linewidth=1.0)  # fmt: skip
+        seen, color = known & ~(error < own), COLOURS[k]
+        limit = known & (error < own)
+        axes.errorbar(work[seen], error[seen], yerr=own[seen], label=label, color=color,
+                      marker=MARKERS[k], linewidth=1.0)  # fmt: skip
+        if np.any(limit):
+            top = error[limit] + own[limit]
+            axes.errorbar(work[limit], top, yerr=0.4 * top, uplims=True, color=color,
+                          marker=MARKERS[k], mfc="white", linestyle="none")  # fmt: skip
     if not drawn:
         raise NoData("no run of the cloud was solved.")
     for grains, text in GRAINS.items():

@@ -28,19 +28,22 @@ def traces(
     xlabel: str,
     ylabel: str,
 ) -> None:
-    """A line for each study in ``labels``, labelled at its finest run, on the right.
+    """A line for each study in ``labels``, labelled at its smallest step, on the right, or, against
+    another quantity, in a legend.
 
     quantity  errors; runs that failed have none
     against   "step", or a quantity, paired by the number of steps
     """
-    ends, falling = [], against == STEP
+    ends: list[Label] = []
+    falling = against == STEP
     for k, (study, text) in enumerate(labels.items()):
         x, error = _line(frame, study, quantity, against)
         if not x.size:
             continue
         color = line_color(study, k)
-        axes.plot(x, error, color=color, marker=MARKERS[k], markersize=4.0, linewidth=1.0)
-        last = int(np.argmin(x) if falling else np.argmax(x))
+        axes.plot(x, error, color=color, marker=MARKERS[k], markersize=4.0, linewidth=1.0,
+                  label=text)  # fmt: skip
+        last = int(np.argmin(x))
         ends.append(Label(float(x[last]), float(error[last]), text, color))
     if not ends:
         raise NoData(f"no run has a finite {quantity}.")
@@ -50,7 +53,10 @@ def traces(
     if falling:
         axes.invert_xaxis()
     readable(axes.xaxis)
-    label_ends(axes, ends)
+    if falling:
+        label_ends(axes, ends)
+    else:
+        axes.legend()
 
 
 def _line(

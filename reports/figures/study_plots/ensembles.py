@@ -10,7 +10,7 @@ from reports.figures.style.palette import GUIDE
 
 
 def speed_ups(axes: Axes, frame: pd.DataFrame) -> None:
-    """Members a second relative to the first row of the part on scaling."""
+    """Members per second relative to the first row of the part on scaling."""
     rows = frame[frame["part"] == "scaling"] if len(frame) else frame
     if rows.empty:
         raise NoData("nothing was measured.")
@@ -18,4 +18,4 @@ def speed_ups(axes: Axes, frame: pd.DataFrame) -> None:
     axes.barh(list(places), rows["relative"], height=0.6)
     axes.axvline(1.0, color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0)
     axes.set_yticks(list(places), list(rows["contender"]))
-    axes.set(xlabel="members a second, relative to one by one")
+    axes.set(xlabel="members per second, relative to one by one")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pandas as pd
 from matplotlib.axes import Axes
 
+from benchmarks.studies.scaling import FEW_HEAVY
 from reports.figures.style.decades import decades, round_numbers
 from reports.figures.style.identities import identity, in_order
 from reports.figures.style.no_data import NoData
@@ -23,7 +26,7 @@ def seconds_per_orbit(axes: Axes, frame: pd.DataFrame) -> None:
             runs["bodies"], 1e3 * runs["seconds_low"], 1e3 * runs["seconds_high"],
             color=look.color, linewidth=0.9,
         )  # fmt: skip
-        axes.plot(runs["bodies"], 1e3 * runs["seconds_per_orbit"], label=name, **look.style)
+        axes.plot(runs["bodies"], 1e3 * runs["seconds_per_orbit"], label=name, **_style(name))
     axes.set(
         xscale="log", yscale="log", xlabel="number of bodies",
         ylabel="time for an orbit of the innermost planet [ms]",
@@ -38,11 +41,11 @@ def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
     rows = _chosen(frame, "share")
     for name in in_order(rows["contender"]):
         runs = rows[rows["contender"] == name]
-        axes.plot(runs["bodies"], runs["share"], label=name, **identity(name).style)
+        axes.plot(runs["bodies"], runs["share"], label=name, **_style(name))
     limit = rows["limit_pairs_per_second"].max()
     axes.axhline(1.0, color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0)
     axes.annotate(
-        f"divisions and square roots alone: {limit / 1e9:.2f} billion pairs a second",
+        f"divisions and square roots alone: {limit / 1e9:.2f} billion pairs per second",
         (0.01, 1.0), xycoords=("axes fraction", "data"), xytext=(0, -4),
         textcoords="offset points", va="top", fontsize=8, color=GUIDE,
     )  # fmt: skip
@@ -51,6 +54,11 @@ def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
     )
     round_numbers(axes.xaxis)
     axes.legend(loc="lower right")
+
+
+def _style(name: str) -> dict[str, Any]:
+    """The look of a contender; hollow where few bodies are heavy."""
+    return identity(name).style | ({"mfc": "white"} if name.endswith(FEW_HEAVY) else {})
 
 
 def _chosen(frame: pd.DataFrame, column: str) -> pd.DataFrame:

@@ -35,7 +35,7 @@ def errors_and_resonances(axes: Axes, frame: pd.DataFrame) -> None:
             one.plot(runs["x"] / np.pi, runs["value"], label=name, **{**look, "markersize": 3.0})
         for k in range(1, int(LARGEST / np.pi) + 1):
             one.axvline(k, color=GUIDE, linewidth=0.6, linestyle=(0, (1, 3)))
-        one.set(yscale="log", xlabel="h omega / pi", title=quantity)
+        one.set(yscale="log", xlabel=r"$h\omega / \pi$", title=quantity)
         decades(one.yaxis, 6)
         one.title.set_fontsize(9)
     handles, labels = one.get_legend_handles_labels()
@@ -49,7 +49,7 @@ def energy_exchange(axes: Axes, frame: pd.DataFrame) -> None:
         raise NoData("the exchange was not measured.")
     table = rows.pivot(index="x", columns="quantity", values="value")
     for name in table:
-        axes.plot(table.index, table[name], linewidth=0.8, label=str(name))
+        axes.plot(table.index, table[name], linewidth=0.8, label=f"${name}$")
     axes.plot(table.index, table.sum(axis=1), linewidth=0.8, color=GUIDE, label="sum")
-    axes.set(xlabel="t", ylabel="energy")
+    axes.set(xlabel="t", ylabel="energy [problem's unit]")
     axes.legend(loc="center right")

@@ -20,5 +20,11 @@ LEGEND = "lines by chart: " + ", ".join(
 
 def chart_line(contender: str) -> Any:
     """Line style of the chart that ends the name of a method of galvi; solid without one."""
+    chart = chart_of(contender)
+    return OF_CHART[chart][1] if chart else "-"
+
+
+def chart_of(contender: str) -> str:
+    """The chart that ends the name of a method of galvi, or ""."""
     chart = contender.rpartition(", ")[2]
-    return OF_CHART[chart][1] if chart in OF_CHART else "-"
+    return chart if chart in OF_CHART else ""

@@ -21,7 +21,8 @@ from reports.figures.style.palette import COLOURS
 
 SOLID, DASHED, DASH_DOT, DOTTED = "-", (0, (4, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.4))
 OURS, FRAME = "galvi", "galvi Kepler frame"
-MOST = 8  # entries of a legend
+MOST = 15  # entries of a legend
+VARIANTS = {"GLOBAL": DOTTED, "looser": DASH_DOT, "default": DOTTED}  # what ends a name: its line
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ def identity(name: str) -> Identity:
         marker = "*" if points is None or int(points[1]) < 12 else "P"
         return Identity(FRAME, TABLE[FRAME][0], marker, DOTTED if "passes" in name else SOLID)
     if name.startswith(OURS):
-        found = re.search(r"degree (\d+)", name)
+        found = re.search(r"degree (\d+)", name) or re.search(r"Gauss (\d+)", name)
         degree = int(found[1]) if found else 8
         marker = OF_DEGREE.get(degree, "o")
         dash = DASH_DOT if name.endswith("general kernel") else chart_line(name)
@@ -92,7 +93,8 @@ def identity(name: str) -> Identity:
         family = name.partition(",")[0]
         place = sum(family.encode())  # not a hash: that differs from process to process
         return Identity(family, SPARE[place % len(SPARE)], "h", DASHED)
-    return Identity(family, *TABLE[family])
+    color, marker, dash = TABLE[family]
+    return Identity(family, color, marker, VARIANTS.get(name.rpartition(", ")[2], dash))
 
 
 def line_color(name: str, place: int) -> str:
@@ -127,11 +129,14 @@ def in_order(names: Iterable[str]) -> list[str]:
     return sorted(dict.fromkeys(names), key=key)
 
 
+Entry = tuple[str, list[str]]
+
+
 def grouped(names: Iterable[str], most: int = MOST) -> list[tuple[str, list[str]]]:
     """(label, names) of the entries of a legend, at most so many.
 
-    Where there is room each name has its own; else families share an entry, then those of
-    TOGETHER, then the last ones of the order.
+    Where there is room each name has its own; else families share an entry, galvi's first of all,
+    then those of TOGETHER, then the last ones of the order.
     """
     ordered = in_order(names)
     if len(ordered) <= most:
@@ -141,13 +146,23 @@ def grouped(names: Iterable[str], most: int = MOST) -> list[tuple[str, list[str]
         families.setdefault(identity(name).family, []).append(name)
     entries = [(_label(family, members), members) for family, members in families.items()]
     for together in TOGETHER:
+        if len(entries) <= most:
+            break
         entries = _joined(entries, [e for e in entries if identity(e[1][0]).family in together])
     if len(entries) > most:
-        entries = _joined(entries, entries[most - 1 :])
+        return _joined(entries, entries[most - 1 :])
+    return _split(entries, most)
+
+
+def _split(entries: list[Entry], most: int) -> list[Entry]:
+    """The entries with as many families, but galvi's, taken apart as there is room for."""
+    for entry in entries:
+        _, names = entry
+        of_degrees = names[0].startswith(OURS) and not names[0].startswith(FRAME)
+        if not of_degrees and len(entries) + len(names) - 1 <= most:
+            place = entries.index(entry)
+            entries = [*entries[:place], *((n, [n]) for n in names), *entries[place + 1 :]]
     return entries
-
-
-Entry = tuple[str, list[str]]
 
 
 def _joined(entries: list[Entry], those: list[Entry]) -> list[Entry]:
@@ -169,5 +184,5 @@ def _label(family: str, members: list[str]) -> str:
         return members[0]
     degrees = sorted({int(n) for name in members for n in re.findall(r"degree (\d+)", name)})
     if family == OURS and len(degrees) > 1:
-        return f"galvi, degrees {degrees[0]} to {degrees[-1]}"
+        return f"galvi, degrees {', '.join(map(str, degrees))}"
     return family

@@ -20,8 +20,8 @@ OF_PROBLEM = {  # where a problem's name begins so
     "kepler e=0.3 in polar": "semi-major axis, rad",
     "brownout": "m",
     "skew arm": "rad",
-    "floating arm": "m, rad",
-    "free body on SE(3)": "unit of length, 1",
+    "floating arm": "1, m, rad",
+    "free body on SE(3)": "1, unit of length",
     "elastic pendulum": "unit of length, rad",
 }
 
