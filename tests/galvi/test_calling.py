@@ -107,3 +107,8 @@ def test_what_is_not_jitted_or_returns_something_else_is_refused():
         addresses((plain, VECTOR(VECTOR)))
     with pytest.raises(TypeError, match="turned must return array"):
         addresses((turned, MATRIX(VECTOR, REAL)))
+
+
+def test_what_an_address_cannot_take_is_refused_when_compiled():
+    with pytest.raises(TypingError, match="called by its address cannot take complex128"):
+        njit(lambda address: call_void(address, 1j)).compile("(int64,)")

@@ -269,10 +269,11 @@ def test_a_folder_that_is_lost_before_the_first_call_stops_nothing(folder):
     assert kept(folder) == [place]
 
 
-def test_a_write_that_fails_half_way_leaves_nothing(folder, monkeypatch):
+@pytest.mark.parametrize("begun", [False, True])
+def test_a_write_that_fails_leaves_nothing(folder, monkeypatch, begun):
     def full(path, content):
-        with path.open("wb") as file:
-            file.write(content[:100])
+        if begun:
+            path.write_text("half of it")
         raise OSError("no space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", full)
