@@ -8,6 +8,8 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.input_checks import shown
@@ -103,9 +105,10 @@ class Problem:
     @cached_property
     def p0(self) -> Array:
         """Conjugate momentum at t0, dL/dv(q0, v0), shape of v0."""
-        if isinstance(self.system, Lagrangian):
-            return read_only(self.system.momentum(self.v0, self.q0, self.t0))
-        return read_only(self.system.momentum(self.v0))
+        with np.errstate(over="ignore"):  # a run from there says so
+            if isinstance(self.system, Lagrangian):
+                return read_only(self.system.momentum(self.v0, self.q0, self.t0))
+            return read_only(self.system.momentum(self.v0))
 
     def __repr__(self) -> str:
         return f"Problem({self.name or type(self.system).__name__!r}, q0 of shape {self.q0.shape})"

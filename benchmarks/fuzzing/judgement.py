@@ -24,7 +24,13 @@ WRONG = 0.01  # of the energy's scale, above which a run must not be called good
 
 
 def judged(call: Callable[[], Any]) -> str:
-    """``returned`` or ``refused``, or a sentence saying what is wrong with the call's end."""
+    """``returned`` or ``refused``, or a sentence saying what is wrong with the call's end.
+
+    What is asked of a run that failed may be NaN; ``call`` is then a ``functools.partial`` with the
+    run among its keywords.
+    """
+    given = getattr(call, "keywords", {}).values()
+    failed = any(isinstance(one, galvi.Trajectory) and not one.success for one in given)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -33,7 +39,7 @@ def judged(call: Callable[[], Any]) -> str:
         return REFUSED if _is_own(error) else _told(error)
     try:
         with np.errstate(all="ignore"):
-            return _flaw(result) or RETURNED
+            return _flaw(result, failed) or RETURNED
     except Exception as error:
         return f"of the result, {_told(error)}"
 
@@ -62,7 +68,7 @@ def _where(error: Exception) -> str:
     return f"at {Path(inside[-1].filename).relative_to(HERE)}:{inside[-1].lineno}"
 
 
-def _flaw(result: Any) -> str:
+def _flaw(result: Any, of_failed: bool) -> str:
     if isinstance(result, galvi.Trajectory):
         return _flaw_of_run(result)
     if isinstance(result, galvi.Problem):
@@ -74,7 +80,7 @@ def _flaw(result: Any) -> str:
     values = vars(result).values() if dataclasses.is_dataclass(result) else [result]
     for value in values:
         real = isinstance(value, float | np.ndarray) and np.asarray(value).dtype.kind == "f"
-        if real and np.isnan(value).any():
+        if real and np.isnan(value).any() and not of_failed:
             return "nan in the result"
     return ""
 

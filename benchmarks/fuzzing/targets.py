@@ -7,6 +7,7 @@ arguments, with a text that shows them.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -242,7 +243,7 @@ def function(name: str) -> Target:
                 numeric = isinstance(value, float | list) and value
                 value = data.draw(spoilt(value) | ODD if numeric and _is_numeric(value) else ODD)
             given[parameter] = value
-        return lambda: called(**given), shown(name, given)
+        return partial(called, **given), shown(name, given)
 
     return target
 

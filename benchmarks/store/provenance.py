@@ -10,6 +10,9 @@ import sys
 from importlib import metadata
 from pathlib import Path
 
+from llvmlite import binding
+from numba import config
+
 ENGINES = (
     "galvi",
     "numpy",
@@ -40,6 +43,7 @@ def provenance(command: str | None = None) -> dict[str, str]:
         **versions(),
         "platform": f"{platform.system()} {platform.machine()}",
         "cpu": cpu(),
+        "compiled for": compiled_for(),
         "threads": str(os.cpu_count()),
     }
 
@@ -71,6 +75,15 @@ def cpu() -> str:
         lines = []
     models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
     return models[0] if models else platform.processor() or platform.machine()
+
+
+def compiled_for() -> str:
+    """The processor that numba compiles for, as LLVM calls it, with its widest vectors."""
+    named = config.CPU_NAME
+    features = {} if named else binding.get_host_cpu_features()
+    known = {"avx512f": "AVX-512", "avx2": "AVX2", "neon": "NEON"}
+    widest = [text for flag, text in known.items() if features.get(flag)][:1]
+    return ", ".join([named or binding.get_host_cpu_name(), *widest])
 
 
 def _git(*arguments: str) -> str | None:

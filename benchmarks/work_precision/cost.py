@@ -78,12 +78,12 @@ COLUMNS = (
     Column("step", lambda cost: cost.case.step, "step"),
     Column("steps", lambda cost: cost.case.steps),
     Column("solver", _solver, "solver", "text"),
-    Column("iterations_per_step", lambda cost: cost.per_step("iterations"), "iterations a step"),
-    Column("forces_per_step", lambda cost: cost.per_step("force_evaluations"), "forces a step"),
+    Column("iterations_per_step", lambda cost: cost.per_step("iterations"), "iterations per step"),
+    Column("forces_per_step", lambda cost: cost.per_step("force_evaluations"), "forces per step"),
     _count("force_evaluations"),
     _count("hessian_evaluations"),
     _count("linear_solves"),
-    Column("seconds_per_step", _seconds, "time a step", "seconds"),
+    Column("seconds_per_step", _seconds, "time per step", "seconds"),
     Column("status", lambda c: "" if c.run.success else c.run.status, "status", "text"),
 )
 

@@ -13,8 +13,8 @@ from benchmarks.work_precision.targets import Target
 
 MET, MISSED, NOT_RUN = "met", "missed", "not run"
 COLUMNS = (
-    *("problem", "against", "error", "target", "ratio"),
-    *("contender", "galvi", "verdict", "remark", "source"),
+    *("problem", "against", "counted", "error", "target", "ratio"),
+    *("contender", "galvi", "verdict", "remark", "note", "source"),
 )
 
 
@@ -22,15 +22,18 @@ def targets_met(table: pd.DataFrame, targets: Iterable[Target]) -> pd.DataFrame:
     """One row for each target, from the rows of `benchmarks.work_precision.run`.
 
     against    the rival: the first of the target's labels
+    counted    which of galvi's methods count
     error      the target's error, or the rival's smallest; NaN without a run of the rival
     target     least ratio of times; NaN where reaching the error is enough
     ratio      the rival's time over that of the fastest galvi method; 'not reached' where the
                rival's front ends above the error, 'galvi: not reached' where galvi's does
     contender  label of the rival's fastest line at the error; empty when none reaches it
     galvi      the same for galvi
-    verdict    met; missed, also when galvi does not reach the error; 'not reached' when only the
-               rival does not; 'not run' without a run of the rival that has an error and a time
+    verdict    met; missed, also when galvi does not reach the error; where the rival does not,
+               'not reached', or met when there is no ratio to reach; 'not run' without a run of
+               the rival that has an error and a time
     remark     the study's warning about the rival's own error, e.g. a truth hardly more accurate
+    note       what has changed since the target was set
     source     origin of the target
     """
     return pd.DataFrame([_row(table, target) for target in targets], columns=list(COLUMNS))
@@ -43,6 +46,7 @@ def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
     row = {
         "problem": target.problem,
         "against": target.contenders[0],
+        "counted": target.counted,
         "error": error,
         "target": math.nan if target.ratio is None else target.ratio,
         "ratio": math.nan,
@@ -50,6 +54,7 @@ def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
         "galvi": "",
         "verdict": NOT_RUN,
         "remark": "",
+        "note": target.note,
         "source": target.source,
     }
     if theirs.empty:
@@ -65,7 +70,9 @@ def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
     if not ours:
         return row | {"ratio": f"galvi: {NOT_REACHED}", "verdict": MISSED}
     if not rivals:
-        return row | {"ratio": NOT_REACHED, "verdict": NOT_REACHED}
+        return row | {
+            "ratio": NOT_REACHED, "verdict": MET if target.ratio is None else NOT_REACHED
+        }  # fmt: skip
     ratio = float(rivals["seconds"] / ours["seconds"])
     met = target.ratio is None or ratio >= target.ratio
     return row | {"ratio": ratio, "verdict": MET if met else MISSED}

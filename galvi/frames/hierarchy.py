@@ -117,7 +117,8 @@ def about_the_heaviest(problem: Problem) -> Nested:
     gap, speed = q[others] - q[star], v[others] - v[star]
     distance = np.linalg.norm(gap, axis=1)
     whole = masses[star] + masses[others]
-    inverse = 2.0 / distance - np.sum(speed**2, axis=1) / whole
+    with np.errstate(all="ignore"):  # places and speeds that are no orbits come last
+        inverse = 2.0 / distance - np.sum(speed**2, axis=1) / whole
     rank = np.where(inverse > 0.0, 1.0 / np.where(inverse > 0.0, inverse, 1.0), np.inf)
     return star, *(others[k] for k in np.lexsort((distance, rank)))
 

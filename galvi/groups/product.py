@@ -24,13 +24,13 @@ class Product:
     factors: tuple[Group, ...]
 
     def __post_init__(self) -> None:
-        factors = tuple(self.factors) if input_checks.has_items(self.factors) else ()
+        factors = self.factors if isinstance(self.factors, tuple | list) else ()
         if not factors or not all(is_group(factor) for factor in factors):
             raise ValueError(
                 f"factors must be groups such as (galvi.SO3(), galvi.Rn(1)); received "
                 f"{input_checks.shown(self.factors)}."
             )
-        object.__setattr__(self, "factors", factors)
+        object.__setattr__(self, "factors", tuple(factors))
 
     @property
     def dimension(self) -> int:

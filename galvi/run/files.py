@@ -11,6 +11,7 @@ import json
 import os
 import sys
 import tempfile
+import tokenize
 import zipfile
 from dataclasses import fields, is_dataclass
 from decimal import Decimal
@@ -32,7 +33,10 @@ from galvi.trajectory import Trajectory
 VERSION = 2
 KNOWN = ("state", "stages", "solver_state")  # of a run before some of its steps
 WATCHED = ("energies", "passage")  # absent in files of older versions
-UNREADABLE = (KeyError, ValueError, TypeError, AttributeError, EOFError, OSError)
+UNREADABLE = (
+    KeyError, ValueError, TypeError, AttributeError, EOFError, OSError,
+    tokenize.TokenError,  # of an array's header
+)  # fmt: skip
 
 
 def save(run: Trajectory, path: str | os.PathLike[str]) -> None:

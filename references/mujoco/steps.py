@@ -22,6 +22,7 @@ from references.mujoco.states import from_mujoco, to_mujoco
 from references.setting import check_keys, described, fixed_steps
 
 CHUNK = 100_000  # steps between two looks at Ctrl-C
+DEFAULT_STEP = 0.002  # of MuJoCo, s
 
 
 @dataclass(frozen=True, eq=False)

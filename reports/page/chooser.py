@@ -2,53 +2,77 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import pandas as pd
 
+from benchmarks.work_precision.dependable import dependable
+from benchmarks.work_precision.described import described
 from benchmarks.work_precision.fronts import front, seconds_at
-from references.mujoco.steps import MUJOCO_RK4
+from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
 from reports.figures.study_plots.headline import at_step
 from reports.page.grid import Grid, grid
-from reports.tables.fastest_per_error import readable_fastest
-from reports.tables.matched_error import is_ours
-from reports.tables.number_format import TIMES, capital, readable, seconds
+from reports.tables.fastest_per_error import AMONG, readable_fastest
+from reports.tables.matched_error import heading, is_ours
+from reports.tables.number_format import TIMES, readable, seconds
 
+OWN = {"error": "its error", "time": "its time"}
 COLUMNS = ("problem", "error asked", "among")
-DEFAULT_STEP = 0.002  # of MuJoCo, in the problem's unit of time
+GOOD = 1e-8  # an error that most users call small
 
 
 def chooser(fastest: pd.DataFrame) -> Grid | None:
-    """A line for each problem and error: the fastest of all, and the best of galvi and MuJoCo."""
+    """Lines for each problem and error: the fastest of all, of galvi's, and of MuJoCo's."""
     if fastest.empty:
         return None
-    return grid(_lines(fastest), dict.fromkeys(("error", "time"), "number"))
+    return grid(_lines(fastest), dict.fromkeys(("time at that error", *OWN.values()), "number"))
 
 
 def filters(fastest: pd.DataFrame) -> list[tuple[int, str, list[str]]]:
-    """(column, label, values) of each filter."""
+    """(column, label, values) of each filter; errors from large to small."""
     if fastest.empty:
         return []
     table = _lines(fastest)
-    return [(list(table).index(name), name, list(dict.fromkeys(table[name]))) for name in COLUMNS]
+    values = (
+        list(dict.fromkeys(table["problem"])),
+        [heading(error) for error in sorted(set(fastest["asked"]), reverse=True)],
+        [text for name, text in AMONG.items() if (fastest["of"] == name).any()],
+    )
+    return [
+        (list(table).index(name), name, some) for name, some in zip(COLUMNS, values, strict=True)
+    ]
 
 
-def default_steps(runs: pd.DataFrame | None) -> Grid | None:
-    """A line for each problem on which MuJoCo's RK4 was run at steps on both sides of its default.
+@dataclass(frozen=True)
+class DefaultStep:
+    """MuJoCo's RK4 at its default step: the answer in sentences, and a line for each problem."""
 
-    Error and time are interpolated between those two.
-    """
-    lines = []
+    text: str
+    rows: Grid
+
+
+def default_step(runs: pd.DataFrame | None) -> DefaultStep | None:
+    """From the runs on each problem at this step, or at steps on both sides of it, between which
+    error and time are interpolated; None without any."""
+    errors, lines, measured = {}, [], True
     for problem, rows in runs.groupby("problem", sort=False) if runs is not None else ():
         found = at_step(rows, MUJOCO_RK4.name, DEFAULT_STEP)
         if found is None:
             continue
         error, time = found
-        ours = front(rows[rows["contender"].map(is_ours)].assign(contender="galvi"))
+        theirs = rows[rows["contender"] == MUJOCO_RK4.name]
+        measured &= theirs["settings"].eq(f"step={DEFAULT_STEP:g}").any()
+        counted = dependable(rows)
+        ours = front(counted[counted["contender"].map(is_ours)].assign(contender="galvi"))
         best = seconds_at(ours["error"].tolist(), ours["seconds"].tolist(), error)
+        title = described(str(problem)).title
+        errors[title] = error
         lines.append(
             {
-                "problem": capital(str(problem)),
+                "problem": title,
                 "error": readable(error, 2),
-                "of the": str(rows["quantity"].iloc[0]),
+                "quantity": str(rows["quantity"].iloc[0]),
                 "time of MuJoCo's RK4": seconds(time),
                 "galvi's time": seconds(best) or "not reached",
                 "galvi is faster by": f"{readable(time / best, 2)}{TIMES}" if best == best else "",
@@ -57,13 +81,30 @@ def default_steps(runs: pd.DataFrame | None) -> Grid | None:
     if not lines:
         return None
     numbers = ("error", "time of MuJoCo's RK4", "galvi's time", "galvi is faster by")
-    return grid(pd.DataFrame(lines), dict.fromkeys(numbers, "number"))
+    how = "measured" if measured else "interpolated between the neighbouring measured steps"
+    text = f"{_answer(errors)} Errors are those at the end of the comparison's run, {how}."
+    return DefaultStep(text, grid(pd.DataFrame(lines), dict.fromkeys(numbers, "number")))
+
+
+def _answer(errors: Mapping[str, float]) -> str:
+    """Whether a step is good enough, by its errors on each problem."""
+    good, other = (
+        [
+            f"{name} ({readable(error, 2)})"
+            for name, error in errors.items()
+            if (error < GOOD) == is_good
+        ]
+        for is_good in (True, False)
+    )
+    said = [f"Yes, with errors below {heading(GOOD)}, on: {'; '.join(good)}."] if good else []
+    said += [f"Only if its error suffices on: {'; '.join(other)}."] if other else []
+    return " ".join(said)
 
 
 def _lines(fastest: pd.DataFrame) -> pd.DataFrame:
     parts = []
     for problem in fastest["problem"].drop_duplicates():
         table = readable_fastest(fastest, problem)
-        table.insert(0, "problem", capital(str(problem)))
+        table.insert(0, "problem", described(str(problem)).title)
         parts.append(table)
-    return pd.concat(parts, ignore_index=True)
+    return pd.concat(parts, ignore_index=True).rename(columns=OWN)

@@ -10,14 +10,17 @@ import pandas as pd
 
 from benchmarks.checks.bounds import CONTRADICTED, VERDICTS
 from benchmarks.checks.claim import Claim
+from benchmarks.work_precision.described import described
+from benchmarks.work_precision.problem import STOPS
 from reports.figures.drawing import COST_FIGURE, Gallery, slug
 from reports.figures.headlines import HEADLINES
 from reports.figures.picture import Picture
-from reports.page.chooser import chooser, default_steps, filters
+from reports.page.absent import Absent, absent, is_of, peers
+from reports.page.chooser import chooser, default_step, filters
 from reports.page.claim_section import claim_section
 from reports.page.grid import Grid, grid
 from reports.page.motion import motions
-from reports.page.sources import Source, commands, files, statements
+from reports.page.sources import Source, commands, files, statements, without_folder
 from reports.page.topics import claim_groups
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
@@ -26,6 +29,7 @@ from reports.results.section_result import SectionResult
 from reports.results.summary import summary
 from reports.tables.comparison_tables import ComparisonTables
 from reports.tables.cost_table import readable_cost
+from reports.tables.falls import FALLS
 from reports.tables.fastest_per_error import of_mujoco
 from reports.tables.matched_error import fastest_cells, readable_ratios
 from reports.tables.mujoco_overhead import mujoco_overhead
@@ -35,6 +39,8 @@ from reports.tables.study_table import without_common
 from reports.tables.summary_sentences import summary_sentences
 from reports.tables.targets_table import QUICK, TEXT, readable_targets
 from reports.tables.targets_table import summary as targets_summary
+
+TIMES = "work_precision.csv"
 
 
 @dataclass(frozen=True)
@@ -70,6 +76,7 @@ class ComparisonSection:
 
     anchor: str
     title: str
+    text: str
     picture: Picture | None
     reference: str
     ratios: Grid
@@ -102,30 +109,42 @@ def content(
     history   the kept benches, as `reports.tracking` shows them; None without any
     """
     seen = summary(checked)
+    origin = origins.get(TIMES, provenance)
+    lacking = absent(origin, comparison.work_precision, tables.targets, seen.rows)
     run = {one.claim.id for one in checked}
     claims = [claim_section(one, gallery) for one in checked]
     fallen = {row.id for row in seen.rows if row.verdict == CONTRADICTED}
     runs = comparison.work_precision
     return {
         "summary": str(seen),
+        "headline": seen.headline,
+        "peers": peers(origin),
+        "absent": lacking,
         "differing": seen.differing,
         "left_out": [claim.id for claim in known if claim.id not in run],
         "kept": kept,
-        "fallen": [one.claim for one in claims if one.claim.id in fallen],
+        "fallen": [
+            (one.claim.id, capital(FALLS.get(one.claim.id, one.claim.title)))
+            for one in claims
+            if one.claim.id in fallen
+        ],
         "summary_sentences": summary_sentences(tables.ratios) if len(tables.ratios) else [],
         "measured": statements(measured),
         "verdicts": VERDICTS,
         "claims": claims,
         "timed": any(number_known(one.seconds) for one in claims),
         "claim_groups": claim_groups(claims),
+        "claim_ids": sorted((one.claim.id for one in claims), key=_by_number),
         "motions": motions(checked),
         "headlines": [
             gallery.pictures[one.name] for one in HEADLINES if one.name in gallery.pictures
         ],
-        "default_steps": default_steps(runs),
+        "default_step": default_step(runs),
         "chooser": chooser(tables.fastest),
         "chooser_filters": filters(tables.fastest),
-        "comparisons": _comparisons(comparison, tables, gallery),
+        "comparisons": _comparisons(comparison, tables, gallery, lacking),
+        "net_timed": [one.title for one in map(described, _compared(runs)) if one.net_time],
+        "stops": [f"{stop:.0e}" for stop in STOPS],
         "targets": _targets(tables.targets, quick),
         "cost": None if comparison.cost is None else grid(*readable_cost(comparison.cost)),
         "cost_picture": gallery.pictures.get(COST_FIGURE.name),
@@ -133,10 +152,22 @@ def content(
         "studies_left_out": [_left_out(one) for one in sections if one.frame is None],
         "failures": comparison.failures,
         "history": history,
-        "provenance": list(provenance.items()),
+        "provenance": [
+            (name, without_folder(text) if name == "command" else text)
+            for name, text in provenance.items()
+        ],
         "origins": files(origins, provenance),
         "reproduce": commands(measured),
     }
+
+
+def _by_number(id: str) -> tuple[int, int]:
+    """V before L before A, each by number."""
+    return "VLA".find(id[:1]), int("".join(filter(str.isdigit, id)) or 0)
+
+
+def _compared(runs: pd.DataFrame | None) -> list[str]:
+    return [] if runs is None else [str(name) for name in runs["problem"].drop_duplicates()]
 
 
 def _study(one: SectionResult, frame: pd.DataFrame, gallery: Gallery) -> StudySection:
@@ -172,7 +203,10 @@ def _targets(frame: pd.DataFrame, quick: bool) -> TargetsSection | None:
 
 
 def _comparisons(
-    comparison: Comparison, tables: ComparisonTables, gallery: Gallery
+    comparison: Comparison,
+    tables: ComparisonTables,
+    gallery: Gallery,
+    lacking: Sequence[Absent],
 ) -> list[ComparisonSection]:
     if comparison.work_precision is None:
         return []
@@ -184,7 +218,8 @@ def _comparisons(
         sections.append(
             ComparisonSection(
                 anchor=slug(name),
-                title=capital(name),
+                title=described(name).title,
+                text=described(name).text,
                 picture=gallery.pictures.get(slug(name)),
                 reference="; ".join(dict.fromkeys(runs.get("reference", []))),
                 ratios=grid(
@@ -198,6 +233,7 @@ def _comparisons(
                 remarks=tuple(
                     f"{row['contender']}, {row['settings']}: {row['status']}"
                     for _, row in noted.iterrows()
+                    if not any(is_of(one.name, row["contender"]) for one in lacking)
                 ),
             )
         )

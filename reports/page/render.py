@@ -61,7 +61,7 @@ def render(
     contents  (anchor, title, level) of the page's contents
     single    self-contained: figures, style and script are embedded
     """
-    heading = "galvi: what the papers claim, and what was measured"
+    heading = "galvi: high-order variational integrators, checked and timed"
     if not single and parts[0].name != PARTS[0].name:
         heading = f"{parts[0].title}, galvi"
     environment = page_environment(single=single)
@@ -85,11 +85,10 @@ def page_environment(folder: Path | None = None, single: bool = True) -> Environ
         keep_trailing_newline=True,
     )
     environment.filters.update(
-        in_minutes=in_minutes,
         measured=_measured,
-        minutes=minutes,
         readable=readable,
         seconds=seconds,
+        spent=spent,
         typeset=typeset,
     )
     environment.globals.update(
@@ -118,14 +117,11 @@ def data_uri(picture: Picture) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
 
 
-def in_minutes(number: Any) -> str:
-    """A time in seconds as minutes, rounded up to a tenth; "" when unknown."""
-    return f"{max(0.1, 0.1 * -(-number // 6.0)):.1f}" if known(number) else ""
-
-
-def minutes(number: Any) -> str:
-    """E.g. "about 0.3 minutes"; "" when unknown."""
-    return f"about {in_minutes(number)} minutes" if known(number) else ""
+def spent(number: Any) -> str:
+    """A time in seconds with two digits, as minutes from two on; "" when unknown."""
+    if known(number) and number >= 120.0:
+        return f"{readable(number / 60.0, 2)} min"
+    return f"{readable(number, 2)} s" if known(number) else ""
 
 
 def _between(part: str, anchor: str = "") -> str:

@@ -41,10 +41,11 @@ def contents(part: Part, content: dict[str, Any]) -> Iterator[Entry]:
             ("results", "The result in two figures", 2),
             *(
                 (("default-step", "MuJoCo's RK4 at its default step", 3),)
-                if content["default_steps"]
+                if content["default_step"]
                 else ()
             ),
             ("choose", "Which integrator for my error?", 2),
+            *((("fastest", "Who is fastest", 3),) if content["summary_sentences"] else ()),
             ("verdicts", "What the papers claim", 2),
         )
     elif part.name == "claims":

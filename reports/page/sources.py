@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -84,7 +85,7 @@ def commands(found: Sequence[Source]) -> str:
     by_commit: dict[str, list[str]] = {}
     for origin in (one for source in found for one in source.origins):
         listed = by_commit.setdefault(short(origin.get("commit") or "unknown"), [])
-        command = origin.get("command", "")
+        command = without_folder(origin.get("command", ""))
         listed += [command] if command and command not in listed else []
     lines = []
     for commit, listed in by_commit.items():
@@ -92,6 +93,11 @@ def commands(found: Sequence[Source]) -> str:
         lines += [f"git checkout {hash_}{f'  # {changed}' if changed else ''}"]
         lines += ["make install", ". .venv/bin/activate", *listed]
     return "\n".join(lines)
+
+
+def without_folder(command: str) -> str:
+    """A command without `--out`: it writes to reports/out."""
+    return re.sub(r""" --out(?:=| +)(?:'[^']*'|"[^"]*"|\S+)""", "", command)
 
 
 def files(origins: Mapping[str, Mapping[str, str]], shown: Mapping[str, str]) -> Grid | None:
@@ -106,10 +112,10 @@ def files(origins: Mapping[str, Mapping[str, str]], shown: Mapping[str, str]) ->
         lines.append(
             {
                 "file": file,
-                "date": one.get("date", ""),
+                "written": one.get("date", ""),
                 "commit": short(one.get("commit") or "unknown"),
                 "setting": one.get("setting", ""),
-                "command": one.get("command", ""),
+                "command": without_folder(one.get("command", "")),
                 "what differs from above": "; ".join(other),
             }
         )

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from benchmarks.checks.bounds import NOT_RUN, VERDICTS
+from benchmarks.checks.bounds import CONTRADICTED, EXCEEDS, FINDING, NOT_RUN, VERDICTS
 from benchmarks.checks.claim import Row
 from benchmarks.claims.agreement import SOURCE
 from reports.results.claim_results import ClaimResult
@@ -26,6 +26,23 @@ class Summary:
         return tuple(row for row in self.rows if row.verdict != row.expected)
 
     @property
+    def headline(self) -> str:
+        """How many claims of the papers stand, and which do not, in one sentence."""
+        claims: dict[str, set[str]] = {}
+        for row in self.rows:
+            if row.source != SOURCE:
+                claims.setdefault(row.id, set()).add(row.verdict)
+        fallen = [name for name, seen in claims.items() if CONTRADICTED in seen]
+        unknown = [name for name, seen in claims.items() if seen == {NOT_RUN}]
+        stand = len(claims) - len(fallen) - len(unknown)
+        said = [f"{stand} {'stands' if stand == 1 else 'stand'}"]
+        said += [f"{_containing(len(fallen))} ({', '.join(fallen)})"] if fallen else []
+        said += (
+            [f"{len(unknown)} {'was' if len(unknown) == 1 else 'were'} not run"] if unknown else []
+        )
+        return f"Of {many(len(claims), 'claim')}, {'; '.join(said)}." if claims else ""
+
+    @property
     def as_expected(self) -> bool:
         """Whether something was measured and every verdict is as expected."""
         return any(row.verdict != NOT_RUN for row in self.rows) and not self.differing
@@ -34,12 +51,12 @@ class Summary:
         agreements = {row.id for row in self.rows if row.source == SOURCE}
         claims = {row.id for row in self.rows} - agreements
         kinds = ((len(claims), "claim"), (len(agreements), "agreement"))
-        of = " and ".join(_many(count, noun) for count, noun in kinds if count)
+        of = " and ".join(many(count, noun) for count, noun in kinds if count)
         counts = Counter(row.verdict for row in self.rows)
-        counted = ", ".join(f"{counts[v]} {v}" for v in VERDICTS if counts[v])
+        counted = ", ".join(_counted(counts[word], word) for word in VERDICTS if counts[word])
         if not self.rows:
             return "No claim was checked."
-        checks = f"{of} in {_many(len(self.rows), 'check')}: {counted}"
+        checks = f"{of} in {many(len(self.rows), 'check')}: {counted}"
         if counts[NOT_RUN] == len(self.rows):
             return f"{checks}; nothing was measured."
         if not self.differing:
@@ -54,5 +71,16 @@ def summary(checked: Sequence[ClaimResult]) -> Summary:
     return Summary(tuple(row for one in checked for row in one.rows))
 
 
-def _many(count: int, noun: str) -> str:
+def many(count: int, noun: str) -> str:
+    """E.g. "1 claim", "2 claims"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _counted(count: int, verdict: str) -> str:
+    if verdict == EXCEEDS:
+        return f"{count} exceeded"
+    return many(count, verdict) if verdict == FINDING else f"{count} {verdict}"
+
+
+def _containing(count: int) -> str:
+    return f"{count} contain{'s' if count == 1 else ''} a contradicted statement"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.targets import Target
 from benchmarks.work_precision.targets_met import targets_met
 from reports.tables.fastest_per_error import fastest_per_error
@@ -21,7 +22,7 @@ class ComparisonTables:
     """Empty frames where nothing was compared.
 
     ratios    times at matched errors
-    fastest   the fastest run for each error
+    fastest   the fastest code for each error, and its run
     smallest  times at the smallest error of each contender
     targets   targets with the measured ratios
     """
@@ -36,6 +37,7 @@ def comparison_tables(runs: pd.DataFrame | None, targets: Sequence[Target]) -> C
     """The tables of the rows of `benchmarks.work_precision.run`; `runs` is None if that raised."""
     if runs is None or runs.empty:
         return ComparisonTables(*(pd.DataFrame() for _ in range(4)))
+    runs = dependable(runs)
     return ComparisonTables(
         matched(runs), fastest_per_error(runs), smallest(runs), targets_met(runs, targets)
     )

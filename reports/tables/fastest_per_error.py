@@ -1,65 +1,61 @@
-"""The fastest contender and setting for each error, among the measured runs."""
+"""The fastest contender for each error, and its setting that reaches it."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import pandas as pd
 
-from benchmarks.work_precision.fronts import TRUTH
+from benchmarks.work_precision.described import described
+from benchmarks.work_precision.fronts import OURS as BEST
+from benchmarks.work_precision.fronts import TRUTH, ratios
 from reports.tables.matched_error import errors_of, heading, is_ours
 from reports.tables.number_format import known, readable, seconds
 
 NOBODY = "not reached"
 ALL, OURS, ENGINE = "all", "galvi", "MuJoCo"  # groups of contenders
+CHOICE = ("contender", "settings", "error", "seconds", "at_asked")
+PASSES = " passes"  # ends the label of a frame with fewer passes than converge
 AMONG = {ALL: ALL, OURS: "galvi's", ENGINE: "MuJoCo's"}
 
 
 def fastest_per_error(frame: pd.DataFrame, errors: Sequence[float] | None = None) -> pd.DataFrame:
-    """For each problem and error: the fastest run of all, of galvi's, and, where they took part,
-    of MuJoCo's integrators.
+    """For each problem and error: the fastest contender of all, of galvi's, and, where they took
+    part, of MuJoCo's integrators, by their times at that error as in `fronts.ratios`.
 
     A run that is the reference of the others counts as reaching every error; its own is unknown.
     Without `errors`, those at which the problem's contenders are compared.
 
-    Columns problem, asked, of ("all", "galvi" or "MuJoCo"), contender, settings, error, seconds.
+    Columns problem, asked, of ("all", "galvi" or "MuJoCo"), contender, settings, error, seconds,
+    at_asked: its fastest run that reaches the error, and its time at the error itself.
     """
     rows = []
     for problem, runs in frame.groupby("problem", sort=False):
         groups = {ALL: runs, OURS: _of(runs, is_ours), ENGINE: _of(runs, _is_mujoco)}
         if not groups[ENGINE]["seconds"].notna().any():
             del groups[ENGINE]
-        for asked in errors_of(runs) if errors is None else errors:
-            for of, among in groups.items():
-                reached = (among["error"] <= asked) | (among["status"] == TRUTH)
-                good = among[reached & (among["seconds"] > 0)]
-                best = good.loc[good["seconds"].idxmin()] if len(good) else {}
-                rows.append(
-                    {
-                        "problem": problem,
-                        "asked": asked,
-                        "of": of,
-                        "contender": best.get("contender", NOBODY),
-                        "settings": best.get("settings", ""),
-                        "error": best.get("error", float("nan")),
-                        "seconds": best.get("seconds", float("nan")),
-                    }
-                )
-    columns = ["problem", "asked", "of", "contender", "settings", "error", "seconds"]
-    return pd.DataFrame(rows, columns=columns)
+        asked = errors_of(runs) if errors is None else errors
+        times = {of: ratios(among, asked) for of, among in groups.items()}
+        rows += [
+            {"problem": problem, "asked": error, "of": of}
+            | _fastest(groups[of], times[of][times[of]["error"] == error], error)
+            for error in asked
+            for of in groups
+        ]
+    return pd.DataFrame(rows, columns=["problem", "asked", "of", *CHOICE])
 
 
 def readable_fastest(table: pd.DataFrame, problem: str) -> pd.DataFrame:
-    """The rows of one problem as text: a line for each error, and further lines for the best of
-    galvi and of MuJoCo where another code is faster.
+    """The rows of one problem as text: for each error a line for each choice, with those among
+    whom it is the fastest, e.g. "all, galvi's".
     """
     lines = []
     rows = table[table["problem"] == problem]
-    for asked, chosen in rows.groupby("asked", sort=False):
-        first = chosen[chosen["of"] == ALL].iloc[0]
-        for _, row in chosen.iterrows():
-            if row["of"] == ALL or row["contender"] != first["contender"]:
-                lines.append(_line(heading(asked), AMONG[row["of"]], row))
+    for (asked, _), chosen in rows.groupby(["asked", "contender"], sort=False):
+        among = ", ".join(AMONG[of] for of in chosen["of"])
+        lines.append(_line(heading(asked), among, chosen.iloc[0]))
     return pd.DataFrame(lines)
 
 
@@ -78,6 +74,20 @@ def of_mujoco(table: pd.DataFrame, problem: str) -> str:
     return f"Of MuJoCo's integrators, the fastest at an error: {'; '.join(said)}."
 
 
+def _fastest(runs: pd.DataFrame, times: pd.DataFrame, asked: float) -> dict[str, Any]:
+    """The CHOICE among these runs of one problem, with their times at this error."""
+    times = times[(times["contender"] != BEST) & times["seconds"].notna()]
+    if times.empty:
+        return dict.fromkeys(CHOICE, float("nan")) | {"contender": NOBODY, "settings": ""}
+    first = times.loc[times["seconds"].idxmin()]
+    mine = runs[(runs["contender"] == first["contender"]) & (runs["seconds"] > 0)]
+    good = mine[mine["error"] <= asked]
+    good = good if len(good) else mine[mine["status"] == TRUTH]
+    run = good.loc[good["seconds"].idxmin()]
+    own = run.get("measured", run["error"])
+    return {**run[["contender", "settings", "seconds"]], "error": own, "at_asked": first["seconds"]}
+
+
 def _of(runs: pd.DataFrame, belongs: Callable[[str], bool]) -> pd.DataFrame:
     return runs[runs["contender"].map(belongs)]
 
@@ -91,7 +101,16 @@ def _line(asked: str, what: str, row: pd.Series) -> dict[str, str]:
         "error asked": asked,
         "among": what,
         "contender": row["contender"],
-        "setting": row["settings"],
+        "time at that error": seconds(row["at_asked"]),
+        "setting": _setting(row),
         "error": readable(row["error"], 2) or (TRUTH if known(row["seconds"]) else ""),
         "time": seconds(row["seconds"]),
     }
+
+
+def _setting(row: pd.Series) -> str:
+    """With the unit of a step, and whether galvi's iteration ends before it has converged."""
+    text, unit = str(row["settings"]), described(row["problem"]).time
+    text = re.sub(r"(\bstep=\S+)", rf"\1 {unit}", text) if unit else text
+    early = is_ours(row["contender"]) and ("tolerance=" in text or PASSES in row["contender"])
+    return f"{text} (stopped early)" if early else text

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import pandas as pd
 
+from benchmarks.work_precision.dependable import resolution
 from benchmarks.work_precision.fronts import NOT_REACHED, OURS, at_smallest, ratios
 from benchmarks.work_precision.problem import ATTITUDE
 from reports.tables.number_format import TIMES, known, readable, seconds
 
-ERRORS = (1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 5e-11)
-OF_ATTITUDES = (1e-2, 1e-4, 7e-6, 1e-8, 1e-10, 2e-11, 1e-11, 1e-12, 1e-13)
+ERRORS = (1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 5e-11, 1e-11, 1e-12)
+OF_ATTITUDES = (1e-2, 1e-4, 7e-6, 1e-6, 1e-8, 1e-9, 1e-10, 2e-11, 1e-11, 1e-12, 1e-13)
 SMALLEST = "its smallest error"
 OURS_BEGIN = "galvi"
 
@@ -20,8 +21,11 @@ def is_ours(contender: str) -> bool:
 
 
 def errors_of(runs: pd.DataFrame) -> tuple[float, ...]:
-    """The errors at which one problem's contenders are compared, by the quantity that has them."""
-    return OF_ATTITUDES if (runs["quantity"] == ATTITUDE).all() else ERRORS
+    """The errors at which one problem's contenders are compared, by the quantity that has them;
+    none that its truth cannot tell."""
+    errors = OF_ATTITUDES if (runs["quantity"] == ATTITUDE).all() else ERRORS
+    least = resolution(runs)
+    return tuple(error for error in errors if error >= least)
 
 
 def matched(frame: pd.DataFrame) -> pd.DataFrame:
@@ -39,17 +43,20 @@ def smallest(frame: pd.DataFrame) -> pd.DataFrame:
 def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd.DataFrame:
     """A line for each contender, a column for each error: ratio and time, or "not reached".
 
-    The last column, from `smallest`, is at the contender's own smallest error.
+    A time of the run that is the reference is marked, as its error is unknown. The last column,
+    from `smallest`, is at the contender's own smallest error.
     """
     rows = table[table["problem"] == problem]
     own = ends[ends["problem"] == problem].set_index("contender") if len(ends) else ends
     lines = []
     for contender, times in rows.groupby("contender", sort=False):
         line = {"contender": contender}
+        end = own.loc[contender] if contender in own.index else None
         for _, seen in times.iterrows():
-            line[heading(seen["error"])] = _cell(seen, str(contender))
-        if contender in own.index:
-            end = own.loc[contender]
+            unknown = known(seen["seconds"]) and (end is None or end["error"] > seen["error"])
+            said = _cell(seen, str(contender))
+            line[heading(seen["error"])] = f"reference: {said}" if unknown else said
+        if end is not None:
             line[SMALLEST] = f"{readable(end['error'], 2)}: {_cell(end, str(contender))}"
         lines.append(line)
     return pd.DataFrame(lines).fillna("")

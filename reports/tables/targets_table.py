@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import pandas as pd
 
-from reports.tables.number_format import TIMES, capital, known, readable
+from benchmarks.work_precision.described import described
+from benchmarks.work_precision.fronts import NOT_REACHED
+from benchmarks.work_precision.targets_met import MET
+from reports.tables.number_format import TIMES, known, readable
 
-HEADINGS = ("problem", "against", "error", "target", "measured", "verdict", "fastest of each")
+OF_GALVI = "of galvi"
+HEADINGS = (
+    *("problem", "against", OF_GALVI, "error", "target", "measured", "verdict"),
+    "fastest of each",
+)
 REMARK = "remark"
+ALONE = "by galvi alone"  # reached
 NUMBERS = ("error", "target", "measured")
 TEXT = (
     "Time of another code relative to the fastest galvi method at the same error of the position "
     "or attitude, compared with targets set before any measurement. The fastest setting of each "
-    "code counts; a target is also missed when galvi does not reach the error."
+    "code counts, and of galvi those methods that the target names; a target is also missed when "
+    "galvi does not reach the error."
 )
 QUICK = "These are runs of the quick setting, shorter than those the targets were set for."
 
@@ -24,19 +33,25 @@ def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]
     """
     lines = [
         {
-            "problem": capital(row["problem"]),
+            "problem": described(row["problem"]).title,
             "against": row["against"],
+            OF_GALVI: row["counted"],
             "error": readable(row["error"], 2),
             "target": _target(row["target"]),
-            "measured": _times(row["ratio"], 3) or str(row["verdict"]),
+            "measured": ALONE
+            if (row["ratio"], row["verdict"]) == (NOT_REACHED, MET)
+            else _times(row["ratio"], 3) or str(row["verdict"]),
             "verdict": row["verdict"],
             "fastest of each": " / ".join(filter(None, (row["galvi"], row["contender"]))),
         }
         for _, row in frame.iterrows()
     ]
     shown = pd.DataFrame(lines, columns=list(HEADINGS))
-    if (frame["remark"] != "").any():
-        shown[REMARK] = list(frame["remark"])
+    remarks = [
+        " ".join(filter(None, pair)) for pair in zip(frame["remark"], frame["note"], strict=True)
+    ]
+    if any(remarks):
+        shown[REMARK] = remarks
     return shown, dict.fromkeys(NUMBERS, "number")
 
 
@@ -53,10 +68,13 @@ def _sources(asked: list[str]) -> str:
 
 def _target(ratio: float) -> str:
     """The target as text; without a ratio, the error is to be reached."""
-    return f"at least {_times(ratio)}" if known(ratio) else "reached"
+    if not known(ratio):
+        return "reached"
+    digits = 2 if float(f"{ratio:.2g}") == ratio else 3
+    return f"at least {_times(ratio, digits)}"
 
 
-def _times(ratio: float | str, digits: int = 2) -> str:
+def _times(ratio: float | str, digits: int) -> str:
     """A ratio as text, e.g. 18×; texts are unchanged; "" when unknown."""
     if isinstance(ratio, str):
         return ratio

@@ -10,7 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.work_precision.dependable import dependable, resolution
 from benchmarks.work_precision.fronts import (
+    BOUND,
     NOT_REACHED,
     OURS,
     TRUTH,
@@ -96,9 +98,37 @@ def test_each_contender_is_asked_for_the_smallest_error_that_it_reaches() -> Non
     assert at_smallest(table({"galvi": [(math.nan, 1.0)]})).empty
 
 
+def test_one_lucky_end_does_not_count_and_growing_round_off_is_not_held_against_coarser_steps():
+    errors = {8.0: 1e-4, 4.0: 1e-13, 2.0: 1e-9, 1.0: 2e-13, 0.5: 1e-13, 0.25: 3e-13}
+    rows = table({"a": [(error, 1.0 / step) for step, error in errors.items()]})
+    rows["settings"] = [f"kernel=LAZY step={step:g}" for step in errors]
+    rows.loc[6] = dict(rows.loc[5]) | {"settings": "kernel=OTHER step=0.1", "error": 1.0}
+    found = dependable(rows)
+    assert list(found["error"]) == [1e-4, 1e-9, 1e-9, 2e-13, 3e-13, 3e-13, 1.0]
+    assert list(found["measured"]) == [*errors.values(), 1.0]
+    assert list(dependable(rows.sample(frac=1, random_state=1)).sort_index()["error"]) == list(
+        found["error"]
+    )
+    failed = dependable(rows.assign(error=rows["error"].mask(rows["settings"].str.contains("=2$"))))
+    assert failed.loc[1, "error"] == 2e-13 and math.isnan(failed.loc[2, "error"])
+
+
+def test_no_run_counts_as_better_than_what_the_truth_can_tell():
+    rows = table({"galvi": [(1e-9, 1.0), (1e-11, 2.0)], "peer": [(2e-10, 1.0), (5e-10, 1.0)]})
+    rows["settings"] = ["step=2", "step=1", "tolerance=1e-9", "tolerance=1e-6"]
+    assert resolution(rows) == 0.0
+    rows.loc[[1, 2], "status"] = f"{BOUND} And more."
+    found = dependable(rows)
+    assert resolution(rows) == resolution(found) == 2e-10
+    assert list(found["error"]) == [1e-9, 2e-10, 2e-10, 5e-10]
+
+
 def test_a_run_that_failed_has_no_place_and_the_truth_stands_beside_the_front() -> None:
     rows = table({"galvi": [(1e-2, 1.0), (math.nan, 0.1)], "truth": [(math.nan, 7.0)]})
     rows.loc[rows["contender"] == "truth", "status"] = TRUTH
     assert len(front(rows)) == 1
     found = ratios(rows, [1e-1]).set_index("contender")
     assert found.loc["truth", "ratio"] == pytest.approx(7.0)
+    rows.loc[len(rows)] = dict(rows.loc[0]) | {"contender": "truth", "error": 1e-3, "seconds": 2.0}
+    own = ratios(rows, [1e-1, 1e-4]).set_index(["contender", "error"])["seconds"]
+    assert own["truth", 1e-1] == 2.0 and own["truth", 1e-4] == 7.0

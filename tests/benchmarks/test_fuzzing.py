@@ -6,6 +6,7 @@ import os
 import time
 import warnings
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -62,6 +63,9 @@ def test_a_planted_fault_of_a_run_is_seen(run):
     assert "energy from" in judged(lambda: replace(run, q=changed))
     assert "no sentence" in judged(lambda: replace(run, status="ok"))
     assert "no failed step" in judged(lambda: replace(run, success=False))
+    stopped = replace(run, q=np.full_like(changed, np.nan), success=False)
+    for one, end in ((run, "nan in the result"), (stopped, "returned")):
+        assert judged(partial(lambda run: np.array([np.nan]), run=one)) == end
 
 
 def found(monkeypatch, target, **options):

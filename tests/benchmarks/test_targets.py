@@ -8,7 +8,9 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from benchmarks.work_precision.described import DESCRIBED, described
 from benchmarks.work_precision.fronts import NOT_REACHED
+from benchmarks.work_precision.problem import WorkPrecisionProblem
 from benchmarks.work_precision.problems import work_precision_problems
 from benchmarks.work_precision.targets import FRAMES, ORBITS, TARGETS, TURNS, VECTORS, Target
 from benchmarks.work_precision.targets_met import COLUMNS, MET, MISSED, NOT_RUN, targets_met
@@ -102,12 +104,15 @@ def test_only_galvi_s_lines_that_a_target_names_count_and_a_rival_may_be_galvi_s
     assert list(found["ratio"]) == pytest.approx([8.0, 4.0, 6.0, 3.0])
     assert list(found["verdict"]) == [MET, MISSED, MET, MISSED]
     assert list(found["galvi"]) == [GALVI, other, GALVI, other]
+    assert list(found["counted"]) == ["any", "degree 8, Gauss 9"] * 2
 
 
 def test_a_peer_s_own_error_is_reached_or_missed_at_a_ratio() -> None:
     reached = judged({GALVI: OURS, PEER: [(1e-7, 3.0), (1e-4, 1.0)]}, None, None)
     assert (reached["error"], reached["verdict"]) == (1e-7, MET)
     assert reached["ratio"] == pytest.approx(3.0) and math.isnan(reached["target"])
+    alone = judged({GALVI: OURS, PEER: [(1e-5, 3.0)]}, 1e-7, None)
+    assert (alone["ratio"], alone["verdict"]) == (NOT_REACHED, MET)
     missed = judged({GALVI: OURS, PEER: [(1e-9, 3.0)]}, None, None)
     assert (missed["ratio"], missed["verdict"]) == (f"galvi: {NOT_REACHED}", MISSED)
 
@@ -125,15 +130,21 @@ def test_another_problem_s_rows_do_not_count() -> None:
     assert targets_met(table, ()).empty
 
 
+@pytest.fixture(scope="module")
+def cases() -> tuple[WorkPrecisionProblem, ...]:
+    return work_precision_problems(False)
+
+
 @pytest.mark.parametrize("quick", [True, False])
-def test_every_target_names_contenders_that_take_part(quick: bool) -> None:
+def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> None:
     known = {
         case.problem.name: {label for label, _, _ in case.participants}
-        for case in work_precision_problems(quick)
+        for case in (work_precision_problems(True) if quick else cases)
     }
     for target in TARGETS:
         assert {*target.contenders, *target.ours} <= known[target.problem]
         assert target.ratio is None or target.ratio > 0.0
+        assert (target.note != "") == ("general kernel" in target.contenders[0])
     asked = [(one.problem, one.contenders[0], one.ours, one.error) for one in TARGETS]
     assert len(set(asked)) == len(asked)
     for target in TARGETS:  # of orbits and rotations, the rival's own error too
@@ -142,3 +153,13 @@ def test_every_target_names_contenders_that_take_part(quick: bool) -> None:
         }
     assert {target.source for target in TARGETS} == {FRAMES, ORBITS, TURNS, VECTORS}
     assert "N bodies" in ORBITS and "rigid bodies" in TURNS
+
+
+def test_readers_are_told_what_every_problem_is(cases) -> None:
+    assert [case.problem.name for case in cases] == list(DESCRIBED)
+    for case in cases:
+        seen = described(case.problem.name)
+        assert seen.text.endswith(".") and seen.net_time == case.net_time
+        assert (seen.time == "") == (case.problem.units.split(",")[0] not in ("au", "m", "kg"))
+    assert len({one.title for one in DESCRIBED.values()}) == len(DESCRIBED)
+    assert described("my own") == ("My own", "", "", False)

@@ -6,6 +6,7 @@ import pickle
 import numba
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import galvi
 
@@ -139,7 +140,9 @@ def test_damaged_files_are_refused_in_one_sentence(tmp_path):
     path = tmp_path / "run.npz"
     galvi.save(galvi.integrate(KEPLER, EIGHT, 0.1, 3), path)
     whole = path.read_bytes()
-    for damaged in (whole[: len(whole) // 2], b"", b"PK"):
+    unclosed = whole.replace(b"), }", b"(, }")  # in the headers of arrays
+    assert unclosed != whole
+    for damaged in (whole[: len(whole) // 2], b"", b"PK", unclosed):
         path.write_bytes(damaged)
         with pytest.raises(ValueError, match=r"must be a run written by galvi\.save"):
             galvi.load(path)
@@ -183,6 +186,12 @@ def test_damaged_files_are_refused_in_one_sentence(tmp_path):
         (lambda: galvi.resume(5, 3), ValueError, "only a run of galvi"),
         (lambda: galvi.save(5, "x"), ValueError, "only a run of galvi"),
         (lambda: galvi.energy(5), TypeError, r"run must be a galvi\.Trajectory"),
+        (lambda: galvi.Product(Rotation.identity()), ValueError, "factors must be groups"),
+        (
+            lambda: galvi.Problem(galvi.NBody([1, 1]), [[0, 0], [1e-200, 0]], np.zeros((2, 2))),
+            ValueError,
+            "received bodies 0 and 1 at the same point",
+        ),
         (
             lambda: galvi.integrate(
                 galvi.Problem(KEPLER.system, KEPLER.q0, KEPLER.v0, t0=1e17), EIGHT, 0.1, 3
@@ -223,6 +232,20 @@ def test_damaged_files_are_refused_in_one_sentence(tmp_path):
 def test_what_once_gave_a_stack_trace_gives_a_sentence(call, error, sentence):
     with pytest.raises(error, match=sentence):
         call()
+
+
+@pytest.mark.parametrize("name", ["free_rigid_body", "free_body_se3"])
+def test_a_momentum_that_overflows_is_a_status(name):
+    start = getattr(galvi.problems, name)()
+    fast = start.with_initial_state(start.q0, np.full(start.v0.shape, 1e308))
+    run = galvi.integrate(fast, EIGHT, 0.1, 1)
+    assert not run.success and "velocities above 1e100 overflow" in run.status
+
+
+@pytest.mark.parametrize("name", ["kepler", "outer_solar_system", "free_rigid_body", "heavy_top"])
+def test_at_no_times_there_is_no_energy(name):
+    run = galvi.integrate(getattr(galvi.problems, name)(), EIGHT, 0.01, 2)
+    assert galvi.energy(run, []).shape == (0,) and run([]).shape == (0, *run.q.shape[1:])
 
 
 def test_a_rule_of_many_points_costs_no_more_than_its_points():

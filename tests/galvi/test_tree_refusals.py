@@ -107,7 +107,8 @@ LINK = galvi.Link(HINGE, 1.0, (0.0, 0.0, -1.0))
     ("make", "error", "sentence"),
     [
         (lambda: galvi.Joint("screw"), ValueError, "type must be one of hinge, slide, ball, free"),
-        (lambda: galvi.Joint("hinge", axis=(0, 0, 0)), ValueError, "axis must not be zero"),
+        (lambda: galvi.Joint("hinge", axis=(0, 0, 0)), ValueError, "axis must have a length"),
+        (lambda: galvi.Joint("slide", axis=(1e300, 2, 0)), ValueError, "axis must have a length"),
         (lambda: galvi.Joint("hinge", damping=-1.0), ValueError, "damping must not be negative"),
         (lambda: galvi.Joint("ball", zero=1.0), ValueError, "zero is of a hinge or a slide"),
         (lambda: galvi.Joint("ball", rest=2.0), ValueError, r"rest must have shape \(3, 3\)"),

@@ -7,8 +7,10 @@ import pandas as pd
 
 from benchmarks.work_precision.problem import ATTITUDE, POSITION
 from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
+from references.mujoco.steps import DEFAULT_STEP
 from reports.figures.drawing import comparison_figure
 from reports.figures.picture import picture
+from reports.page.chooser import default_step
 from reports.tables.fastest_per_error import fastest_per_error, of_mujoco, readable_fastest
 from reports.tables.matched_error import ERRORS, OF_ATTITUDES, errors_of, matched
 from reports.tables.mujoco_overhead import ENGINE, mujoco_overhead
@@ -67,9 +69,23 @@ def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence() -> None:
     other = of_mujoco(fastest_per_error(runs(slower=7e4)), "body")
     assert "MuJoCo Euler for 0.01; MuJoCo RK4 for 10⁻⁴" in other
     lines = readable_fastest(table, "body")
-    assert list(lines[lines["error asked"] == "10⁻¹²"]["among"]) == ["all", "MuJoCo's"]
+    assert list(lines[lines["error asked"] == "10⁻¹²"]["among"]) == ["all, galvi's", "MuJoCo's"]
     without = fastest_per_error(runs()[~runs()["contender"].str.startswith("MuJoCo")])
     assert set(without["of"]) == {"all", "galvi"} and of_mujoco(without, "body") == ""
+
+
+def test_mujoco_s_default_step_is_answered_from_runs_on_both_sides_of_it_or_at_it() -> None:
+    assert default_step(None) is None and default_step(runs(fails=True)) is None
+    found = default_step(runs())
+    error, quantity = (cell for cell, _ in found.rows.lines[0][1:3])
+    assert (error, quantity) == ("8.0·10⁻¹²", ATTITUDE)
+    assert found.text.startswith("Yes, with errors below 10⁻⁸, on: Body (8.0·10⁻¹²).")
+    assert found.text.endswith("interpolated between the neighbouring measured steps.")
+    exact = runs().replace("step=0.001", f"step={DEFAULT_STEP:g}")
+    exact.loc[exact["contender"] == ENGINE, "error"] = 1e-3
+    said = default_step(exact).text
+    assert said.startswith("Only if its error suffices on: Body (0.0010).")
+    assert said.endswith("run, measured.")
 
 
 def test_the_picture_is_of_attitudes_and_says_what_the_lines_are() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from reports.cli.commands import run
-from reports.page.render import PARTS
+from reports.page.render import PARTS, spent
 
 VOID = ("meta", "link", "img", "br", "input", "circle", "path", "ellipse")
 
@@ -112,6 +113,16 @@ def test_the_claims_have_every_row_with_its_verdict_and_reason(pages):
     assert "0.250 ± 0.010" in page and "so says | the theory" in page
     assert "OSError: no such engine" in page
     assert "&lt;drift&gt; &amp; 10<sup>\u22129</sup>" in page
+
+
+def test_claims_are_listed_by_their_ids_and_commands_name_no_folder(pages, out):
+    ids = re.findall(r'<a href="#([VLA]\d+)">\1</a>', pages["claims"])
+    assert ids == ["V1", "V2", "V3"]
+    assert [spent(time) for time in (0.456, 12.06, 119.0, 126.0, math.nan)] == [
+        "0.46 s", "12 s", "120 s", "2.1 min", "",
+    ]  # fmt: skip
+    for name in ("reproduce", "provenance"):
+        assert str(out) not in pages[name] and "--out" not in pages[name]
 
 
 def test_the_start_says_what_differs_names_both_papers_and_leads_on(pages):
@@ -235,10 +246,10 @@ def test_kept_rows_of_several_runs_are_each_shown_with_their_own_origin(
     assert f"{told}cccccccccccc, partly in the quick setting." in page
 
 
-def test_minutes_are_left_out_where_nothing_was_timed(make_suite, tmp_path):
+def test_times_of_studies_are_left_out_where_nothing_was_timed(make_suite, tmp_path):
     for timed, words in ((False, ["verify", "--quick"]), (True, ["verify"])):
         for command in (words, ["build", "--kept"]):
             run(make_suite, [*command, "--out", str(tmp_path)])
         page = (tmp_path / "reproduce.html").read_text(encoding="utf-8")
-        assert (">minutes</th>" in page) == timed
-        assert ("the minutes its study took" in page) == timed
+        assert (">time</th>" in page) == timed
+        assert ("the time its study took" in page) == timed

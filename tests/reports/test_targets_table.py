@@ -22,7 +22,7 @@ from reports.tables.matched_error import (
     smallest,
 )
 from reports.tables.number_format import TIMES
-from reports.tables.targets_table import QUICK, readable_targets, summary
+from reports.tables.targets_table import ALONE, QUICK, readable_targets, summary
 
 KEPLER = "kepler e=0.6"
 PLANTED = (
@@ -47,7 +47,11 @@ def test_each_verdict_stands_beside_what_was_measured(met):
     ]  # fmt: skip
     assert list(text["target"])[1:3] == [f"at least 5.0{TIMES}", "reached"]
     assert set(kinds) <= set(text.columns) and "remark" not in text
-    assert "remark" in readable_targets(met.assign(remark="A bound."))[0]
+    noted = readable_targets(met.assign(remark="A bound.", note="It changed.", target=1.25))[0]
+    alone = readable_targets(met.assign(ratio="not reached", verdict="met"))[0]
+    assert set(alone["measured"]) == {ALONE}
+    assert set(noted["remark"]) == {"A bound. It changed."}
+    assert set(noted["target"]) == {f"at least 1.25{TIMES}"}
     assert summary(met).startswith("5 targets: 2 not run, 1 missed, 1 not reached, 1 met. Source:")
     assert summary(met.assign(source=["a", "b", "b", "a", "a"])).endswith("Sources: a; b.")
 
@@ -95,6 +99,8 @@ def test_each_contender_s_own_smallest_error_is_the_last_column(make_suite):
     assert table.loc["SciPy DOP853", SMALLEST].startswith("1.0·10⁻⁵: 0.16")
     assert table.loc["galvi, best", SMALLEST].startswith("1.0·10⁻⁹: 20.0")
     assert table.loc["Taylor", SMALLEST] == ""
+    assert table.loc["Taylor", "10⁻⁶"].startswith("reference: ")
+    assert "reference" not in "".join(table.drop(index="Taylor").to_numpy().ravel())
 
 
 def test_the_report_has_a_column_for_every_error_of_the_targets():

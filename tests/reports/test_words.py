@@ -8,9 +8,12 @@ import pandas as pd
 import pytest
 
 from benchmarks.checks.bounds import AtLeast, AtMost, NoGrowth, Order
+from benchmarks.checks.claim import AGREEMENT
+from reports.page.absent import absent, peers
 from reports.page.bound_words import EPS, bound_words
 from reports.page.claim_section import after, shared_parts
 from reports.page.typeset import typeset
+from reports.results.summary import Summary
 from reports.tables.fastest_per_error import fastest_per_error, readable_fastest
 from reports.tables.number_format import plain, readable, seconds, with_uncertainty
 from reports.tables.summary_sentences import summary_sentences
@@ -137,3 +140,36 @@ def test_a_choice_is_a_run_that_was_made_and_reached_the_error(make_suite):
     text = readable_fastest(table, "kepler e=0.6")
     assert list(text["error"]) == ["1.0·10⁻⁵", "1.0·10⁻⁹", "1.0·10⁻⁹", "truth", ""]
     assert text["contender"].iloc[-1] == "not reached"
+
+
+def test_claims_are_counted_apart_from_their_checks(make_row):
+    rows = [
+        make_row(),
+        make_row(id="V2"),
+        make_row(id="V2", verdict="contradicted", expected="contradicted"),
+        *[make_row(id="V3", verdict="finding", expected="finding")] * 2,
+        make_row(id="V4", verdict="not run", expected="not run"),
+        make_row(id="V5", verdict="exceeds", expected="exceeds"),
+        make_row(id="A1", source=AGREEMENT),
+    ]
+    seen = Summary(tuple(rows))
+    assert seen.headline == (
+        "Of 5 claims, 3 stand; 1 contains a contradicted statement (V2); 1 was not run."
+    )
+    assert "3 holds, 1 exceeded, 1 contradicted, 2 findings, 1 not run" in str(seen)
+    assert Summary(()).headline == ""
+
+
+def test_an_engine_that_was_not_installed_is_named_with_what_is_missing(make_row):
+    origin = {"scipy": "1", "heyoka": "not installed"}
+    why = "Install heyoka."
+    runs = pd.DataFrame({"contender": ["heyoka, chains", "peer"], "status": [why, "heyoka"]})
+    targets = pd.DataFrame({"against": ["heyoka", "heyoka, chains", "peer"], "verdict": "not run"})
+    rows = (make_row(id="A5", verdict="not run", reason=why), make_row())
+    (found,) = absent(origin, runs, targets, rows)
+    assert found.text.startswith(
+        "heyoka was not installed for this build: its times, 2 targets, rows of A5 are missing"
+    )
+    assert found.why == why and absent({}, runs, targets, rows) == ()
+    assert peers(origin) == "REBOUND, MuJoCo and SciPy"
+    assert peers({}).endswith("SciPy and heyoka")

@@ -23,6 +23,7 @@ from benchmarks.work_precision.problem import (
 from galvi import Problem
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.mujoco.steps import (
+    DEFAULT_STEP,
     MUJOCO_DISCRETE,
     MUJOCO_EULER,
     MUJOCO_IMPLICIT,
@@ -77,7 +78,8 @@ def _arm(
         )
         for degree, counts in ours.items()
     ]
-    participants.append(Participant(MUJOCO_RK4.name, MUJOCO_RK4, steps(RK4_STEPS)))
+    rk4 = steps((*RK4_STEPS, round(duration / DEFAULT_STEP)))
+    participants.append(Participant(MUJOCO_RK4.name, MUJOCO_RK4, rk4))
     participants += [Participant(one.name, one, steps(FIRST_ORDER_STEPS)) for one in FIRST_ORDER]
     participants.append(
         Participant(

@@ -21,12 +21,12 @@ from benchmarks.work_precision.problem import (
 )
 from galvi import Problem
 from references.heyoka.chain import HEYOKA_CHAIN
-from references.mujoco.steps import MUJOCO_EULER, MUJOCO_IMPLICIT, MUJOCO_RK4
+from references.mujoco.steps import DEFAULT_STEP, MUJOCO_EULER, MUJOCO_IMPLICIT, MUJOCO_RK4
 from references.scipy.chain_ivp import CHAIN_DOP853
 from references.stored.chain import STORED_CHAIN
 
 DURATION = 5.0  # some ten Lyapunov times of the double pendulum: tests/references
-RK4_STEPS = (500, 2000, 8000, 16_000)
+RK4_STEPS = (500, 2000, round(DURATION / DEFAULT_STEP), 8000, 16_000)
 FIRST_ORDER_STEPS = (2000, 8000)
 
 

@@ -20,7 +20,7 @@ from benchmarks.work_precision.problem import (
 )
 from references.closed_forms.thrown_body import THROWN_BODY
 from references.heyoka.rigid import HEYOKA_RIGID
-from references.mujoco.steps import MUJOCO_EULER, MUJOCO_RK4
+from references.mujoco.steps import DEFAULT_STEP, MUJOCO_EULER, MUJOCO_RK4
 
 DURATION = 20.0
 STEPS = {4: (60, 120), 5: (40, 60, 120), 6: (40, 60), 8: (30, 40, 60), 12: (30, 40)}
@@ -54,7 +54,10 @@ def free_body_se3(quick: bool) -> WorkPrecisionProblem:
         )
     )
     participants += [
-        Participant(MUJOCO_RK4.name, MUJOCO_RK4, steps(100, 400, 1600, 6400)),
+        Participant(
+            MUJOCO_RK4.name, MUJOCO_RK4,
+            steps(100, 400, 1600, 6400, round(DURATION / DEFAULT_STEP)),
+        ),
         Participant(MUJOCO_EULER.name, MUJOCO_EULER, steps(1000, 6000)),
         Participant(
             HEYOKA_RIGID.name, HEYOKA_RIGID,

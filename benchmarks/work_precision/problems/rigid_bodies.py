@@ -23,6 +23,7 @@ from galvi import Problem
 from galvi.charts import CHARTS
 from references.heyoka.rigid import HEYOKA_RIGID
 from references.mujoco.steps import (
+    DEFAULT_STEP,
     MUJOCO_DISCRETE,
     MUJOCO_EULER,
     MUJOCO_IMPLICIT,
@@ -37,7 +38,8 @@ from references.textbook.quaternion_rk4 import QUATERNION_RK4
 DURATION = 20.0
 MUJOCO = (MUJOCO_EULER, MUJOCO_RK4, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO_DISCRETE)
 TEXTBOOK_RK4, TEXTBOOK_DOP853 = QUATERNION_RK4.name, QUATERNION_DOP853.name
-RK4_STEPS = (100, 400, 1600, 6400, 25_600)  # MuJoCo's and the textbook's, to compare their steps
+# MuJoCo's and the textbook's, to compare their steps, one of which is MuJoCo's default.
+RK4_STEPS = (100, 400, 1600, 6400, round(DURATION / DEFAULT_STEP), 25_600)
 FIRST_ORDER_STEPS = (1000, 6000, 36_000)
 EARLY = 8  # greatest degree whose iterations are stopped early too
 

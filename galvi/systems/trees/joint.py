@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,9 +55,12 @@ class Joint:
                 f"type must be one of {', '.join(KINDS)}; received {shown(self.type)}."
             )
         axis = input_checks.array("axis", self.axis, (3,))
-        length = float(np.linalg.norm(axis))
-        if not length > 0.0:
-            raise ValueError(f"axis must not be zero; received {axis.tolist()}.")
+        with np.errstate(over="ignore", under="ignore"):
+            length = float(np.linalg.norm(axis))
+        if not 0.0 < length < math.inf:
+            raise ValueError(
+                f"axis must have a length above 0 that does not overflow; received {axis.tolist()}."
+            )
         if abs(length - 1.0) > UNIT:  # a stored axis stays the same
             axis = axis / length
         object.__setattr__(self, "axis", read_only(np.array(axis)))

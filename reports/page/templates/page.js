@@ -45,11 +45,12 @@ function filterTable(form) {
   const show = () => {
     let count = 0;
     rows.forEach((row) => {
-      const fits = choices.every((one) => !one.value || row.cells[one.dataset.column].textContent === one.value);
+      const fits = choices.every((one) => !one.value || row.cells[one.dataset.column].textContent === one.value
+        || row.cells[one.dataset.column].textContent.split(", ").includes(one.value));
       row.hidden = !fits;
       count += fits;
     });
-    said.textContent = `${count} of ${rows.length} rows`;
+    said.textContent = count ? `${count} of ${rows.length} rows` : form.dataset.none;
   };
   form.hidden = false;
   form.addEventListener("input", show);
