@@ -24,7 +24,7 @@ from reports.tables.number_format import readable, with_uncertainty
 
 STEPS = (1.0, 3.0, 6.0, 12.0)  # of hω, the nearest measured
 ERRORS = (1e-2, 1e-3, 3e-4, 1e-4)  # to be reached in the fewest evaluations
-SIGMAS = 3.0  # standard errors of a trend that is a drift
+SIGMAS = 5.0  # standard errors of a trend that is a drift
 
 
 def stiff_spring_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:

@@ -53,7 +53,7 @@ EXPLANATION = (
     "truth's, which is what DOP853 differs by from itself at a tolerance of 1e-13, are bounds, "
     "and marked. The energies of the three stiff springs are exchanged over times of order ω. "
     "Their sum oscillates, and its largest departures scatter from one tenth of a long run to "
-    "the next, since the motion is chaotic; a drift is a trend of its mean beyond three standard "
+    "the next, since the motion is chaotic; a drift is a trend of its mean beyond five standard "
     "errors. Evaluations are of the force, for a unit of time."
 )
 Report = Callable[[str], None]
