@@ -2,8 +2,9 @@
 
 A line of Python is reached by the tests that execute it. Compiled lines leave no trace, so that a
 kernel's lines count as reached by the tests that execute a line, outside the kernels, that names
-something of a kernel whose code depends on the mutated file; after these, since such a line may run
-only once for all tests, those that execute any function of its file.
+something of a kernel whose code depends on the mutated file. What runs when a module is imported,
+or once for all tests, leaves the trace of the first test only: after these come those that execute
+any function of a file that names something of the mutated one, and those whose own file imports it.
 """
 
 from __future__ import annotations
@@ -43,13 +44,27 @@ class Reach:
     def tests(self, file: str, line: int) -> list[str]:
         """Names of the tests that reach a line, the quickest ones first; then those that may."""
         of_sources = {test for test in self._durations if test.startswith(OF_SOURCES)}
-        found, further = self._executing(file, self._place(file, line)), set()
-        if file.startswith(KERNELS) or not found:
+        kernel, at_import = file.startswith(KERNELS), line not in self._bodies(file)
+        found = set() if kernel else self._executing(file, self._place(file, line))
+        further, files = set(), {file}
+        if kernel or at_import or not found:
             callers = dict(self._callers(file))
-            found = set().union(*(self._executing(one, at) for one, at in callers.items()))
-            further = set().union(*(self._executing(one, self._bodies(one)) for one in callers))
+            found = found.union(*(self._executing(one, at) for one, at in callers.items()))
+            further = further.union(*(self._executing(one, self._bodies(one)) for one in callers))
+            files |= callers.keys()
         found |= of_sources
+        further |= self._importing({self._module(self.root / one) for one in files})
         return self._quickest_first(found) + self._quickest_first(further - found)
+
+    def _importing(self, modules: set[str]) -> set[str]:
+        """The tests in files that import one of the modules."""
+        wanted = [f"from {module} import" for module in modules]
+        files = {
+            path.relative_to(self.root).as_posix()
+            for path in (self.root / "tests").rglob("test_*.py")
+            if any(words in self._source(str(path)) for words in wanted)
+        }
+        return {test for test in self._durations if test.partition("::")[0] in files}
 
     def _quickest_first(self, tests: set[str]) -> list[str]:
         known = self._durations
@@ -97,11 +112,8 @@ class Reach:
         return set().union(*(known.get(line, set()) for line in lines), set())
 
     def _place(self, file: str, line: int) -> set[int]:
-        """The line, or the statement around it where a line of its own leaves no trace.
-
-        What runs when a module is imported, by whichever test was first, counts as reached by all
-        tests that execute a function of the file.
-        """
+        """The line, or the statement around it where a line of its own leaves no trace; all
+        functions of the file for a line that runs when it is imported."""
         bodies = self._bodies(file)
         if line not in bodies:
             return bodies or set(self._lines.get(file, {}))

@@ -46,7 +46,7 @@ SAMPLES = {
         100,
     ),
 }
-BATCH = 10
+BATCH = 50
 EQUIVALENT = Path(__file__).with_name("equivalent.csv")
 Report = Callable[[str], None]
 
@@ -77,7 +77,7 @@ class Part:
         return len(self._known()) == len(self.mutants)
 
     def run(self, report: Report) -> None:
-        """Try what is missing, and write the rows."""
+        """Try what is missing, and write the rows after each."""
         known = self._known()
         reach = _reach(self.files.folder / "reach" / self.tests, report)
         left = [one for one in self.mutants if one.code not in known]
@@ -88,8 +88,8 @@ class Part:
             ):
                 report(f"{outcome.outcome}: {mutant}")
                 known[mutant.code] = self._row(mutant, outcome, date)
-        rows = [known[one.code] for one in self.mutants]
-        self.files.write(self.name, pd.DataFrame(rows, columns=list(COLUMNS)))
+                rows = [known[one.code] for one in self.mutants if one.code in known]
+                self.files.write(self.name, pd.DataFrame(rows, columns=list(COLUMNS)))
 
     def _known(self) -> dict[str, dict[str, object]]:
         frame = self.files.read(self.name)

@@ -59,7 +59,8 @@ def test_what_a_state_s_rounding_hides_is_left_out_of_the_fit() -> None:
     hidden = walks(200, 5) + floor * rng.standard_normal((200, T.size))
     assert growth(T, hidden).exponent < 0.35
     seen = growth(T, walks(200, 5) + 1e-17 * rng.standard_normal((200, T.size)), floor=1e-16)
-    assert seen.first > T[0] and seen.exponent == pytest.approx(0.5, abs=0.1)
+    assert seen.first > T[0] and seen.last == T[-1]
+    assert seen.exponent == pytest.approx(0.5, abs=0.1)
 
 
 @pytest.mark.parametrize("errors", [np.zeros((1, T.size)), np.full((4, T.size), np.nan)])

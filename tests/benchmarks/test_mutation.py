@@ -76,9 +76,16 @@ def test_what_runs_at_import_is_reached_by_all_that_call_a_function_of_the_file(
     (tmp_path / "small.py").write_text(text)
     reach = Reach(tmp_path, tmp_path)
     reach.__dict__["_lines"] = {"small.py": {1: {"first"}, 4: {"a"}, 8: {"a", "b"}}}
-    (tmp_path / "durations.json").write_text(json.dumps({"a": 1.0, "b": 2.0}))
+    importing, other = "tests/test_small.py::c", "tests/test_other.py::d"
+    (tmp_path / "tests").mkdir()
+    (tmp_path / "tests/test_small.py").write_text("from small import over\n")
+    (tmp_path / "tests/test_other.py").write_text("from smaller import over\n")
+    (tmp_path / "durations.json").write_text(
+        json.dumps({"a": 3.0, "b": 4.0, importing: 2.0, other: 1.0})
+    )
     asked = {line: reach.tests("small.py", line) for line in (1, 3, 4, 6, 8)}
-    assert asked == {1: ["a", "b"], 3: ["a", "b"], 4: ["a"], 6: ["a"], 8: ["a", "b"]}
+    both, one = ["a", "b", importing], ["a", importing]
+    assert asked == {1: both, 3: both, 4: one, 6: one, 8: both}
 
 
 def test_a_test_that_fails_without_a_fault_is_not_asked(tmp_path):
