@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cache
 from itertools import islice
@@ -79,8 +79,12 @@ class Mutant:
         return f"{self.file}:{self.line}: {self.before}  ->  {self.after}"
 
 
-def sampled(root: Path, folders: tuple[str, ...], count: int, seed: int) -> list[Mutant]:
+def sampled(
+    root: Path, folders: tuple[str, ...], count: int, seed: int, without: Collection[str] = ()
+) -> list[Mutant]:
     """``count`` mutants of the Python files in the folders, each folder by its lines of code.
+
+    without  folders that are left out
 
     The mutants of a folder are those whose digests with the seed are least, so that an edit changes
     the sample in its own file only. Raises ModuleNotFoundError without cosmic-ray.
@@ -88,7 +92,8 @@ def sampled(root: Path, folders: tuple[str, ...], count: int, seed: int) -> list
     rooms: dict[Path, list[Path]] = {}
     for folder in folders:
         for path in sorted((root / folder).rglob("*.py")):
-            rooms.setdefault(path.parent, []).append(path)
+            if path.parent.relative_to(root).as_posix() not in without:
+                rooms.setdefault(path.parent, []).append(path)
     lines = {room: sum(_code_lines(path) for path in files) for room, files in rooms.items()}
     total, found, owed = sum(lines.values()), [], 0.0
     for room, files in rooms.items():

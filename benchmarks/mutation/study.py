@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 
 import pandas as pd
@@ -46,6 +47,7 @@ SAMPLES = {
         100,
     ),
 }
+ENGINES = "rebound", "mujoco", "heyoka", "pinocchio"  # whose tests are skipped without them
 BATCH = 50
 EQUIVALENT = Path(__file__).with_name("equivalent.csv")
 Report = Callable[[str], None]
@@ -124,9 +126,10 @@ class Part:
 def parts(studies: Path, report: Report, seed: int = SEED) -> list[Part]:
     """All parts, in an order in which each beginning is a sample too; none without cosmic-ray."""
     files, tests, found = row_files(studies, report), digest_of_sources(("tests",)), []
+    absent = {f"references/{name}" for name in ENGINES if find_spec(name) is None}
     for sample, (folders, count) in SAMPLES.items():
         try:
-            mutants = sampled(ROOT, folders, count, seed)
+            mutants = sampled(ROOT, folders, count, seed, absent)
         except ModuleNotFoundError as missing:
             report(f"Mutants: not run, {missing.name} is not installed; `make mutants` does it.")
             return []
