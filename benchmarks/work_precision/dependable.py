@@ -36,8 +36,20 @@ def dependable(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def resolution(runs: pd.DataFrame) -> float:
-    """The error below which one problem's truth cannot tell them apart: the largest one marked
-    BOUND, at most ten times the truth's own; 0 where none is."""
+    """The error below which one problem's truth cannot tell them apart: ten times its own.
+
+    Rows without `truth_error` have the largest one marked BOUND, which is no more than that; 0
+    where none is.
+    """
+    if "truth_error" in runs and runs["truth_error"].notna().any():
+        return 10.0 * float(runs["truth_error"].max())
     own = runs["measured"] if "measured" in runs else runs["error"]
     marked = own[runs["status"].str.startswith(BOUND, na=False)]
     return float(marked.max()) if len(marked) else 0.0
+
+
+def bounds(table: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
+    """Whether each `error` of a table is a bound alone: no larger than its problem's `resolution`
+    in these runs."""
+    least = {name: resolution(own) for name, own in runs.groupby("problem", sort=False)}
+    return table["error"] <= table["problem"].map(least)

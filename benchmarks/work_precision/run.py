@@ -38,6 +38,7 @@ COLUMNS = (
     "steps",
     "status",
     "reference",
+    "truth_error",
 )
 ROUNDS, LEAST, QUICK_LEAST = 3, 0.04, 0.01  # and seconds of each setting in a round
 BEHIND = 3.0  # times another's seconds, at no smaller error: a round less tells that as well
@@ -83,6 +84,7 @@ def work_precision(
     evaluations   force evaluations; NaN when the engine does not count
     status        empty; 'truth'; a warning about the error; or why the run failed
     reference     the truth and its accuracy
+    truth_error   the truth's own error, measured like `error`
     """
     known = cases or work_precision_problems(quick)
     chosen = [case for case in known if problem in ("", case.problem.name)]
@@ -179,7 +181,7 @@ def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
         for label, _, settings in case.participants
         for setting in settings
     ]  # fmt: skip
-    numbers = {name: "float64" for name in COLUMNS[4:10]}
+    numbers = {name: "float64" for name in (*COLUMNS[4:10], COLUMNS[-1])}
     return pd.DataFrame(rows, columns=list(COLUMNS)).astype(numbers)
 
 
@@ -213,4 +215,5 @@ def _row(
         "steps": float(counts.get("steps", nan)),
         "status": status,
         "reference": truth.description,
+        "truth_error": truth.error,
     }

@@ -31,6 +31,7 @@ COUNTED = {  # those of galvi's labels that a target names, in words
 }
 GENERAL = "The general kernel is faster now than when this target was set."
 PLAIN = tuple(f"galvi degree {s}, Gauss {s}" for s in (8, 12, 16))
+RIVALS = {PLAIN: "galvi without frame, best"}
 IAS15 = ("REBOUND IAS15", "REBOUND IAS15, GLOBAL", "REBOUND IAS15, looser")
 
 
@@ -56,6 +57,11 @@ class Target:
     source: str = ORBITS
     ours: tuple[str, ...] = ()
     note: str = ""
+
+    @property
+    def against(self) -> str:
+        """The rival in words: the first of the contenders, unless several of galvi's count."""
+        return RIVALS.get(self.contenders, self.contenders[0])
 
     @property
     def counted(self) -> str:

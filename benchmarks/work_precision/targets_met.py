@@ -21,7 +21,7 @@ COLUMNS = (
 def targets_met(table: pd.DataFrame, targets: Iterable[Target]) -> pd.DataFrame:
     """One row for each target, from the rows of `benchmarks.work_precision.run`.
 
-    against    the rival: the first of the target's labels
+    against    the rival
     counted    which of galvi's methods count
     error      the target's error, or the rival's smallest; NaN without a run of the rival
     target     least ratio of times; NaN where reaching the error is enough
@@ -45,7 +45,7 @@ def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
     error = target.error if target.error is not None else theirs["error"].min()
     row = {
         "problem": target.problem,
-        "against": target.contenders[0],
+        "against": target.against,
         "counted": target.counted,
         "error": error,
         "target": math.nan if target.ratio is None else target.ratio,

@@ -8,6 +8,7 @@ from typing import Any
 
 import pandas as pd
 
+from benchmarks.work_precision.dependable import bounds
 from benchmarks.work_precision.described import described
 from benchmarks.work_precision.fronts import OURS as BEST
 from benchmarks.work_precision.fronts import TRUTH, ratios
@@ -29,7 +30,8 @@ def fastest_per_error(frame: pd.DataFrame, errors: Sequence[float] | None = None
     Without `errors`, those at which the problem's contenders are compared.
 
     Columns problem, asked, of ("all", "galvi" or "MuJoCo"), contender, settings, error, seconds,
-    at_asked: its fastest run that reaches the error, and its time at the error itself.
+    at_asked, bound: its fastest run that reaches the error, its time at the error itself, and
+    whether the run's error is a bound alone.
     """
     rows = []
     for problem, runs in frame.groupby("problem", sort=False):
@@ -44,7 +46,8 @@ def fastest_per_error(frame: pd.DataFrame, errors: Sequence[float] | None = None
             for error in asked
             for of in groups
         ]
-    return pd.DataFrame(rows, columns=["problem", "asked", "of", *CHOICE])
+    table = pd.DataFrame(rows, columns=["problem", "asked", "of", *CHOICE])
+    return table.assign(bound=bounds(table, frame))
 
 
 def readable_fastest(table: pd.DataFrame, problem: str) -> pd.DataFrame:
@@ -84,8 +87,7 @@ def _fastest(runs: pd.DataFrame, times: pd.DataFrame, asked: float) -> dict[str,
     good = mine[mine["error"] <= asked]
     good = good if len(good) else mine[mine["status"] == TRUTH]
     run = good.loc[good["seconds"].idxmin()]
-    own = run.get("measured", run["error"])
-    return {**run[["contender", "settings", "seconds"]], "error": own, "at_asked": first["seconds"]}
+    return {**run[list(CHOICE[:-1])], "at_asked": first["seconds"]}
 
 
 def _of(runs: pd.DataFrame, belongs: Callable[[str], bool]) -> pd.DataFrame:
@@ -103,9 +105,14 @@ def _line(asked: str, what: str, row: pd.Series) -> dict[str, str]:
         "contender": row["contender"],
         "time at that error": seconds(row["at_asked"]),
         "setting": _setting(row),
-        "error": readable(row["error"], 2) or (TRUTH if known(row["seconds"]) else ""),
+        "error": _error(row),
         "time": seconds(row["seconds"]),
     }
+
+
+def _error(row: pd.Series) -> str:
+    text = readable(row["error"], 2) or (TRUTH if known(row["seconds"]) else "")
+    return f"{text} (bound)" if row["bound"] else text
 
 
 def _setting(row: pd.Series) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from benchmarks.work_precision.dependable import resolution
+from benchmarks.work_precision.dependable import bounds, resolution
 from benchmarks.work_precision.fronts import NOT_REACHED, OURS, at_smallest, ratios
 from benchmarks.work_precision.problem import ATTITUDE
 from reports.tables.number_format import TIMES, known, readable, seconds
@@ -35,16 +35,17 @@ def matched(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def smallest(frame: pd.DataFrame) -> pd.DataFrame:
-    """The same at the smallest error of each contender; see
+    """The same at the smallest error of each contender, and whether that is a `bound` alone; see
     `benchmarks.work_precision.fronts.at_smallest`."""
-    return at_smallest(frame)
+    ends = at_smallest(frame)
+    return ends.assign(bound=bounds(ends, frame))
 
 
 def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd.DataFrame:
     """A line for each contender, a column for each error: ratio and time, or "not reached".
 
     A time of the run that is the reference is marked, as its error is unknown. The last column,
-    from `smallest`, is at the contender's own smallest error.
+    from `smallest`, is at the contender's own smallest error, with ≤ where that is a bound.
     """
     rows = table[table["problem"] == problem]
     own = ends[ends["problem"] == problem].set_index("contender") if len(ends) else ends
@@ -57,7 +58,8 @@ def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd
             said = _cell(seen, str(contender))
             line[heading(seen["error"])] = f"reference: {said}" if unknown else said
         if end is not None:
-            line[SMALLEST] = f"{readable(end['error'], 2)}: {_cell(end, str(contender))}"
+            error = f"{'≤ ' * bool(end['bound'])}{readable(end['error'], 2)}"
+            line[SMALLEST] = f"{error}: {_cell(end, str(contender))}"
         lines.append(line)
     return pd.DataFrame(lines).fillna("")
 

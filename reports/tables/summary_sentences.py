@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from itertools import groupby
+from operator import itemgetter
+
 import pandas as pd
 
 from benchmarks.work_precision.described import described
@@ -10,6 +14,7 @@ from reports.tables.matched_error import heading, is_ours
 from reports.tables.number_format import known, readable
 
 LEVEL = 1.1  # smaller ratios are within the scatter of the times: neither wins
+WON, NOBODY = "galvi is fastest", "nobody reaches"
 
 
 def summary_sentences(table: pd.DataFrame) -> list[str]:
@@ -24,26 +29,45 @@ def summary_sentences(table: pd.DataFrame) -> list[str]:
 def _said(rows: pd.DataFrame) -> list[str]:
     ours = rows[rows["contender"] == OURS].set_index("error")["seconds"]
     times = rows[(rows["contender"] != OURS) & rows["seconds"].notna()]
-    others_win: dict[str, list[str]] = {}
-    level: dict[str, list[str]] = {}
-    won, nobody = [], []
+    seen = []
     for error in sorted(rows["error"].unique(), reverse=True):
-        here, text = times[times["error"] == error], heading(error)
+        here = times[times["error"] == error]
         others = here[~here["contender"].map(is_ours)]
         best = others.loc[others["seconds"].idxmin()] if len(others) else None
-        mine = ours.get(error)
-        if best is None and not known(mine):
-            nobody.append(text)
-        elif best is None or (known(mine) and best["seconds"] >= LEVEL * mine):
-            won.append(text)
-        elif not known(mine):
-            others_win.setdefault(best["contender"], []).append(f"{text} (galvi does not reach it)")
-        elif mine >= LEVEL * best["seconds"]:
-            factor = readable(mine / best["seconds"], 2)
-            others_win.setdefault(best["contender"], []).append(f"{text} ({factor} times faster)")
-        else:
-            level.setdefault(best["contender"], []).append(text)
-    said = [f"{other} wins at {', '.join(where)}" for other, where in others_win.items()]
-    said += [f"galvi is level with {other} at {', '.join(where)}" for other, where in level.items()]
-    said += [f"galvi is fastest at {', '.join(won)}"] if won else []
-    return said + ([f"nobody reaches {', '.join(nobody)}"] if nobody else [])
+        seen.append((*_outcome(ours.get(error), best), heading(error)))
+    where: dict[str, list[str]] = {}
+    for (what, remark), part in groupby(seen, key=itemgetter(0, 1)):
+        some = list(part)
+        note = remark.format(_span([factor for _, _, factor, _ in some]))
+        where.setdefault(what, []).append(_errors([error for *_, error in some], what) + note)
+    last = [what for what in (WON, NOBODY) if what in where]
+    order = [what for what in where if what not in last] + last
+    return [f"{what} {', '.join(where[what])}" for what in order]
+
+
+def _outcome(mine: float | None, best: pd.Series | None) -> tuple[str, str, float]:
+    """What is said at an error, a remark with a place for the factor, and the factor."""
+    if best is None:
+        return (WON if known(mine) else NOBODY), "", math.nan
+    if not known(mine):
+        return f"{best['contender']} wins", " (not reached by galvi)", math.nan
+    factor = mine / best["seconds"]
+    if factor >= LEVEL:
+        return f"{best['contender']} wins", " ({} times faster)", factor
+    if factor * LEVEL <= 1.0:
+        return WON, "", factor
+    return f"galvi is within {100.0 * (LEVEL - 1.0):.0f} % of {best['contender']}", "", factor
+
+
+def _errors(errors: list[str], what: str) -> str:
+    """An error, or the range of consecutive ones, with its preposition."""
+    if len(errors) == 1:
+        return errors[0] if what == NOBODY else f"at {errors[0]}"
+    text = f"{errors[0]} to {errors[-1]}"
+    return text if what == NOBODY else f"from {text}"
+
+
+def _span(factors: list[float]) -> str:
+    """The least and the largest factor."""
+    ends = (readable(min(factors), 2), readable(max(factors), 2))
+    return " to ".join(dict.fromkeys(ends))

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.work_precision.dependable import dependable, resolution
+from benchmarks.work_precision.dependable import bounds, dependable, resolution
 from benchmarks.work_precision.fronts import (
     BOUND,
     NOT_REACHED,
@@ -121,6 +121,10 @@ def test_no_run_counts_as_better_than_what_the_truth_can_tell():
     found = dependable(rows)
     assert resolution(rows) == resolution(found) == 2e-10
     assert list(found["error"]) == [1e-9, 2e-10, 2e-10, 5e-10]
+    for some in (rows, rows[:2]):  # whoever took part
+        told = some.assign(truth_error=[3e-11] * len(some))
+        assert resolution(told) == resolution(dependable(told)) == 10.0 * 3e-11
+        assert list(bounds(dependable(told), told)) == [False, True, True, False][: len(some)]
 
 
 def test_a_run_that_failed_has_no_place_and_the_truth_stands_beside_the_front() -> None:

@@ -12,7 +12,7 @@ from benchmarks.work_precision.described import DESCRIBED, described
 from benchmarks.work_precision.fronts import NOT_REACHED
 from benchmarks.work_precision.problem import WorkPrecisionProblem
 from benchmarks.work_precision.problems import work_precision_problems
-from benchmarks.work_precision.targets import FRAMES, ORBITS, TARGETS, TURNS, VECTORS, Target
+from benchmarks.work_precision.targets import FRAMES, ORBITS, PLAIN, TARGETS, TURNS, VECTORS, Target
 from benchmarks.work_precision.targets_met import COLUMNS, MET, MISSED, NOT_RUN, targets_met
 
 GALVI, PEER = "galvi degree 8, Gauss 8", "peer"
@@ -105,6 +105,8 @@ def test_only_galvi_s_lines_that_a_target_names_count_and_a_rival_may_be_galvi_s
     assert list(found["verdict"]) == [MET, MISSED, MET, MISSED]
     assert list(found["galvi"]) == [GALVI, other, GALVI, other]
     assert list(found["counted"]) == ["any", "degree 8, Gauss 9"] * 2
+    assert list(found["against"]) == [PEER, PEER, kernel, kernel]
+    assert Target("p", PLAIN, 1e-6, 5.0).against == "galvi without frame, best"
 
 
 def test_a_peer_s_own_error_is_reached_or_missed_at_a_ratio() -> None:

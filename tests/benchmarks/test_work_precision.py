@@ -55,6 +55,7 @@ def test_every_row_has_error_time_with_interval_status_and_truth(study: pd.DataF
     assert (done["seconds_low"] <= done["seconds"]).all()
     assert (done["seconds"] <= done["seconds_high"]).all()
     assert set(study["reference"]) == {"Kepler, closed form"}
+    assert set(study["truth_error"]) == {small().truth().error}
     assert study["settings"].str.len().min() > 0
     ours = study[study["contender"] == FEW[0]]
     assert ours["error"].min() < 1e-9 and (ours["evaluations"] > ours["steps"]).all()

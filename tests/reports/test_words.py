@@ -118,9 +118,9 @@ def matched(*times: tuple[str, float]) -> pd.DataFrame:
     [
         (1.0, 0.5, "Kepler: peer wins at 10⁻⁶ (2.0 times faster)."),
         (0.5, 1.0, "Kepler: galvi is fastest at 10⁻⁶."),
-        (1.0, 1.05, "Kepler: galvi is level with peer at 10⁻⁶."),
-        (1.05, 1.0, "Kepler: galvi is level with peer at 10⁻⁶."),
-        (math.nan, 1.0, "Kepler: peer wins at 10⁻⁶ (galvi does not reach it)."),
+        (1.0, 1.05, "Kepler: galvi is within 10 % of peer at 10⁻⁶."),
+        (1.05, 1.0, "Kepler: galvi is within 10 % of peer at 10⁻⁶."),
+        (math.nan, 1.0, "Kepler: peer wins at 10⁻⁶ (not reached by galvi)."),
         (1.0, math.nan, "Kepler: galvi is fastest at 10⁻⁶."),
         (math.nan, math.nan, "Kepler: nobody reaches 10⁻⁶."),
     ],
@@ -128,6 +128,26 @@ def matched(*times: tuple[str, float]) -> pd.DataFrame:
 def test_who_wins_is_said_from_the_times(ours, peer, said):
     table = matched(("galvi, best", ours), ("galvi degree 8", ours), ("peer", peer))
     assert summary_sentences(table) == [said]
+
+
+def test_consecutive_errors_with_one_outcome_are_a_range():
+    times = ((1.0, 2.0), (1.6, 1.0), (1.7, 1.0), (3.0, 4.0), (3.0, 4.0), (2.0, 1.0), (None, 1.0))
+    parts = [
+        matched(("galvi, best", ours), ("peer", peer)).assign(error=10.0**-k)
+        for k, (ours, peer) in enumerate(times, 4)
+    ]
+    nobody = [matched(("galvi, best", math.nan)).assign(error=10.0**-k) for k in (11, 12)]
+    assert summary_sentences(pd.concat([*parts, *nobody])) == [
+        "Kepler: peer wins from 10⁻⁵ to 10⁻⁶ (1.6 to 1.7 times faster), at 10⁻⁹ (2.0 times "
+        "faster), at 10⁻¹⁰ (not reached by galvi); galvi is fastest at 10⁻⁴, from 10⁻⁷ to 10⁻⁸; "
+        "nobody reaches 10⁻¹¹ to 10⁻¹²."
+    ]
+
+
+def test_an_error_that_the_truth_cannot_tell_is_a_bound(make_suite):
+    runs = make_suite().work_precision(True, print).assign(truth_error=1e-10)
+    table = fastest_per_error(runs.assign(error=runs["error"].clip(1e-9), measured=1e-12), (1e-8,))
+    assert list(readable_fastest(table, "kepler e=0.6")["error"]) == ["1.0·10⁻⁹ (bound)"]
 
 
 def test_a_choice_is_a_run_that_was_made_and_reached_the_error(make_suite):
