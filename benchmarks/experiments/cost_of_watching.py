@@ -1,4 +1,4 @@
-"""What a run costs besides its steps, and how much of a run judging its energy takes.
+"""What judging the energy of a run takes, of each trajectory that `track` times.
 
 python -m benchmarks.experiments.cost_of_watching
 
@@ -13,32 +13,18 @@ from functools import partial
 import numpy as np
 
 import galvi
+from benchmarks.timings.catalogue import TRAJECTORIES
 from galvi.run.integrate import prepared
 
-ROUNDS = 200
+SECONDS, ROUNDS = 1.0, 200  # of each, at most
 
 
-def double(q, v):
-    """A double pendulum's Lagrangian, as a user writes it."""
-    kinetic = v[0] ** 2 + 0.5 * v[1] ** 2 + v[0] * v[1] * np.cos(q[0] - q[1])
-    return kinetic + 9.81 * (2.0 * np.cos(q[0]) + np.cos(q[1]))
-
-
-def gauss(points):
-    """Collocation."""
-    return galvi.Galerkin(galvi.Polynomials(points), galvi.gauss(points))
-
-
-def cases():
-    """Name -> problem, method, step and number of steps."""
-    own = galvi.Problem(galvi.Lagrangian(double, galvi.Rn(2)), [1.0, 0.5], [0.0, 0.0])
-    return {
-        "oscillator": (galvi.problems.harmonic_oscillator(), gauss(4), 0.1, 100),
-        "outer solar system": (galvi.problems.outer_solar_system(), gauss(8), 500.0, 1000),
-        "free rigid body": (galvi.problems.free_rigid_body(), gauss(6), 0.2, 1000),
-        "double pendulum": (galvi.problems.double_pendulum(), gauss(8), 0.05, 1000),
-        "a user's double pendulum": (own, gauss(8), 0.05, 1000),
-    }
+def run_of(case):
+    """Its run, prepared."""
+    problem = getattr(galvi.problems, case.problem)(**case.arguments)
+    rule, chart = getattr(galvi, case.rule)(case.points), getattr(galvi, case.chart or "Cayley")()
+    method = galvi.Galerkin(galvi.Polynomials(case.degree), rule, chart)
+    return prepared(problem, method, case.step, case.steps, save_every=case.steps)
 
 
 def seconds(call):
@@ -50,23 +36,24 @@ def seconds(call):
 
 def least(*calls):
     """The least time of each of some calls, interleaved."""
-    times = [[seconds(call) for call in calls] for _ in range(ROUNDS)]
-    return np.min(times, axis=0)
+    once = sum(map(seconds, calls))
+    rounds = int(min(max(SECONDS / once, 5), ROUNDS))
+    return np.min([[seconds(call) for call in calls] for _ in range(rounds)], axis=0)
 
 
 def main():
-    """Print a line for each case."""
-    print("case: us of a run of one step, of the whole run, of judging it, and its share")
-    for name, (problem, method, step, steps) in cases().items():
-        whole = prepared(problem, method, step, steps)
-        one, watched, other = least(
-            partial(galvi.integrate, problem, method, step, 1), whole, partial(whole, watched=False)
-        )
-        judging = watched - other
-        print(
-            f"{name:25s} {1e6 * one:6.0f} {1e6 * watched:7.0f} {1e6 * judging:6.0f} "
-            f"{judging / watched:7.1%}"
-        )
+    """Print a line for each trajectory."""
+    print("ms of the run, us of judging it, and its share")
+    total, judging = 0.0, []
+    for case in TRAJECTORIES:
+        run = run_of(case)
+        run()
+        watched, other = least(run, partial(run, watched=False))
+        total, share = total + watched, (watched - other) / watched
+        judging.append((watched - other, share))
+        print(f"{case.name:45s} {1e3 * watched:7.2f} {1e6 * judging[-1][0]:5.0f} {share:7.1%}")
+    spent, shares = np.transpose(judging)
+    print(f"{spent.sum() / total:.1%} of all, {np.median(shares):.1%} in the median")
 
 
 if __name__ == "__main__":

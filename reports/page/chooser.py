@@ -19,7 +19,7 @@ from reports.tables.number_format import TIMES, readable, seconds
 
 OWN = {"error": "its error", "time": "its time"}
 COLUMNS = ("problem", "error asked", "among")
-GOOD = 1e-8  # an error that most users call small
+LIMITS = 1e-9, 1e-6  # errors that divide the answer
 
 
 def chooser(fastest: pd.DataFrame) -> Grid | None:
@@ -82,23 +82,23 @@ def default_step(runs: pd.DataFrame | None) -> DefaultStep | None:
         return None
     numbers = ("error", "time of MuJoCo's RK4", "galvi's time", "galvi is faster by")
     how = "measured" if measured else "interpolated between the neighbouring measured steps"
-    text = f"{_answer(errors)} Errors are those at the end of the comparison's run, {how}."
+    text = (
+        f"Its error at a step of {DEFAULT_STEP:g}. {_answer(errors)} Errors are those at the end "
+        f"of the comparison's run, {how}."
+    )
     return DefaultStep(text, grid(pd.DataFrame(lines), dict.fromkeys(numbers, "number")))
 
 
 def _answer(errors: Mapping[str, float]) -> str:
-    """Whether a step is good enough, by its errors on each problem."""
-    good, other = (
-        [
-            f"{name} ({readable(error, 2)})"
-            for name, error in errors.items()
-            if (error < GOOD) == is_good
-        ]
-        for is_good in (True, False)
-    )
-    said = [f"Yes, with errors below {heading(GOOD)}, on: {'; '.join(good)}."] if good else []
-    said += [f"Only if its error suffices on: {'; '.join(other)}."] if other else []
-    return " ".join(said)
+    """The errors on each problem, by their size."""
+    small, large = map(heading, LIMITS)
+    groups: dict[str, list[str]] = {
+        f"Below {small}": [], f"Between {small} and {large}": [], f"Above {large}": [],
+    }  # fmt: skip
+    for name, error in errors.items():
+        place = sum(error >= limit for limit in LIMITS)
+        list(groups.values())[place].append(f"{name} ({readable(error, 2)})")
+    return " ".join(f"{words}: {'; '.join(names)}." for words, names in groups.items() if names)
 
 
 def _lines(fastest: pd.DataFrame) -> pd.DataFrame:

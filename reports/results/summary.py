@@ -60,7 +60,7 @@ class Summary:
         if counts[NOT_RUN] == len(self.rows):
             return f"{checks}; nothing was measured."
         if not self.differing:
-            return f"{checks}; every verdict is the expected one."
+            return f"{checks}; every verdict is as recorded beforehand."
         differ = "differs" if len(self.differing) == 1 else "differ"
         named = ", ".join(dict.fromkeys(row.id for row in self.differing))
         return f"{checks}; {len(self.differing)} {differ} from what was expected ({named})."

@@ -65,7 +65,7 @@ def long_run(frame: pd.DataFrame) -> str:
             "Over the long run the sum of the stiff energies departs by "
             f"{readable(max(values[CHANGE]))} at most; the trend of its mean is "
             f"{with_uncertainty(trend, error)}: {'it drifts' if drifts else 'no drift seen'}. "
-            f"The whole energy changes by {readable(max(values[TOTAL]))} at most."
+            f"The total energy changes by {readable(max(values[TOTAL]))} at most."
         )
     return " ".join(said)
 

@@ -28,7 +28,8 @@ def mujoco_overhead(runs: pd.DataFrame) -> str:
     return (
         f"A step of {ENGINE} takes {readable(slower, 2)} times as long as one of {TEXTBOOK_RK4}, "
         f"at an error {_compared(better)} (medians over {len(pairs)} step sizes): so much of "
-        "MuJoCo's time is generality, for joints, contacts and actuators that a lone body has not."
+        "MuJoCo's time is generality, for joints, contacts and actuators, which a single free body "
+        "does not need."
     )
 
 

@@ -37,6 +37,7 @@ TEXT = (
     "timed just before and after, so that a busy machine does not look slower. Only benchmark runs "
     "of one machine and the same versions are compared; counts and errors are from the same runs. "
     "A change is said to be near a commit, since of two changes close together only one is found. "
+    "The first call, the import and the cold start of a fresh process are in seconds. "
 )
 
 
@@ -200,6 +201,11 @@ def _extremes(benches: pd.DataFrame) -> str:
     return (
         f"Slowest commit kept: {slow['commit']}, at {plain(float(slow[RELATIVE]))} times the "
         f"median of all; fastest: {fast['commit']}, at {plain(float(fast[RELATIVE]))}."
+        + (
+            " So few runs do not tell a change from noise."
+            if len(benches) < 2 * change_points.LEAST
+            else ""
+        )
     )
 
 
@@ -238,6 +244,7 @@ def _row(benchmark: str, quantities: Mapping[str, Series]) -> dict[str, str]:
     times = time.values[np.isfinite(time.values)] if time else np.array([])
     ratio = times[-1] / np.median(times[:-1]) if times.size > 1 else np.nan
     iterations = quantities.get("iterations")
+    found = sum(len(one.changes) for one in quantities.values())
     return {
         "benchmark": benchmark,
         "runs": str(max(len(one.values) for one in quantities.values())),
@@ -245,7 +252,7 @@ def _row(benchmark: str, quantities: Mapping[str, Series]) -> dict[str, str]:
         "over the median of earlier runs": readable(float(ratio)),
         "iterations": f"{iterations.values[-1]:.0f}" if iterations else "",
         "error": readable(float(error.values[-1])) if error else "",
-        "changes": str(sum(len(one.changes) for one in quantities.values())),
+        "changes": str(found) if found or times.size >= 2 * change_points.LEAST else "too few runs",
     }
 
 

@@ -131,3 +131,17 @@ def test_ias15_does_not_pass_a_collision_off_as_a_result(nudge):
     assert not run.success and "bodies met" in run.status
     assert run.failed_step == 4  # they meet at t = pi / 4
     assert np.all(np.isfinite(run.q[:4])) and np.all(np.isnan(run.q[4:]))
+
+
+def test_a_massless_body_may_stand_before_one_that_pulls() -> None:
+    """In any order the bodies move alike."""
+    masses, q = np.array([1.0, 0.0, 1e-3]), np.array([[0.0, 0.0], [1.6, 0.0], [0.0, 1.0]])
+    v = np.array([[0.0, 0.0], [0.0, 0.8], [-1.0, 0.0]])
+    runs = [
+        IAS15.run(
+            galvi.Problem(galvi.NBody(masses[order]), q[order], v[order]), 3.0, {"samples": 1}
+        )
+        for order in ([0, 1, 2], [0, 2, 1])
+    ]
+    assert np.allclose(runs[0].q[-1][[0, 2, 1]], runs[1].q[-1], rtol=0.0, atol=1e-14)
+    assert abs(runs[0].q[-1][0]).max() > 1e-4  # the last body pulls

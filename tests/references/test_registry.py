@@ -263,3 +263,13 @@ def test_a_missing_engine_is_a_sentence_and_not_a_crash(monkeypatch):
     assert "rebound" in contender.missing and contender.missing.endswith(".")
     with pytest.raises(ModuleNotFoundError, match=r"REBOUND IAS15 cannot run: .*Install rebound"):
         contender.run(ORBIT, 1.0, {})
+
+
+ORDERS = {"DOP853": 8, "RK45": 5, "Radau": 5, r"RK4\b": 4, "Stormer-Verlet": 2, "WHFast": 2}
+
+
+def test_the_order_is_that_of_the_method_by_which_it_is_called():
+    known = {one.name: getattr(one, "order", None) for one in REFERENCES}
+    for words, order in ORDERS.items():
+        named = {name: known[name] for name in known if re.search(words, name)}
+        assert named and set(named.values()) == {order}, named

@@ -218,7 +218,7 @@ def _parity(table: pd.DataFrame) -> Row:
         Finding(Near(2.0, ORDER_RESOLUTION, uncertainty=0.0)),
         Estimate(five.rate - four.rate, uncertainty),
         setup=PENDULUM_SETUP,
-        claimed="n - 1 = 4 for n = 5, as for n = 4, without a clear explanation; our value: 2",
+        claimed="none: 4 for n = 5 as for n = 4, which H does not explain; our value: 2",
         reason="Each basis function gains two orders with any Gauss rule of enough points, "
         "whatever its parity. A rule of little exactness, as below, gives H's parity.",
         reference=PENDULUM_TRUTHS,
@@ -297,5 +297,6 @@ L3 = Claim(
     source="H fig. 3.2, thm. 3.3.1",
     reference=BODY_TRUTHS,
     statement="H fig. 3.2 reports order n for even n and n - 1 for odd n. Measured: 2 (n - 1) or "
-    "more, so the claim is exceeded.",
+    "more, so the claim is exceeded. H's parity is that of Clenshaw-Curtis with n - 1 points and "
+    "degree n - 2, for n = 3 to 6; H names Gauss's rule.",
 )

@@ -49,7 +49,7 @@ EXPLANATION = (
     "resonate near multiples of 2π. Mollified impulse and the exponential integrator take one "
     "force a step: their error is of order h^2, whatever ω is. They are measured down to hω = "
     "0.02 (errors only), and the table has the fewest evaluations at which each reaches an "
-    "error: they need fewer down to about 3e-4, the frame below. Errors under ten times the "
+    "error: they need fewer down to about 1e-3, the frame from 3e-4 on. Errors under ten times the "
     "truth's, which is what DOP853 differs by from itself at a tolerance of 1e-13, are bounds, "
     "and marked. The energies of the three stiff springs are exchanged over times of order ω. "
     "Their sum oscillates, and its largest departures scatter from one tenth of a long run to "
