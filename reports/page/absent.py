@@ -62,8 +62,9 @@ def _absent(
     )  # fmt: skip
     missing = ["its times", *([many(unmet, "target")] if unmet else [])]
     missing += [f"rows of {', '.join(ids)}"] if ids else []
+    listed = " and ".join(filter(None, (", ".join(missing[:-1]), missing[-1])))
     text = (
-        f"{name} was not installed for this build: {', '.join(missing)} are missing, and the "
+        f"{name} was not installed for this build: {listed} are missing, and the "
         "fastest means the fastest of the codes that ran."
     )
     return Absent(name, text, why)

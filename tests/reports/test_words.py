@@ -188,7 +188,7 @@ def test_an_engine_that_was_not_installed_is_named_with_what_is_missing(make_row
     rows = (make_row(id="A5", verdict="not run", reason=why), make_row())
     (found,) = absent(origin, runs, targets, rows)
     assert found.text.startswith(
-        "heyoka was not installed for this build: its times, 2 targets, rows of A5 are missing"
+        "heyoka was not installed for this build: its times, 2 targets and rows of A5 are missing"
     )
     assert found.why == why and absent({}, runs, targets, rows) == ()
     assert peers(origin) == "REBOUND, MuJoCo and SciPy"
