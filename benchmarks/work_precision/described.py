@@ -25,25 +25,24 @@ DESCRIBED = {
     "kepler e=0.6": Described(
         "Kepler, e = 0.6",
         "One body about a fixed centre in the plane, GM = a = 1, period 2 pi, from its "
-        "pericentre, over 100 periods (quick: 10). WHFast, which solves this problem in closed "
+        "pericentre, over 100 periods. WHFast, which solves this problem in closed "
         "form, takes no part.",
     ),
     "outer solar system": Described(
         "Outer solar system",
         "Sun with the inner planets as one body, Jupiter to Pluto, from JPL's DE421 at "
-        "2000-01-01, over 10,000 years (quick: 1000); au and days.",
+        "2000-01-01, over 10,000 years; au and days.",
         "d",
     ),
     "solar system without Pluto": Described(
         "Sun and eight planets",
-        "Sun, Mercury to Neptune, from JPL's DE421 at 2000-01-01, over 200 years (quick: 20); au "
-        "and days.",
+        "Sun, Mercury to Neptune, from JPL's DE421 at 2000-01-01, over 200 years; au and days.",
         "d",
     ),
     "outer solar system after Applegate": Described(
         "Outer solar system after Applegate",
         "Sun to Pluto with the masses and states of Applegate et al. (1986), over 10,000 years "
-        "of 365 days (not in the quick setting); au, years and solar masses.",
+        "of 365 days; au, years and solar masses.",
         "years",
     ),
     "free rigid body": Described(

@@ -59,8 +59,7 @@ HEADLINES = (
         },
         caption=f"{HOW} Error: the largest entry of R - R_true after 20 units of time. MuJoCo is a "
         "general engine, and much of its time is the price of that; its implicit integrator is of "
-        f"first order. Circle: its RK4 at the default step, {DEFAULT_STEP:g}, on the line between "
-        "measured steps.",
+        f"first order. Circle: its RK4 at the default step, {DEFAULT_STEP:g}.",
         size=(9.0, 4.2),
     ),
 )

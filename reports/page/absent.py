@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -38,11 +38,11 @@ def absent(
     origin: Mapping[str, str],
     runs: pd.DataFrame | None,
     targets: pd.DataFrame,
-    rows: Iterable[Row],
+    rows: Sequence[Row],
 ) -> tuple[Absent, ...]:
     """Those of PEERS that were not installed, by the versions in the origin of the comparisons."""
     names = [name for key, name in PEERS.items() if origin.get(key) == NOT_INSTALLED]
-    return tuple(_absent(name, runs, targets, tuple(rows)) for name in names)
+    return tuple(_absent(name, runs, targets, rows) for name in names)
 
 
 def is_of(name: str, contender: str) -> bool:
@@ -51,7 +51,7 @@ def is_of(name: str, contender: str) -> bool:
 
 
 def _absent(
-    name: str, runs: pd.DataFrame | None, targets: pd.DataFrame, rows: tuple[Row, ...]
+    name: str, runs: pd.DataFrame | None, targets: pd.DataFrame, rows: Sequence[Row]
 ) -> Absent:
     asked = [is_of(name, one) for one in targets["against"]] if len(targets) else []
     unmet = int((targets[asked]["verdict"] == NOT_RUN).sum()) if any(asked) else 0
