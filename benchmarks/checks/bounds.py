@@ -137,13 +137,16 @@ class Interval(Bound):
 
     @property
     def text(self) -> str:
+        room = [_number(self.round_off)] if self.round_off else []
+        if self.uncertainty is not None:
+            both = " of both" if self.uncertainty else ""
+            most = f" ({_number(self.most)} at most)" if self.most < math.inf else ""
+            room.append(f"two standard errors{both}{most}")
         low, high = self.ends
-        sign = "+" if low == -math.inf else "-" if high == math.inf else "-+"
-        rounded = f" {sign} {_number(self.round_off)}" if self.round_off else ""
-        errors = "" if self.uncertainty is None else f" {sign} 2 standard errors"
-        both = " of both" if self.uncertainty else ""
-        most = f" ({_number(self.most)} at most)" if errors and self.most < math.inf else ""
-        return f"{self.words}{rounded}{errors}{both}{most}"
+        if -math.inf < low and high < math.inf:
+            joint = " plus " if " within " in self.words else " within "
+            return joint.join(filter(None, (self.words, " plus ".join(room))))
+        return (" minus " if high == math.inf else " plus ").join([self.words, *room])
 
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
         room = self.round_off + min(_errors(measured, self.uncertainty), self.most)
@@ -249,7 +252,7 @@ class Near(Interval):
     @property
     def words(self) -> str:
         claimed = _number(self.claimed, self.resolution)
-        return f"{self.noun} {claimed} -+ {_number(self.resolution)}".lstrip()
+        return f"{self.noun} {claimed} within {_number(self.resolution)}".lstrip()
 
     @property
     def ends(self) -> tuple[float, float]:

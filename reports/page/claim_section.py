@@ -12,7 +12,6 @@ from benchmarks.checks.claim import Claim, Row
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import Gallery
 from reports.figures.picture import Picture
-from reports.page.bound_words import bound_words
 from reports.results.claim_results import ClaimResult
 
 HEADINGS = {
@@ -60,7 +59,7 @@ class ClaimSection:
     @property
     def tolerances(self) -> tuple[str, ...]:
         """The bounds of its rows, each once."""
-        return tuple(dict.fromkeys(bound_words(row.bound) for row, _ in self.checks if row.bound))
+        return tuple(dict.fromkeys(row.bound for row, _ in self.checks if row.bound))
 
     @property
     def command(self) -> str:
@@ -78,9 +77,7 @@ def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:
     shared, own = {}, {}
     for name, heading in HEADINGS.items():
         same, texts = shared_parts([getattr(row, name) for row in one.rows])
-        if name == "bound":
-            same, texts = bound_words(same), [bound_words(text) for text in texts]
-        elif name in AGAIN:
+        if name in AGAIN:
             texts = [after(*pair) for pair in zip(texts, ["", *texts], strict=False)]
         shared |= {heading: same} if same else {}
         own |= {heading: texts} if any(texts) else {}

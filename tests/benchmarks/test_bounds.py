@@ -80,8 +80,8 @@ FORMS = {
     rf"(?:order |base )?({NUMBER})": lambda x: (x, x),
 }
 ALLOWED = (
-    rf"(?: (?:-|\+|-\+) ({NUMBER})(?! standard))?(?: (?:-|\+|-\+) (2) standard errors( of both)?"
-    rf"(?: \(({NUMBER}) at most\))?)?"
+    rf"(?: (?:plus|minus|within) ({NUMBER}))?(?: (?:plus|minus|within) (two) standard errors"
+    rf"( of both)?(?: \(({NUMBER}) at most\))?)?"
 )
 
 
@@ -92,7 +92,7 @@ def interval(text: str, own: float, both: float) -> tuple[float, float]:
         if found:
             *numbers, room, errors, of_both, most = found.groups()
             low, high = ends(*map(float, numbers))
-            spread = float(errors or 0.0) * (own + (both if of_both else 0.0))
+            spread = (2.0 if errors else 0.0) * (own + (both if of_both else 0.0))
             spread = min(spread, float(most or math.inf)) + float(room or 0.0)
             return low - spread, high + spread
     raise AssertionError(f"no reading of {text!r}")
@@ -204,12 +204,12 @@ def test_every_n_has_to_gain_what_the_text_says(limit: float) -> None:
 
 
 def test_more_digits_are_printed_where_a_fine_resolution_asks_for_them() -> None:
-    assert Near(1.0 / 3.0, 1e-11).text == "0.333333333333 -+ 1e-11"
-    assert AtMost(math.sqrt(2.5), round_off=1e-6).text == "at most 1.5811388 + 1e-06"
-    assert Order(5.49873).text == "order 5.499 -+ 0.25 -+ 2 standard errors (0.25 at most)"
+    assert Near(1.0 / 3.0, 1e-11).text == "0.333333333333 within 1e-11"
+    assert AtMost(math.sqrt(2.5), round_off=1e-6).text == "at most 1.5811388 plus 1e-06"
+    assert Order(5.49873).text == "order 5.499 within 0.25 plus two standard errors (0.25 at most)"
     assert (
         Base(NAN, 0.005, uncertainty=NAN).text
-        == "base nan -+ 0.005 -+ 2 standard errors of both (0.01 at most)"
+        == "base nan within 0.005 plus two standard errors of both (0.01 at most)"
     )
 
 

@@ -7,10 +7,8 @@ import math
 import pandas as pd
 import pytest
 
-from benchmarks.checks.bounds import AtLeast, AtMost, NoGrowth, Order
 from benchmarks.checks.claim import AGREEMENT
 from reports.page.absent import absent, peers
-from reports.page.bound_words import EPS, bound_words
 from reports.page.claim_section import after, shared_parts
 from reports.page.typeset import typeset
 from reports.results.summary import Summary
@@ -75,21 +73,6 @@ def test_times_have_the_unit_that_fits():
 )
 def test_plain_mathematics_is_set(text, html):
     assert typeset(text) == html
-
-
-@pytest.mark.parametrize(
-    ("bound", "words"),
-    [
-        (Order(2.0), "order 2 within 0.25 plus two standard errors (these capped at 0.25)"),
-        (AtMost(math.sqrt(2.5), round_off=1e-12), "at most 1.58114 plus 1e-12"),
-        (AtLeast(2.0, uncertainty=0.1), "at least 2 minus two standard errors of both"),
-        (AtMost(400.0 * EPS), "at most 400 eps"),
-        (AtMost(1e-13), "at most 1e-13"),
-        (NoGrowth(0.1, 1e-12), NoGrowth(0.1, 1e-12).text),
-    ],
-)
-def test_a_bound_is_a_sentence(bound, words):
-    assert bound_words(bound.text) == words
 
 
 def test_what_the_row_above_says_is_not_said_again():
