@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pandas as pd
-
-from benchmarks.work_precision.fronts import BOUND
 
 FINENESS = r"\b(?:step|epsilon|tolerance)=([\d.e+-]+)"  # the first of a setting
 
 
 def dependable(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of `benchmarks.work_precision.run` with another `error`; `measured` has their own.
+    """The rows of `benchmarks.work_precision.run` with another `error`.
 
     An error at one time may be small by chance. It counts as the larger of its own and that of the
     next finer setting, which differs by a smaller step (or tolerance) alone; round-off that grows
-    from there on is not held against it. A run marked BOUND counts as `resolution`.
+    from there on is not held against it. None is below `resolution`.
     """
-    table = table.assign(measured=table["error"])
-    if "settings" not in table:
-        return table
     settings = table["settings"].fillna("").astype(str)
     rows = table.assign(
         fineness=pd.to_numeric(settings.str.extract(FINENESS)[0], errors="coerce"),
@@ -28,28 +25,23 @@ def dependable(table: pd.DataFrame) -> pd.DataFrame:
     rows = rows[rows["error"].notna() & rows["fineness"].notna()].sort_values("fineness")
     finer = rows.groupby(["problem", "contender", "others"], sort=False)["error"].shift(1)
     counted = np.fmax(table["error"], finer.reindex(table.index))
-    least = table["problem"].map({
-        name: resolution(runs) for name, runs in table.groupby("problem", sort=False)
-    })  # fmt: skip
-    bound = table["status"].str.startswith(BOUND, na=False)
-    return table.assign(error=counted.mask(bound, np.fmax(counted, least)))
+    return table.assign(error=np.maximum(counted, _least(table, table)))
 
 
 def resolution(runs: pd.DataFrame) -> float:
-    """The error below which one problem's truth cannot tell them apart: ten times its own.
-
-    Rows without `truth_error` have the largest one marked BOUND, which is no more than that; 0
-    where none is.
-    """
-    if "truth_error" in runs and runs["truth_error"].notna().any():
-        return 10.0 * float(runs["truth_error"].max())
-    own = runs["measured"] if "measured" in runs else runs["error"]
-    marked = own[runs["status"].str.startswith(BOUND, na=False)]
-    return float(marked.max()) if len(marked) else 0.0
+    """The error below which one problem's truth cannot tell them apart: ten times its own; 0 where
+    that is unknown."""
+    own = float(runs["truth_error"].max()) if "truth_error" in runs else math.nan
+    return 0.0 if math.isnan(own) else 10.0 * own
 
 
 def bounds(table: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
     """Whether each `error` of a table is a bound alone: no larger than its problem's `resolution`
     in these runs."""
+    return table["error"] <= _least(table, runs)
+
+
+def _least(table: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
+    """The `resolution` in these runs, of the problem of each row of a table."""
     least = {name: resolution(own) for name, own in runs.groupby("problem", sort=False)}
-    return table["error"] <= table["problem"].map(least)
+    return table["problem"].map(least)

@@ -11,7 +11,6 @@ import pandas as pd
 NOT_REACHED = "not reached"
 OURS = "galvi, best"
 TRUTH = "truth"  # status of the row that the others are compared with
-BOUND = "The error is below ten times that of the truth: take it as a bound."  # likewise
 
 
 def front(table: pd.DataFrame) -> pd.DataFrame:

@@ -12,7 +12,7 @@ import pandas as pd
 from benchmarks.statistics.net_time import net_time
 from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.statistics.timing import Timing, call_of, interleaved, warmed
-from benchmarks.work_precision.fronts import BOUND, TRUTH, front, ratios
+from benchmarks.work_precision.fronts import TRUTH, front, ratios
 from benchmarks.work_precision.participants import (
     ExternalContender,
     readable_setting,
@@ -198,7 +198,7 @@ def _row(
     elif one.run is not None:
         error = case.distance(one.run.q[-1], truth.end)
         if error < 10.0 * truth.error and not status:
-            status = BOUND
+            status = "The error is below ten times that of the truth: take it as a bound."
         if timing and math.isnan(timing.seconds):
             status = "Not timed: its steps took no longer than what a call costs besides them."
         status = " ".join(filter(None, (status, case.notes.get(one.contender, ""))))
