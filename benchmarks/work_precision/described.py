@@ -8,16 +8,14 @@ from typing import NamedTuple
 class Described(NamedTuple):
     """A problem for readers.
 
-    title     its name in tables and figures
-    text      what moves, from where, for how long; "" for a problem that is not the suite's
-    time      unit of its steps; "" for the problem's own
-    net_time  see `WorkPrecisionProblem.net_time`
+    title  its name in tables and figures
+    text   what moves, from where, for how long; "" for a problem that is not the suite's
+    time   unit of its steps; "" for the problem's own
     """
 
     title: str
     text: str = ""
     time: str = ""
-    net_time: bool = False
 
 
 H_BODY = "principal moments 3.3, 2.5, 3.4, angular velocity (2, -1.9, 1) in the body"
@@ -57,13 +55,11 @@ DESCRIBED = {
         "Double pendulum",
         "Two point masses 1 on weightless rods of length 1, g = 9.81, released at 2 and 2.5 rad "
         "from the vertical, a chaotic start, over 5 units of time.",
-        net_time=True,
     ),
     "chain of 5 rods": Described(
         "Chain of 5 rods",
         "Uniform rods of mass and length 1, g = 9.81, hinged end to end, released straight and "
         "at rest at 1 rad from the vertical, over 5 units of time.",
-        net_time=True,
     ),
     "heavy top": Described(
         "Heavy top",
@@ -74,7 +70,6 @@ DESCRIBED = {
         "Free body on SE(3)",
         f"H's free body, {H_BODY}, mass 2, thrown with velocity (0.3, 0.2, -0.1) without "
         "gravity, over 20 units of time.",
-        net_time=True,
     ),
     "elastic pendulum": Described(
         "Elastic pendulum",
@@ -96,27 +91,23 @@ DESCRIBED = {
         "Kepler, e = 0.3, in polar coordinates",
         "An orbit of GM = a = 1 and eccentricity 0.3 in r and phi, from its pericentre, over 20 "
         "units of time, more than three revolutions.",
-        net_time=True,
     ),
     "brownout, 100 micrometres": Described(
         "Grain of sand in a rotor's wind",
         "A sphere of quartz of 100 micrometres that falls with a drag quadratic in its velocity "
         "through the wind of a helicopter's rotor, over 2 s, half of its fall.",
         "s",
-        net_time=True,
     ),
     "skew arm": Described(
         "Skew arm",
         "Three rods of 1 kg and 0.5 m on hinges with skew axes that swing in gravity, without "
         "damping, over 2 s, some two turns.",
         "s",
-        net_time=True,
     ),
     "floating arm": Described(
         "Floating arm",
         "The same arm on a body of 5 kg that floats without weight, over 10 s.",
         "s",
-        net_time=True,
     ),
 }
 

@@ -143,9 +143,9 @@ def content(
         "chooser": chooser(tables.fastest),
         "chooser_filters": filters(tables.fastest),
         "comparisons": _comparisons(comparison, tables, gallery, lacking),
-        "net_timed": [one.title for one in map(described, _compared(runs)) if one.net_time],
         "stops": [f"{stop:.0e}" for stop in STOPS],
         "targets": _targets(tables.targets, quick),
+        "quick": quick,
         "cost": None if comparison.cost is None else grid(*readable_cost(comparison.cost)),
         "cost_picture": gallery.pictures.get(COST_FIGURE.name),
         "studies": [_study(one, one.frame, gallery) for one in sections if one.frame is not None],
@@ -164,10 +164,6 @@ def content(
 def _by_number(id: str) -> tuple[int, int]:
     """V before L before A, each by number."""
     return "VLA".find(id[:1]), int("".join(filter(str.isdigit, id)) or 0)
-
-
-def _compared(runs: pd.DataFrame | None) -> list[str]:
-    return [] if runs is None else [str(name) for name in runs["problem"].drop_duplicates()]
 
 
 def _study(one: SectionResult, frame: pd.DataFrame, gallery: Gallery) -> StudySection:
