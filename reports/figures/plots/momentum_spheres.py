@@ -145,10 +145,8 @@ def _in_front(y: np.ndarray) -> np.ndarray:
 
 def _line(axes: Axes, y: np.ndarray, color: str, width: float) -> None:
     near = _in_front(y)
-    far = ~near
-    far[1:] |= ~near[
-        :-1
-    ]  # both ends of a segment that leaves the near side, so that none is missing
+    far = ~near  # with both ends of a segment that leaves the near side, so that none is missing
+    far[1:] |= ~near[:-1]
     far[:-1] |= ~near[1:]
     for seen, alpha, order in ((far, HIDDEN, 2), (near, 1.0, 3)):
         axes.plot(*np.where(seen[:, None], y, np.nan).T, color=color, linewidth=width, alpha=alpha,

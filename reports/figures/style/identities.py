@@ -21,7 +21,7 @@ from reports.figures.style.palette import COLOURS
 
 SOLID, DASHED, DASH_DOT, DOTTED = "-", (0, (4, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.4))
 OURS, FRAME = "galvi", "galvi Kepler frame"
-MOST = 15  # entries of a legend
+MOST = 8  # entries of a legend
 VARIANTS = {"GLOBAL": DOTTED, "looser": DASH_DOT, "default": DOTTED}  # what ends a name: its line
 
 

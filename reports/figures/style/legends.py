@@ -1,4 +1,4 @@
-"""Legends of contenders, beside the axes or below them."""
+"""Legends of contenders: at most eight entries, beside the axes or below them."""
 
 from __future__ import annotations
 
@@ -9,28 +9,23 @@ from matplotlib.axes import Axes
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 
-from reports.figures.style.identities import MOST, grouped, identity
+from reports.figures.style.identities import grouped, identity
 
 NARROW = 4.2  # inches, below which a legend is under its axes
 SHOWN = 6  # markers of an entry that stands for several names
 ALONE, LONGEST = 2.6, 6.0  # length of handles in font sizes, of one line and of several
-FEW = 8  # entries of a legend below its axes
 
 
 def contender_legend(axes: Axes, names: Iterable[str], **more: Any) -> None:
     """The legend of these contenders, outside the axes."""
-    narrow = axes.figure.get_figwidth() < NARROW
-    handles, labels = contender_handles(names, FEW if narrow else MOST)
-    outside(axes, handles, labels, **more)
+    outside(axes, *contender_handles(names), **more)
 
 
-def contender_handles(
-    names: Iterable[str], most: int = FEW
-) -> tuple[list[tuple[Line2D, ...]], list[str]]:
+def contender_handles(names: Iterable[str]) -> tuple[list[tuple[Line2D, ...]], list[str]]:
     """(handles, labels) of `grouped`; an entry of several names shows some of their markers, of
     galvi's one for each degree."""
     handles, labels = [], []
-    for label, members in grouped(names, most):
+    for label, members in grouped(names):
         looks = [identity(name).style for name in members]
         styles = list({(s["color"], s["marker"]): s for s in reversed(looks)}.values())[::-1]
         stride = max(1, (len(styles) - 1) // (SHOWN - 1)) if len(styles) > SHOWN else 1
