@@ -8,12 +8,13 @@ Processor time: the least of interleaved calls, so that other load counts little
 from __future__ import annotations
 
 import time
+from dataclasses import asdict
 from functools import partial
 
 import numpy as np
 
-import galvi
 from benchmarks.timings.catalogue import TRAJECTORIES
+from benchmarks.timings.worker import method_of, problem_of
 from galvi.run.integrate import prepared
 
 SECONDS, ROUNDS = 1.0, 200  # of each, at most
@@ -21,9 +22,8 @@ SECONDS, ROUNDS = 1.0, 200  # of each, at most
 
 def run_of(case):
     """Its run, prepared."""
-    problem = getattr(galvi.problems, case.problem)(**case.arguments)
-    rule, chart = getattr(galvi, case.rule)(case.points), getattr(galvi, case.chart or "Cayley")()
-    method = galvi.Galerkin(galvi.Polynomials(case.degree), rule, chart)
+    words = asdict(case)
+    problem, method = problem_of(words), method_of(words)
     return prepared(problem, method, case.step, case.steps, save_every=case.steps)
 
 

@@ -17,7 +17,7 @@ from benchmarks.mutation.mutants import Mutant
 from benchmarks.mutation.reach import Reach, copied, in_copy
 
 KILLED, SURVIVED, NOT_REACHED = "killed", "survived", "not reached"
-START, SLOWER = 240.0, 2.0  # seconds to start and to compile; against those under coverage
+START, SLOWER = 240.0, 2.0  # seconds to start and compile; times the tests' seconds under coverage
 BUSY = 10.0  # a clock's second against one of processor time, at most
 
 

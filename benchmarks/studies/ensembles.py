@@ -21,7 +21,7 @@ import pandas as pd
 from scipy.spatial.transform import Rotation
 
 import galvi
-from benchmarks.statistics.timing import interleaved
+from benchmarks.statistics.timing import Timing, interleaved
 from galvi.run.ensemble import processors
 from references import DOP853, FREE_TOP, IAS15, KEPLER, RIGID_DOP853
 from references.heyoka.batches import HEYOKA_BATCHES, HEYOKA_ENSEMBLE
@@ -147,7 +147,7 @@ def planetary_systems(members: int) -> Ensemble:
 
 
 def candidates(ensemble: Ensemble, pool: Any) -> list[Candidate]:
-    """The codes that run an ensemble here; one with several families of settings several times."""
+    """The codes that run an ensemble here; galvi once for each degree."""
     problem = ensemble.problem
     found = [Candidate("galvi", _of_galvi(ensemble, degree)) for degree in DEGREES]
     if MUJOCO_ROLLOUT.supports(problem) and not MUJOCO_ROLLOUT.missing:
@@ -164,7 +164,7 @@ def candidates(ensemble: Ensemble, pool: Any) -> list[Candidate]:
 
 
 def _of_galvi(ensemble: Ensemble, degree: int) -> Iterator[tuple[str, Call]]:
-    """From the first that reaches the error; members that do not are not run for it."""
+    """Settings from the coarsest with which the first members reach the error."""
     problem, q, v, duration, target, truth = ensemble
     method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree))
     run, few = partial(galvi.integrate_ensemble, problem, tolerance=1e-2 * target), len(truth)
@@ -231,21 +231,17 @@ def compared(ensemble: Ensemble, pool: Any) -> list[tuple[Any, ...]]:
     times = interleaved([call for *_, call in chosen], ROUNDS, LEAST)
     name, members = ensemble.problem.name, len(ensemble.q)
     alone = LOOKED_AT * processors()  # members that one thread's time is worth on all processors
-    each = [
-        timing.seconds / (alone if words.endswith(" members") else members)
-        for (_, words, *_), timing in zip(chosen, times, strict=True)
-    ]
-    fastest = {chosen[k][0]: k for k in sorted(range(len(chosen)), key=lambda k: -each[k])}
-    ours = each[fastest["galvi"]]
-    first = "peers", f"{members} of {name}"
-    rows: list[tuple[Any, ...]] = []
-    for who in dict.fromkeys(one[0] for one in chosen):
-        k = fastest[who]
-        (_, words, error, _), timing = chosen[k], times[k]
-        rows.append(
-            (*first, who, words, error, ensemble.target, timing.seconds, timing.low, timing.high,
-             1e6 * each[k], each[k] / ours)
-        )  # fmt: skip
+    fastest: dict[str, tuple[str, float, Timing, float]] = {}
+    for (who, words, error, _), timing in zip(chosen, times, strict=True):
+        each = timing.seconds / (alone if words.endswith(" members") else members)
+        if who not in fastest or each < fastest[who][-1]:
+            fastest[who] = words, error, timing, each
+    first, ours = ("peers", f"{members} of {name}"), fastest["galvi"][-1]
+    rows: list[tuple[Any, ...]] = [
+        (*first, who, words, error, ensemble.target, timing.seconds, timing.low, timing.high,
+         1e6 * each, each / ours)
+        for who, (words, error, timing, each) in fastest.items()
+    ]  # fmt: skip
     rows += [
         (*first, who, f"not reached, {words}", error, ensemble.target, *(math.nan,) * 5)
         for who, (words, error) in missed.items()

@@ -32,11 +32,11 @@ EXPLANATION = (
     "The outer planets with 50 times their masses over 600 years, in which they meet again and "
     "again; and Burrau's problem, three bodies at rest at the corners of a triangle with sides "
     "3, 4 and 5, in which two of them pass each other at 1e-2 to 1e-4 of their first distance. "
-    "Equal steps do not resolve encounters: WHFast's energy error becomes as large as the "
-    "energy, with no warning. MERCURIUS and TRACE change to another integrator for them. galvi "
-    "takes equal steps too; a run that cannot be trusted stops and names the bodies and a step "
-    "that would do, or completes with a warning in its status. In both problems the reference "
-    "codes disagree on positions, so the energy is compared."
+    "Equal steps do not resolve encounters, and WHFast gives no warning. MERCURIUS and TRACE "
+    "change to another integrator for them. galvi takes equal steps too; a run that cannot be "
+    "trusted stops and names the bodies and a step that would do, or completes with a warning "
+    "in its status. In both problems the reference codes disagree on positions, so the energy "
+    "is compared."
 )
 
 

@@ -34,6 +34,15 @@ def problem_of(case: Mapping[str, Any]) -> Any:
     return getattr(galvi.problems, case["problem"])(**case["arguments"])
 
 
+def method_of(case: Mapping[str, Any]) -> Any:
+    """The case's method, of the imported galvi."""
+    import galvi
+
+    charts = (getattr(galvi, case["chart"])(),) if case["chart"] else ()
+    rule = getattr(galvi, case["rule"])(case["points"])
+    return galvi.Galerkin(galvi.Polynomials(case["degree"]), rule, *charts)
+
+
 def prepared(case: Mapping[str, Any]) -> Callable[[], list[Any]]:
     """A call that runs a case once and returns a trajectory for each start."""
     import galvi
@@ -42,10 +51,7 @@ def prepared(case: Mapping[str, Any]) -> Callable[[], list[Any]]:
     if case.get("contender"):
         run, duration = contender_of(case).run, case["step"] * case["steps"]
         return lambda: [run(one, duration, dict(case["setting"])) for one in problems]
-    charts = (getattr(galvi, case["chart"])(),) if case["chart"] else ()
-    rule = getattr(galvi, case["rule"])(case["points"])
-    method = galvi.Galerkin(galvi.Polynomials(case["degree"]), rule, *charts)
-    step, steps = case["step"], case["steps"]
+    method, step, steps = method_of(case), case["step"], case["steps"]
 
     def call() -> list[Any]:
         return [galvi.integrate(one, method, step, steps, save_every=steps) for one in problems]

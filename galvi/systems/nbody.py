@@ -59,7 +59,7 @@ class NBody:
             )
         for i in range(bodies):
             pulls = self.masses[i] + self.masses[i + 1 :] > 0.0
-            with np.errstate(over="ignore", under="ignore"):
+            with np.errstate(over="ignore"):
                 square = np.sum((q[i + 1 :] - q[i]) ** 2, axis=1)  # 0 below 1e-162 too
             same = np.flatnonzero(pulls & (square == 0.0))
             if same.size:

@@ -23,6 +23,7 @@ from galvi.run.nystrom_steppers import general_stepper
 from galvi.symbolic.lane_force import WIDEST, WIDEST_COUPLED
 from galvi.systems.canonical import Canonical
 from galvi.systems.potentials.potential import lane_slopes
+from references.forces.ridders import gradient
 
 GENERAL = replace(NYSTROM, stepper=general_stepper)
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
@@ -87,17 +88,10 @@ def test_the_functions_of_a_kernel_are_the_derivatives_of_the_potential(potentia
     law.gradient.py_func(Q, 0.0, law.constants, slopes)
     law.hessian.py_func(Q, 0.0, law.constants, blocks)
     for q, slope, block in zip(Q.T, slopes.T, blocks.T, strict=True):
-        gradient = [central(potential, q, unit) for unit in np.eye(3)]
-        hessian = [central(potential.gradient, q, unit) for unit in np.eye(3)]
-        assert np.allclose(slope, gradient, rtol=0.0, atol=1e-9)
-        assert np.allclose(block.T, hessian, rtol=0.0, atol=1e-9)
-        assert np.allclose(potential.hessian(q), hessian, rtol=0.0, atol=1e-9)
-
-
-def central(function: Any, q: Any, along: Any, by: float = 1e-3) -> Any:
-    """Its derivative, from differences of fourth order."""
-    one, two = (function(q + k * by * along) - function(q - k * by * along) for k in (1, 2))
-    return (8.0 * one - two) / (12.0 * by)
+        hessian = [gradient(lambda x, i=i: potential.gradient(x)[i], q) for i in range(3)]
+        assert np.allclose(slope, gradient(potential, q), rtol=0.0, atol=1e-11)
+        assert np.allclose(block, hessian, rtol=0.0, atol=1e-11)
+        assert np.allclose(potential.hessian(q), hessian, rtol=0.0, atol=1e-11)
 
 
 @pytest.mark.parametrize("kind", ["centre", "cosine", "spring", "chain", "field"])

@@ -55,7 +55,7 @@ class Joint:
                 f"type must be one of {', '.join(KINDS)}; received {shown(self.type)}."
             )
         axis = input_checks.array("axis", self.axis, (3,))
-        with np.errstate(over="ignore", under="ignore"):
+        with np.errstate(over="ignore"):
             length = float(np.linalg.norm(axis))
         if not 0.0 < length < math.inf:
             raise ValueError(
