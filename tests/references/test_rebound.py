@@ -143,5 +143,5 @@ def test_a_massless_body_may_stand_before_one_that_pulls() -> None:
         )
         for order in ([0, 1, 2], [0, 2, 1])
     ]
-    assert np.allclose(runs[0].q[-1][[0, 2, 1]], runs[1].q[-1], rtol=0.0, atol=1e-14)
+    assert np.allclose(runs[0].q[-1][[0, 2, 1]], runs[1].q[-1], rtol=0.0, atol=1e-12)  # 0
     assert abs(runs[0].q[-1][0]).max() > 1e-4  # the last body pulls

@@ -173,6 +173,7 @@ def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(
     track(tmp_path, {"command": "x"}, lambda sentence: None)
     page = (tmp_path / "history.html").read_text()
     assert "Slowest commit kept: 000000000002, at 2.86 times the median" in page
+    assert "So few runs do not tell a change from noise." in page
     assert "fastest: 000000000003+" in page
     for cell in ("7.25", "3.50", "9.00", "180"):
         assert f'<td class="number">{cell}</td>' in page
