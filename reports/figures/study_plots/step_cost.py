@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from benchmarks.work_precision.described import described
 from reports.figures.style.identities import blue
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import GUIDE
@@ -31,7 +32,8 @@ def step_cost(axes: Axes, frame: pd.DataFrame) -> None:
             color=GUIDE,
         )
     names = [
-        f"{row['problem']}: {row['method']}, h = {row['step']:.3g}" for _, row in rows.iterrows()
+        f"{described(row['problem']).title}: {row['method']}, h = {row['step']:.3g}"
+        for _, row in rows.iterrows()
     ]
     axes.set_yticks(places, names)
     axes.set(xscale="log", xlabel="time for one step [µs]")
