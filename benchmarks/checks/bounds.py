@@ -349,9 +349,9 @@ class NoGrowth(Bound):
     def text(self) -> str:
         rounded = f" or {_number(self.round_off)}" if self.round_off else ""
         return (
-            f"at most {_number(self.limit)}; mean and maxima over a period change over the run by "
-            f"at most {100.0 * GROWTH:g} %{rounded}, {SIGMAS:g} standard errors "
-            f"{'or more' if self.conclusive else 'where these are more'}"
+            f"at most {_number(self.limit)}; over the run the mean, and the maxima of its periods, "
+            f"change by at most {100.0 * GROWTH:g} %{rounded}, or by {SIGMAS:g} standard errors "
+            "where that is more"
         )
 
     def comparisons(self, measured: Drift) -> tuple[Comparison, ...]:
