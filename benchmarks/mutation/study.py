@@ -55,8 +55,9 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Part:
-    """A few mutants of one sample; those that survive are tried again when the tests change,
-    those once killed are not: their row has the commit of the tests that did it."""
+    """A few mutants of one sample; those that survive are tried again when the tests change, but
+    for equivalent ones; those once killed are not: their row has the commit of the tests that did
+    it."""
 
     sample: str
     number: int
@@ -97,11 +98,16 @@ class Part:
         frame = self.files.read(self.name)
         if frame is None:
             return {}
-        wanted = {one.code for one in self.mutants}
+        wanted, same = {one.code for one in self.mutants}, set(equivalents())
         return {
             str(row["mutant"]): row
             for row in frame.to_dict("records")
-            if row["mutant"] in wanted and (row["outcome"] == KILLED or row["tests"] == self.tests)
+            if row["mutant"] in wanted
+            and (
+                row["outcome"] == KILLED
+                or row["tests"] == self.tests
+                or (row["file"], row["before"], row["after"]) in same
+            )
         }
 
     def _row(self, mutant: Mutant, outcome: Outcome, date: str) -> dict[str, object]:

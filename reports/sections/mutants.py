@@ -55,9 +55,9 @@ MUTANTS = Section(
     "lines of code. The tests that reach the line run, the quickest first, until one fails: the "
     "fault is found. Equivalent mutants compute the same and are not counted; their reasons are in "
     "benchmarks/mutation/equivalent.csv. References whose engine is not installed are left out. "
-    "Below, those that no test found. `make mutants` tries "
-    "what is missing, and what survived again when the tests change; a fault once found is not "
-    "tried again, so that it is known to be found by the tests of the commit it was found at.",
+    "Below, those that no test found. `make mutants` tries what is missing, and what survived "
+    "again when the tests change, unless it is equivalent; a fault once found is not tried again, "
+    "so that it is known to be found by the tests of the commit it was found at.",
     measure=long_form_only,
     table=mutants_table,
     long_form=LongForm(study.parts, study.stored),
