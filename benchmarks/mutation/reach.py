@@ -1,10 +1,11 @@
 """Which tests reach a line: by coverage, and for compiled code by what calls it.
 
 A line of Python is reached by the tests that execute it. Compiled lines leave no trace, so that a
-kernel's lines count as reached by the tests that execute a line, outside the kernels, that names
-something of a kernel whose code depends on the mutated file. What runs when a module is imported,
-or once for all tests, leaves the trace of the first test only: after these come those that execute
-any function of a file that names something of the mutated one, and those whose own file imports it.
+kernel's lines count as reached by the tests whose own file imports it, which come first, and those
+that execute a line, outside the kernels, that names something of a kernel whose code depends on the
+mutated file. What runs when a module is imported, or once for all tests, leaves the trace of the
+first test only: after these come those that execute any function of a file that names something of
+the mutated one, and those whose own file imports it.
 """
 
 from __future__ import annotations
@@ -42,7 +43,10 @@ class Reach:
     folder: Path
 
     def tests(self, file: str, line: int) -> list[str]:
-        """Names of the tests that reach a line, the quickest ones first; then those that may."""
+        """Names of the tests that reach a line, the quickest ones first; then those that may.
+
+        Of a kernel's line, those that import it before all others.
+        """
         of_sources = {test for test in self._durations if test.startswith(OF_SOURCES)}
         kernel, at_import = file.startswith(KERNELS), line not in self._bodies(file)
         found = set() if kernel else self._executing(file, self._place(file, line))
@@ -54,7 +58,9 @@ class Reach:
             files |= callers.keys()
         found |= of_sources
         further |= self._importing({self._module(self.root / one) for one in files})
-        return self._quickest_first(found) + self._quickest_first(further - found)
+        own = self._importing({self._module(self.root / file)}) if kernel else set()
+        groups = own, found - own, further - found - own
+        return [test for group in groups for test in self._quickest_first(group)]
 
     def _importing(self, modules: set[str]) -> set[str]:
         """The tests in files that import one of the modules."""

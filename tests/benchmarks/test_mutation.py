@@ -6,9 +6,10 @@ import ast
 import json
 from dataclasses import replace
 
+import pandas as pd
 import pytest
 
-from benchmarks.mutation import mutants, trial
+from benchmarks.mutation import mutants, study, trial
 from benchmarks.mutation.reach import Reach, _lines_with_names_of, copied, write_durations
 from benchmarks.store.provenance import ROOT
 from reports.sections.mutants import mutants_table
@@ -68,6 +69,21 @@ def test_a_compiled_line_counts_as_reached_where_something_that_may_call_it_is_n
     assert _lines_with_names_of({"galvi.kernels.lie.rotation"}, used) == set()
 
 
+def test_of_a_kernels_line_those_that_import_it_are_asked_first(tmp_path):
+    """The time for tests would be spent on runs before one of an error is asked."""
+    file, slow, quick = "galvi/kernels/small.py", "tests/test_small.py::a", "tests/test_run.py::b"
+    (tmp_path / "galvi/kernels").mkdir(parents=True)
+    (tmp_path / file).write_text("def half(x):\n    return x / 2\n")
+    (tmp_path / "galvi/run.py").write_text("from galvi.kernels.small import half\n\nhalf(3)\n")
+    (tmp_path / "tests").mkdir()
+    (tmp_path / "tests/test_small.py").write_text("from galvi.kernels.small import half\n")
+    (tmp_path / "tests/test_run.py").write_text("import galvi.run\n")
+    (tmp_path / "durations.json").write_text(json.dumps({slow: 9.0, quick: 1.0}))
+    reach = Reach(tmp_path, tmp_path)
+    reach.__dict__["_lines"] = {"galvi/run.py": {3: {quick}}}
+    assert reach.tests(file, 2) == [slow, quick]
+
+
 def test_what_runs_at_import_is_reached_by_all_that_call_a_function_of_the_file(tmp_path):
     """By whichever test was first alone, a constant would hardly be looked at."""
     text = (
@@ -121,8 +137,23 @@ def test_annotations_are_no_place_for_a_fault():
     assert found == {"int | None", "3 | 4", "5"}
 
 
+def test_what_survived_is_tried_again_when_the_tests_change_unless_it_is_equivalent(tmp_path):
+    blank = dict.fromkeys(study.COLUMNS, "") | {"line": 1, "seconds": 1.0, "seed": 1}
+    same = dict(zip(("file", "before", "after"), study.equivalents()[0], strict=True))
+    rows = [
+        blank | {"mutant": "a", "outcome": "killed", "tests": "before"},
+        blank | {"mutant": "b", "outcome": "survived", "tests": "before"},
+        blank | {"mutant": "c", "outcome": "survived", "tests": "before"} | same,
+        blank | {"mutant": "d", "outcome": "survived", "tests": "now"},
+    ]
+    all_four = tuple(mutants.Mutant("", "", 0, 1, "", "", code) for code in "abcd")
+    files = study.row_files(tmp_path, print)
+    part = study.Part("integrators", 0, all_four, files, "now")
+    files.write(part.name, pd.DataFrame(rows))
+    assert not part.done() and set(part._known()) == {"a", "c", "d"}
+
+
 def test_the_table_counts_and_names_what_no_test_found():
-    import pandas as pd
 
     row = {"sample": "integrators", "line": 3, "before": "a < b", "after": "a <= b", "commit": "5b"}
     rows = [
