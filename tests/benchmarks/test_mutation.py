@@ -154,7 +154,6 @@ def test_what_survived_is_tried_again_when_the_tests_change_unless_it_is_equival
 
 
 def test_the_table_counts_and_names_what_no_test_found():
-
     row = {"sample": "integrators", "line": 3, "before": "a < b", "after": "a <= b", "commit": "5b"}
     rows = [
         row | {"file": "galvi/run/loop.py", "outcome": "killed"},
