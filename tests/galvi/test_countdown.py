@@ -63,3 +63,10 @@ def test_what_is_not_finite_ends_the_iteration(bad):
 
 def test_growing_changes_end_the_iteration():
     assert passes(1e-3 * 1.5 ** np.arange(60.0))[0] == DIVERGED
+
+
+def test_a_rate_is_that_of_two_passes_also_where_the_first_was_too_far_to_be_judged():
+    """1e-5 is far from 1e-10; over both passes the rate to 0.9e-6 would be a tenth of its size,
+    and 2e-9 would end the iteration: 2e-9 x 0.09 is more than what is left of the tolerance."""
+    assert passes([1e-2, 1e-5, 0.9e-6, 2e-9], 1e-10) == (GOING, 4)
+    assert passes([1e-2, 1e-5, 0.9e-6, 2e-9, 1e-13], 1e-10) == (SOLVED, 5)

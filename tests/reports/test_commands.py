@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 import galvi
-from galvi.command import called
+from galvi.command import called, main
 from reports.cli.commands import run
 
 ROOT = Path(__file__).parents[2]
@@ -182,6 +182,15 @@ def test_the_module_is_the_command_and_help_names_what_was_called():
     assert called("/somewhere/bin/galvi") == ["galvi"]
     for word in ("verify", "compare", "build", "--quick", "--claims", "--out"):
         assert word in help.stdout
+
+
+def test_the_command_is_run_under_the_name_by_which_it_was_called(monkeypatch):
+    asked = []
+    monkeypatch.setattr(sys, "argv", ["/somewhere/bin/galvi-2", "verify"])
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr("runpy.run_module", lambda *given, **options: asked.append(given))
+    assert main() == 0
+    assert asked == [("reports", {"CALLED": ["galvi-2"]}, "__main__")]
 
 
 def test_warm_compiles_for_every_problem_and_says_how_far_it_is(make_suite, monkeypatch, capsys):
