@@ -9,6 +9,7 @@ import pytest
 from numba import njit
 
 import galvi
+from galvi.run.energies import kick_energy, noise
 
 PENDULUM = galvi.PlanarChain([1.0], [1.0], 1.0)
 
@@ -39,6 +40,42 @@ def test_a_lagrangian_that_is_not_defined_for_a_near_velocity_does_not_end_a_run
     problem = galvi.Problem(system, [6.0], [-share * (1.0 - 2.0 / 6.0)])
     run = galvi.integrate(problem, gauss(2), step, round(4.0 / step))
     assert run.success and run.status.startswith("Completed.")
+
+
+def lifted(angle):
+    """A heavy body turned about x from where its centre of mass is below."""
+    c, s = math.cos(angle), math.sin(angle)
+    R = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    return galvi.Problem(galvi.problems.pendulum_3d(2.0).system, R, np.zeros(3))
+
+
+SPRING = galvi.Canonical(3.0, lambda q: 0.5 * q[0] ** 2, lambda q: q)
+OF_LAGRANGE = galvi.Lagrangian(lambda q, v: 1.5 * v[0] ** 2 - 0.5 * q[0] ** 2, galvi.Rn(1))
+ABOUT_X = lifted(0.0).system.inertia[0, 0]
+AT_REST = {  # problem -> F . M^-1 F
+    "canonical": (galvi.Problem(SPRING, [2.0], [0.0]), 4.0 / 3.0),
+    "Lagrangian": (galvi.Problem(OF_LAGRANGE, [2.0], [0.0]), 4.0 / 3.0),
+    "rigid body": (lifted(0.3), (2.0 * math.sin(0.3)) ** 2 / ABOUT_X),
+    "free body": (galvi.problems.free_body_se3(g=(0.0, 0.0, -9.81)), 9.81**2),
+}
+
+
+@pytest.mark.parametrize("name", AT_REST)
+def test_the_energy_that_a_force_gives_in_a_step_is_that_of_uniform_acceleration(name):
+    problem, power = AT_REST[name]
+    mass = getattr(problem.system, "mass", 1.0) if name == "free body" else 1.0
+    for step in (0.1, -0.1, 0.2):
+        expected = 0.5 * step**2 * power * mass
+        assert kick_energy(problem, step) == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_round_off_of_an_energy_is_taken_larger_where_a_body_is_at_rest():
+    """By the square root of the rounding unit, where a motion grows from round-off."""
+    unit, potential = np.finfo(float).eps, 2.0
+    for speed, nudge in ((0.0, math.sqrt(unit)), (1.0, 64.0 * unit)):
+        assert noise(galvi.Problem(SPRING, [2.0], [speed])) == pytest.approx(
+            2.0 * nudge * potential, rel=0.01
+        )
 
 
 def test_a_changed_energy_is_told_however_large_the_step():
