@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import hashlib
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Set
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
@@ -49,15 +49,16 @@ SAMPLES = {
 }
 ENGINES = "rebound", "mujoco", "heyoka", "pinocchio"  # whose tests are skipped without them
 BATCH = 50
+SAME = "equivalent"  # an outcome, of those in EQUIVALENT
 EQUIVALENT = Path(__file__).with_name("equivalent.csv")
 Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Part:
-    """A few mutants of one sample; those that survive are tried again when the tests change, but
-    for equivalent ones; those once killed are not: their row has the commit of the tests that did
-    it."""
+    """A few mutants of one sample; those that survive are tried again when the tests change, those
+    once killed are not: their row has the commit of the tests that did it. Equivalent ones are not
+    tried."""
 
     sample: str
     number: int
@@ -87,7 +88,7 @@ class Part:
         date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             for mutant, outcome in zip(
-                left, pool.map(lambda m: tried(m, reach), left), strict=True
+                left, pool.map(lambda m: self._tried(m, reach), left), strict=True
             ):
                 report(f"{outcome.outcome}: {mutant}")
                 known[mutant.code] = self._row(mutant, outcome, date)
@@ -98,17 +99,17 @@ class Part:
         frame = self.files.read(self.name)
         if frame is None:
             return {}
-        wanted, same = {one.code for one in self.mutants}, set(equivalents())
+        wanted = {one.code for one in self.mutants}
+        same = {one.code for one in self.mutants if _equivalent(one)}
         return {
             str(row["mutant"]): row
             for row in frame.to_dict("records")
             if row["mutant"] in wanted
-            and (
-                row["outcome"] == KILLED
-                or row["tests"] == self.tests
-                or (row["file"], row["before"], row["after"]) in same
-            )
+            and (row["outcome"] == KILLED or row["tests"] == self.tests or row["mutant"] in same)
         }
+
+    def _tried(self, mutant: Mutant, reach: Reach) -> Outcome:
+        return Outcome(SAME, "", 0.0) if _equivalent(mutant) else tried(mutant, reach)
 
     def _row(self, mutant: Mutant, outcome: Outcome, date: str) -> dict[str, object]:
         return {
@@ -156,10 +157,15 @@ def row_files(studies: Path, report: Report) -> RowFiles:
     return RowFiles(studies / FOLDER, COLUMNS, report)
 
 
-def equivalents() -> Sequence[tuple[str, str, str]]:
+def _equivalent(mutant: Mutant) -> bool:
+    return (mutant.file, mutant.before, mutant.after) in equivalents()
+
+
+@lru_cache(maxsize=1)
+def equivalents() -> Set[tuple[str, str, str]]:
     """File, line and changed line of each mutant in EQUIVALENT."""
     table = pd.read_csv(EQUIVALENT, dtype=str, keep_default_na=False)
-    return list(table[["file", "before", "after"]].itertuples(index=False, name=None))
+    return set(table[["file", "before", "after"]].itertuples(index=False, name=None))
 
 
 def _reach(folder: Path, report: Report) -> Reach:

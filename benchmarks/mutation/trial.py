@@ -49,9 +49,10 @@ def tried(mutant: Mutant, reach: Reach) -> Outcome:
     if code == 0:
         return Outcome(SURVIVED, "", seconds)
     failed = re.search(r"^(?:FAILED|ERROR) (\S+)", text, re.MULTILINE)
-    return Outcome(
-        KILLED, failed[1] if failed else "it hangs or crashes" if code < 0 else "import", seconds
-    )
+    if failed:
+        return Outcome(KILLED, failed[1], seconds)
+    hangs = code < 0 or "+ Timeout +" in text  # the latter by pytest-timeout
+    return Outcome(KILLED, "it hangs or crashes" if hangs else "import", seconds)
 
 
 def _run(copy: Path, tests: Path, patience: float) -> tuple[int, str]:

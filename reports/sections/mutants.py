@@ -13,7 +13,7 @@ from reports.results.section import LongForm, Section, long_form_only
 
 def mutants_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each folder, and one for each sample; then the mutants that no test found."""
-    same = set(study.equivalents())
+    same = study.equivalents()
     changed = [tuple(row) for row in frame[["file", "before", "after"]].itertuples(index=False)]
     rows = frame.assign(
         folder=[
@@ -53,11 +53,11 @@ MUTANTS = Section(
     text="Small faults, planted one at a time by the operators of cosmic-ray: a sum for a "
     "difference, a limit moved by one, a condition reversed. A seed draws them, each folder by its "
     "lines of code. The tests that reach the line run, the quickest first, until one fails: the "
-    "fault is found. Equivalent mutants compute the same and are not counted; their reasons are in "
+    "fault is found. Equivalent mutants compute the same and are not tried; their reasons are in "
     "benchmarks/mutation/equivalent.csv. References whose engine is not installed are left out. "
     "Below, those that no test found. `make mutants` tries what is missing, and what survived "
-    "again when the tests change, unless it is equivalent; a fault once found is not tried again, "
-    "so that it is known to be found by the tests of the commit it was found at.",
+    "again when the tests change; a fault once found is not tried again, so that it is known to be "
+    "found by the tests of the commit it was found at.",
     measure=long_form_only,
     table=mutants_table,
     long_form=LongForm(study.parts, study.stored),

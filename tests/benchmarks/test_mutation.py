@@ -137,20 +137,23 @@ def test_annotations_are_no_place_for_a_fault():
     assert found == {"int | None", "3 | 4", "5"}
 
 
-def test_what_survived_is_tried_again_when_the_tests_change_unless_it_is_equivalent(tmp_path):
+def test_what_survived_is_tried_again_when_the_tests_change_and_what_is_equivalent_never(tmp_path):
     blank = dict.fromkeys(study.COLUMNS, "") | {"line": 1, "seconds": 1.0, "seed": 1}
-    same = dict(zip(("file", "before", "after"), study.equivalents()[0], strict=True))
+    file, before, after = min(study.equivalents())
+    same = {"file": file, "before": before, "after": after}
     rows = [
         blank | {"mutant": "a", "outcome": "killed", "tests": "before"},
         blank | {"mutant": "b", "outcome": "survived", "tests": "before"},
         blank | {"mutant": "c", "outcome": "survived", "tests": "before"} | same,
         blank | {"mutant": "d", "outcome": "survived", "tests": "now"},
     ]
-    all_four = tuple(mutants.Mutant("", "", 0, 1, "", "", code) for code in "abcd")
+    all_four = [mutants.Mutant("", "", 0, 1, "", "", code) for code in "abcd"]
+    all_four[2] = mutants.Mutant(file, "", 0, 1, before, after, "c")
     files = study.row_files(tmp_path, print)
-    part = study.Part("integrators", 0, all_four, files, "now")
+    part = study.Part("integrators", 0, tuple(all_four), files, "now")
     files.write(part.name, pd.DataFrame(rows))
     assert not part.done() and set(part._known()) == {"a", "c", "d"}
+    assert part._tried(all_four[2], Reach(tmp_path, tmp_path)).outcome == "equivalent"
 
 
 def test_the_table_counts_and_names_what_no_test_found():
