@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from galvi.kernels.lanes import countdown
-from galvi.kernels.lanes.countdown import begin_countdown, judged
+from galvi.kernels.lanes.countdown import begin_countdown, judged, remaining
 from galvi.kernels.nystrom.solve import DIVERGED, GOING, NOT_FINITE, SOLVED
 
 ROUNDING, TOLERANCE = 2e-16, 2.0**-55
@@ -63,6 +63,18 @@ def test_what_is_not_finite_ends_the_iteration(bad):
 
 def test_growing_changes_end_the_iteration():
     assert passes(1e-3 * 1.5 ** np.arange(60.0))[0] == DIVERGED
+
+
+@given(
+    rate=st.floats(0.05, 0.9), change=st.floats(1e-9, 1.0), tolerance=st.floats(1e-16, 1e-6),
+)  # fmt: skip
+def test_as_few_passes_remain_as_leave_a_geometric_rest_below_the_tolerance(
+    rate, change, tolerance
+):
+    count = remaining(change, rate, tolerance)
+    rest = change * rate ** np.arange(1, count + 2) / (1.0 - rate)
+    assert count == countdown.MANY or rest[count] <= 1.000001 * tolerance
+    assert count == 0 or rest[count - 1] >= 0.999999 * tolerance
 
 
 def test_a_rate_is_that_of_two_passes_also_where_the_first_was_too_far_to_be_judged():

@@ -37,6 +37,27 @@ def test_every_law_gives_the_runs_of_one_by_one(name):
     assert np.abs(result.kept[0] - q).max() > 1e-3  # they move
 
 
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("brownout", 1), ("polar", 1), ("free_body", 1), ("pendulum_3d", 1), ("se2", 1),
+     ("free_body_se3", 1e-6)],
+)  # fmt: skip
+def test_members_take_about_as_many_passes_as_single_runs(name, unit):
+    """Where both iterate the same equations, to the same tolerance, from the same guesses, in any
+    unit of length."""
+    problem, step = CASES[name]
+    q, v = starts(problem, 8)
+    if unit != 1:
+        q[:, :3, 3] /= unit
+        v[:, 3:] /= unit
+    passes = sum(galvi.integrate_ensemble(problem, q, v, FOUR, step, 40).iterations)
+    runs = [
+        galvi.integrate(problem.with_initial_state(*state), FOUR, step, 40)
+        for state in zip(q, v, strict=True)
+    ]
+    assert -0.045 < passes / sum(run.counts["iterations"] for run in runs) - 1.0 < 0.03
+
+
 @given(
     degree=st.integers(1, 9), more=st.integers(0, 3), fraction=st.floats(0.2, 1.0),
     backwards=st.booleans(), name=st.sampled_from(sorted(CASES)),
