@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import galvi
+from galvi.kernels.forces.passages import NEAR
+from galvi.kernels.lanes.nbody import near_limit
 from galvi.run import engine_choice
 from galvi.run.encounters import encounter
 from galvi.run.nystrom_engine import NYSTROM
@@ -66,3 +68,12 @@ def test_a_body_at_infinity_is_named():
     assert encounter(sun, sun.system, 4, 10.0, state) == (
         "body Mercury is 1.0e+180 away. Remove it, or stop before then."
     )
+
+
+def test_a_passage_is_looked_at_from_where_a_parabola_is_passed_too_fast_for_the_stages():
+    """Three bodies at rest: only gravity can have sped them up, to v^2 = 2 G m / d at d."""
+    masses, state, h, n = np.array([2.0, 0.5, 0.25]), np.zeros((4, 6)), 0.1, 8
+    fast, slow = near_limit.py_func((0, 1), masses, 0, state, h, n)
+    distance = slow ** (1.0 / 3.0)
+    speed = np.sqrt(2.0 * 2.5 / distance)
+    assert fast == 0.0 and distance == pytest.approx(NEAR * h * speed / n, rel=1e-12)
