@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.run.ensembles.laws import law_of
+from galvi.run.ensembles.parameters import Parameters
+from galvi.symbolic.traces import traces
 from tests.galvi.ensemble_cases import CASES, farthest, starts
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
@@ -275,6 +277,12 @@ def test_bad_input_is_refused_in_a_sentence(change, words):
 def test_values_to_keep_are_checked_when_they_are_made(make, error):
     with pytest.raises(error, match="must"):
         make()
+
+
+def test_the_system_of_a_member_that_runs_alone_is_traced_as_that_of_a_problem_is():
+    problem = galvi.Problem(galvi.Canonical(2.0, lambda q: 0.5 * (q @ q) + q[0] ** 4), [1.0], [0.0])
+    system = Parameters(problem, {"mass": np.array([1.0, 3.0])}, 2).system(1)
+    assert system.mass == 3.0 and traces(system).found.keys() == {"dV/dq"}
 
 
 def test_shapes_of_parameters_are_those_of_the_system():
