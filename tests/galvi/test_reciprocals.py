@@ -1,0 +1,40 @@
+"""1 / x and 1 / sqrt(x) with the processor's estimates, and where it has none."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numba.core.registry import cpu_target
+
+from galvi.kernels.lanes.frames.reciprocals import FEATURE, Reciprocals
+from tests.galvi.lane_functions import compiled
+
+
+def both(features):
+    """The two functions as compiled for a processor of these features."""
+    target = SimpleNamespace(magic_tuple=lambda: ("", "", features))
+    context = SimpleNamespace(codegen=lambda: target)
+
+    def of(x):
+        functions = Reciprocals(context, x.builder)
+        return functions.reciprocal(x), functions.root(x)
+
+    return of
+
+
+def in_units(found, exact):
+    """Errors in units of the last place."""
+    return np.max(np.abs(found - exact) / np.spacing(np.abs(exact)))
+
+
+@pytest.mark.parametrize("features", ["", FEATURE])
+def test_they_are_exact_to_about_a_unit(features):
+    compiled_for = cpu_target.target_context.codegen().magic_tuple()[2].split(",")
+    if features and features not in compiled_for:
+        pytest.skip("this processor has no estimates")
+    x = np.exp(np.random.default_rng(0).uniform(-200.0, 200.0, 5_000))
+    one_over, root = compiled(both(features), 1, 2)(x)
+    assert in_units(one_over, 1.0 / x) <= (1.0 if features else 0.0)
+    assert in_units(root, (1.0 / np.sqrt(x.astype(np.longdouble))).astype(float)) <= 1.5
