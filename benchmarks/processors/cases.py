@@ -1,6 +1,7 @@
 """A run in each kernel; as a program, writes their last states, for the processor it is told.
 
-NUMBA_CPU_NAME, set before numba is imported, names the processor for which kernels are compiled.
+NUMBA_CPU_NAME, set before numba is imported, names the processor for which kernels are compiled,
+and NUMBA_CPU_FEATURES, empty, that no instructions of this machine's are used besides.
 """
 
 from __future__ import annotations

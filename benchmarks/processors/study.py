@@ -109,17 +109,28 @@ def _row(case: str, processor: str, units: float, iterations: int, status: str) 
 
 def _ends(processor: str) -> Any:
     """What `benchmarks.processors.cases` writes; None where the machine lacks an instruction."""
-    given = {"NUMBA_CPU_NAME": processor, "OPENBLAS_CORETYPE": PROCESSORS[processor]}
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)} | {k: v for k, v in given.items() if v}
     done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.processors.cases"],
-        cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE,
+        [sys.executable, "-m", "benchmarks.processors.cases"], cwd=ROOT,
+        env=environment(processor), capture_output=True, text=True, timeout=PATIENCE,
     )  # fmt: skip
     if done.returncode < 0:  # ended by a signal: an illegal instruction
         return None
     if done.returncode:
         raise RuntimeError(done.stderr[-1000:])
     return json.loads(done.stdout)
+
+
+def environment(processor: str) -> dict[str, str]:
+    """Of a process whose kernels are compiled for a processor.
+
+    With its name alone numba would still use every instruction that this machine has.
+    """
+    given = {
+        "NUMBA_CPU_NAME": processor,
+        "NUMBA_CPU_FEATURES": "",
+        "OPENBLAS_CORETYPE": PROCESSORS[processor],
+    }
+    return {**os.environ, "PYTHONPATH": str(ROOT), **(given if processor else {})}
 
 
 def parts(studies: Path, report: Report) -> list[Part]:

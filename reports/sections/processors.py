@@ -26,12 +26,12 @@ def processors_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]
 PROCESSORS = Section(
     name="processors",
     title="The same runs on other processors",
-    text="A hundred steps in each kernel, compiled for other processors (NUMBA_CPU_NAME, and the "
-    "BLAS that goes with it): the largest difference of the last state from that of this machine's "
-    "own, in units in the last place of the largest coordinate, or momentum. Vectors of 8, 4 "
-    "or 2 numbers and fused products round differently, so that results agree to rounding, "
-    "which grows as the motion lets it; success and status must be the same. On one kind of "
-    "processor all bits are the same, in every process and thread.",
+    text="A hundred steps in each kernel, compiled for other processors, with their instructions "
+    "alone and the BLAS that goes with them: the largest difference of the last state from that of "
+    "this machine's own, in units in the last place of the largest coordinate, or momentum. "
+    "Vectors of 8, 4 or 2 numbers and fused products round differently, so that results agree to "
+    "rounding, which grows as the motion lets it; success and status must be the same. On one kind "
+    "of processor all bits are the same, in every process and thread.",
     measure=long_form_only,
     table=processors_table,
     long_form=LongForm(study.parts, study.stored),

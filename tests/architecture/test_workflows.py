@@ -79,6 +79,7 @@ def test_ci_runs_tests_for_other_processors_that_exist() -> None:
     script = (ROOT / ".ci" / "run").read_text()
     named = re.findall(r"^ +(tests/\S+)$", script, re.M)
     assert {"generic", "haswell"} == set(re.findall(r"NUMBA_CPU_NAME=(\w+)", script))
+    assert script.index("export NUMBA_CPU_FEATURES=''") < script.index("NUMBA_CPU_NAME=")
     assert len(named) > 2 and [name for name in named if not (ROOT / name).is_file()] == []
 
 

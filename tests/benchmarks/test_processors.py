@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import copy
 import math
+import platform
+import subprocess
+import sys
 
 import pandas as pd
 import pytest
@@ -41,3 +44,29 @@ def test_a_status_that_differs_is_shown(ends):
 def test_every_case_names_a_problem_and_a_method_that_fit():
     for problem, method, step, _ in CASES.values():
         assert step > 0 and problem().q0 is not None and method.name
+
+
+SQUARES = """
+import numba
+import numpy as np
+
+@numba.njit(fastmath=True)
+def squares(x):
+    total = 0.0
+    for k in range(x.size):
+        total += x[k] * x[k]
+    return total
+
+squares(np.ones(64))
+print(next(iter(squares.inspect_asm().values())))
+"""
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="instructions of x86-64")
+def test_no_instruction_is_used_that_the_named_processor_lacks():
+    """On a machine with AVX-512, whose registers are called zmm, the name alone would use it."""
+    done = subprocess.run(
+        [sys.executable, "-c", SQUARES],
+        env=study.environment("haswell"), capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert "ymm" in done.stdout and "zmm" not in done.stdout
