@@ -74,8 +74,11 @@ def has_items(value: Any) -> bool:
 
 
 def several(value: Any) -> tuple[Any, ...]:
-    """The items, or the value alone when it has none."""
-    return tuple(value) if has_items(value) else (value,)
+    """The items, or the value alone when it has none, such as a single Rotation of SciPy's."""
+    try:
+        return tuple(value) if has_items(value) else (value,)
+    except TypeError:
+        return (value,)
 
 
 def returned(name: str, value: Any) -> float:

@@ -114,7 +114,7 @@ def _row(field: str, values: Any) -> tuple[Decimal, ...]:
         numbers = np.asarray(values)
         real = numbers.dtype.kind in "iufO"  # O: decimals
         finite = real and bool(np.all(np.isfinite(numbers.astype(np.float64))))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         finite = False
     if not finite or numbers.ndim != 1:
         raise ValueError(

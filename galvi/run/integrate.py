@@ -119,6 +119,7 @@ def prepared(
         raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {shown(solver)}.")
     save_every = input_checks.whole("save_every", save_every)
     tol = ROUND_OFF if tolerance is None else input_checks.positive("tolerance", tolerance)
+    curves = None if curves is None else input_checks.flag("curves", curves)
     if isinstance(problem.system, WithFunctions):
         _trace_anew(problem, problem.system)
     engine = engine_for(problem, method)
@@ -173,7 +174,7 @@ def resume(
     if save_every is not None:
         start = replace(start, save_every=input_checks.whole("save_every", save_every))
     if curves is not None:
-        start = replace(start, curves=curves)
+        start = replace(start, curves=input_checks.flag("curves", curves))
     if isinstance(problem.system, WithFunctions):
         _trace_anew(problem, problem.system)
     if until is None:

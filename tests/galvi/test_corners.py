@@ -227,6 +227,28 @@ def test_damaged_files_are_refused_in_one_sentence(tmp_path):
             ValueError,
             r"hessian must return an array of shape \(1, 1\)",
         ),
+        (
+            lambda: galvi.Multibody(links=Rotation.identity(), gravity=np.zeros(3)),
+            TypeError,
+            "links must be galvi.Link values; received Rotation",
+        ),
+        (
+            lambda: galvi.Rule("mine", 1, (0.5,), [10**400]),
+            ValueError,
+            "exact_weights of a rule must be finite numbers in one row",
+        ),
+        (
+            lambda: galvi.integrate(galvi.problems.kepler(), EIGHT, 0.1, 3, curves=np.eye(3)),
+            TypeError,
+            "curves must be True or False; received array",
+        ),
+        (
+            lambda: galvi.resume(
+                galvi.integrate(galvi.problems.kepler(), EIGHT, 0.1, 3), steps=5, curves="yes"
+            ),
+            TypeError,
+            "curves must be True or False; received 'yes'",
+        ),
     ],
 )
 def test_what_once_gave_a_stack_trace_gives_a_sentence(call, error, sentence):

@@ -81,7 +81,9 @@ def test_what_a_user_compiles_is_kept_too(folder):
 
 
 def test_memory_that_grows_would_be_seen(tmp_path, monkeypatch):
-    monkeypatch.setattr(start_up, "TIMED", start_up.TIMED.replace("save_every=steps", "curves=0"))
+    monkeypatch.setattr(
+        start_up, "TIMED", start_up.TIMED.replace("save_every=steps", "curves=False")
+    )
     few, many = started(STARTS[1], tmp_path, (start_up.STEPS, start_up.MANY_STEPS)).peaks
     assert many - few > 5.0  # 9.9
 
