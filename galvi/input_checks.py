@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Sized
 from contextlib import suppress
 from typing import Any
 
@@ -69,16 +69,17 @@ def flag(name: str, value: Any) -> bool:
 
 
 def has_items(value: Any) -> bool:
-    """Whether one can iterate over the value, as over no array without dimensions."""
-    return isinstance(value, Iterable) and not (isinstance(value, np.ndarray) and not value.ndim)
+    """Whether one can iterate over the value: not over what has no length, such as an array without
+    dimensions or a single Rotation of SciPy's."""
+    try:
+        return isinstance(value, Iterable) and (not isinstance(value, Sized) or len(value) >= 0)
+    except TypeError:
+        return False
 
 
 def several(value: Any) -> tuple[Any, ...]:
-    """The items, or the value alone when it has none, such as a single Rotation of SciPy's."""
-    try:
-        return tuple(value) if has_items(value) else (value,)
-    except TypeError:
-        return (value,)
+    """The items, or the value alone when it has none."""
+    return tuple(value) if has_items(value) else (value,)
 
 
 def returned(name: str, value: Any) -> float:

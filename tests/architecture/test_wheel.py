@@ -20,25 +20,6 @@ from galvi.kernels.compile.cache import FOLDER
 ROOT = Path(__file__).parents[2]
 SHIPPED = {".py", ".typed", ".csv", ".bib", ".css", ".js", ".j2", ".mplstyle", ".png"}
 SUITE = ("references", "benchmarks", "reports")
-EXACT = """
-import numpy as np
-import galvi
-
-class Exact:
-    name = "exact"
-
-    def supports(self, problem):
-        return isinstance(getattr(problem.system, "potential", None), galvi.LinearSpring)
-
-    def settings(self, problem, duration):
-        return [{"samples": 1}]
-
-    def run(self, problem, duration, setting):
-        t = problem.t0 + np.array([0.0, duration])
-        q = np.stack([problem.q0, np.cos(duration) * problem.q0 + np.sin(duration) * problem.v0])
-        p = np.stack([problem.v0, np.cos(duration) * problem.v0 - np.sin(duration) * problem.q0])
-        return galvi.Trajectory(problem, t, q, p, counts={"force_evaluations": 1})
-"""
 
 
 @pytest.fixture(scope="module")
@@ -158,9 +139,9 @@ def test_the_wheel_refuses_to_track_galvi_and_an_integrator_that_is_not_at_the_b
 ) -> None:
     done = from_wheel(wheel, folder_of_a_user, "track", "--against", "HEAD")
     assert done.returncode == 2 and "needs a git checkout of galvi" in done.stderr
-    asked = ("track", "--against", "HEAD^1", "--contender", "quick_to_track:Exact")
-    (folder_of_a_user / "quick_to_track.py").write_text(EXACT)
-    git(folder_of_a_user, "add", "quick_to_track.py")
+    asked = ("track", "--against", "HEAD^1", "--contender", "of_today:Leapfrog")
+    shutil.copy(folder_of_a_user / "mine.py", folder_of_a_user / "of_today.py")
+    git(folder_of_a_user, "add", "of_today.py")
     git(folder_of_a_user, "commit", "--quiet", "-m", "third")
     done = from_wheel(wheel, folder_of_a_user, *asked)
     assert done.returncode == 2 and "Nothing could be compared" in done.stderr  # not at the base
