@@ -27,7 +27,7 @@ COLUMNS: Mapping[str, type] = {
     "date": str,
 }
 FOLDER = "fuzz"  # subfolder of the studies
-CALLS = 250  # of each target in a round
+CALLS = 1000  # of each target in a round
 ALL = 1_000_000  # calls of the long form
 Report = Callable[[str], None]
 

@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from hypothesis import assume
 from hypothesis import strategies as st
 
 import galvi
@@ -29,9 +30,11 @@ from benchmarks.fuzzing.arguments import (
     spoilt,
 )
 from benchmarks.fuzzing.judgement import Call
+from galvi.input_checks import LARGEST
 
 Target = Callable[[Any], Call]
 SHOWN = 600  # characters of the arguments
+MOST_STEPS = 100_000  # that a call is asked for
 
 POSITIVE = st.floats(1e-3, 1e3)
 VECTORS = st.lists(st.floats(-3, 3), min_size=3, max_size=3)
@@ -242,6 +245,7 @@ def function(name: str) -> Target:
             if parameter in odd:
                 numeric = isinstance(value, float | list) and value
                 value = data.draw(spoilt(value) | ODD if numeric and _is_numeric(value) else ODD)
+                assume(parameter != "steps" or not _is_long(value))
             given[parameter] = value
         return partial(called, **given), shown(name, given)
 
@@ -320,6 +324,12 @@ def _text(value: Any) -> str:
         return " ".join(repr(value).split())
     except Exception as error:
         return f"<{type(value).__name__}, whose repr raises {type(error).__name__}>"
+
+
+def _is_long(steps: Any) -> bool:
+    """Whether a call may take long because it was asked for so many steps."""
+    numbers = int | float | np.integer | np.floating
+    return isinstance(steps, numbers) and MOST_STEPS < steps <= LARGEST
 
 
 def _is_numeric(value: Any) -> bool:

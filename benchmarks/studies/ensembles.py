@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from functools import partial
+from importlib.util import find_spec
 from multiprocessing import get_context
 from typing import Any, NamedTuple
 
@@ -264,48 +265,55 @@ def scaling(ensemble: Ensemble) -> list[tuple[Any, ...]]:
         ]
         return galvi.integrate_many(starts, *arguments, save_every=steps, threads=1)
 
-    with ExecutorsOfStudy() as executors:
-        calls = {
-            f"one by one, {few} members": one_by_one,
-            **{words: partial(run, executor=one) for words, one in executors.items()},
-        }
-        times = interleaved(list(calls.values()), ROUNDS, LEAST)
-    seconds = [
-        timing.seconds / (few if words.startswith("one") else len(q))
-        for words, timing in zip(calls, times, strict=True)
-    ]
+    times: dict[str, Timing] = {}
+    calls: dict[str, Call] = {f"one by one, {few} members": one_by_one}
+    for made in (threads, *clusters()):
+        with made() as executors:
+            calls |= {words: partial(run, executor=one) for words, one in executors.items()}
+            times |= zip(calls, interleaved(list(calls.values()), ROUNDS, LEAST), strict=True)
+        calls = {}
+    seconds = {
+        words: timing.seconds / (few if words.startswith("one") else len(q))
+        for words, timing in times.items()
+    }
+    alone = next(iter(seconds.values()))
     return [
         ("scaling", f"{len(q)} of {problem.name}", words, f"{steps} steps", math.nan, math.nan,
-         timing.seconds, timing.low, timing.high, 1e6 * each / steps, seconds[0] / each)
-        for words, timing, each in zip(calls, times, seconds, strict=True)
+         timing.seconds, timing.low, timing.high, 1e6 * seconds[words] / steps,
+         alone / seconds[words])
+        for words, timing in times.items()
     ]  # fmt: skip
 
 
-class ExecutorsOfStudy:
-    """One thread, as many as there are processors, and a cluster with one and with as many workers;
-    no cluster where Dask is not installed."""
+@contextmanager
+def threads() -> Iterator[dict[str, Any]]:
+    """One thread, and as many as there are processors, by what they are called."""
+    with ExitStack() as stack:
+        yield {
+            f"lanes, {n} thread{'s' * (n > 1)}": stack.enter_context(ThreadPoolExecutor(n))
+            for n in sorted({1, processors()})
+        }
 
-    def __enter__(self) -> dict[str, Any]:
-        self.stack, found, n = ExitStack(), {}, processors()
-        for threads in sorted({1, n}):
-            pool = self.stack.enter_context(ThreadPoolExecutor(threads))
-            found[f"lanes, {threads} thread{'s' * (threads > 1)}"] = pool
-        return found | self.clusters()
 
-    def clusters(self) -> dict[str, Any]:
-        """Clusters of this machine by what they are called."""
-        found, n = {}, processors()
-        try:
-            from distributed import Client, LocalCluster
-        except ImportError:
-            return found
-        for workers in sorted({1, n}):
-            cluster = self.stack.enter_context(LocalCluster(
-                n_workers=workers, threads_per_worker=1, dashboard_address=":0", silence_logs=50
-            ))  # fmt: skip
-            words = f"lanes, {workers} Dask worker{'s' * (workers > 1)}"
-            found[words] = self.stack.enter_context(Client(cluster))
-        return found
+def clusters() -> list[Callable[[], Any]]:
+    """Makers of clusters with one and with as many workers; none where Dask is not installed.
 
-    def __exit__(self, *error: Any) -> None:
-        self.stack.close()
+    They are timed one after the other, since one that waits takes a tenth of the processors.
+    """
+    return [] if find_spec("distributed") is None else [
+        partial(cluster, n) for n in sorted({1, processors()})
+    ]  # fmt: skip
+
+
+@contextmanager
+def cluster(workers: int) -> Iterator[dict[str, Any]]:
+    """A client of a cluster on this machine, by what it is called."""
+    from distributed import Client, LocalCluster
+
+    with (
+        LocalCluster(
+            n_workers=workers, threads_per_worker=1, dashboard_address=":0", silence_logs=50
+        ) as made,
+        Client(made) as client,
+    ):
+        yield {f"lanes, {workers} Dask worker{'s' * (workers > 1)}": client}

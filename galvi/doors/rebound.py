@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from galvi import input_checks
+from galvi.arrays import Array
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
@@ -28,10 +29,30 @@ SETTINGS = {"collision": "collisions", "boundary": "a boundary"}  # "none" when 
 OLDEST = 5  # version of REBOUND
 UNITS = ("length", "time", "mass")
 READ = """
-import sys, rebound
-sim = rebound.Simulationarchive(sys.argv[1])[int(sys.argv[2])]
-print([p.xyz for p in sim.particles])
+import pickle, sys
+path, sys.path, snapshot = pickle.load(sys.stdin.buffer)
+from galvi.doors.rebound import _read
+sys.stdout.buffer.write(pickle.dumps(_read(path, snapshot)))
 """
+
+
+class Contents(NamedTuple):
+    """What galvi takes from a simulation, in values of Python and NumPy.
+
+    refused     what changes its motion from that of point masses, in words
+    masses      (n,), in units of the simulation, as all that follows
+    q, v        (n, 3)
+    parameters  of the problem
+    """
+
+    refused: list[str]
+    masses: Array
+    q: Array
+    v: Array
+    t: float
+    G: float
+    parameters: dict[str, Any]
+    units: str
 
 
 def from_rebound(source: Any, snapshot: int = -1) -> Problem:
@@ -48,41 +69,30 @@ def from_rebound(source: Any, snapshot: int = -1) -> Problem:
     ModuleNotFoundError without REBOUND.
     """
     rebound = _engine()
-    sim = source
     if isinstance(source, str | os.PathLike):
-        sim = _snapshot(rebound, os.fspath(source), snapshot)
-    if not isinstance(sim, rebound.Simulation):
+        found = _contents_of_file(os.fspath(source), snapshot)
+    elif isinstance(source, rebound.Simulation):
+        found = _contents(source)
+    else:
         raise TypeError(
             f"source must be a rebound.Simulation or the path of a file of one; received "
             f"{input_checks.shown(source)}."
         )
-    if sim.N == 0:
+    if not found.masses.size:
         raise ValueError("the simulation must have particles; received none. Add some first.")
-    refused = list(_beyond_point_masses(sim))
-    if refused:
+    if found.refused:
         raise ValueError(
             f"galvi integrates point masses that attract one another; received a simulation with "
-            f"{', '.join(refused)}. Remove them in REBOUND first."
+            f"{', '.join(found.refused)}. Remove them in REBOUND first."
         )
-    if not sim.is_synchronized:
-        sim = sim.copy()
-        sim.synchronize()
-    active = sim.N if sim.N_active in ALL_ACTIVE else sim.N_active
-    particles = [sim.particles[k] for k in range(sim.N)]
-    masses = np.array([p.m if k < active else 0.0 for k, p in enumerate(particles)])
     return Problem(
-        system=NBody(masses, sim.G),
-        q0=np.array([p.xyz for p in particles]),
-        v0=np.array([p.vxyz for p in particles]),
-        t0=sim.t,
+        system=NBody(found.masses, found.G),
+        q0=found.q,
+        v0=found.v,
+        t0=found.t,
         name="from REBOUND",
-        parameters={
-            "bodies": tuple(p.name or str(k) for k, p in enumerate(particles)),
-            "integrator": sim.integrator.name.decode(),
-            "dt": sim.dt,
-            "options": _options(sim),
-        },
-        units=_units(sim),
+        parameters=found.parameters,
+        units=found.units,
     )
 
 
@@ -138,33 +148,66 @@ def _engine() -> Any:
     return rebound
 
 
-def _snapshot(rebound: Any, path: str, snapshot: int) -> Any:
+def _contents(sim: Any) -> Contents:
+    refused = list(_beyond_point_masses(sim))
+    if not sim.is_synchronized:
+        sim = sim.copy()
+        sim.synchronize()
+    active = sim.N if sim.N_active in ALL_ACTIVE else sim.N_active
+    particles = [sim.particles[k] for k in range(sim.N)]
+    return Contents(
+        refused=refused,
+        masses=np.array([p.m if k < active else 0.0 for k, p in enumerate(particles)]),
+        q=np.array([p.xyz for p in particles]),
+        v=np.array([p.vxyz for p in particles]),
+        t=sim.t,
+        G=sim.G,
+        parameters={
+            "bodies": tuple(p.name or str(k) for k, p in enumerate(particles)),
+            "integrator": sim.integrator.name.decode(),
+            "dt": sim.dt,
+            "options": _options(sim),
+        },
+        units=_units(sim),
+    )
+
+
+def _contents_of_file(path: str, snapshot: int) -> Contents:
+    """Read in another process: REBOUND crashes at one damaged file in ten, or soon afterwards."""
     if not os.path.isfile(path):
         raise FileNotFoundError(f"there is no file {path}.")
-    # REBOUND crashes at one damaged file in ten, and would take this process with it.
-    command = [sys.executable, "-c", READ, path, str(snapshot)]
-    if subprocess.run(command, capture_output=True, check=False).returncode < 0:
+    which = input_checks.whole("snapshot", snapshot, -input_checks.LARGEST)
+    done = subprocess.run(
+        [sys.executable, "-c", READ],
+        input=pickle.dumps((path, sys.path, which)), capture_output=True, check=False,
+    )  # fmt: skip
+    if done.returncode != 0:
         raise ValueError(f"{path} must be a file of REBOUND's; it is damaged: REBOUND crashes.")
-    with _told(path):
-        archive = rebound.Simulationarchive(path)
-        count = len(archive)
-    which = input_checks.whole("snapshot", snapshot, -count, count - 1)
-    with _told(path):
-        return archive[which]
+    found = pickle.loads(done.stdout)
+    if not isinstance(found, Contents):
+        raise ValueError(found)
+    return found
 
 
-@contextmanager
-def _told(path: str) -> Iterator[None]:
-    """ValueError for what REBOUND says against a file, also where it only warns: that it read a
-    part, or that the simulation had functions of its own, which no file holds.
+def _read(path: str, snapshot: int) -> Contents | str:
+    """What a file holds, or why it is refused: also where REBOUND only warns, that it read a part,
+    or that the simulation had functions of its own, which no file holds.
     """
+    rebound = _engine()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             warnings.filterwarnings("ignore", message=".*might not be synchronized")
-            yield
-    except (RuntimeError, ValueError, OSError, Warning) as error:
-        raise ValueError(f"{path} must be a file of REBOUND's; it says: {error}") from error
+            archive = rebound.Simulationarchive(path)
+            count = len(archive)
+            if -count <= snapshot < count:
+                return _contents(archive[snapshot])
+    except Exception as error:  # of what kind depends on which bytes are wrong
+        return f"{path} must be a file of REBOUND's; it says: {error}"
+    return (
+        f"snapshot must be a whole number from {-count} to {count - 1}; received {snapshot}. "
+        f"-1 is the last one."
+    )
 
 
 def _beyond_point_masses(sim: Any) -> Iterator[str]:
@@ -193,8 +236,9 @@ def _options(sim: Any) -> dict[str, Any]:
         name, equals, text = word.partition("=")
         if equals and name != "name" and not text.startswith(("None", "<", "[", "0x")):
             value = getattr(sim.integrator, name)
-            if isinstance(value, int | float | str):
-                found[name] = value
+            kind = next((one for one in (int, float, str) if isinstance(value, one)), None)
+            if kind:  # REBOUND's are of classes of its own, which cannot be pickled
+                found[name] = kind(value)
     return found
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,34 +24,37 @@ LEFT_OVER, FORCES_IN_LANES, CALLED = 5, 6, 7  # indices in RunArrays.counts
 FEWEST, MANY, MOST = 16, 64, 1024  # watched steps of a run: one in CLOSE up to MANY of them,
 CLOSE, APART = 64, 512  # then one in APART
 EACH = 127  # steps of a run up to which each is watched
+ALWAYS_FREE = 2.0**28  # bytes that are not asked for
 NEVER = 62  # watches every 2^62-th step, which is none
 
 
 def check_memory(
     problems: Sequence[Problem], method: Galerkin, steps: int, save_every: int, curves: bool | None
 ) -> None:
-    """ValueError when a run of each problem would keep more data than fits in memory."""
+    """ValueError when a run of each problem would keep more data than the memory that is free."""
     d, m = sum(problem.q0.size for problem in problems), method.space.dimension - 1
     with_curves = save_every == 1 if curves is None else curves
     halves = 2 if method.in_frame else 1  # places alone, or velocities too
-    rows = 2 * (steps / save_every + 2) + (steps * halves * (1 + m) if with_curves else 0)
-    needed = 8.0 * d * rows
-    memory = _memory()
-    if needed > memory:
+    rows = 3 * (steps / save_every + 2) + (steps * halves * (1 + m) if with_curves else 0)
+    needed = 8.0 * d * rows  # of rows: places, velocities, momenta; curves
+    if needed > ALWAYS_FREE and needed > (memory := _free_memory()):
         runs = f"{len(problems)} runs of " if len(problems) > 1 else ""
         raise ValueError(
             f"{runs}{steps} steps would keep {needed / 2**30:.3g} GiB in all, more than the "
-            f"{memory / 2**30:.3g} GiB of this machine. Keep fewer with save_every, and "
-            f"curves=False."
+            f"{memory / 2**30:.3g} GiB that are free on this machine. Keep fewer with save_every, "
+            f"and curves=False."
         )
 
 
-@cache
-def _memory() -> float:
-    """Bytes of memory of this machine; infinite where it does not say."""
-    if not hasattr(os, "sysconf"):
-        return float("inf")
-    return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+def _free_memory() -> float:
+    """Bytes of memory that a process can still have; infinite where the system does not say."""
+    try:
+        text = Path("/proc/meminfo").read_text(encoding="ascii")
+        return 1024.0 * int(text.partition("MemAvailable:")[2].split()[0])
+    except (OSError, IndexError):  # not Linux
+        if not hasattr(os, "sysconf"):
+            return float("inf")
+        return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
 
 
 class RunArrays(NamedTuple):

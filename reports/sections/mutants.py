@@ -16,9 +16,7 @@ def mutants_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     same = study.equivalents()
     changed = [tuple(row) for row in frame[["file", "before", "after"]].itertuples(index=False)]
     rows = frame.assign(
-        folder=[
-            "/".join(PurePosixPath(file).parts[:2]).removesuffix(".py") for file in frame["file"]
-        ],
+        folder=["/".join(PurePosixPath(file).parent.parts[:2]) for file in frame["file"]],
         equivalent=[change in same for change in changed],
     )
     lines = []

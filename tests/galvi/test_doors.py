@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import subprocess
 import sys
 
@@ -14,6 +15,7 @@ from mpmath import mp
 
 import galvi
 from galvi.diagnostics.orbits import _anomaly
+from galvi.doors import rebound as door
 from galvi.run.integrate import steps_until
 from references.rebound.ias15 import IAS15
 
@@ -85,6 +87,20 @@ def test_snapshots_of_an_archive(tmp_path):
         galvi.from_rebound(tmp_path / "forced.bin")
     with pytest.raises(FileNotFoundError, match="there is no file"):
         galvi.from_rebound(tmp_path / "absent.bin")
+
+
+def test_a_file_is_read_in_another_process_which_may_crash(tmp_path, monkeypatch):
+    path, sim = tmp_path / "run.bin", simulation()
+    sim.save_to_file(str(path))
+    there = galvi.from_rebound(path)
+    monkeypatch.setattr(rebound, "Simulationarchive", None)  # here nothing is read
+    assert there.q0.tobytes() == galvi.from_rebound(path).q0.tobytes()
+    assert pickle.loads(pickle.dumps(galvi.from_rebound(sim))).parameters == there.parameters
+    read = door.READ
+    for crash in ("kill(os.getpid(), 6)", "kill(os.getpid(), 11)", "_exit(1)"):
+        monkeypatch.setattr(door, "READ", f"{read}\nimport os; os.{crash}")  # all was read
+        with pytest.raises(ValueError, match="it is damaged: REBOUND crashes"):
+            galvi.from_rebound(path)
 
 
 def forces(sim):

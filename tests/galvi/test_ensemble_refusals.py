@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numba
 import numpy as np
 import pytest
@@ -82,14 +84,30 @@ def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
     """One of 100 bodies among 999 small ones: 2,298 components, not 300 for each of 1,000."""
     places = np.random.default_rng(3).standard_normal((2, 100, 3))
     large = galvi.Problem(galvi.NBody(np.full(100, 1e-3)), *places)
-    monkeypatch.setattr(run_arrays, "_memory", lambda: float(2**30))
+    monkeypatch.setattr(run_arrays, "_free_memory", lambda: float(2**30))
     settings = (EIGHT, 10_000, 1, False)
     check_memory([large] + [KEPLER] * 999, *settings)
-    with pytest.raises(ValueError, match=r"1000 runs of 10000 steps would keep 44\.7 GiB in all"):
+    with pytest.raises(ValueError, match=r"1000 runs of 10000 steps would keep 67.1 GiB in all"):
         check_memory([large] * 1000, *settings)
     with pytest.raises(ValueError, match="2 runs of 300000 steps would keep") as caught:
         galvi.integrate_many([large, KEPLER], EIGHT, 0.1, 300_000, curves=False)
     assert not hasattr(caught.value, "__notes__")  # no single problem is at fault
+
+
+@pytest.mark.parametrize("curves", [True, False])
+def test_the_memory_counted_is_what_a_run_takes(curves, monkeypatch):
+    problem = galvi.problems.outer_solar_system()
+    galvi.integrate(problem, EIGHT, 10.0, 2)
+    tracemalloc.start()
+    galvi.integrate(problem, EIGHT, 10.0, 4000, curves=curves)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    monkeypatch.setattr(run_arrays, "ALWAYS_FREE", 0.0)
+    monkeypatch.setattr(run_arrays, "_free_memory", lambda: 1.1 * peak)
+    check_memory([problem], EIGHT, 4000, 1, curves)
+    monkeypatch.setattr(run_arrays, "_free_memory", lambda: 0.9 * peak)
+    with pytest.raises(ValueError, match="that are free on this machine"):
+        check_memory([problem], EIGHT, 4000, 1, curves)
 
 
 @pytest.mark.parametrize("problem", [KEPLER, galvi.problems.heavy_top()])
