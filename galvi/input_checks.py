@@ -28,7 +28,7 @@ def whole(name: str, value: Any, at_least: int = 1, at_most: int | None = None) 
     is_number = isinstance(value, numbers) and not isinstance(value, bool)
     number = int(value) if is_number and (isinstance(value, int) or math.isfinite(value)) else None
     if number is None or number != value or not at_least <= number <= most:
-        beyond = is_number and value > most
+        beyond = is_number and (value > 0 if number is None else number > most)
         limit = f"of at least {at_least}"
         if beyond or at_most is not None:
             limit = f"from {at_least} to {most}"

@@ -104,7 +104,7 @@ def _model(given: Any) -> Any:
             f"{type(given).__name__}."
         )
     is_text = isinstance(given, str) and "<" in given
-    if not is_text and not Path(given).is_file():
+    if not is_text and not os.path.isfile(given):
         raise ValueError(f"model_or_xml must be a model or a file; there is no file {given}.")
     what, said = "the text" if is_text else str(given), list[str]()
     before = mujoco.get_mju_user_warning()

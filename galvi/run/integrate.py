@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -110,6 +111,7 @@ def prepared(
     if h == 0.0:
         raise ValueError("step must not be zero; received 0. Give the step size in units of time.")
     total = number_of_steps(h, steps, duration)
+    check_end(problem.t0, h, total)
     if problem.t0 + h == problem.t0:
         raise ValueError(
             f"step must change the time; received {step!r} at t0 = {problem.t0!r}, where times are "
@@ -183,10 +185,20 @@ def resume(
         total = steps_until(until, problem.t0, run.step, start.first)
     else:
         raise ValueError("give one of steps, duration and until; received until and another.")
+    check_end(problem.t0, run.step, start.first + total)
     check_memory((problem,), method, total, start.save_every, start.curves)
     return run_steps(
         engine_for(problem, method), problem, method, run.step, total, start, progress=progress
     )
+
+
+def check_end(t0: float, step: float, steps: int) -> None:
+    """ValueError when the time after ``steps`` steps is too large for a number."""
+    if not math.isfinite(t0 + steps * step):
+        raise ValueError(
+            f"a run must end at a finite time; received {steps} steps of {step!r} from "
+            f"t0 = {t0!r}. Use a smaller step."
+        )
 
 
 def number_of_steps(step: float, steps: int | None, duration: float | None) -> int:

@@ -25,7 +25,7 @@ from galvi.run.ensembles.result import Ensemble
 from galvi.run.ensembles.schedule import PROBE, members_of_a_chunk, results, workers_of
 from galvi.run.ensembles.singles import Single, Singles
 from galvi.run.group_steppers import FINEST_IN_LANES, FINEST_ON_RN
-from galvi.run.integrate import prepared
+from galvi.run.integrate import check_end, prepared
 
 BY_ITSELF = " It was run by itself, since {why}."
 NO_LAW = "the system has no law for lanes"
@@ -106,6 +106,7 @@ class _Work:
         self.parameters = Parameters(problem, values, self.members)
         first = problem.with_initial_state(self.q[0], self.v[0])
         prepared(first, method, float(self.step[0]), steps, curves=False, tolerance=tolerance)
+        check_end(problem.t0, float(max(self.step, key=abs)), int(steps))
         self.plan = Plan(int(steps), self.step, problem.t0, problem.q0.shape, problem.v0.shape)
         self.keep, self.function = _kept(keep)
         self.singles = Singles(
