@@ -185,7 +185,6 @@ def resume(
         total = steps_until(until, problem.t0, run.step, start.first)
     else:
         raise ValueError("give one of steps, duration and until; received until and another.")
-    check_end(problem.t0, run.step, start.first + total)
     check_memory((problem,), method, total, start.save_every, start.curves)
     return run_steps(
         engine_for(problem, method), problem, method, run.step, total, start, progress=progress
