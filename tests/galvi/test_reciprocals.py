@@ -1,4 +1,4 @@
-"""1 / x and 1 / sqrt(x) with the processor's estimates, and where it has none."""
+"""1 / x, 1 / sqrt(x) and x^(-7/4) with the processor's estimates, and where it has none."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from galvi.kernels.lanes.frames.reciprocals import FEATURE, Reciprocals
 from tests.galvi.lane_functions import compiled
 
 
-def both(features):
-    """The two functions as compiled for a processor of these features."""
+def all_of(features):
+    """The three functions as compiled for a processor of these features."""
     target = SimpleNamespace(magic_tuple=lambda: ("", "", features))
     context = SimpleNamespace(codegen=lambda: target)
 
     def of(x):
         functions = Reciprocals(context, x.builder)
-        return functions.reciprocal(x), functions.root(x)
+        return functions.reciprocal(x), functions.root(x), functions.quarters(x, 7)
 
     return of
 
@@ -35,6 +35,7 @@ def test_they_are_exact_to_about_a_unit(features):
     if features and features not in compiled_for:
         pytest.skip("this processor has no estimates")
     x = np.exp(np.random.default_rng(0).uniform(-200.0, 200.0, 5_000))
-    one_over, root = compiled(both(features), 1, 2)(x)
+    one_over, root, power = compiled(all_of(features), 1, 3)(x)
     assert in_units(one_over, 1.0 / x) <= (1.5 if features else 0.0)
     assert in_units(root, (1.0 / np.sqrt(x.astype(np.longdouble))).astype(float)) <= 2.0
+    assert in_units(power, (x.astype(np.longdouble) ** -1.75).astype(float)) <= 16.0

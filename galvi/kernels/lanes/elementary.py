@@ -56,21 +56,34 @@ def sqrt(x):
 
 
 def over_cube(numerator, square):
-    """numerator / r^3, from r^2; by the processor's estimate of 1 / r where the kernel has it.
-
-    That is what ``builder.reciprocals`` of a lane says, a
-    `galvi.kernels.lanes.frames.reciprocals.Reciprocals`.
-    """
-    reciprocals = getattr(getattr(square, "builder", None), "reciprocals", None)
+    """numerator / r^3, from r^2; by the processor's estimate of 1 / r where the kernel has it."""
+    reciprocals = _reciprocals(square)
     if reciprocals is None:
         return numerator / (square * sqrt(square))
-    inverse = reciprocals.root(square)
-    return numerator * inverse * (inverse * inverse)
+    root = reciprocals.root(square)
+    return numerator * root * (root * root)
 
 
-def inverse_fourth_root(x):
-    """x^(-1/4)."""
-    return functions.inverse_fourth_root(x) if isinstance(x, Lane) else x**-0.25
+def inverse(x):
+    """1 / x; by the processor's estimate where the kernel has it."""
+    reciprocals = _reciprocals(x)
+    return 1.0 / x if reciprocals is None else reciprocals.reciprocal(x)
+
+
+def inverse_quarters(x, n):
+    """x^(-n/4); by the processor's estimate of 1 / sqrt(x) where the kernel has it."""
+    if not isinstance(x, Lane):
+        return x ** (-0.25 * n)
+    reciprocals = _reciprocals(x)
+    if reciprocals is None:
+        return functions.inverse_fourth_root(x).power_by_products(2 * n)
+    return reciprocals.quarters(x, n)
+
+
+def _reciprocals(x):
+    """``builder.reciprocals`` of a lane, a `galvi.kernels.lanes.frames.reciprocals.Reciprocals`,
+    where its kernel has them."""
+    return getattr(getattr(x, "builder", None), "reciprocals", None)
 
 
 def sinh(x):

@@ -18,7 +18,7 @@ from galvi.kernels.forces.rotor_wind import (
 )
 from galvi.kernels.lanes.elementary import (
     exp,
-    inverse_fourth_root,
+    inverse_quarters,
     log,
     over_cube,
     sine_cosine,
@@ -179,10 +179,13 @@ def rotor_wind(q, decay):
     height = LOW + (HIGH - LOW) * decay
     outwards, upwards = 0.0, 0.0
     for share in SHARES:
-        spread, rise = _ring(square, q[2] - share * height)
-        mirrored, falling = _ring(square, q[2] + share * height)
-        outwards, upwards = outwards + (spread - mirrored), upwards + (rise - falling)
-    outwards = STRENGTH * outwards
+        for sign in (1.0, -1.0):  # a ring and its image
+            zeta = q[2] - sign * share * height
+            P = square + (R * R + CORE * CORE) + zeta * zeta
+            scale = sign * inverse_quarters(P * P - 4.0 * R * R * square, 7)
+            outwards = outwards + P * zeta * scale
+            upwards = upwards + (P * (2.0 * P - 3.0 * square) - 2.0 * R * R * square) * scale
+    outwards = 3.0 * STRENGTH * outwards
     return outwards * q[0], outwards * q[1], STRENGTH * upwards
 
 
@@ -213,16 +216,6 @@ def _in_rotor_wind(drag):
 
 quadratic_drag = _in_rotor_wind(quadratic)
 schiller_naumann_drag = _in_rotor_wind(schiller_naumann)
-
-
-def _ring(square, zeta):
-    """As galvi.kernels.forces.rotor_wind.ring."""
-    P = square + (R * R + CORE * CORE) + zeta * zeta
-    B = P * P - 4.0 * R * R * square
-    root = inverse_fourth_root(B)
-    half = root * root
-    scale = half * half * (half * root)  # B^(-7/4)
-    return 3.0 * P * zeta * scale, (2.0 * B - 3.0 * square * (P - 2.0 * R * R)) * scale
 
 
 def _symmetric(c):

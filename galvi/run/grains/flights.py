@@ -31,6 +31,7 @@ Codes = npt.NDArray[np.int64]
 ROTOR = "from galvi.kernels.lanes.laws import rotor_wind as wind\n"
 BATCH = 4096  # grains of one call of the kernel
 TOLERANCE = 1e-14  # change of the last pass, relative to the velocities
+FEW = 3  # points up to which the accelerations of two steps are extrapolated to the next
 WAITING, ALOFT, LANDED, FAILED = range(4)  # a grain waits that starts at the end or later
 STATUSES = (
     "not started: its time is the end or after it",
@@ -142,11 +143,11 @@ def follow(
     constants = np.zeros((n, 2))
     constants[:, : rates.shape[1]] = rates
     restitution = -1.0 if ground.restitution is None else float(ground.restitution)
-    rules = (restitution, ground.slowest, tolerance, float(ground.exact), DESCENT)
+    rules = (restitution, ground.slowest, float(ground.exact), DESCENT)
     ends, codes = np.full((n, 13), 0.0), np.zeros((n, 4), np.int64)
     places = np.full((n, saves + 1 if saves else 0, 3), np.nan)
     law, kept_alive = _compiled(wind, drag.name, method.stages)
-    tables, kernel = _tables(method, gravity), flight.compiled_fly()
+    tables, kernel = _tables(method, gravity, tolerance), flight.compiled_fly()
 
     def batch(part: Any) -> None:
         (work,) = aligned((rows_of_grains(method.stages), LANES))
@@ -244,14 +245,24 @@ def _compiled(wind: str, drag: str, s: int) -> tuple[Any, Any]:
 
 
 @lru_cache(maxsize=32)
-def _tables(method: Galerkin, gravity: float) -> tuple[Array, Array, Array]:
+def _tables(method: Galerkin, gravity: float, tolerance: float) -> tuple[Array, Array]:
     """A method in the layout of galvi.kernels.lanes.grains; gravity in m/s^2, downwards."""
     table, s = method.table, method.stages
     tables = collocation_tables(table, 1.0)
     A, B = tables[0][:s, :s].T, tables[1][:s, :s].T
-    numbers = np.concatenate([B.ravel(), (A @ B).ravel(), table.c, table.b, [-gravity]])
     # the integrals of the polynomials through the stages, by powers of tau
     powers = np.linalg.inv(np.vander(table.c, increasing=True)) / np.arange(1, s + 1)[:, None]
-    shifted = np.vander(1.0 + table.c, s, increasing=True)
-    ahead = shifted @ np.linalg.inv(np.vander(table.c, increasing=True))
-    return numbers, np.ascontiguousarray(powers), np.ascontiguousarray(ahead)
+    once = _extrapolation(table.c, 1.0 + table.c)
+    twice = np.concatenate([np.zeros((s, s)), once], axis=1)
+    if s <= FEW:
+        twice = _extrapolation(np.append(table.c - 1.0, table.c), 1.0 + table.c)
+    parts = B, A @ B, table.c, table.b, [-gravity, tolerance], powers, once, twice
+    return np.concatenate([np.ravel(part) for part in parts]), np.ascontiguousarray(powers)
+
+
+def _extrapolation(known: Array, asked: Array) -> Array:
+    """Values of a polynomial at the times asked for, from those at as many times as it has
+    coefficients."""
+    n = len(known)
+    values: Array = np.vander(asked, n, increasing=True)
+    return values @ np.linalg.inv(np.vander(known, n, increasing=True))

@@ -1,4 +1,4 @@
-"""1 / x and 1 / sqrt(x) of eight numbers, from the processor's estimates where it has them.
+"""1 / x, 1 / sqrt(x) and x^(-n/4) of eight numbers, from the processor's estimates if it has them.
 
 To about 1 ulp, which is enough inside of a step: AVX-512 estimates to 2^-14, and one correction of
 fourth order replaces a division or a square root, which take several times as long. (To third
@@ -10,6 +10,7 @@ from __future__ import annotations
 from llvmlite import ir
 from numba.core import cgutils
 
+from galvi.kernels.lanes.functions import inverse_fourth_root
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, NOTHING, VECTOR
 
@@ -17,7 +18,7 @@ FEATURE = "+avx512f"
 
 
 class Reciprocals:
-    """The two functions for the processor that a context compiles for."""
+    """The three functions for the processor that a context compiles for."""
 
     def __init__(self, context, builder):
         self.builder = builder
@@ -46,3 +47,17 @@ class Reciprocals:
         y = self._estimate("rsqrt", x)
         error = 1.0 - x * y * y
         return y + y * error * (0.5 + error * (0.375 + 0.3125 * error))
+
+    def quarters(self, x, n):
+        """x^(-n/4), from the estimates y of 1 / sqrt(x) and of 1 / sqrt(x y)."""
+        if not self.fast:
+            return inverse_fourth_root(x).power_by_products(2 * n)
+        y = self._estimate("rsqrt", x * self._estimate("rsqrt", x))
+        error = 1.0 - x * y.power_by_products(8)  # below 4e-4
+        coefficients = [1.0]  # of (1 - error)^(-n/4)
+        for k in range(1, 5):
+            coefficients.append(coefficients[-1] * (0.25 * n + k - 1.0) / k)
+        factor = coefficients.pop()
+        for coefficient in reversed(coefficients):
+            factor = coefficient + error * factor
+        return y.power_by_products(2 * n) * factor

@@ -15,10 +15,8 @@ starts     (n, 6)    q and v                      clocks  (n, 2)  time of the st
 constants  (n, 2)    those of the drag law        lasts   (n,)    the last time, in steps from 0
 numbers              as in galvi.kernels.lanes.grains.iteration
 curve      (s, s)    row l: the coefficient of tau^(l + 1) of the curve from velocities at stages
-ahead      (s, s)    accelerations at the next stages from those at the last
-rules      (5,)      e, below 0: grains stay; the speed below which they stay; tolerance of the
-                     iteration; whether the root of the step's end is found; time in which decay
-                     falls by e
+rules      (4,)      e, below 0: grains stay; the speed below which they stay; whether the root of
+                     the step's end is found; time in which decay falls by e
 every                steps between saved places
 ends       (n, 13)   q, v, time, impulse of the drag and of contacts over the mass: sums of h b a
 codes      (n, 4)    how it ended, contacts, steps, passes
@@ -36,21 +34,34 @@ from numba import types
 from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import compiled_for, jit, jit_inline
-from galvi.kernels.lanes.grains.iteration import CHANGE, CONSTANTS, DECAY, H, Q, V
+from galvi.kernels.lanes.grains.iteration import (
+    CONSTANTS,
+    DECAY,
+    DRAG,
+    END,
+    GOES_ON,
+    KNOWN,
+    LOWEST,
+    PASSES,
+    SOLVED,
+    STATE,
+    TRIES,
+    H,
+    Q,
+    V,
+)
 from galvi.kernels.lanes.vectors import LANES
 
 ALOFT, LANDED, FAILED = 1, 2, 3  # codes; 0 is a grain that has not started
-PASSES = 64  # of one step
-ROUNDING = 1e-11  # changes below this that do not shrink are rounding errors of the wind
 SOLVES = 8  # most solves of one contact
 CONTACTS = 1000  # of one grain
 SEARCH = 80  # halvings that find a root of the curve
 CLOSE = 1e-15  # of the way down, at the root of the step's end
 NOBODY = -1
 WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
-END_TIME, DRAG, CONTACT = 6, 7, 10  # columns of ends
-TIME, LEFT, LAST = 0, 1, 2  # rows of `clock`, (3, 8): start, rest of the step, the last change
-INDEX, WHO, PHASE, TRIES, SOLVED, AGAIN = range(6)  # rows of `lane`, (6, 8)
+END_TIME, PUSH, CONTACT = 6, 7, 10  # columns of ends
+TIME, LEFT = 0, 1  # rows of `clock`, (2, 8): start and rest of the step
+INDEX, WHO, PHASE, ROOTS, AGAIN = range(5)  # rows of `lane`, (5, 8)
 
 
 @jit_inline
@@ -128,23 +139,6 @@ def way_down(work, l, curve, b_table, s, scratch):
 
 
 @jit_inline
-def end_of(work, l, numbers, s, out):
-    """out (9,) <- q, v at the step's end, and the impulse of the drag over the mass."""
-    h, first = work[H, l], 2 * s * s
-    for i in range(3):
-        way, kick, push = 0.0, 0.0, 0.0
-        for j in range(s):
-            b, c = numbers[first + s + j], numbers[first + j]
-            way += b * (1.0 - c) * work[DECAY + s + 3 * j + i, l]
-            kick += b * work[DECAY + s + 3 * j + i, l]
-            push += b * work[DECAY + 4 * s + 3 * j + i, l]
-        out[i] = work[Q + i, l] + h * (work[V + i, l] + h * way)
-        out[3 + i] = work[V + i, l] + h * kick
-        out[6 + i] = h * push
-    out[8] -= h * numbers[first + 2 * s]
-
-
-@jit_inline
 def set_step(work, clock, l, h, numbers, s, fall):
     """Begin the solve of a step of size h from the state in work."""
     work[H, l] = h
@@ -154,23 +148,19 @@ def set_step(work, clock, l, h, numbers, s, fall):
 
 
 @jit_inline
+def set_whole_step(work, clock, l, h, falls, fall):
+    """As ``set_step``, for the step whose falls of decay at the nodes are known."""
+    work[H, l] = h
+    start = math.exp(-clock[TIME, l] / fall)
+    for j in range(falls.shape[0]):
+        work[DECAY + j, l] = start * falls[j, l]
+
+
+@jit_inline
 def set_guess(work, l, s, value):
     """All accelerations <- value."""
     for k in range(3 * s):
         work[DECAY + s + k, l] = value
-
-
-@jit_inline
-def extrapolate(work, l, ahead, s, scratch):
-    """Accelerations for the next step of the same size."""
-    for i in range(3):
-        for j in range(s):
-            scratch[0, j] = work[DECAY + s + 3 * j + i, l]
-        for j in range(s):
-            guess = 0.0
-            for k in range(s):
-                guess += ahead[j, k] * scratch[0, k]
-            work[DECAY + s + 3 * j + i, l] = guess
 
 
 @jit_inline
@@ -194,7 +184,7 @@ def leave(work, lane, l):
 @jit_inline
 def keep(saved, who, index, every, x, y, z):
     """Keep a place at a time that is kept."""
-    if index % every == 0 and index // every < saved.shape[1]:
+    if saved.shape[1] and index % every == 0 and index // every < saved.shape[1]:
         row = index // every
         saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
 
@@ -210,12 +200,12 @@ def fill(saved, who, index, every, x, y, z):
 def fly(law, grains, tables, rules, every, work, results):
     """Do all flights of a batch. Statuses and states past a failure are as the legend says."""
     starts, clocks, constants, lasts = grains
-    numbers, curve, ahead = tables
+    numbers, curve = tables
     ends, codes, saved = results
-    restitution, slow, tolerance, polish, fall = rules
+    restitution, slow, polish, fall = rules
     s, n = curve.shape[0], starts.shape[0]
-    clock, lane = np.zeros((3, LANES)), np.zeros((6, LANES), np.int64)
-    scratch, out = np.zeros((4, s + 2)), np.zeros(9)
+    clock, lane = np.zeros((2, LANES)), np.zeros((5, LANES), np.int64)
+    scratch, falls = np.zeros((4, s + 2)), np.zeros((s, LANES))
     for l in range(LANES):
         leave(work, lane, l)
     following, busy = 0, 0
@@ -244,6 +234,8 @@ def fly(law, grains, tables, rules, every, work, results):
                     lane[INDEX, l], lane[WHO, l] = index, who
                     enter(work, clock, l, starts[who], constants[who], t, index * step - t)
                     set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
+                    for j in range(s):
+                        falls[j, l] = math.exp(-numbers[2 * s * s + j] * step / fall)
                     busy += 1
         if busy == 0:
             break
@@ -252,16 +244,14 @@ def fly(law, grains, tables, rules, every, work, results):
             who = lane[WHO, l]
             if who == NOBODY:
                 continue
-            codes[who, 3] += 1
-            lane[TRIES, l] += 1
-            change, last = work[CHANGE, l], clock[LAST, l]
-            clock[LAST, l] = change
-            stands = change <= ROUNDING and lane[TRIES, l] > 1 and change >= 0.5 * last
-            if not (change <= tolerance or stands):
-                if change < np.inf and lane[TRIES, l] < PASSES:
-                    continue
+            state = work[STATE, l]
+            if state == GOES_ON:
+                continue
+            codes[who, 3] += int(work[TRIES, l])
+            work[TRIES, l] = 0.0
+            if state != SOLVED:
                 if lane[AGAIN, l] == 0:  # once more, without what was extrapolated
-                    lane[AGAIN, l], lane[TRIES, l] = 1, 0
+                    lane[AGAIN, l] = 1
                     set_guess(work, l, s, 0.0)
                     continue
                 codes[who, 0] = FAILED
@@ -271,27 +261,29 @@ def fly(law, grains, tables, rules, every, work, results):
                 lane[WHO, l] = NOBODY
                 busy -= 1
                 continue
-            lane[TRIES, l], lane[AGAIN, l] = 0, 0
-            end_of(work, l, numbers, s, out)
+            lane[AGAIN, l] = 0
             h, phase = work[H, l], lane[PHASE, l]
             touches = False
             if phase == WHOLE:
-                tau = way_down(work, l, curve, numbers, s, scratch)
+                tau = 2.0
+                if not (work[LOWEST, l] > 0.0 and work[Q + 2, l] > 0.0):
+                    tau = way_down(work, l, curve, numbers, s, scratch)
                 if tau == 0.0:
                     touches, h = True, 0.0
                 elif tau <= 1.0:
                     lane[PHASE, l] = SHORTENED
-                    lane[SOLVED, l] = 0
+                    lane[ROOTS, l] = 0
                     set_step(work, clock, l, tau * h, numbers, s, fall)
                     continue
             elif phase == LAST_TRY:
-                touches = out[2] <= 0.0
+                touches = work[END + 2, l] <= 0.0
             else:
-                lane[SOLVED, l] += 1
+                lane[ROOTS, l] += 1
                 touches = True
-                near = abs(out[2]) <= CLOSE * (work[Q + 2, l] + h * abs(out[5]))
-                if polish > 0.0 and not near and lane[SOLVED, l] < SOLVES and out[5] < 0.0:
-                    longer = h - out[2] / out[5]
+                z, speed = work[END + 2, l], work[END + 5, l]
+                near = abs(z) <= CLOSE * (work[Q + 2, l] + h * abs(speed))
+                if polish > 0.0 and not near and lane[ROOTS, l] < SOLVES and speed < 0.0:
+                    longer = h - z / speed
                     if longer >= clock[LEFT, l]:  # not within the step
                         lane[PHASE, l], touches = LAST_TRY, False
                         set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
@@ -300,12 +292,13 @@ def fly(law, grains, tables, rules, every, work, results):
                         set_step(work, clock, l, longer, numbers, s, fall)
                         continue
             lane[PHASE, l] = WHOLE
-            rises = touches and h > 0.0 and out[5] > 0.0  # the curve came down, the step does not
+            # the curve came down, the step does not
+            rises = touches and h > 0.0 and work[END + 5, l] > 0.0
             if h > 0.0:
                 codes[who, 2] += 1
                 for i in range(3):
-                    work[Q + i, l], work[V + i, l] = out[i], out[3 + i]
-                    ends[who, DRAG + i] += out[6 + i]
+                    work[Q + i, l], work[V + i, l] = work[END + i, l], work[END + 3 + i, l]
+                    ends[who, PUSH + i] += work[DRAG + i, l]
             if rises:
                 work[Q + 2, l] = max(work[Q + 2, l], 0.0)
                 clock[TIME, l] += h
@@ -350,14 +343,14 @@ def fly(law, grains, tables, rules, every, work, results):
                 continue
             lane[INDEX, l] = index + 1
             clock[LEFT, l] = (index + 1) * clocks[who, 1] - clock[TIME, l]
-            if not touches and h > 0.999 * clocks[who, 1]:
-                extrapolate(work, l, ahead, s, scratch)
-            else:
-                last = 3 * (s - 1)
-                for j in range(s - 1):
-                    for i in range(3):
-                        work[DECAY + s + 3 * j + i, l] = work[DECAY + s + last + i, l]
-            set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
+            whole = not touches and h > 0.999 * clocks[who, 1]
+            work[KNOWN, l] = 1.0 if whole else 0.0
+            for k in range(3 * s):
+                here = DECAY + s + k
+                work[here + 6 * s, l] = work[here, l]
+                last = DECAY + 4 * s - 3 + k % 3  # of the last stage where the step was a part
+                work[here, l] = work[here + 3 * s if whole else last, l]
+            set_whole_step(work, clock, l, clock[LEFT, l], falls, fall)
 
 
 @cache
@@ -367,8 +360,8 @@ def compiled_fly():
     signature = types.void(
         whole,
         types.Tuple((MATRIX, MATRIX, MATRIX, whole)),
-        types.Tuple((VECTOR, MATRIX, MATRIX)),
-        types.UniTuple(types.float64, 5),
+        types.Tuple((VECTOR, MATRIX)),
+        types.UniTuple(types.float64, 4),
         types.int64,
         MATRIX,
         types.Tuple((MATRIX, types.int64[:, ::1], TENSOR3)),

@@ -14,11 +14,15 @@ equations are solved instead of one of 3 s.
 wind        (q, decay) -> 3 values, and
 drag        (|w|^2, constants) -> (k, |w| k'), written as in galvi.kernels.lanes.elementary
 work        (rows, 8), rows as below; one column for each grain
-numbers     B (s, s), A B (s, s), c (s,), b (s,), g
+numbers     B (s, s), A B (s, s), c (s,), b (s,), g, the tolerance of the iteration, then
+            (s, s)  row l: the coefficient of tau^(l + 1) of the curve from velocities at stages
+            (s, s)  accelerations at the next step's stages from those at the last
+            (s, 2 s) the same from the last two steps, the earlier one first
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from llvmlite import ir
@@ -26,18 +30,27 @@ from numba import types
 from numba.extending import intrinsic
 
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
+from galvi.kernels.lanes.elementary import inverse
+from galvi.kernels.lanes.frames.reciprocals import Reciprocals
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, Lanes
 
-Q, V, H, CHANGE, CONSTANTS = 0, 3, 6, 7, 8  # first rows
-DECAY = 10  # exp(-t / DESCENT) at the stages, then the accelerations, then g - k w, 3 s each
+Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, KNOWN = 0, 3, 6, 7, 9, 10, 11, 12  # first rows
+END, DRAG, LOWEST = 13, 19, 22  # q and v at the step's end; impulse of the drag over the mass; a
+# height below the curve
+DECAY = 23  # exp(-t / DESCENT) at the stages, then accelerations at these, at those of the next
+# step, and at those of the last one where KNOWN is 1; 3 s each
+GOES_ON, SOLVED, GIVEN_UP = 0.0, 1.0, 2.0  # of STATE
+PASSES = 64  # of one step
+SMALL = 3e-13  # changes below this shrink on as they did
+ROUNDING = 1e-11  # changes below this that do not shrink are rounding errors of the wind
 PASS_OF_GRAINS = types.void(MATRIX, VECTOR)
 TINY = 1e-300
 
 
 def rows_of_grains(s):
     """Rows of work for s stages."""
-    return DECAY + 7 * s
+    return DECAY + 10 * s
 
 
 def solved(B, z, right):
@@ -57,7 +70,7 @@ def solved(B, z, right):
                 rows[i][j] = rows[i][j] - factor * rows[k][j]
             for r in sides:
                 r[i] = r[i] - factor * r[k]
-        pivots.append(1.0 / rows[i][i])
+        pivots.append(inverse(rows[i][i]))
     for i in reversed(range(s)):
         for r in sides:
             for j in range(i + 1, s):
@@ -86,9 +99,9 @@ def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
         found.append([-rate * wj[0], -rate * wj[1], g - rate * wj[2]])
     mean = [total(b, [w[j][i] for j in stages]) for i in axes]
     across, steeper = h * total(b, rates), h * total(b, slopes)
-    inverse = 1.0 / (mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2] + TINY)
+    share = inverse(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2] + TINY)
     missing = [[found[j][i] - a[j][i] for i in axes] for j in stages]
-    along = [inverse * total(mean, missing[j]) for j in stages]
+    along = [share * total(mean, missing[j]) for j in stages]
     rest = [[missing[j][i] - along[j] * mean[i] for j in stages] for i in axes]
     aside = solved(B, across, rest)
     (ahead,) = solved(B, across + steeper, [along])
@@ -100,7 +113,44 @@ def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
     size = abs(h) * abs(g) + TINY
     for i in axes:
         size = size + (abs(v[i]) + abs(mean[i]))
-    return new, found, abs(h) * change / size
+    return new, found, abs(h) * change * inverse(size)
+
+
+def outcome(s, q, v, h, a, forced, tables, curve):
+    """What a solved step leads to.
+
+    a, forced (s, 3): accelerations at the stages, and those by the forces there
+
+    Returns q and v at the end and the impulse of the drag over the mass, 9 values, and a height
+    that no point of the curve is below.
+    """
+    B, _, c, b, g = tables
+    axes, stages = range(3), range(s)
+    columns = [[a[j][i] for j in stages] for i in axes]
+    late = [b[j] * (1.0 - c[j]) for j in stages]
+    end = [q[i] + h * (v[i] + h * total(late, columns[i])) for i in axes]
+    end += [v[i] + h * total(b, columns[i]) for i in axes]
+    end += [h * total(b, [forced[j][i] for j in stages]) for i in axes]
+    end[8] = end[8] - h * g
+    rising, lowest = [v[2] + h * total(B[j], columns[2]) for j in stages], q[2]
+    for row in curve:
+        part = h * total(row, rising)
+        lowest = lowest + 0.5 * (part - abs(part))
+    return end, lowest
+
+
+def state_of(change, last, tries, tolerance):
+    """GOES_ON, SOLVED or GIVEN_UP, from the changes of this pass and the last one; in lanes.
+
+    A small change is the last one where the next would be below the tolerance, as they shrink.
+    """
+    both, either = change.builder.and_, change.builder.or_
+    shrunk = both(change <= SMALL, change * change <= tolerance * last)
+    stands = both(change <= ROUNDING, change >= 0.5 * last)
+    solved = either(change <= tolerance, both(tries > 1.0, either(shrunk, stands)))
+    tried = both(change < math.inf, tries < PASSES)
+    unsolved = change.same(GOES_ON).where(tried, GIVEN_UP)
+    return change.same(SOLVED).where(solved, unsolved)
 
 
 def total(factors, values):
@@ -124,6 +174,7 @@ def grain_pass(wind, drag, s):
                 context.make_array(kinds[k])(context, builder, values[k]) for k in range(2)
             )
             row = builder.extract_value(work.shape, 1).type
+            builder.reciprocals = Reciprocals(context, builder)
             lanes = Lanes(context, builder, ir.Constant(row, LANES), ir.Constant(row, 0))
 
             def at(k):
@@ -133,8 +184,15 @@ def grain_pass(wind, drag, s):
                 place = ir.Constant(row, k)
                 return Lane(builder, lanes.spread(lanes.number(numbers.data, place)))
 
-            def block(start):
-                return [[number(start + s * j + k) for k in range(s)] for j in range(s)]
+            def block(start, columns=s):
+                return [[number(start + columns * j + k) for k in range(columns)] for j in range(s)]
+
+            def of_stages(first):
+                return [[at(first + 3 * j + i) for i in range(3)] for j in range(s)]
+
+            def put(first, values):
+                for k, value in enumerate(values):
+                    lanes.store(value.value, work.data, ir.Constant(row, first + k))
 
             first = 2 * s * s
             tables = (
@@ -144,19 +202,25 @@ def grain_pass(wind, drag, s):
                 [number(first + s + j) for j in range(s)],
                 number(first + 2 * s),
             )
+            q, v, h = [at(Q + i) for i in range(3)], [at(V + i) for i in range(3)], at(H)
             new, found, change = corrected(
-                wind, drag, s,
-                [at(Q + i) for i in range(3)], [at(V + i) for i in range(3)], at(H),
-                [at(CONSTANTS), at(CONSTANTS + 1)], [at(DECAY + j) for j in range(s)],
-                [[at(DECAY + s + 3 * j + i) for i in range(3)] for j in range(s)], tables,
+                wind, drag, s, q, v, h, [at(CONSTANTS), at(CONSTANTS + 1)],
+                [at(DECAY + j) for j in range(s)], of_stages(DECAY + s), tables,
             )  # fmt: skip
-            for j in range(s):
-                for i in range(3):
-                    place = DECAY + s + 3 * j + i
-                    lanes.store(new[j][i].value, work.data, ir.Constant(row, place))
-                    place += 3 * s
-                    lanes.store(found[j][i].value, work.data, ir.Constant(row, place))
-            lanes.store(change.value, work.data, ir.Constant(row, CHANGE))
+            first += 2 * s + 2
+            end, lowest = outcome(s, q, v, h, new, found, tables, block(first))
+            once, twice = block(first + s * s), block(first + 2 * s * s, 2 * s)
+            before, known = of_stages(DECAY + 7 * s), at(KNOWN) > 0.0
+            put(DECAY + s, [x for stage in new for x in stage])
+            put(DECAY + 4 * s, [
+                total(twice[j], [x[i] for x in before + new]).where(
+                    known, total(once[j], [x[i] for x in new])
+                )
+                for j in range(s) for i in range(3)
+            ])  # fmt: skip
+            put(END, [*end, lowest])
+            tries = at(TRIES) + 1.0
+            put(STATE, [state_of(change, at(CHANGE), tries, number(first - 1)), tries, change])
             return context.get_dummy_value()
 
         return signature, generate
