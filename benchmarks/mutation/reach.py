@@ -65,6 +65,7 @@ class Reach:
     def _importing(self, modules: set[str]) -> set[str]:
         """The tests in files that import one of the modules."""
         wanted = [f"from {module} import" for module in modules]
+        wanted += ["from {0} import {2}".format(*module.rpartition(".")) for module in modules]
         files = {
             path.relative_to(self.root).as_posix()
             for path in (self.root / "tests").rglob("test_*.py")

@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import galvi
+from galvi import input_checks
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 KEPLER = galvi.problems.kepler(0.3)
@@ -311,3 +312,15 @@ def test_a_run_that_went_wrong_without_failing_says_so():
     pair = galvi.NBody([1.0, 1e-3])
     near = galvi.Problem(pair, [[0.0, 0.0], [0.01, 0.0]], [[0.0, 0.0], [0.0, 14.1]])
     assert "energy changed" in galvi.integrate(near, method, 2 * np.pi / 101, 101).status
+
+
+def test_whole_numbers_beyond_64_bits_are_an_array():
+    assert input_checks.array("x", [10**30, 1]).tolist() == [1e30, 1.0]
+    with pytest.raises(ValueError, match="x must be an array of real numbers"):
+        input_checks.array("x", [10**30, None])
+
+
+def test_a_long_value_is_shown_by_its_ends():
+    text = input_checks.shown("a" * 5000 + "b" * 5000)
+    half = input_checks.SHOWN // 2
+    assert text == f"'{'a' * (half - 1)} ... {'b' * (half - 1)}'"

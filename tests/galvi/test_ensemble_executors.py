@@ -12,6 +12,7 @@ import threading
 import time
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
@@ -68,6 +69,19 @@ def test_a_chunk_takes_a_second_or_less_where_workers_share_few(
     monkeypatch.setattr(schedule, "PROBE", 64)
     monkeypatch.setattr(schedule, "SECONDS", 1.0)
     assert schedule.members_of_a_chunk(seconds, 100.0, members, 2) == most
+
+
+def test_the_states_that_a_function_is_given_count_as_memory(monkeypatch):
+    asked = []
+
+    def members_of_a_chunk(seconds, bytes_each, members, workers):
+        asked.append(bytes_each)
+        return 16
+
+    monkeypatch.setattr(engine, "members_of_a_chunk", members_of_a_chunk)
+    run(40, keep=galvi.FinalStates())
+    run(40, keep=numba.njit(lambda t, q, p: q[-1, 0]))
+    assert asked[1] - asked[0] > 8 * 11 * 4 - 100 and asked[0] < asked[1]
 
 
 def test_what_travels_is_text_and_numbers():

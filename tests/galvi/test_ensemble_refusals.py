@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tracemalloc
 
 import numba
@@ -108,6 +109,15 @@ def test_the_memory_counted_is_what_a_run_takes(curves, monkeypatch):
     monkeypatch.setattr(run_arrays, "_free_memory", lambda: 0.9 * peak)
     with pytest.raises(ValueError, match="that are free on this machine"):
         check_memory([problem], EIGHT, 4000, 1, curves)
+    monkeypatch.setattr(run_arrays, "_free_memory", lambda: 2.0**20)
+    with pytest.raises(ValueError, match=r"more than the 0\.000977 GiB that are free"):
+        check_memory([problem], EIGHT, 4000, 1, curves)
+
+
+@pytest.mark.skipif(not hasattr(os, "sysconf"), reason="this system does not tell its memory")
+def test_the_free_memory_is_a_part_of_all():
+    everything = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    assert 1e-3 * everything < run_arrays._free_memory() <= everything
 
 
 @pytest.mark.parametrize("problem", [KEPLER, galvi.problems.heavy_top()])

@@ -145,6 +145,7 @@ def test_problems_cannot_be_changed_by_accident():
             lambda: galvi.Canonical([[1.0, 2.0], [2.0, 1.0]], galvi.LinearSpring()),
             "positive definite",
         ),
+        (lambda: galvi.Canonical(np.diag([1.0, 0.0]), galvi.LinearSpring()), "positive definite"),
         (
             lambda: galvi.Canonical([[1.0, 2.0], [0.0, 1.0]], galvi.LinearSpring()),
             "symmetric matrix",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.doors.beyond_trees import PARTS
+from galvi.doors.beyond_trees import PARTS, _counted
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -135,3 +135,9 @@ LINK = galvi.Link(HINGE, 1.0, (0.0, 0.0, -1.0))
 def test_a_tree_that_cannot_be_is_refused(make, error, sentence):
     with pytest.raises(error, match=sentence):
         make()
+
+
+def test_what_is_beyond_is_counted_in_words():
+    pairs = "pair of geoms may meet", "pairs of geoms may meet"
+    assert [_counted(n, *pairs) for n in (0, 1, 2)] == [None, f"1 {pairs[0]}", f"2 {pairs[1]}"]
+    assert _counted(3, "tendon") == "3 tendons"

@@ -1,0 +1,38 @@
+"""Bounds of rounding errors: what an operation makes of its arguments' errors, from both sides."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from galvi.symbolic.round_off import _operation
+
+ERRORS = np.array([3e-7, 1e-7])
+X = np.array([0.7, -0.4])
+FUNCTIONS = {
+    "+": lambda x, y: x + y,
+    "-": lambda x, y: x - y,
+    "*": lambda x, y: x * y,
+    "atan2": np.arctan2,
+    "power": np.power,
+    "inverse": lambda x: 1.0 / x,
+    **{name: getattr(np, name) for name in ("tan", "exp", "log", "sqrt", "sinh", "cosh")},
+}
+AT_MOST = {"sin": np.sin, "cos": np.cos, "tanh": np.tanh}  # a slope of 1
+
+
+def largest_change(function, x):
+    """Of the value, where each argument is off by its error."""
+    signs = np.array(np.meshgrid(*[[-1.0, 1.0]] * len(x))).reshape(len(x), -1)
+    moved = function(*(x[:, None] + signs * ERRORS[: len(x), None]))
+    return np.max(np.abs(moved - function(*x)))
+
+
+@pytest.mark.parametrize("kind", [*FUNCTIONS, *AT_MOST])
+def test_an_operation_passes_on_the_errors_of_its_arguments(kind):
+    function = {**FUNCTIONS, **AT_MOST}[kind]
+    x = X if kind in ("+", "-", "*", "atan2", "power") else X[:1]
+    value, error = _operation(kind, x, ERRORS)
+    changed = largest_change(function, x)
+    assert value == function(*x) and error >= changed * (1.0 - 1e-5)
+    assert error <= (1.0 + 1e-5) * (ERRORS[0] if kind in AT_MOST else changed)
