@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
+from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -96,9 +97,11 @@ def test_a_file_is_read_in_another_process_which_may_crash(tmp_path, monkeypatch
     monkeypatch.setattr(rebound, "Simulationarchive", None)  # here nothing is read
     assert there.q0.tobytes() == galvi.from_rebound(path).q0.tobytes()
     assert pickle.loads(pickle.dumps(galvi.from_rebound(sim))).parameters == there.parameters
-    read = door.READ
+    reader = Path(door.READER).read_text()
     for crash in ("kill(os.getpid(), 6)", "kill(os.getpid(), 11)", "_exit(1)"):
-        monkeypatch.setattr(door, "READ", f"{read}\nimport os; os.{crash}")  # all was read
+        crashing = tmp_path / "crashing.py"
+        crashing.write_text(f"{reader}\n    import os\n    os.{crash}\n")  # when all was read
+        monkeypatch.setattr(door, "READER", str(crashing))
         with pytest.raises(ValueError, match="it is damaged: REBOUND crashes"):
             galvi.from_rebound(path)
 
