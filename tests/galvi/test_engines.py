@@ -20,6 +20,7 @@ from galvi.run.group_engine import ON_GROUP
 from galvi.run.in_frame.engine import IN_FRAME
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_engine import NYSTROM
+from galvi.run.run_arrays import RunArrays
 from tests.galvi.lagrangians import opaque
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
@@ -137,3 +138,13 @@ def test_a_step_that_fails_is_tried_from_smaller_steps_by_both_engines(monkeypat
     galvi.integrate(galvi.problems.kepler(0.95), eight, 0.5, 4)
     galvi.integrate(galvi.problems.free_rigid_body(), eight, 3.0, 4)
     assert asked == [NYSTROM, ON_GROUP]
+
+
+@pytest.mark.parametrize("first", [0, 1000, 12_345])
+def test_a_run_keeps_one_row_for_each_step_that_is_watched(first):
+    """And one for its end, wherever it begins."""
+    start = replace(galvi.integrate(KEPLER, FOUR, 0.02, 3).checkpoint, first=first)
+    work = RunArrays.of(KEPLER, FOUR, 5000, start, 1, (2, 3))
+    every = 2**work.watch
+    watched = np.count_nonzero(np.arange(first + 1, first + 5001) % every == 0)
+    assert every > 1 and len(work.seen) == watched + 1

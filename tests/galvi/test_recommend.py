@@ -258,3 +258,10 @@ def test_the_cost_of_a_step_is_measured_over_ever_more_steps_up_to_a_part_of_the
     found.reach(4, 10**6, 1)
     assert len(asked) > 1 and asked[1:] == [4 * part for part in asked[:-1]]
     assert 100.0 + asked[-2] < 5e-3 * 1e5 <= 100.0 + asked[-1]
+
+
+def test_what_a_degree_costs_is_told_from_the_nearest_known_in_proportion():
+    problem = galvi.problems.harmonic_oscillator()
+    known = scan.Scan(problem, 10.0, 10.0, "evaluations", 2000.0, _per_step={4: 10.0, 20: 1.0})
+    assert known.affords(8, 100) and not known.affords(8, 101)  # 20 evaluations a step
+    assert known.affords(2, 400) and not known.affords(2, 401)
