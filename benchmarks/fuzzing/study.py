@@ -50,7 +50,9 @@ class Part:
     @property
     def title(self) -> str:
         """The title for progress output."""
-        return f"Up to {CALLS} calls of each of {len(self.targets)} targets, round {self.round}"
+        return (
+            f"Calls at random, {CALLS} of most of {len(self.targets)} targets, round {self.round}"
+        )
 
     def done(self) -> bool:
         """Whether its rows exist."""

@@ -64,12 +64,10 @@ class Reach:
 
     def _importing(self, modules: set[str]) -> set[str]:
         """The tests in files that import one of the modules."""
-        wanted = [f"from {module} import" for module in modules]
-        wanted += ["from {0} import {2}".format(*module.rpartition(".")) for module in modules]
         files = {
             path.relative_to(self.root).as_posix()
             for path in (self.root / "tests").rglob("test_*.py")
-            if any(words in self._source(str(path)) for words in wanted)
+            if modules & _imported(self._source(str(path)))
         }
         return {test for test in self._durations if test.partition("::")[0] in files}
 
@@ -164,6 +162,15 @@ class Reach:
 
 def _lines(first: int, last: ast.stmt) -> set[int]:
     return set(range(first, (last.end_lineno or 0) + 1))
+
+
+def _imported(text: str) -> set[str]:
+    """The modules, or what may be one, that a file imports from or imports."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ImportFrom):
+            found |= {str(node.module), *(f"{node.module}.{one.name}" for one in node.names)}
+    return found
 
 
 def _lines_with_names_of(modules: set[str], text: str) -> set[int]:

@@ -298,7 +298,7 @@ def threads() -> Iterator[dict[str, Any]]:
 def clusters() -> list[Callable[[], Any]]:
     """Makers of clusters with one and with as many workers; none where Dask is not installed.
 
-    They are timed one after the other, since one that waits takes a tenth of the processors.
+    They are timed one after the other, since an idle one takes a tenth of the processor time.
     """
     return [] if find_spec("distributed") is None else [
         partial(cluster, n) for n in sorted({1, processors()})

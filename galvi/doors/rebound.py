@@ -44,13 +44,13 @@ def from_rebound(source: Any, snapshot: int = -1) -> Problem:
             f"source must be a rebound.Simulation or the path of a file of one; received "
             f"{input_checks.shown(source)}."
         )
-    if not found.masses.size:
-        raise ValueError("the simulation must have particles; received none. Add some first.")
     if found.refused:
         raise ValueError(
             f"galvi integrates point masses that attract one another; received a simulation with "
             f"{', '.join(found.refused)}. Remove them in REBOUND first."
         )
+    if not found.masses.size:
+        raise ValueError("the simulation must have particles; received none. Add some first.")
     return Problem(
         system=NBody(found.masses, found.G),
         q0=found.q,
@@ -118,11 +118,19 @@ def _contents_of_file(path: str, snapshot: int) -> Contents:
     """Read in another process: REBOUND crashes at one damaged file in ten, or soon afterwards."""
     if not os.path.isfile(path):
         raise FileNotFoundError(f"there is no file {path}.")
-    which = input_checks.whole("snapshot", snapshot, -input_checks.LARGEST)
+    if isinstance(snapshot, bool) or not isinstance(snapshot, int | np.integer):
+        raise ValueError(
+            f"snapshot must be a whole number; received {input_checks.shown(snapshot)}. -1 is the "
+            f"last one."
+        )
     done = subprocess.run(
-        [sys.executable, "-P", READER], input=pickle.dumps((path, which)), capture_output=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, check=False,
+        [sys.executable, "-P", READER], input=pickle.dumps((path, int(snapshot))),
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True,
+        check=False,
     )  # fmt: skip
+    if done.returncode == 1:  # an exception of Python's
+        said = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+        raise ValueError(f"{path} must be a file of REBOUND's; reading it ended with: {said}.")
     if done.returncode != 0:
         raise ValueError(f"{path} must be a file of REBOUND's; it is damaged: REBOUND crashes.")
     found = pickle.loads(done.stdout)

@@ -7,6 +7,7 @@ nothing of galvi, so that the program starts quickly.
 
 from __future__ import annotations
 
+import os
 import pickle
 import sys
 import warnings
@@ -30,32 +31,33 @@ UNITS = ("length", "time", "mass")
 class Contents(NamedTuple):
     """What galvi takes from a simulation, in values of Python and NumPy.
 
-    refused     what changes its motion from that of point masses, in words
+    refused     what changes its motion from that of point masses, in words; then no more is read
     masses      (n,), in units of the simulation, as all that follows
     q, v        (n, 3)
     parameters  of the problem
     """
 
-    refused: list[str]
-    masses: npt.NDArray[np.float64]
-    q: npt.NDArray[np.float64]
-    v: npt.NDArray[np.float64]
-    t: float
-    G: float
-    parameters: dict[str, Any]
-    units: str
+    refused: tuple[str, ...] = ()
+    masses: npt.NDArray[np.float64] = np.zeros(0)
+    q: npt.NDArray[np.float64] = np.zeros((0, 3))
+    v: npt.NDArray[np.float64] = np.zeros((0, 3))
+    t: float = 0.0
+    G: float = 1.0
+    parameters: dict[str, Any] = {}  # noqa: RUF012 - replaced, never changed
+    units: str = ""
 
 
 def contents_of(sim: Any) -> Contents:
     """Those of a `rebound.Simulation`, which is left as it is."""
-    refused = list(_beyond_point_masses(sim))
+    refused = tuple(_beyond_point_masses(sim))
+    if refused:
+        return Contents(refused)
     if not sim.is_synchronized:
         sim = sim.copy()
         sim.synchronize()
     active = sim.N if sim.N_active in ALL_ACTIVE else sim.N_active
     particles = [sim.particles[k] for k in range(sim.N)]
     return Contents(
-        refused=refused,
         masses=np.array([p.m if k < active else 0.0 for k, p in enumerate(particles)]),
         q=np.array([p.xyz for p in particles]),
         v=np.array([p.vxyz for p in particles]),
@@ -83,14 +85,15 @@ def read(path: str, snapshot: int) -> Contents | str:
             warnings.filterwarnings("ignore", message=".*might not be synchronized")
             archive = rebound.Simulationarchive(path)
             count = len(archive)
-            if -count <= snapshot < count:
-                return contents_of(archive[snapshot])
+            sim = archive[snapshot] if -count <= snapshot < count else None
     except Exception as error:  # of what kind depends on which bytes are wrong
         return f"{path} must be a file of REBOUND's; it says: {error}"
-    return (
-        f"snapshot must be a whole number from {-count} to {count - 1}; received {snapshot}. "
-        f"-1 is the last one."
-    )
+    if sim is None:
+        return (
+            f"snapshot must be a whole number from {-count} to {count - 1}; received {snapshot}. "
+            f"-1 is the last one."
+        )
+    return contents_of(sim)
 
 
 def _beyond_point_masses(sim: Any) -> Iterator[str]:
@@ -133,6 +136,7 @@ def _units(sim: Any) -> str:
 
 
 if __name__ == "__main__":
-    asked = pickle.load(sys.stdin.buffer)
-    found = read(*asked)
-    pickle.dump(found if isinstance(found, str) else tuple(found), sys.stdout.buffer)
+    answer = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what REBOUND prints is no part of the answer
+    found = read(*pickle.load(sys.stdin.buffer))
+    pickle.dump(found if isinstance(found, str) else tuple(found), answer)

@@ -24,7 +24,7 @@ LEFT_OVER, FORCES_IN_LANES, CALLED = 5, 6, 7  # indices in RunArrays.counts
 FEWEST, MANY, MOST = 16, 64, 1024  # watched steps of a run: one in CLOSE up to MANY of them,
 CLOSE, APART = 64, 512  # then one in APART
 EACH = 127  # steps of a run up to which each is watched
-ALWAYS_FREE = 2.0**28  # bytes that are not asked for
+ALWAYS_FREE = 2.0**28  # bytes; what needs no more is not compared with the memory that is free
 NEVER = 62  # watches every 2^62-th step, which is none
 
 
@@ -47,7 +47,8 @@ def check_memory(
 
 
 def _free_memory() -> float:
-    """Bytes of memory that a process can still have; infinite where the system does not say."""
+    """Bytes of memory that a process can still have: all there is, or infinite, where the system
+    does not say."""
     try:
         text = Path("/proc/meminfo").read_text(encoding="ascii")
         return 1024.0 * int(text.partition("MemAvailable:")[2].split()[0])

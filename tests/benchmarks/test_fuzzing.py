@@ -14,6 +14,7 @@ import pytest
 import galvi
 from benchmarks.fuzzing import targets, trials
 from benchmarks.fuzzing.judgement import judged
+from benchmarks.fuzzing.study import FEWER
 from reports.sections.fuzz import fuzz_table
 
 METHOD = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
@@ -123,6 +124,10 @@ def test_no_call_asks_for_more_steps_than_it_can_take_in_seconds():
     long = [10**6, 2**40, 1e9, np.uint64(10**9), targets.LARGEST]
     short = [3, 0, -1, 0.5, True, float("nan"), float("inf"), 2**70, np.int8(-128), "x", None]
     assert all(map(targets._is_long, long)) and not any(map(targets._is_long, short))
+
+
+def test_targets_that_are_called_less_are_targets():
+    assert FEWER.keys() <= targets.TARGETS.keys()
 
 
 def test_the_table_counts_and_shows_what_was_found():

@@ -98,12 +98,30 @@ def test_a_file_is_read_in_another_process_which_may_crash(tmp_path, monkeypatch
     assert there.q0.tobytes() == galvi.from_rebound(path).q0.tobytes()
     assert pickle.loads(pickle.dumps(galvi.from_rebound(sim))).parameters == there.parameters
     reader = Path(door.READER).read_text()
-    for crash in ("kill(os.getpid(), 6)", "kill(os.getpid(), 11)", "_exit(1)"):
+    for crash in ("kill(os.getpid(), 6)", "kill(os.getpid(), 11)", "_exit(3)"):
         crashing = tmp_path / "crashing.py"
         crashing.write_text(f"{reader}\n    import os\n    os.{crash}\n")  # when all was read
         monkeypatch.setattr(door, "READER", str(crashing))
         with pytest.raises(ValueError, match="it is damaged: REBOUND crashes"):
             galvi.from_rebound(path)
+    broken = tmp_path / "broken.py"
+    broken.write_text(reader.replace("import pickle", "import pickle, galvi_absent"))
+    monkeypatch.setattr(door, "READER", str(broken))
+    with pytest.raises(ValueError, match="ended with: ModuleNotFoundError: No module named"):
+        galvi.from_rebound(path)
+    talking = tmp_path / "talking.py"
+    talking.write_text(
+        reader.replace("    import rebound\n", "    print('hello')\n    import rebound\n")
+    )
+    monkeypatch.setattr(door, "READER", str(talking))
+    assert galvi.from_rebound(path).q0.tobytes() == there.q0.tobytes()
+
+
+@pytest.mark.parametrize("snapshot", ["x", 1.5, True, None])
+def test_a_snapshot_is_a_whole_number(tmp_path, snapshot):
+    simulation().save_to_file(str(tmp_path / "run.bin"))
+    with pytest.raises(ValueError, match=r"snapshot must be a whole number; received .* -1 is"):
+        galvi.from_rebound(tmp_path / "run.bin", snapshot=snapshot)
 
 
 def forces(sim):

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.frames.hierarchy import hierarchy_of, jacobi
+from galvi.frames.hierarchy import hierarchy_of, jacobi, nested_in
 
 EARTH = 3
 PLANETS = galvi.problems.solar_system(pluto=False)
@@ -86,6 +86,14 @@ def test_massless_bodies_may_be_left_out() -> None:
     run = galvi.integrate(problem, method(12, (0, 1, (2, (3, 6)), 4)), 0.25, 20)
     assert np.max(np.abs(run.q - true.q[::4])) < 1e-12  # 4e-14
     assert np.max(np.abs(run.v - true.v[::4])) < 1e-11
+
+
+def test_massless_bodies_join_by_their_distance_from_the_first_barycentre() -> None:
+    """That of the pair is at 0.18, not halfway at 1: the body at 3.5 is beyond that at -3."""
+    q = np.array([[0.0, 0.0], [2.0, 0.0], [-3.0, 0.0], [3.5, 0.0], [2.7, 0.0]])
+    v = np.array([[0.0, 0.0], [0.0, 0.7], [0.0, -0.6], [0.0, 0.5], [0.0, 0.6]])
+    problem = galvi.Problem(galvi.NBody([1.0, 0.1, 0.01, 0.0, 0.0]), q, v)
+    assert nested_in(problem, ((0, 1), 2)) == (((0, 1), 4, 2, 3), "")
 
 
 @settings(max_examples=25)

@@ -56,7 +56,7 @@ def sqrt(x):
 
 
 def over_cube(numerator, square):
-    """numerator / r^3, from r^2; by the processor's estimate of 1 / r where the kernel has it."""
+    """numerator / r^3, from r^2; by an estimate of 1 / r where the kernel has `_reciprocals`."""
     reciprocals = _reciprocals(square)
     if reciprocals is None:
         return numerator / (square * sqrt(square))
@@ -65,13 +65,13 @@ def over_cube(numerator, square):
 
 
 def inverse(x):
-    """1 / x; by the processor's estimate where the kernel has it."""
+    """1 / x; by an estimate where the kernel has `_reciprocals`."""
     reciprocals = _reciprocals(x)
     return 1.0 / x if reciprocals is None else reciprocals.reciprocal(x)
 
 
 def inverse_quarters(x, n):
-    """x^(-n/4); by the processor's estimate of 1 / sqrt(x) where the kernel has it."""
+    """x^(-n/4); by an estimate of 1 / sqrt(x) where the kernel has `_reciprocals`."""
     if not isinstance(x, Lane):
         return x ** (-0.25 * n)
     reciprocals = _reciprocals(x)

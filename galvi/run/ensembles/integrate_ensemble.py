@@ -106,7 +106,9 @@ class _Work:
         self.parameters = Parameters(problem, values, self.members)
         first = problem.with_initial_state(self.q[0], self.v[0])
         prepared(first, method, float(self.step[0]), steps, curves=False, tolerance=tolerance)
-        check_end(problem.t0, float(max(self.step, key=abs)), int(steps))
+        with np.errstate(over="ignore"):
+            ends = problem.t0 + int(steps) * self.step
+        check_end(problem.t0, float(self.step[np.argmax(np.abs(ends))]), int(steps))
         self.plan = Plan(int(steps), self.step, problem.t0, problem.q0.shape, problem.v0.shape)
         self.keep, self.function = _kept(keep)
         self.singles = Singles(

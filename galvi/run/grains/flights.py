@@ -30,8 +30,8 @@ from galvi.systems.forces.drag_laws import DragLaw
 Codes = npt.NDArray[np.int64]
 ROTOR = "from galvi.kernels.lanes.laws import rotor_wind as wind\n"
 BATCH = 4096  # grains of one call of the kernel
-TOLERANCE = 1e-14  # change of the last pass, relative to the velocities
-FEW = 3  # points up to which the accelerations of two steps are extrapolated to the next
+TOLERANCE = 1e-14  # change of one more pass, relative to the velocities
+FEW = 2  # points up to which the accelerations of two steps are extrapolated to the next
 WAITING, ALOFT, LANDED, FAILED = range(4)  # a grain waits that starts at the end or later
 STATUSES = (
     "not started: its time is the end or after it",
@@ -118,6 +118,8 @@ def follow(
     step    s, one for all or (n,), each a whole fraction of ``until``: steps end at its multiples,
             so that the first one is shorter
     saves   places are kept at so many equal parts of ``until``, and at 0
+    tolerance  of the iteration: the change of the last pass, or that expected of one more, relative
+            to the velocities
     wind    the lines that define ``wind`` in lanes, see galvi.kernels.lanes.grains.iteration
 
     A grain's numbers do not depend on the other grains, their order, lanes or threads. Raises
@@ -147,13 +149,13 @@ def follow(
     ends, codes = np.full((n, 13), 0.0), np.zeros((n, 4), np.int64)
     places = np.full((n, saves + 1 if saves else 0, 3), np.nan)
     law, kept_alive = _compiled(wind, drag.name, method.stages)
-    tables, kernel = _tables(method, gravity, tolerance), flight.compiled_fly()
+    numbers, kernel = _tables(method, gravity, tolerance), flight.compiled_fly()
 
     def batch(part: Any) -> None:
         (work,) = aligned((rows_of_grains(method.stages), LANES))
         every = int(steps[part][0]) // saves if saves else 1
-        kernel(law, (starts[part], clocks[part], constants[part], steps[part]), tables, rules,
-               every, work, (ends[part], codes[part], places[part]))  # fmt: skip
+        kernel(law, (starts[part], clocks[part], constants[part], steps[part]), method.stages,
+               numbers, rules, every, work, (ends[part], codes[part], places[part]))  # fmt: skip
 
     _do(batch, _batches(steps), threads)
     del kept_alive
@@ -245,7 +247,7 @@ def _compiled(wind: str, drag: str, s: int) -> tuple[Any, Any]:
 
 
 @lru_cache(maxsize=32)
-def _tables(method: Galerkin, gravity: float, tolerance: float) -> tuple[Array, Array]:
+def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
     """A method in the layout of galvi.kernels.lanes.grains; gravity in m/s^2, downwards."""
     table, s = method.table, method.stages
     tables = collocation_tables(table, 1.0)
@@ -257,7 +259,7 @@ def _tables(method: Galerkin, gravity: float, tolerance: float) -> tuple[Array, 
     if s <= FEW:
         twice = _extrapolation(np.append(table.c - 1.0, table.c), 1.0 + table.c)
     parts = B, A @ B, table.c, table.b, [-gravity, tolerance], powers, once, twice
-    return np.concatenate([np.ravel(part) for part in parts]), np.ascontiguousarray(powers)
+    return np.concatenate([np.ravel(part) for part in parts])
 
 
 def _extrapolation(known: Array, asked: Array) -> Array:

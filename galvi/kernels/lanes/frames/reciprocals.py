@@ -1,8 +1,8 @@
 """1 / x, 1 / sqrt(x) and x^(-n/4) of eight numbers, from the processor's estimates if it has them.
 
-To about 1 ulp, which is enough inside of a step: AVX-512 estimates to 2^-14, and one correction of
-fourth order replaces a division or a square root, which take several times as long. (To third
-order, 6e-13, the outer planets' energy drifts by 1e-18 a step.)
+To about 1 ulp, 3 for x^(-7/4), enough inside of a step: AVX-512 estimates to 2^-14, and one
+correction of fourth or fifth order replaces a division or a square root, which take several times
+as long. (To third order, 6e-13, the outer planets' energy drifts by 1e-18 a step.)
 """
 
 from __future__ import annotations

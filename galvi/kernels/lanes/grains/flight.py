@@ -14,7 +14,6 @@ the rest of the step is done anew.
 starts     (n, 6)    q and v                      clocks  (n, 2)  time of the start, step
 constants  (n, 2)    those of the drag law        lasts   (n,)    the last time, in steps from 0
 numbers              as in galvi.kernels.lanes.grains.iteration
-curve      (s, s)    row l: the coefficient of tau^(l + 1) of the curve from velocities at stages
 rules      (4,)      e, below 0: grains stay; the speed below which they stay; whether the root of
                      the step's end is found; time in which decay falls by e
 every                steps between saved places
@@ -112,18 +111,18 @@ def first_root(coefficients, scratch):
 
 
 @jit_inline
-def way_down(work, l, curve, b_table, s, scratch):
+def way_down(work, l, numbers, s, scratch):
     """The first fraction of the step at which the curve meets the ground; 2 where it does not."""
-    h, z = work[H, l], work[Q + 2, l]
+    h, z, curve = work[H, l], work[Q + 2, l], 2 * s * s + 2 * s + 2  # where it is in numbers
     coefficients = scratch[3, : s + 1]
     coefficients[:] = 0.0
     coefficients[0] = z
     for k in range(s):
         v = work[V + 2, l]
         for j in range(s):
-            v += h * b_table[k * s + j] * work[DECAY + s + 3 * j + 2, l]
+            v += h * numbers[k * s + j] * work[DECAY + s + 3 * j + 2, l]
         for m in range(s):
-            coefficients[m + 1] += h * curve[m, k] * v
+            coefficients[m + 1] += h * numbers[curve + m * s + k] * v
     if z == 0.0:  # from the ground: z / tau, whose value at 0 is that of the velocity there
         if not work[V + 2, l] > 0.0:
             return 0.0
@@ -157,10 +156,10 @@ def set_whole_step(work, clock, l, h, falls, fall):
 
 
 @jit_inline
-def set_guess(work, l, s, value):
-    """All accelerations <- value."""
+def set_guess(work, l, s):
+    """All accelerations <- 0."""
     for k in range(3 * s):
-        work[DECAY + s + k, l] = value
+        work[DECAY + s + k, l] = 0.0
 
 
 @jit_inline
@@ -197,13 +196,12 @@ def fill(saved, who, index, every, x, y, z):
 
 
 @jit
-def fly(law, grains, tables, rules, every, work, results):
+def fly(law, grains, s, numbers, rules, every, work, results):
     """Do all flights of a batch. Statuses and states past a failure are as the legend says."""
     starts, clocks, constants, lasts = grains
-    numbers, curve = tables
     ends, codes, saved = results
     restitution, slow, polish, fall = rules
-    s, n = curve.shape[0], starts.shape[0]
+    n = starts.shape[0]
     clock, lane = np.zeros((2, LANES)), np.zeros((5, LANES), np.int64)
     scratch, falls = np.zeros((4, s + 2)), np.zeros((s, LANES))
     for l in range(LANES):
@@ -252,7 +250,7 @@ def fly(law, grains, tables, rules, every, work, results):
             if state != SOLVED:
                 if lane[AGAIN, l] == 0:  # once more, without what was extrapolated
                     lane[AGAIN, l] = 1
-                    set_guess(work, l, s, 0.0)
+                    set_guess(work, l, s)
                     continue
                 codes[who, 0] = FAILED
                 ends[who, :6] = np.nan
@@ -266,8 +264,8 @@ def fly(law, grains, tables, rules, every, work, results):
             touches = False
             if phase == WHOLE:
                 tau = 2.0
-                if not (work[LOWEST, l] > 0.0 and work[Q + 2, l] > 0.0):
-                    tau = way_down(work, l, curve, numbers, s, scratch)
+                if not work[LOWEST, l] > 0.0:  # also from the ground
+                    tau = way_down(work, l, numbers, s, scratch)
                 if tau == 0.0:
                     touches, h = True, 0.0
                 elif tau <= 1.0:
@@ -303,8 +301,9 @@ def fly(law, grains, tables, rules, every, work, results):
                 work[Q + 2, l] = max(work[Q + 2, l], 0.0)
                 clock[TIME, l] += h
                 clock[LEFT, l] -= h
+                work[KNOWN, l] = 0.0
                 if clock[LEFT, l] > 0.0:
-                    set_guess(work, l, s, 0.0)
+                    set_guess(work, l, s)
                     set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
                     continue
             elif touches:
@@ -326,8 +325,9 @@ def fly(law, grains, tables, rules, every, work, results):
                     continue
                 work[V + 2, l] = -restitution * down
                 ends[who, CONTACT + 2] -= (1.0 + restitution) * down
+                work[KNOWN, l] = 0.0
                 if clock[LEFT, l] > 0.0:
-                    set_guess(work, l, s, 0.0)
+                    set_guess(work, l, s)
                     set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
                     continue
             index = lane[INDEX, l]
@@ -360,7 +360,8 @@ def compiled_fly():
     signature = types.void(
         whole,
         types.Tuple((MATRIX, MATRIX, MATRIX, whole)),
-        types.Tuple((VECTOR, MATRIX)),
+        types.int64,
+        VECTOR,
         types.UniTuple(types.float64, 4),
         types.int64,
         MATRIX,

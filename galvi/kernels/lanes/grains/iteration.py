@@ -36,13 +36,14 @@ from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, Lanes
 
 Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, KNOWN = 0, 3, 6, 7, 9, 10, 11, 12  # first rows
-END, DRAG, LOWEST = 13, 19, 22  # q and v at the step's end; impulse of the drag over the mass; a
-# height below the curve
-DECAY = 23  # exp(-t / DESCENT) at the stages, then accelerations at these, at those of the next
-# step, and at those of the last one where KNOWN is 1; 3 s each
+END = 13  # q and v at the step's end
+DRAG = 19  # impulse of the drag over the mass
+LOWEST = 22  # a height that no point of the curve is below
+DECAY = 23  # exp(-t / DESCENT) at the stages, then accelerations, 3 s each: at these, at those of
+# the next step, and at those of the step before where KNOWN is 1
 GOES_ON, SOLVED, GIVEN_UP = 0.0, 1.0, 2.0  # of STATE
 PASSES = 64  # of one step
-SMALL = 3e-13  # changes below this shrink on as they did
+SMALL = 3e-13  # below this a change is assumed to shrink on at its last rate
 ROUNDING = 1e-11  # changes below this that do not shrink are rounding errors of the wind
 PASS_OF_GRAINS = types.void(MATRIX, VECTOR)
 TINY = 1e-300
@@ -119,7 +120,7 @@ def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
 def outcome(s, q, v, h, a, forced, tables, curve):
     """What a solved step leads to.
 
-    a, forced (s, 3): accelerations at the stages, and those by the forces there
+    a, forced (s, 3): accelerations at the stages, and those by the forces before a was corrected
 
     Returns q and v at the end and the impulse of the drag over the mass, 9 values, and a height
     that no point of the curve is below.
