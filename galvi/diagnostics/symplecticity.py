@@ -24,15 +24,15 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
 
     At the converged stages Q, (I - h^2 A x da/dq) dQ = dq + c h dv, and the updates are linear in
     da/dq dQ. In a moving frame see `galvi.diagnostics.frame_derivative`. Raises ValueError when the
-    step itself fails.
+    step itself fails, or has no derivative.
     """
     check_types(problem, method, "step_derivative(problem, method, step)")
     if method.in_frame:
         return frame_step_derivative(problem, method, step)
     if group_system(problem, method) is not None:
         return group_step_derivative(problem, method, step)
-    h, table, d = step, method.table, problem.q0.size
-    run = uninterrupted(integrate(problem, method, h, 1))
+    run = uninterrupted(integrate(problem, method, step, 1))
+    h, table, d = float(step), method.table, problem.q0.size
     if not run.success:
         raise ValueError(f"the step has no derivative, because it failed. {run.status}")
     times = problem.t0 + table.c * h
@@ -46,7 +46,13 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     lines = np.concatenate(
         [np.tile(unit, (stages, 1)), np.kron(h * table.c[:, None], unit)], axis=1
     )
-    dQ = np.linalg.solve(np.eye(stages * d) - coupled, lines).reshape(stages, d, 2 * d)
+    try:
+        dQ = np.linalg.solve(np.eye(stages * d) - coupled, lines).reshape(stages, d, 2 * d)
+    except np.linalg.LinAlgError:
+        raise ValueError(
+            f"the step has no derivative, because the stage equations are singular at step {h!r}. "
+            f"Use a smaller step."
+        ) from None
     da = np.einsum("jab,jbc->jac", slopes, dQ)
     position = np.concatenate([unit, h * unit], axis=1) + h * h * np.tensordot(table.beta, da, 1)
     velocity = np.concatenate([0.0 * unit, unit], axis=1) + h * np.tensordot(table.b, da, 1)

@@ -54,6 +54,13 @@ def from_mujoco(model_or_xml: Any, ignore: Any = (), key: int | None = None) -> 
         )
     if model.nv == 0:
         raise ValueError("the model must have a joint; received one in which nothing can move.")
+    try:
+        name = bytes(model.names).decode().partition("\0")[0]
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f"names in the model must be in UTF-8; received byte {error.object[error.start]:#x}. "
+            f"Save the file in UTF-8."
+        ) from None
     links = [_link(model, body) for body in range(1, model.nbody)]
     gravity = np.zeros(3) if _disabled(model, "GRAVITY") else np.array(model.opt.gravity)
     system = Multibody(links, gravity)
@@ -64,7 +71,6 @@ def from_mujoco(model_or_xml: Any, ignore: Any = (), key: int | None = None) -> 
         number = input_checks.whole("key", key, 0, model.nkey - 1)
         start = (model.key_qpos[number], model.key_qvel[number])
     q, v = system.from_mujoco(*start)
-    name = bytes(model.names).partition(b"\0")[0].decode()
     return Problem(
         system, q, v, name=name, parameters={
             "ignored": tuple(sorted(left_out)),

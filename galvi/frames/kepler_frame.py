@@ -63,6 +63,7 @@ class KeplerFrame:
     def __post_init__(self) -> None:
         if self.passes is not None:
             object.__setattr__(self, "passes", input_checks.whole("passes", self.passes))
+        object.__setattr__(self, "even", input_checks.flag("even", self.even))
         if self.hierarchy is not None:
             object.__setattr__(self, "hierarchy", _nested(self.hierarchy))
 

@@ -297,6 +297,8 @@ class Canonical:
 def _positive_mass(mass: Any) -> Array:
     remedy = "Give a positive number, a vector of positive numbers or a positive definite matrix."
     mass = input_checks.array("mass", mass, remedy=remedy)
+    if not mass.size:
+        raise ValueError(f"mass must have entries; received shape {mass.shape}. {remedy}")
     if mass.ndim == 2 and mass.shape[0] == mass.shape[1]:
         if not np.allclose(mass, mass.T, rtol=1e-14, atol=0.0):
             raise ValueError(f"mass must be a symmetric matrix; received {mass.tolist()}. {remedy}")

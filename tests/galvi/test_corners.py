@@ -266,6 +266,25 @@ def test_damaged_files_are_refused_in_one_sentence(tmp_path):
             "must end at a finite time",
         ),
         (
+            lambda: galvi.KeplerFrame(even=float("nan")),
+            TypeError,
+            "even must be True or False; received nan",
+        ),
+        (
+            lambda: galvi.Canonical(np.zeros((0, 0)), galvi.LinearSpring()),
+            ValueError,
+            "mass must have entries",
+        ),
+        (
+            lambda: galvi.step_derivative(
+                galvi.problems.harmonic_oscillator(),
+                galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(2)),
+                2**31,
+            ),
+            ValueError,
+            "the stage equations are singular at step 2147483648.0",
+        ),
+        (
             lambda: galvi.from_mujoco("ä" * 300),
             ValueError,
             "there is no file ä",

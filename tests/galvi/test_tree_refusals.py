@@ -141,3 +141,13 @@ def test_what_is_beyond_is_counted_in_words():
     pairs = "pair of geoms may meet", "pairs of geoms may meet"
     assert [_counted(n, *pairs) for n in (0, 1, 2)] == [None, f"1 {pairs[0]}", f"2 {pairs[1]}"]
     assert _counted(3, "tendon") == "3 tendons"
+
+
+def test_names_that_are_not_in_utf_8_are_refused(tmp_path):
+    path = tmp_path / "model.xml"
+    text = '<mujoco><worldbody><body name="ä"><joint/><geom size="1"/></body></worldbody></mujoco>'
+    path.write_text(text, encoding="latin-1")
+    with pytest.raises(ValueError, match="names in the model must be in UTF-8; received byte 0xe4"):
+        galvi.from_mujoco(path)
+    path.write_text(text, encoding="utf-8")
+    assert galvi.from_mujoco(path).system.links[0].name == "ä"
