@@ -165,7 +165,7 @@ def _lines(first: int, last: ast.stmt) -> set[int]:
 
 
 def _imported(text: str) -> set[str]:
-    """The modules, or what may be one, that a file imports from or imports."""
+    """Dotted names of what a file imports, and of what it imports that from."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.ImportFrom):

@@ -265,24 +265,22 @@ def scaling(ensemble: Ensemble) -> list[tuple[Any, ...]]:
         ]
         return galvi.integrate_many(starts, *arguments, save_every=steps, threads=1)
 
-    times: dict[str, Timing] = {}
-    calls: dict[str, Call] = {f"one by one, {few} members": one_by_one}
+    first, rows = f"one by one, {few} members", list[tuple[Any, ...]]()
     for made in (threads, *clusters()):
         with made() as executors:
+            calls: dict[str, Call] = {first: one_by_one}
             calls |= {words: partial(run, executor=one) for words, one in executors.items()}
-            times |= zip(calls, interleaved(list(calls.values()), ROUNDS, LEAST), strict=True)
-        calls = {}
-    seconds = {
-        words: timing.seconds / (few if words.startswith("one") else len(q))
-        for words, timing in times.items()
-    }
-    alone = next(iter(seconds.values()))
-    return [
-        ("scaling", f"{len(q)} of {problem.name}", words, f"{steps} steps", math.nan, math.nan,
-         timing.seconds, timing.low, timing.high, 1e6 * seconds[words] / steps,
-         alone / seconds[words])
-        for words, timing in times.items()
-    ]  # fmt: skip
+            times = dict(zip(calls, interleaved(list(calls.values()), ROUNDS, LEAST), strict=True))
+        alone = times[first].seconds / few
+        for words, timing in times.items():
+            each = alone if words == first else timing.seconds / len(q)
+            if words != first or not rows:
+                rows.append((
+                    "scaling", f"{len(q)} of {problem.name}", words, f"{steps} steps", math.nan,
+                    math.nan, timing.seconds, timing.low, timing.high, 1e6 * each / steps,
+                    alone / each,
+                ))  # fmt: skip
+    return rows
 
 
 @contextmanager

@@ -32,7 +32,8 @@ def from_rebound(source: Any, snapshot: int = -1) -> Problem:
 
     Raises ValueError, naming them, for additional forces, collisions, a boundary, softening,
     variational particles, test particles that pull, and a file that cannot be read;
-    ModuleNotFoundError without REBOUND.
+    FileNotFoundError without a file, TypeError for another source, ModuleNotFoundError without
+    REBOUND.
     """
     rebound = _engine()
     if isinstance(source, str | os.PathLike):

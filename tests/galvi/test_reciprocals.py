@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numba.core.registry import cpu_target
 
-from galvi.kernels.lanes.frames.reciprocals import FEATURE, Reciprocals
+from galvi.kernels.lanes.reciprocals import FEATURE, Reciprocals
 from tests.galvi.lane_functions import compiled
 
 

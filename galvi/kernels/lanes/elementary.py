@@ -81,7 +81,7 @@ def inverse_quarters(x, n):
 
 
 def _reciprocals(x):
-    """``builder.reciprocals`` of a lane, a `galvi.kernels.lanes.frames.reciprocals.Reciprocals`,
+    """``builder.reciprocals`` of a lane, a `galvi.kernels.lanes.reciprocals.Reciprocals`,
     where its kernel has them."""
     return getattr(getattr(x, "builder", None), "reciprocals", None)
 

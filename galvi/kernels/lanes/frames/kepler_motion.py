@@ -21,10 +21,10 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from galvi.kernels.lanes.frames import universal
-from galvi.kernels.lanes.frames.reciprocals import Reciprocals
 from galvi.kernels.lanes.frames.rows import OFFSET, WEIGHT
 from galvi.kernels.lanes.frames.several import Several
 from galvi.kernels.lanes.functions import square_root
+from galvi.kernels.lanes.reciprocals import Reciprocals
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, Lanes
 

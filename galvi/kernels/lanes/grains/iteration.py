@@ -31,7 +31,7 @@ from numba.extending import intrinsic
 
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.lanes.elementary import inverse
-from galvi.kernels.lanes.frames.reciprocals import Reciprocals
+from galvi.kernels.lanes.reciprocals import Reciprocals
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, Lanes
 

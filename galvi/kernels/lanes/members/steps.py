@@ -20,7 +20,6 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from galvi.kernels.lanes.frames.reciprocals import Reciprocals
 from galvi.kernels.lanes.law_pass import Pass
 from galvi.kernels.lanes.members.judgement import Judgement, terms_kept
 from galvi.kernels.lanes.members.rows import (
@@ -30,6 +29,7 @@ from galvi.kernels.lanes.members.rows import (
     splat,
     whole_number,
 )
+from galvi.kernels.lanes.reciprocals import Reciprocals
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
