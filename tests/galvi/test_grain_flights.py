@@ -288,7 +288,7 @@ def test_a_wrong_table_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     time, _ = fallen(HEIGHTS, 3.0)
     right = rms(drop(gauss(2), 128, Ground(exact=False)).t - time)
     for changed, ground, wrong in (
-        (slice(14, 18), Ground(exact=False), 10.0 * right), (slice(8), Ground(), 1e-5)
+        (slice(15, 19), Ground(exact=False), 10.0 * right), (slice(8), Ground(), 1e-5)
     ):  # fmt: skip
         factor = np.ones(numbers.size)
         factor[changed] = 1.01
@@ -299,7 +299,7 @@ def test_a_wrong_table_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_start_is_a_polynomial_through_the_stages_of_one_step_or_two() -> None:
     """Of degree 1 and 3 with two points, at the times of the next step's stages."""
     c, numbers = gauss(2).table.c, flights._tables(gauss(2), G, 1e-14)
-    for degree, known, part in ((1, c, numbers[18:22]), (3, np.append(c - 1.0, c), numbers[22:])):
+    for degree, known, part in ((1, c, numbers[19:23]), (3, np.append(c - 1.0, c), numbers[23:])):
         line = np.poly1d(np.arange(1.0, degree + 2.0))
         np.testing.assert_allclose(part.reshape(2, -1) @ line(known), line(1.0 + c), rtol=1e-12)
 
@@ -312,9 +312,9 @@ def test_a_start_from_two_steps_saves_passes(monkeypatch: pytest.MonkeyPatch) ->
     passes = []
     for once, twice in ((1.0, 1.0), (1.0, 0.0), (0.0, 0.0)):
         changed = numbers.copy()
-        changed[18:22] *= once
+        changed[19:23] *= once
         if not twice:
-            changed[22:] = np.hstack([np.zeros((2, 2)), changed[18:22].reshape(2, 2)]).ravel()
+            changed[23:] = np.hstack([np.zeros((2, 2)), changed[19:23].reshape(2, 2)]).ravel()
         monkeypatch.setattr(flights, "_tables", lambda *given, changed=changed: changed)
         found = follow(gauss(2), [start.q0], [start.v0], [0.0], rates, law, 0.03, 1.8, gravity=G)
         passes.append(int(found.passes[0]))

@@ -145,7 +145,7 @@ def follow(
     constants = np.zeros((n, 2))
     constants[:, : rates.shape[1]] = rates
     restitution = -1.0 if ground.restitution is None else float(ground.restitution)
-    rules = (restitution, ground.slowest, float(ground.exact), DESCENT)
+    rules = (restitution, ground.slowest, float(ground.exact))
     ends, codes = np.full((n, 13), 0.0), np.zeros((n, 4), np.int64)
     places = np.full((n, saves + 1 if saves else 0, 3), np.nan)
     law, kept_alive = _compiled(wind, drag.name, method.stages)
@@ -258,7 +258,7 @@ def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
     twice = np.concatenate([np.zeros((s, s)), once], axis=1)
     if s <= FEW:
         twice = _extrapolation(np.append(table.c - 1.0, table.c), 1.0 + table.c)
-    parts = B, A @ B, table.c, table.b, [-gravity, tolerance], powers, once, twice
+    parts = B, A @ B, table.c, table.b, [-gravity, tolerance, -1.0 / DESCENT], powers, once, twice
     return np.concatenate([np.ravel(part) for part in parts])
 
 

@@ -3,7 +3,8 @@
 A lane whose grain has landed, or has reached its last time, takes the next grain. Each lane is in
 its own step and iteration: a pass serves all eight, and none waits for another, so that a grain's
 numbers depend on nothing but the grain. A step leads to the next multiple of the grain's step; the
-first one, from the start, is shorter.
+first one, from the start, is shorter. Passes begin the following steps themselves: what is done
+here, lane by lane, is starts, contacts and ends.
 
 Contact with the ground z = 0: where the curve of a solved step comes down to it, the step is done
 anew up to the first root of the curve, and then, where asked, up to the root of its own end, by
@@ -14,8 +15,8 @@ the rest of the step is done anew.
 starts     (n, 6)    q and v                      clocks  (n, 2)  time of the start, step
 constants  (n, 2)    those of the drag law        lasts   (n,)    the last time, in steps from 0
 numbers              as in galvi.kernels.lanes.grains.iteration
-rules      (4,)      e, below 0: grains stay; the speed below which they stay; whether the root of
-                     the step's end is found; time in which decay falls by e
+rules      (3,)      e, below 0: grains stay; the speed below which they stay; whether the root of
+                     the step's end is found
 every                steps between saved places
 ends       (n, 13)   q, v, time, impulse of the drag and of contacts over the mass: sums of h b a
 codes      (n, 4)    how it ended, contacts, steps, passes
@@ -39,11 +40,18 @@ from galvi.kernels.lanes.grains.iteration import (
     DRAG,
     END,
     GOES_ON,
+    INDEX,
     KNOWN,
+    LEFT,
     LOWEST,
+    PASSED,
     PASSES,
+    PUSH,
     SOLVED,
     STATE,
+    STEP,
+    STEPS,
+    TIME,
     TRIES,
     H,
     Q,
@@ -58,9 +66,8 @@ SEARCH = 80  # halvings that find a root of the curve
 CLOSE = 1e-15  # of the way down, at the root of the step's end
 NOBODY = -1
 WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
-END_TIME, PUSH, CONTACT = 6, 7, 10  # columns of ends
-TIME, LEFT = 0, 1  # rows of `clock`, (2, 8): start and rest of the step
-INDEX, WHO, PHASE, ROOTS, AGAIN = range(5)  # rows of `lane`, (5, 8)
+END_TIME, IMPULSE, CONTACT = 6, 7, 10  # columns of ends
+WHO, PHASE, ROOTS, AGAIN = range(4)  # rows of `lane`, (4, 8)
 
 
 @jit_inline
@@ -113,14 +120,14 @@ def first_root(coefficients, scratch):
 @jit_inline
 def way_down(work, l, numbers, s, scratch):
     """The first fraction of the step at which the curve meets the ground; 2 where it does not."""
-    h, z, curve = work[H, l], work[Q + 2, l], 2 * s * s + 2 * s + 2  # where it is in numbers
+    h, z, curve = work[H, l], work[Q + 2, l], 2 * s * s + 2 * s + 3  # where it is in numbers
     coefficients = scratch[3, : s + 1]
     coefficients[:] = 0.0
     coefficients[0] = z
     for k in range(s):
         v = work[V + 2, l]
         for j in range(s):
-            v += h * numbers[k * s + j] * work[DECAY + s + 3 * j + 2, l]
+            v += h * numbers[k * s + j] * work[DECAY + 2 * s + 3 * j + 2, l]
         for m in range(s):
             coefficients[m + 1] += h * numbers[curve + m * s + k] * v
     if z == 0.0:  # from the ground: z / tau, whose value at 0 is that of the velocity there
@@ -138,43 +145,64 @@ def way_down(work, l, numbers, s, scratch):
 
 
 @jit_inline
-def set_step(work, clock, l, h, numbers, s, fall):
+def set_step(work, l, h, numbers, s):
     """Begin the solve of a step of size h from the state in work."""
-    work[H, l] = h
-    start = math.exp(-clock[TIME, l] / fall)
+    work[H, l], work[STATE, l], work[TRIES, l] = h, GOES_ON, 0.0
+    fall = numbers[2 * s * s + 2 * s + 2]
+    start = math.exp(fall * work[TIME, l])
     for j in range(s):
-        work[DECAY + j, l] = start * math.exp(-numbers[2 * s * s + j] * h / fall)
-
-
-@jit_inline
-def set_whole_step(work, clock, l, h, falls, fall):
-    """As ``set_step``, for the step whose falls of decay at the nodes are known."""
-    work[H, l] = h
-    start = math.exp(-clock[TIME, l] / fall)
-    for j in range(falls.shape[0]):
-        work[DECAY + j, l] = start * falls[j, l]
+        work[DECAY + j, l] = start * math.exp(fall * numbers[2 * s * s + j] * h)
 
 
 @jit_inline
 def set_guess(work, l, s):
-    """All accelerations <- 0."""
+    """All accelerations <- 0, with nothing known of a step before."""
+    work[KNOWN, l] = 0.0
     for k in range(3 * s):
-        work[DECAY + s + k, l] = 0.0
+        work[DECAY + 2 * s + k, l] = 0.0
 
 
 @jit_inline
-def enter(work, clock, l, start, constants, t, left):
-    """Give a lane to a grain, ``left`` before the end of its first step."""
+def take(work, l):
+    """To the end of the solved step."""
+    for i in range(3):
+        work[Q + i, l], work[V + i, l] = work[END + i, l], work[END + 3 + i, l]
+        work[PUSH + i, l] += work[DRAG + i, l]
+    if work[H, l] > 0.0:
+        work[STEPS, l] += 1.0
+
+
+@jit_inline
+def enter(work, l, start, t, step, index, constants, numbers, s):
+    """Give a lane to a grain, whose first step ends at a multiple of the whole one."""
     work[:, l] = 0.0
     for i in range(6):
         work[Q + i, l] = start[i]
     work[CONSTANTS, l], work[CONSTANTS + 1, l] = constants[0], constants[1]
-    clock[TIME, l], clock[LEFT, l] = t, left
+    work[INDEX, l], work[STEP, l] = index, step
+    work[TIME, l], work[LEFT, l] = t, index * step - t
+    fall = numbers[2 * s * s + 2 * s + 2]
+    for j in range(s):
+        work[DECAY + s + j, l] = math.exp(fall * numbers[2 * s * s + j] * step)
+    set_step(work, l, work[LEFT, l], numbers, s)
 
 
 @jit_inline
-def leave(work, lane, l):
-    """Free a lane; what it computes meanwhile is that of a grain at rest, in steps of 0."""
+def leave(work, lane, l, how, ends, codes):
+    """Keep what became of a grain, and free its lane."""
+    who = lane[WHO, l]
+    codes[who, 0] = how
+    codes[who, 2], codes[who, 3] = int(work[STEPS, l]), int(work[PASSED, l])
+    for i in range(3):
+        ends[who, i], ends[who, 3 + i] = work[Q + i, l], work[V + i, l]
+        ends[who, IMPULSE + i] = work[PUSH + i, l]
+    ends[who, END_TIME] = work[TIME, l]
+    empty(work, lane, l)
+
+
+@jit_inline
+def empty(work, lane, l):
+    """What a lane without a grain computes is that of one at rest, in steps of 0."""
     work[:, l] = 0.0
     work[Q + 2, l] = 1.0
     lane[WHO, l] = NOBODY
@@ -200,12 +228,11 @@ def fly(law, grains, s, numbers, rules, every, work, results):
     """Do all flights of a batch. Statuses and states past a failure are as the legend says."""
     starts, clocks, constants, lasts = grains
     ends, codes, saved = results
-    restitution, slow, polish, fall = rules
+    restitution, slow, polish = rules
     n = starts.shape[0]
-    clock, lane = np.zeros((2, LANES)), np.zeros((5, LANES), np.int64)
-    scratch, falls = np.zeros((4, s + 2)), np.zeros((s, LANES))
+    lane, scratch = np.zeros((4, LANES), np.int64), np.zeros((4, s + 2))
     for l in range(LANES):
-        leave(work, lane, l)
+        empty(work, lane, l)
     following, busy = 0, 0
     most = 0
     for k in range(n):
@@ -224,39 +251,31 @@ def fly(law, grains, s, numbers, rules, every, work, results):
                     ends[who, END_TIME] = t
                     if index > lasts[who]:
                         continue
-                    codes[who, 0] = ALOFT
                     if t == (index - 1) * step:
                         keep(saved, who, index - 1, every, starts[who, 0], starts[who, 1],
                              starts[who, 2])  # fmt: skip
                     lane[:, l] = 0
-                    lane[INDEX, l], lane[WHO, l] = index, who
-                    enter(work, clock, l, starts[who], constants[who], t, index * step - t)
-                    set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
-                    for j in range(s):
-                        falls[j, l] = math.exp(-numbers[2 * s * s + j] * step / fall)
+                    lane[WHO, l] = who
+                    enter(work, l, starts[who], t, step, index, constants[who], numbers, s)
                     busy += 1
         if busy == 0:
             break
         call_void(law[0], work, numbers)
         for l in range(LANES):
-            who = lane[WHO, l]
-            if who == NOBODY:
+            who, state = lane[WHO, l], work[STATE, l]
+            if state == GOES_ON or who == NOBODY:
                 continue
-            state = work[STATE, l]
-            if state == GOES_ON:
-                continue
-            codes[who, 3] += int(work[TRIES, l])
-            work[TRIES, l] = 0.0
+            index = int(work[INDEX, l])
             if state != SOLVED:
                 if lane[AGAIN, l] == 0:  # once more, without what was extrapolated
                     lane[AGAIN, l] = 1
                     set_guess(work, l, s)
+                    set_step(work, l, work[H, l], numbers, s)
                     continue
-                codes[who, 0] = FAILED
-                ends[who, :6] = np.nan
-                fill(saved, who, lane[INDEX, l], every, np.nan, np.nan, np.nan)
-                work[:, l], work[Q + 2, l] = 0.0, 1.0
-                lane[WHO, l] = NOBODY
+                for i in range(6):
+                    work[Q + i, l] = np.nan
+                fill(saved, who, index, every, np.nan, np.nan, np.nan)
+                leave(work, lane, l, FAILED, ends, codes)
                 busy -= 1
                 continue
             lane[AGAIN, l] = 0
@@ -271,7 +290,7 @@ def fly(law, grains, s, numbers, rules, every, work, results):
                 elif tau <= 1.0:
                     lane[PHASE, l] = SHORTENED
                     lane[ROOTS, l] = 0
-                    set_step(work, clock, l, tau * h, numbers, s, fall)
+                    set_step(work, l, tau * h, numbers, s)
                     continue
             elif phase == LAST_TRY:
                 touches = work[END + 2, l] <= 0.0
@@ -282,75 +301,44 @@ def fly(law, grains, s, numbers, rules, every, work, results):
                 near = abs(z) <= CLOSE * (work[Q + 2, l] + h * abs(speed))
                 if polish > 0.0 and not near and lane[ROOTS, l] < SOLVES and speed < 0.0:
                     longer = h - z / speed
-                    if longer >= clock[LEFT, l]:  # not within the step
-                        lane[PHASE, l], touches = LAST_TRY, False
-                        set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
+                    if longer >= work[LEFT, l]:  # not within the step
+                        lane[PHASE, l] = LAST_TRY
+                        set_step(work, l, work[LEFT, l], numbers, s)
                         continue
                     if longer > 0.0:
-                        set_step(work, clock, l, longer, numbers, s, fall)
+                        set_step(work, l, longer, numbers, s)
                         continue
             lane[PHASE, l] = WHOLE
-            # the curve came down, the step does not
-            rises = touches and h > 0.0 and work[END + 5, l] > 0.0
+            if not touches:
+                keep(saved, who, index, every, work[END, l], work[END + 1, l], work[END + 2, l])
+                if index >= lasts[who]:
+                    take(work, l)
+                    work[TIME, l] = index * work[STEP, l]
+                    leave(work, lane, l, ALOFT, ends, codes)
+                    busy -= 1
+                continue  # the next pass begins the next step
             if h > 0.0:
-                codes[who, 2] += 1
-                for i in range(3):
-                    work[Q + i, l], work[V + i, l] = work[END + i, l], work[END + 3 + i, l]
-                    ends[who, PUSH + i] += work[DRAG + i, l]
-            if rises:
+                take(work, l)
+            work[TIME, l] += h
+            work[LEFT, l] -= h
+            if h > 0.0 and work[V + 2, l] > 0.0:  # the curve came down, the step does not
                 work[Q + 2, l] = max(work[Q + 2, l], 0.0)
-                clock[TIME, l] += h
-                clock[LEFT, l] -= h
-                work[KNOWN, l] = 0.0
-                if clock[LEFT, l] > 0.0:
-                    set_guess(work, l, s)
-                    set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
-                    continue
-            elif touches:
+            else:
                 codes[who, 1] += 1
-                clock[TIME, l] += h
-                clock[LEFT, l] -= h
                 work[Q + 2, l] = 0.0
                 down = work[V + 2, l]
                 if restitution < 0.0 or -restitution * down < slow or codes[who, 1] >= CONTACTS:
                     for i in range(3):
-                        ends[who, i], ends[who, 3 + i] = work[Q + i, l], 0.0
                         ends[who, CONTACT + i] -= work[V + i, l]
-                    ends[who, END_TIME] = clock[TIME, l]
-                    codes[who, 0] = LANDED
-                    fill(saved, who, lane[INDEX, l], every, work[Q, l], work[Q + 1, l], 0.0)
-                    work[:, l], work[Q + 2, l] = 0.0, 1.0
-                    lane[WHO, l] = NOBODY
+                        work[V + i, l] = 0.0
+                    fill(saved, who, index, every, work[Q, l], work[Q + 1, l], 0.0)
+                    leave(work, lane, l, LANDED, ends, codes)
                     busy -= 1
                     continue
                 work[V + 2, l] = -restitution * down
                 ends[who, CONTACT + 2] -= (1.0 + restitution) * down
-                work[KNOWN, l] = 0.0
-                if clock[LEFT, l] > 0.0:
-                    set_guess(work, l, s)
-                    set_step(work, clock, l, clock[LEFT, l], numbers, s, fall)
-                    continue
-            index = lane[INDEX, l]
-            keep(saved, who, index, every, work[Q, l], work[Q + 1, l], work[Q + 2, l])
-            clock[TIME, l] = index * clocks[who, 1]
-            if index >= lasts[who]:
-                for i in range(6):
-                    ends[who, i] = work[Q + i, l]
-                ends[who, END_TIME] = clock[TIME, l]
-                work[:, l], work[Q + 2, l] = 0.0, 1.0
-                lane[WHO, l] = NOBODY
-                busy -= 1
-                continue
-            lane[INDEX, l] = index + 1
-            clock[LEFT, l] = (index + 1) * clocks[who, 1] - clock[TIME, l]
-            whole = not touches and h > 0.999 * clocks[who, 1]
-            work[KNOWN, l] = 1.0 if whole else 0.0
-            for k in range(3 * s):
-                here = DECAY + s + k
-                work[here + 6 * s, l] = work[here, l]
-                last = DECAY + 4 * s - 3 + k % 3  # of the last stage where the step was a part
-                work[here, l] = work[here + 3 * s if whole else last, l]
-            set_whole_step(work, clock, l, clock[LEFT, l], falls, fall)
+            set_guess(work, l, s)
+            set_step(work, l, work[LEFT, l], numbers, s)  # the rest, which may be 0
 
 
 @cache
@@ -362,7 +350,7 @@ def compiled_fly():
         types.Tuple((MATRIX, MATRIX, MATRIX, whole)),
         types.int64,
         VECTOR,
-        types.UniTuple(types.float64, 4),
+        types.UniTuple(types.float64, 3),
         types.int64,
         MATRIX,
         types.Tuple((MATRIX, types.int64[:, ::1], TENSOR3)),

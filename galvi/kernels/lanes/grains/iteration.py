@@ -11,10 +11,13 @@ A pass is a step of Newton's method with one derivative for all stages and witho
 times the wind's gradient, however short the grain's relaxation time 1 / k is, and two systems of s
 equations are solved instead of one of 3 s.
 
+Where the last step was solved, and nobody has changed that, a pass begins with the next one.
+
 wind        (q, decay) -> 3 values, and
 drag        (|w|^2, constants) -> (k, |w| k'), written as in galvi.kernels.lanes.elementary
 work        (rows, 8), rows as below; one column for each grain
-numbers     B (s, s), A B (s, s), c (s,), b (s,), g, the tolerance of the iteration, then
+numbers     B (s, s), A B (s, s), c (s,), b (s,), g, the tolerance of the iteration, the rate at
+            which decay grows, below 0, then
             (s, s)  row l: the coefficient of tau^(l + 1) of the curve from velocities at stages
             (s, s)  accelerations at the next step's stages from those at the last
             (s, 2 s) the same from the last two steps, the earlier one first
@@ -30,7 +33,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
-from galvi.kernels.lanes.elementary import inverse
+from galvi.kernels.lanes.elementary import exp, inverse
 from galvi.kernels.lanes.reciprocals import Reciprocals
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, Lanes
@@ -39,10 +42,14 @@ Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, KNOWN = 0, 3, 6, 7, 9, 10, 11, 12  # f
 END = 13  # q and v at the step's end
 DRAG = 19  # impulse of the drag over the mass
 LOWEST = 22  # a height that no point of the curve is below
-DECAY = 23  # exp(-t / DESCENT) at the stages, then accelerations, 3 s each: at these, at those of
-# the next step, and at those of the step before where KNOWN is 1
+INDEX, STEP = 23, 24  # the step's end is at their product
+TIME, LEFT = 25, 26  # at the state, and from there to the step's end
+STEPS, PASSED, PUSH = 27, 28, 29  # steps taken, passes, and the sum of DRAG over the steps
+DECAY = 32  # exp(-t / DESCENT) at the stages, then what it is of that at a whole step's start, s
+# each; then accelerations at the stages, and those of the step before where KNOWN is 1, 3 s each
 GOES_ON, SOLVED, GIVEN_UP = 0.0, 1.0, 2.0  # of STATE
 PASSES = 64  # of one step
+PART = 0.999  # of a step: what is shorter is the rest of one
 SMALL = 3e-13  # below this a change is assumed to shrink on at its last rate
 ROUNDING = 1e-11  # changes below this that do not shrink are rounding errors of the wind
 PASS_OF_GRAINS = types.void(MATRIX, VECTOR)
@@ -51,7 +58,7 @@ TINY = 1e-300
 
 def rows_of_grains(s):
     """Rows of work for s stages."""
-    return DECAY + 10 * s
+    return DECAY + 8 * s
 
 
 def solved(B, z, right):
@@ -162,6 +169,75 @@ def total(factors, values):
     return result
 
 
+class Rows:
+    """The rows of work, and the numbers, in an intrinsic for s stages."""
+
+    def __init__(self, s, context, builder, work, numbers):
+        self.s, self.builder, self.work, self.numbers = s, builder, work.data, numbers.data
+        self.row = builder.extract_value(work.shape, 1).type
+        one_row, first = (ir.Constant(self.row, k) for k in (LANES, 0))
+        self.lanes = Lanes(context, builder, one_row, first)
+
+    def at(self, k):
+        return Lane(self.builder, self.lanes.load(self.work, ir.Constant(self.row, k)))
+
+    def axes(self, k):
+        return [self.at(k + i) for i in range(3)]
+
+    def stages(self, k):
+        return [self.axes(k + 3 * j) for j in range(self.s)]
+
+    def put(self, k, values):
+        for i, value in enumerate(values):
+            self.lanes.store(value.value, self.work, ir.Constant(self.row, k + i))
+
+    def put_where(self, condition, k, values):
+        self.put(k, [x.where(condition, self.at(k + i)) for i, x in enumerate(values)])
+
+    def number(self, k):
+        place = ir.Constant(self.row, k)
+        return Lane(self.builder, self.lanes.spread(self.lanes.number(self.numbers, place)))
+
+    def block(self, k, columns):
+        return [[self.number(k + columns * j + i) for i in range(columns)] for j in range(self.s)]
+
+    def any_of(self, condition):
+        """A block for what is done where a comparison is true in one lane or more."""
+        found = self.builder.bitcast(condition, ir.IntType(LANES))
+        return self.builder.if_then(self.builder.icmp_unsigned("!=", found, found.type(0)))
+
+
+def go_on(rows, ready, fall, once, twice):
+    """Begin the next step in the lanes that are ready for it.
+
+    once, twice  accelerations at its stages from those of one step and of two; those of the last
+                 stage are taken after a part of a step
+    """
+    s = rows.s
+    last, before, known = rows.stages(DECAY + 2 * s), rows.stages(DECAY + 5 * s), rows.at(KNOWN)
+    h, index, step = rows.at(H), rows.at(INDEX), rows.at(STEP)
+    whole, time = h > PART * step, index * step
+    left = (index + 1.0) * step - time
+    start = exp(fall * time)
+    falls = [rows.at(DECAY + s + j) for j in range(s)]
+    guess = [
+        total(twice[j], [a[i] for a in before + last])
+        .where(known > 0.0, total(once[j], [a[i] for a in last]))
+        .where(whole, last[-1][i])
+        for j in range(s) for i in range(3)
+    ]  # fmt: skip
+    taken = rows.at(STEPS) + known.same(1.0).where(h > 0.0, 0.0)
+    push = [x + y for x, y in zip(rows.axes(PUSH), rows.axes(DRAG), strict=True)]
+    new = {
+        Q: rows.axes(END), V: rows.axes(END + 3), H: [left], TRIES: [known.same(0.0)],
+        KNOWN: [known.same(1.0).where(whole, 0.0)], INDEX: [index + 1.0], TIME: [time, left],
+        STEPS: [taken], PUSH: push, DECAY: [start * x for x in falls],
+        DECAY + 2 * s: guess, DECAY + 5 * s: [x for a in last for x in a],
+    }  # fmt: skip
+    for k, values in new.items():
+        rows.put_where(ready, k, values)
+
+
 def grain_pass(wind, drag, s):
     """An intrinsic (work, numbers) that does a pass for a wind and a drag law."""
 
@@ -174,54 +250,36 @@ def grain_pass(wind, drag, s):
             work, numbers = (
                 context.make_array(kinds[k])(context, builder, values[k]) for k in range(2)
             )
-            row = builder.extract_value(work.shape, 1).type
             builder.reciprocals = Reciprocals(context, builder)
-            lanes = Lanes(context, builder, ir.Constant(row, LANES), ir.Constant(row, 0))
-
-            def at(k):
-                return Lane(builder, lanes.load(work.data, ir.Constant(row, k)))
-
-            def number(k):
-                place = ir.Constant(row, k)
-                return Lane(builder, lanes.spread(lanes.number(numbers.data, place)))
-
-            def block(start, columns=s):
-                return [[number(start + columns * j + k) for k in range(columns)] for j in range(s)]
-
-            def of_stages(first):
-                return [[at(first + 3 * j + i) for i in range(3)] for j in range(s)]
-
-            def put(first, values):
-                for k, value in enumerate(values):
-                    lanes.store(value.value, work.data, ir.Constant(row, first + k))
-
+            rows = Rows(s, context, builder, work, numbers)
+            at, number, block = rows.at, rows.number, rows.block
             first = 2 * s * s
             tables = (
-                block(0),
-                block(s * s),
+                block(0, s),
+                block(s * s, s),
                 [number(first + j) for j in range(s)],
                 [number(first + s + j) for j in range(s)],
                 number(first + 2 * s),
             )
-            q, v, h = [at(Q + i) for i in range(3)], [at(V + i) for i in range(3)], at(H)
+            first += 2 * s + 1
+            tolerance, fall, first = number(first), number(first + 1), first + 2
+            ready = at(STATE) > GOES_ON
+            with rows.any_of(ready):
+                once, twice = block(first + s * s, s), block(first + 2 * s * s, 2 * s)
+                go_on(rows, ready, fall, once, twice)
+            q, v, h = rows.axes(Q), rows.axes(V), at(H)
             new, found, change = corrected(
                 wind, drag, s, q, v, h, [at(CONSTANTS), at(CONSTANTS + 1)],
-                [at(DECAY + j) for j in range(s)], of_stages(DECAY + s), tables,
+                [at(DECAY + j) for j in range(s)], rows.stages(DECAY + 2 * s), tables,
             )  # fmt: skip
-            first += 2 * s + 2
-            end, lowest = outcome(s, q, v, h, new, found, tables, block(first))
-            once, twice = block(first + s * s), block(first + 2 * s * s, 2 * s)
-            before, known = of_stages(DECAY + 7 * s), at(KNOWN) > 0.0
-            put(DECAY + s, [x for stage in new for x in stage])
-            put(DECAY + 4 * s, [
-                total(twice[j], [x[i] for x in before + new]).where(
-                    known, total(once[j], [x[i] for x in new])
-                )
-                for j in range(s) for i in range(3)
-            ])  # fmt: skip
-            put(END, [*end, lowest])
+            rows.put(DECAY + 2 * s, [x for stage in new for x in stage])
             tries = at(TRIES) + 1.0
-            put(STATE, [state_of(change, at(CHANGE), tries, number(first - 1)), tries, change])
+            state = state_of(change, at(CHANGE), tries, tolerance)
+            rows.put(STATE, [state, tries, change])
+            rows.put(PASSED, [at(PASSED) + 1.0])
+            with rows.any_of(state > GOES_ON):
+                end, lowest = outcome(s, q, v, h, new, found, tables, block(first, s))
+                rows.put(END, [*end, lowest])
             return context.get_dummy_value()
 
         return signature, generate
