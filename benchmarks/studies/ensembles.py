@@ -266,7 +266,7 @@ def scaling(ensemble: Ensemble) -> list[tuple[Any, ...]]:
         return galvi.integrate_many(starts, *arguments, save_every=steps, threads=1)
 
     first, rows = f"one by one, {few} members", list[tuple[Any, ...]]()
-    for made in (threads, *clusters()):
+    for made in (threads, workers):
         with made() as executors:
             calls: dict[str, Call] = {first: one_by_one}
             calls |= {words: partial(run, executor=one) for words, one in executors.items()}
@@ -293,25 +293,36 @@ def threads() -> Iterator[dict[str, Any]]:
         }
 
 
-def clusters() -> list[Callable[[], Any]]:
-    """Makers of clusters with one and with as many workers; none where Dask is not installed.
+class OneWorker:
+    """The first worker of a cluster; the others idle meanwhile."""
 
-    They are timed one after the other, since an idle one takes a tenth of the processor time.
-    """
-    return [] if find_spec("distributed") is None else [
-        partial(cluster, n) for n in sorted({1, processors()})
-    ]  # fmt: skip
+    def __init__(self, client: Any) -> None:
+        self._client, (self._worker, *_) = client, client.nthreads()
+
+    def nthreads(self) -> dict[str, int]:
+        """Its threads."""
+        return {self._worker: self._client.nthreads()[self._worker]}
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """See Dask's ``Client.submit``."""
+        return self._client.submit(function, *arguments, workers=[self._worker])
 
 
 @contextmanager
-def cluster(workers: int) -> Iterator[dict[str, Any]]:
-    """A client of a cluster on this machine, by what it is called."""
+def workers() -> Iterator[dict[str, Any]]:
+    """One Dask worker, and as many as there are processors; nothing where Dask is not installed."""
+    if find_spec("distributed") is None:
+        yield {}
+        return
     from distributed import Client, LocalCluster
 
+    n = processors()
     with (
         LocalCluster(
-            n_workers=workers, threads_per_worker=1, dashboard_address=":0", silence_logs=50
+            n_workers=n, threads_per_worker=1, dashboard_address=":0", silence_logs=50
         ) as made,
         Client(made) as client,
     ):
-        yield {f"lanes, {workers} Dask worker{'s' * (workers > 1)}": client}
+        yield {"lanes, 1 Dask worker": OneWorker(client)} | (
+            {f"lanes, {n} Dask workers": client} if n > 1 else {}
+        )

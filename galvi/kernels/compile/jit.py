@@ -13,6 +13,7 @@ from typing import Any
 import numba
 
 from galvi.kernels.compile.cache import KernelCache
+from galvi.kernels.compile.parts import call_as_part
 
 _ONE_AT_A_TIME = threading.RLock()
 
@@ -28,6 +29,7 @@ def jit(function, **options):
         # Without a writable folder or readable sources, every process compiles again.
         with suppress(RuntimeError, OSError):
             KernelCache(function).serve(dispatcher)
+        call_as_part(dispatcher, given)
     return dispatcher
 
 
