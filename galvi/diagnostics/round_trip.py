@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from galvi import input_checks
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.integrate import integrate
@@ -18,6 +19,7 @@ def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int
     exponential chart, only to their order. Raises
     ValueError when a run fails, what `galvi.integrate` raises, and KeyboardInterrupt on Ctrl-C.
     """
+    step = input_checks.real("step", step)
     there = uninterrupted(integrate(problem, method, step, steps, save_every=steps))
     _check(there)
     end, t = there.q[-1], float(there.t[-1])

@@ -27,6 +27,7 @@ ASKED = 4  # states of a run at which a traced Lagrangian is compared with the f
 # Relative changes of a position whose effect on the energy is not an error: the larger one at rest,
 # where V may be 0 and a motion grows from round-off.
 NUDGE, NUDGE_AT_REST = 2.0**-46, 2.0**-26
+HALVINGS = 128  # of a way on which a potential is looked at
 Raised = dict[int, Exception]  # by row of the states
 
 
@@ -142,7 +143,8 @@ def noise(problem: Problem) -> float:
 def kick_energy(problem: Problem, step: float) -> float:
     """The kinetic energy that the force at the start gives to the system at rest in a step.
 
-    h^2 F . M^-1 F / 2; 0 where that is not finite.
+    h^2 F . M^-1 F / 2, but on a vector space no more than V falls by on the way h^2 M^-1 F / 2,
+    since a force may reverse within a long step; 0 where that is not finite.
     """
     system: Any = problem.system
     q, v, t = problem.q0, problem.v0, problem.t0
@@ -161,7 +163,24 @@ def kick_energy(problem: Problem, step: float) -> float:
             rate = system.acceleration(q, t)
             force = system.momentum(rate)
         energy = 0.5 * step**2 * float(np.sum(force * rate))
+        if np.isfinite(energy) and problem.q0.shape == problem.v0.shape:
+            energy = min(energy, _fall(problem, 0.5 * step**2 * rate))
     return energy if np.isfinite(energy) else 0.0
+
+
+def _fall(problem: Problem, way: Any) -> float:
+    """By how much V falls at most on a straight way from the start; infinite where V is not known.
+
+    V is looked at where the way ends, and at each of its HALVINGS.
+    """
+    shares = np.append(0.0, 0.5 ** np.arange(HALVINGS)).reshape(-1, *(1,) * way.ndim)
+    states = States(problem.q0 + shares * way, *(
+        np.repeat(array[None], len(shares), axis=0)
+        for array in (problem.p0, problem.v0.reshape(-1), np.array(problem.t0))
+    ))  # fmt: skip
+    _, potential = energies(problem, states, raised={})
+    known = np.isfinite(potential).all()
+    return float(np.max(potential[0] - potential)) if known else math.inf
 
 
 def _start(problem: Problem, scale: float) -> States:

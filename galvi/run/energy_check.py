@@ -5,8 +5,9 @@ potential energy over the steps up to the last good one, whose error is below 1 
 So a fall of any depth is measured by its depth, but a run that goes astray not by where it went: a
 step whose error exceeds the measure of the steps before it is not good. If no step is good and the
 run starts at rest, the measure is the kinetic energy that the force at the start gives in a step,
-since a coarse step may come to rest again. A run is ruined by steps whose error exceeds its
-measure. What a change of the position by its round-off would do to the energy is not an error.
+or the potential energy that is lost on that way if it is less, since a coarse step may come to rest
+again. A run is ruined by steps whose error exceeds its measure. What a change of the position by
+its round-off would do to the energy is not an error.
 
 Energies are evaluated at each step of up to 127, at 16 to 2000 evenly spread steps of a longer run,
 whichever states it keeps, and at its end; where a run is ruined, also at the kept states

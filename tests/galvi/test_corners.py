@@ -277,7 +277,7 @@ def test_damaged_files_are_refused_in_one_sentence(tmp_path):
         ),
         (
             lambda: galvi.step_derivative(
-                galvi.problems.harmonic_oscillator(),
+                galvi.problems.harmonic_oscillator().with_initial_state([1e-9], [1.0]),
                 galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(2)),
                 2**31,
             ),

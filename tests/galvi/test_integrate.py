@@ -162,6 +162,8 @@ def test_nan_from_a_force_during_the_run_is_a_failure():
 def test_backwards_undoes_forwards():
     for problem in (KEPLER, HENON, CHAIN):
         assert galvi.round_trip_error(problem, FOUR, 0.2, 200) < 1e-10
+    errors = [galvi.round_trip_error(CHAIN, FOUR, step, 3) for step in (1.0, np.uint64(1))]
+    assert errors[0] == errors[1]
     back = galvi.integrate(KEPLER, FOUR, -0.2, 5)
     assert back.t[-1] == -1.0
     forward = galvi.integrate(KEPLER, FOUR, 0.2, 5)

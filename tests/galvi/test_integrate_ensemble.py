@@ -229,6 +229,14 @@ def test_kept_values():
     assert "Python function" in python.status[0] and compiled.status[0] == "Completed."
 
 
+@pytest.mark.parametrize("keep", [lambda run: run, lambda run: [[1.0], [1.0, 2.0]]])
+def test_a_function_that_returns_no_numbers_is_refused(keep):
+    problem, step = CASES["henon_heiles"]
+    q, v = starts(problem, 2)
+    with pytest.raises(TypeError, match="given as keep must return numbers; it returned"):
+        galvi.integrate_ensemble(problem, q, v, FOUR, step, 7, keep=keep)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.ensembles.keep import Keep, Plan, Record
@@ -75,7 +76,15 @@ class Singles:
     def returned(self, member: int, function: Callable[[Trajectory], Any]) -> Single:
         """What a function of the run returns."""
         run = self.run(member, curves=self.plan.steps <= 10**4)()
-        return _single((np.asarray(function(run), dtype=np.float64),), run)
+        value = function(run)
+        try:
+            kept = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise TypeError(
+                f"the function given as keep must return numbers; it returned {shown(value)}. "
+                f"`integrate_many` returns runs."
+            ) from None
+        return _single((kept,), run)
 
 
 def _of_one(record: Record) -> tuple[Array, ...]:
