@@ -7,6 +7,8 @@ takes half as long to compile and runs as fast.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numba
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
@@ -59,6 +61,10 @@ AS_PART = {"pipeline_class": PartCompiler, "no_cpython_wrapper": True, "no_cfunc
 
 def call_as_part(dispatcher, options):
     """Let functions that call a jitted one compile it as a part; calls from Python as before."""
-    part = numba.njit(**{**options, **AS_PART})(dispatcher.py_func)
-    dispatcher.get_call_template = part.get_call_template
-    dispatcher.get_overload = part.get_overload
+
+    @cache
+    def part():
+        return numba.njit(**{**options, **AS_PART})(dispatcher.py_func)
+
+    dispatcher.get_call_template = lambda args, kws: part().get_call_template(args, kws)
+    dispatcher.get_overload = lambda signature: part().get_overload(signature)
