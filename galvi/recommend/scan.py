@@ -83,7 +83,7 @@ class Scan:
     @property
     def most(self) -> int:
         """Largest number of steps in the duration such that each still changes the time."""
-        apart = float(np.spacing(abs(self.problem.t0) + self.duration))
+        apart = math.ulp(abs(self.problem.t0) + self.duration)
         return int(min(FINEST, max(1.0, 0.25 * self.duration / apart)))
 
     def affords(self, degree: int, steps: int, runs: float = 1.0) -> bool:

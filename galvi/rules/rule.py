@@ -114,13 +114,14 @@ def _row(field: str, values: Any) -> tuple[Decimal, ...]:
         numbers = np.asarray(values)
         real = numbers.dtype.kind in "iufO"  # O: decimals
         finite = real and bool(np.all(np.isfinite(numbers.astype(np.float64))))
-    except (TypeError, ValueError, OverflowError):
-        finite = False
-    if not finite or numbers.ndim != 1:
+        row = tuple(decimals(numbers)) if finite and numbers.ndim == 1 else None
+    except (TypeError, ValueError, OverflowError):  # also of a date, which numpy takes for a number
+        row = None
+    if row is None:
         raise ValueError(
             f"{field} of a rule must be finite numbers in one row; received {shown(values)}."
         )
-    return tuple(decimals(numbers))
+    return row
 
 
 def number_of_points(value: Any, at_least: int = 1) -> int:

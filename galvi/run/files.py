@@ -36,6 +36,7 @@ WATCHED = ("energies", "passage")  # absent in files of older versions
 UNREADABLE = (
     KeyError, ValueError, TypeError, AttributeError, EOFError, OSError,
     tokenize.TokenError,  # of an array's header
+    NotImplementedError,  # of a compression that zipfile does not know
 )  # fmt: skip
 
 

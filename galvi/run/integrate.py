@@ -115,7 +115,7 @@ def prepared(
     if problem.t0 + h == problem.t0:
         raise ValueError(
             f"step must change the time; received {step!r} at t0 = {problem.t0!r}, where times are "
-            f"{np.spacing(problem.t0):.1e} apart. Shift t0 towards 0, or use a larger step."
+            f"{math.ulp(problem.t0):.1e} apart. Shift t0 towards 0, or use a larger step."
         )
     if not isinstance(solver, str) or solver not in SOLVERS:
         raise ValueError(f"solver must be one of {', '.join(SOLVERS)}; received {shown(solver)}.")
@@ -225,7 +225,7 @@ def steps_until(until: float, t0: float, step: float, done: int) -> int:
     """Steps from step number ``done`` to the time ``until``; ValueError unless a whole number."""
     ratio = (input_checks.real("until", until) - t0) / step
     whole = round(ratio) if abs(ratio) <= input_checks.LARGEST else 0
-    slack = 1e-9 + 4.0 * float(np.spacing(max(abs(t0), abs(until)))) / abs(step)  # of such times
+    slack = 1e-9 + 4.0 * math.ulp(max(abs(t0), abs(until))) / abs(step)  # of such times
     if whole <= done or abs(whole - ratio) > min(slack, LARGEST_SLACK):
         raise ValueError(
             f"until must be a whole number of steps after t = {t0 + done * step!r}, where the run "

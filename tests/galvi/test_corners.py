@@ -2,6 +2,8 @@
 
 import copy
 import pickle
+import sys
+from dataclasses import replace
 
 import numba
 import numpy as np
@@ -143,7 +145,9 @@ def test_damaged_files_are_refused_in_one_sentence(tmp_path):
     whole = path.read_bytes()
     unclosed = whole.replace(b"), }", b"(, }")  # in the headers of arrays
     assert unclosed != whole
-    for damaged in (whole[: len(whole) // 2], b"", b"PK", unclosed):
+    first = whole.index(b"PK\x01\x02") + 10  # in the archive's directory
+    compressed = whole[:first] + b"\x63\x00" + whole[first + 2 :]
+    for damaged in (whole[: len(whole) // 2], b"", b"PK", unclosed, compressed):
         path.write_bytes(damaged)
         with pytest.raises(ValueError, match=r"must be a run written by galvi\.save"):
             galvi.load(path)
@@ -288,6 +292,16 @@ def test_damaged_files_are_refused_in_one_sentence(tmp_path):
             lambda: galvi.from_mujoco("ä" * 300),
             ValueError,
             "there is no file ä",
+        ),
+        (
+            lambda: galvi.Rule("mine", 1, [np.datetime64("2000-01-01"), 1.0], [0.5, 0.5]),
+            ValueError,
+            "exact_nodes of a rule must be finite numbers",
+        ),
+        (
+            lambda: galvi.integrate(replace(KEPLER, t0=sys.float_info.max), EIGHT, 0.01, 5),
+            ValueError,
+            "step must change the time",
         ),
     ],
 )

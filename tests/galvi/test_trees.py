@@ -180,6 +180,7 @@ def test_the_momenta_of_a_floating_tree_are_kept_and_those_of_its_free_joint():
     np.testing.assert_allclose(galvi.momentum_map(run), angular, rtol=0, atol=1e-12)
     between = galvi.momentum_map(run, [1.234, 5.678])
     np.testing.assert_allclose(between, angular[:2], rtol=0, atol=1e-4)  # not kept between steps
+    assert galvi.momentum_map(run, []).shape == galvi.linear_momentum(run, []).shape == (0, 3)
 
 
 @settings(max_examples=20)

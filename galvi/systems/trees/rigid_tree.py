@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -178,7 +179,7 @@ class RigidTree:
         return self._at_states(q, v)[:3]
 
     def _at_states(self, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
-        places = np.ascontiguousarray(q, dtype=np.float64).reshape(len(v), -1)
+        places = np.ascontiguousarray(q, dtype=np.float64).reshape(len(v), math.prod(q.shape[1:]))
         rates = np.ascontiguousarray(v, dtype=np.float64)
         found = np.empty(len(v)), np.empty(len(v)), np.empty(v.shape), np.empty((len(v), 6))
         tree.tree_states(places, rates, self.numbers, *found)
