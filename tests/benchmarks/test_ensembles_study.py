@@ -5,9 +5,11 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 
+import numpy as np
 import pandas as pd
 import pytest
 
+import galvi
 from benchmarks.studies import ensembles as study
 from references.rebound.pool import REBOUND_POOLS
 from reports.figures.picture import picture
@@ -62,3 +64,28 @@ def test_the_page_has_a_line_for_each_way(frame):
     table, _ = ensembles_table(frame)
     assert len(table) == len(frame)
     assert picture(ENSEMBLES.figures[0], frame)
+
+
+class Workers(ThreadPoolExecutor):
+    """A client with two workers, which notes those that it is asked for."""
+
+    def __init__(self):
+        super().__init__(2)
+        self.asked = []
+
+    def nthreads(self):
+        return {"one": 1, "other": 1}
+
+    def submit(self, function, *arguments, workers=None):
+        self.asked.append(workers)
+        return super().submit(function, *arguments)
+
+
+def test_one_worker_of_a_cluster_does_all_of_the_work():
+    problem, q, v, *_ = study.kepler_orbits(300)
+    arguments = (problem, q, v, galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.05, 10)
+    with Workers() as client:
+        alone = galvi.integrate_ensemble(*arguments, executor=study.OneWorker(client))
+        assert client.asked and all(one == ["one"] for one in client.asked)
+        assert sum(study.OneWorker(client).nthreads().values()) == 1
+    np.testing.assert_array_equal(alone, galvi.integrate_ensemble(*arguments))

@@ -62,19 +62,21 @@ AT_REST = {  # problem -> F . M^-1 F
 
 @pytest.mark.parametrize("name", AT_REST)
 def test_the_energy_that_a_force_gives_in_a_step_is_that_of_uniform_acceleration(name):
+    """The springs' is less by the change of their force on the way."""
     problem, power = AT_REST[name]
     mass = getattr(problem.system, "mass", 1.0) if name == "free body" else 1.0
     for step in (0.1, -0.1, 0.2):
-        expected = 0.5 * step**2 * power * mass
-        assert kick_energy(problem, step) == pytest.approx(expected, rel=4e-3)  # 0.08 h^2
+        way = 0.5 * step**2 * 2.0 / 3.0 if name in ("canonical", "Lagrangian") else 0.0
+        expected = 0.5 * step**2 * power * mass - 0.5 * way**2
+        assert kick_energy(problem, step) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["canonical", "Lagrangian"])
 def test_a_force_that_reverses_gives_no_more_than_the_potential_falls(name):
-    """From rest at x = 2 with k = 1; seen at steps of the way of which each is half the last."""
+    """From rest at x = 2 with k = 1. V is looked at from 0.71 to 1.41 of the way to its minimum."""
     problem, _ = AT_REST[name]
     given = [kick_energy(problem, step) for step in (2.5, 50.0, 3e4, -1e9)]
-    assert all(0.9 * 2.0 <= energy <= 2.0 for energy in given)
+    assert all(0.91 * 2.0 <= energy <= 2.0 for energy in given)
     gravity = galvi.Problem(
         galvi.Canonical(2.0, lambda q: 3.0 * q[0], lambda q: [3.0]), [1.0], [0.0]
     )
@@ -82,9 +84,10 @@ def test_a_force_that_reverses_gives_no_more_than_the_potential_falls(name):
 
 
 def test_a_start_at_rest_excuses_no_error_in_steps_of_many_periods():
-    """The elastic pendulum in steps of 35 periods, whose energy goes from 0.9 to 123."""
+    """The elastic pendulum in steps of 35 periods, whose energy goes from 0.9 to 123: wherever
+    Newton's method ends, or if it does not."""
     run = galvi.integrate(galvi.problems.elastic_pendulum(), gauss(5), 218, 5, solver="newton")
-    assert not run.success and "the energy changed by" in run.status
+    assert not run.success
 
 
 def test_the_round_off_of_an_energy_is_taken_larger_where_a_body_is_at_rest():

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numba.core.errors import TypingError
 
 from galvi.kernels.compile import parts
 from galvi.kernels.compile.jit import jit, jit_inline
@@ -28,19 +29,29 @@ def pair() -> tuple[Any, Any]:
     return twice, total
 
 
+def with_an_address(code: Any) -> set[str]:
+    """The functions of compiled code that can be called by their addresses."""
+    defined = (function.name for function in code.get_defined_functions())
+    return {name for name in defined if code.get_pointer_to_function(name)}
+
+
 def test_what_a_kernel_calls_becomes_no_machine_code_of_its_own(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    finished = []
+    made = []
     finish = parts.PartCode._finalize_final_module
-    monkeypatch.setattr(
-        parts.PartCode, "_finalize_final_module", lambda self: finished.append(self) or finish(self)
-    )
+
+    def finalize(self: parts.PartCode) -> None:
+        made.append(self)
+        finish(self)
+
+    monkeypatch.setattr(parts.PartCode, "_finalize_final_module", finalize)
     twice, total = pair()
     assert total(np.arange(4.0)) == 14.0
-    assert not twice.overloads and len(total.overloads) == 1
-    assert len(finished) == 2  # of whole and of real numbers
-    assert not any(code.get_pointer_to_function(code.name) for code in finished)
+    (whole,) = total.overloads.values()
+    assert with_an_address(whole.library)
+    assert not twice.overloads and len(made) == 2  # of whole and of real numbers
+    assert [with_an_address(code) for code in made] == [set(), set()]
 
 
 def test_what_was_a_part_can_be_called_from_python_and_by_others() -> None:
@@ -65,5 +76,5 @@ def test_an_error_in_a_part_is_named_with_what_called_it() -> None:
     def outer(x):
         return wrong(x)
 
-    with pytest.raises(Exception, match="Unknown attribute 'nothing'"):
+    with pytest.raises(TypingError, match="Unknown attribute 'nothing'"):
         outer(1.0)

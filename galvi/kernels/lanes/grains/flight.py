@@ -44,14 +44,14 @@ from galvi.kernels.lanes.grains.iteration import (
     KNOWN,
     LEFT,
     LOWEST,
-    PASSED,
     PASSES,
     PUSH,
     SOLVED,
     STATE,
     STEP,
-    STEPS,
+    TAKEN,
     TIME,
+    TRIED,
     TRIES,
     H,
     Q,
@@ -148,10 +148,10 @@ def way_down(work, l, numbers, s, scratch):
 def set_step(work, l, h, numbers, s):
     """Begin the solve of a step of size h from the state in work."""
     work[H, l], work[STATE, l], work[TRIES, l] = h, GOES_ON, 0.0
-    fall = numbers[2 * s * s + 2 * s + 2]
-    start = math.exp(fall * work[TIME, l])
+    rate = numbers[2 * s * s + 2 * s + 2]
+    start = math.exp(rate * work[TIME, l])
     for j in range(s):
-        work[DECAY + j, l] = start * math.exp(fall * numbers[2 * s * s + j] * h)
+        work[DECAY + j, l] = start * math.exp(rate * numbers[2 * s * s + j] * h)
 
 
 @jit_inline
@@ -169,7 +169,7 @@ def take(work, l):
         work[Q + i, l], work[V + i, l] = work[END + i, l], work[END + 3 + i, l]
         work[PUSH + i, l] += work[DRAG + i, l]
     if work[H, l] > 0.0:
-        work[STEPS, l] += 1.0
+        work[TAKEN, l] += 1.0
 
 
 @jit_inline
@@ -181,9 +181,9 @@ def enter(work, l, start, t, step, index, constants, numbers, s):
     work[CONSTANTS, l], work[CONSTANTS + 1, l] = constants[0], constants[1]
     work[INDEX, l], work[STEP, l] = index, step
     work[TIME, l], work[LEFT, l] = t, index * step - t
-    fall = numbers[2 * s * s + 2 * s + 2]
+    rate = numbers[2 * s * s + 2 * s + 2]
     for j in range(s):
-        work[DECAY + s + j, l] = math.exp(fall * numbers[2 * s * s + j] * step)
+        work[DECAY + s + j, l] = math.exp(rate * numbers[2 * s * s + j] * step)
     set_step(work, l, work[LEFT, l], numbers, s)
 
 
@@ -192,7 +192,7 @@ def leave(work, lane, l, how, ends, codes):
     """Keep what became of a grain, and free its lane."""
     who = lane[WHO, l]
     codes[who, 0] = how
-    codes[who, 2], codes[who, 3] = int(work[STEPS, l]), int(work[PASSED, l])
+    codes[who, 2], codes[who, 3] = int(work[TAKEN, l]), int(work[TRIED, l])
     for i in range(3):
         ends[who, i], ends[who, 3 + i] = work[Q + i, l], work[V + i, l]
         ends[who, IMPULSE + i] = work[PUSH + i, l]
@@ -254,6 +254,7 @@ def fly(law, grains, s, numbers, rules, every, work, results):
                     if t == (index - 1) * step:
                         keep(saved, who, index - 1, every, starts[who, 0], starts[who, 1],
                              starts[who, 2])  # fmt: skip
+                    codes[who, 0], ends[who, :6] = FAILED, np.nan  # until it leaves its lane
                     lane[:, l] = 0
                     lane[WHO, l] = who
                     enter(work, l, starts[who], t, step, index, constants[who], numbers, s)

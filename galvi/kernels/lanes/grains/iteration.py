@@ -11,13 +11,14 @@ A pass is a step of Newton's method with one derivative for all stages and witho
 times the wind's gradient, however short the grain's relaxation time 1 / k is, and two systems of s
 equations are solved instead of one of 3 s.
 
-Where the last step was solved, and nobody has changed that, a pass begins with the next one.
+In lanes whose STATE is SOLVED a pass first begins the next step; the caller resets STATE where
+something else comes first.
 
 wind        (q, decay) -> 3 values, and
 drag        (|w|^2, constants) -> (k, |w| k'), written as in galvi.kernels.lanes.elementary
 work        (rows, 8), rows as below; one column for each grain
-numbers     B (s, s), A B (s, s), c (s,), b (s,), g, the tolerance of the iteration, the rate at
-            which decay grows, below 0, then
+numbers     B (s, s), A B (s, s), c (s,), b (s,), g, the tolerance of the iteration,
+            -1 / DESCENT, then
             (s, s)  row l: the coefficient of tau^(l + 1) of the curve from velocities at stages
             (s, s)  accelerations at the next step's stages from those at the last
             (s, 2 s) the same from the last two steps, the earlier one first
@@ -44,9 +45,9 @@ DRAG = 19  # impulse of the drag over the mass
 LOWEST = 22  # a height that no point of the curve is below
 INDEX, STEP = 23, 24  # the step's end is at their product
 TIME, LEFT = 25, 26  # at the state, and from there to the step's end
-STEPS, PASSED, PUSH = 27, 28, 29  # steps taken, passes, and the sum of DRAG over the steps
-DECAY = 32  # exp(-t / DESCENT) at the stages, then what it is of that at a whole step's start, s
-# each; then accelerations at the stages, and those of the step before where KNOWN is 1, 3 s each
+TAKEN, TRIED, PUSH = 27, 28, 29  # steps and passes so far, and the sum of DRAG over the steps
+DECAY = 32  # exp(-t / DESCENT) at the stages, then its ratio to that at the start of a whole step,
+# s each; then accelerations at the stages, and those of the step before where KNOWN is 1, 3 s each
 GOES_ON, SOLVED, GIVEN_UP = 0.0, 1.0, 2.0  # of STATE
 PASSES = 64  # of one step
 PART = 0.999  # of a step: what is shorter is the rest of one
@@ -207,31 +208,32 @@ class Rows:
         return self.builder.if_then(self.builder.icmp_unsigned("!=", found, found.type(0)))
 
 
-def go_on(rows, ready, fall, once, twice):
+def begin_next_step(rows, ready, rate, once, twice):
     """Begin the next step in the lanes that are ready for it.
 
-    once, twice  accelerations at its stages from those of one step and of two; those of the last
-                 stage are taken after a part of a step
+    rate         -1 / DESCENT
+    once, twice  coefficients of the accelerations at its stages, from those of one step or of two;
+                 after a part of a step those at its last stage are taken
     """
     s = rows.s
     last, before, known = rows.stages(DECAY + 2 * s), rows.stages(DECAY + 5 * s), rows.at(KNOWN)
     h, index, step = rows.at(H), rows.at(INDEX), rows.at(STEP)
     whole, time = h > PART * step, index * step
     left = (index + 1.0) * step - time
-    start = exp(fall * time)
-    falls = [rows.at(DECAY + s + j) for j in range(s)]
+    start = exp(rate * time)
+    ratios = [rows.at(DECAY + s + j) for j in range(s)]
     guess = [
         total(twice[j], [a[i] for a in before + last])
         .where(known > 0.0, total(once[j], [a[i] for a in last]))
         .where(whole, last[-1][i])
         for j in range(s) for i in range(3)
     ]  # fmt: skip
-    taken = rows.at(STEPS) + known.same(1.0).where(h > 0.0, 0.0)
+    taken = rows.at(TAKEN) + known.same(1.0).where(h > 0.0, 0.0)
     push = [x + y for x, y in zip(rows.axes(PUSH), rows.axes(DRAG), strict=True)]
     new = {
         Q: rows.axes(END), V: rows.axes(END + 3), H: [left], TRIES: [known.same(0.0)],
         KNOWN: [known.same(1.0).where(whole, 0.0)], INDEX: [index + 1.0], TIME: [time, left],
-        STEPS: [taken], PUSH: push, DECAY: [start * x for x in falls],
+        TAKEN: [taken], PUSH: push, DECAY: [start * x for x in ratios],
         DECAY + 2 * s: guess, DECAY + 5 * s: [x for a in last for x in a],
     }  # fmt: skip
     for k, values in new.items():
@@ -262,11 +264,12 @@ def grain_pass(wind, drag, s):
                 number(first + 2 * s),
             )
             first += 2 * s + 1
-            tolerance, fall, first = number(first), number(first + 1), first + 2
+            tolerance, rate = number(first), number(first + 1)
+            first += 2
             ready = at(STATE) > GOES_ON
             with rows.any_of(ready):
                 once, twice = block(first + s * s, s), block(first + 2 * s * s, 2 * s)
-                go_on(rows, ready, fall, once, twice)
+                begin_next_step(rows, ready, rate, once, twice)
             q, v, h = rows.axes(Q), rows.axes(V), at(H)
             new, found, change = corrected(
                 wind, drag, s, q, v, h, [at(CONSTANTS), at(CONSTANTS + 1)],
@@ -276,7 +279,7 @@ def grain_pass(wind, drag, s):
             tries = at(TRIES) + 1.0
             state = state_of(change, at(CHANGE), tries, tolerance)
             rows.put(STATE, [state, tries, change])
-            rows.put(PASSED, [at(PASSED) + 1.0])
+            rows.put(TRIED, [at(TRIED) + 1.0])
             with rows.any_of(state > GOES_ON):
                 end, lowest = outcome(s, q, v, h, new, found, tables, block(first, s))
                 rows.put(END, [*end, lowest])
