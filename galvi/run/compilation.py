@@ -17,13 +17,13 @@ PATIENCE = 180.0  # seconds: more than the longest compilation takes on a busy m
 # `cold` of benchmarks/studies/start_up.py.
 SECONDS = {
     "galvi.kernels.nystrom.advance.advance": 11,
-    "galvi.kernels.lanes.nbody.advance": 6,
-    "galvi.kernels.lanes.canonical.advance_canonical": 4,
-    "galvi.kernels.lanes.frames.collocation.advance_frame": 4,
-    "galvi.kernels.lanes.group_law.advance_group_law": 8,
-    "galvi.kernels.lanes.law.advance_law": 6,
-    "galvi.kernels.on_group.advance.advance_group": 27,
-    "galvi.kernels.on_group.solve.guess_curve": 9,  # the rest of it is interpreted
+    "galvi.kernels.lanes.nbody.advance": 7,
+    "galvi.kernels.lanes.canonical.advance_canonical": 5,
+    "galvi.kernels.lanes.frames.collocation.advance_frame": 7,
+    "galvi.kernels.lanes.group_law.advance_group_law": 11,
+    "galvi.kernels.lanes.law.advance_law": 7,
+    "galvi.kernels.on_group.advance.advance_group": 29,
+    "galvi.kernels.on_group.solve.guess_curve": 14,  # the rest of it is interpreted
 }
 LOG = logging.getLogger("galvi")
 

@@ -152,7 +152,7 @@ def script(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The command of an empty environment in which the wheel was installed, with its kernels."""
     place = tmp_path_factory.mktemp("environment")
     (built,) = wheel.parent.glob("*.whl")
-    pip = [place / "bin" / "python", "-I", "-m", "pip", "install", "--quiet"]
+    pip = [place / "bin" / "python", "-I", "-m", "pip", "install", "--quiet", "--no-compile"]
     asked = [f"{built}[suite]", "-c", ROOT / "constraints.txt"]
     for words in ([sys.executable, "-I", "-m", "venv", place], [*pip, *asked]):
         done = subprocess.run(words, capture_output=True, text=True)
@@ -165,7 +165,8 @@ def script(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def installed(script: Path, place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    unwanted = {"PYTHONPATH", "PYTHONDONTWRITEBYTECODE"}  # pip has not compiled the packages
+    clean = {name: value for name, value in os.environ.items() if name not in unwanted}
     return subprocess.run(
         [script, *arguments], cwd=place, capture_output=True, text=True, env=clean
     )  # fmt: skip

@@ -149,8 +149,8 @@ def test_its_law_for_lanes_is_its_kernel(joints, seed):
 
 @pytest.mark.parametrize(
     ("joints", "seed", "kinds"),
-    [(3, 8, ("hinge", "slide")), (4, 1, ("hinge", "slide", "ball", "free"))],
-    ids=["hinges and slides", "all kinds"],
+    [(3, 8, ("hinge", "slide")), (3, 1, ("hinge", "slide", "ball", "free"))],
+    ids=["hinges and slides", "a free joint, a slide and a ball"],
 )
 def test_a_motion_is_that_of_mujoco_and_the_same_in_lanes_and_in_the_general_kernel(
     joints, seed, kinds
