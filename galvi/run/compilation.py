@@ -13,8 +13,8 @@ from numba.core import event
 from galvi.kernels.compile.cache import use_locks
 
 PATIENCE = 180.0  # seconds: more than the longest compilation takes on a busy machine
-# Processor time in seconds to compile each entry point of a kernel and all it calls: column
-# `cold` of benchmarks/studies/start_up.py.
+# Processor time in seconds to compile each entry point of a kernel and all it calls, measured with
+# an empty NUMBA_CACHE_DIR. For common systems: column `cold` of benchmarks/studies/start_up.py.
 SECONDS = {
     "galvi.kernels.nystrom.advance.advance": 11,
     "galvi.kernels.lanes.nbody.advance": 7,
