@@ -18,6 +18,7 @@ from galvi.kernels.lanes.group_pass import GROUP_PASS_TYPE
 from galvi.kernels.lanes.group_rows import PLACE, rows_of_group_work
 from galvi.kernels.lanes.law import PASS_TYPE, compiled_advance_law
 from galvi.kernels.lanes.law_pass import rows_of_work
+from galvi.kernels.lanes.vectors import LANES
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom.solve import FORCES
 from galvi.method import Galerkin
@@ -177,12 +178,17 @@ def has_group_law(problem: Problem) -> bool:
 
 
 @lru_cache(maxsize=32)
-def _compiled_on_group(system: Any, chart: int, found: Traces) -> tuple[int, LaneLaw, Any]:
-    """The address of the system's law in a chart, the law, and the function, which must be kept."""
+def _compiled_on_group(
+    system: Any, chart: int, one: bool, found: Traces
+) -> tuple[int, LaneLaw, Any]:
+    """The address of the system's law in a chart, the law, and the function, which must be kept.
+
+    one  for one vector of stages, or for several
+    """
     law = _lane_law(system, system.group.dimension, found)
     assert law is not None
     layout = tuple(tuple(map(int, row)) for row in system.group.layout)
-    function = compiled_group_law(law.lines, layout, chart)
+    function = compiled_group_law(law.lines, layout, chart, one)
     return int(addresses((function, GROUP_PASS_TYPE))[0]), law, function
 
 
@@ -225,9 +231,9 @@ def group_law_stepper(
     """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
     system: Any = problem.system
     layout, chart = system.group.layout, method.group_chart.number
-    law, found, function = _compiled_on_group(system, chart, traces(system))
     tables, complement, others = group_law_tables(method.table, step)
     d, width, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
+    law, found, function = _compiled_on_group(system, chart, width == LANES, traces(system))
     scratch, spare = aligned(
         (rows_of_group_work(d, extra), width), (7, max(9, width, *work.state.shape))
     )

@@ -28,7 +28,7 @@ def law_pass_DIGEST(work, tables, complement, constants, numbers):
 """
 GROUP_PASS = """
 
-pass_of_law = group_pass(law, {layout}, {chart})
+pass_of_law = group_pass(law, {layout}, {chart}, one={one})
 
 
 def law_pass_DIGEST(given):
@@ -99,14 +99,15 @@ def _after(law: str) -> str:
 
 
 @lru_cache(maxsize=256)
-def compiled_group_law(law: str, layout: tuple[tuple[int, ...], ...], chart: int) -> Any:
+def compiled_group_law(law: str, layout: tuple[tuple[int, ...], ...], chart: int, one: bool) -> Any:
     """The galvi.kernels.lanes.group_pass of the lines that define ``law``, compiled at the first
     call.
 
     layout, chart  of galvi.kernels.lie.product
+    one            for one vector of stages, or for several
     """
     head = "from galvi.kernels.lanes.group_pass import group_pass\n"
-    tail = GROUP_PASS.format(layout=layout, chart=chart)
+    tail = GROUP_PASS.format(layout=layout, chart=chart, one=one)
     source = symbolic_code.with_digest(head + law + tail)
     return symbolic_code.functions(source)["law_pass"]
 

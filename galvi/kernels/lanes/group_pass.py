@@ -46,7 +46,7 @@ from galvi.kernels.lanes.law_pass import (
     times_symmetric,
 )
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import DOUBLE, LANES, NOTHING
+from galvi.kernels.lanes.vectors import DOUBLE, NOTHING
 
 PASS, PREPARE, AHEAD, BEGIN, LOW, FINISH = range(6)  # parts, see GroupPass
 GROUP_PASS_TYPE = types.void(types.int64)
@@ -225,16 +225,17 @@ class GroupPass(GroupRows):
         """The factors of the mean response of eta to the multipliers."""
         d, columns = self.d, []
         for column in range(d):
+            lower = range(column, d)  # it is symmetric
 
-            def answer(lanes, column=column):
+            def answer(lanes, column=column, lower=lower):
                 xi = self.loaded(lanes, XI)
                 unit = [xi[0].same(1.0 if i == column else 0.0) for i in range(d)]
                 velocity = self.velocity_change(lanes, self.chart.apply("covector", xi, unit))
-                self.stored(lanes, self.chart.apply("rate", xi, velocity), F)
+                self.stored(lanes, self.chart.apply("rate", xi, velocity), F, lower)
 
             self.chunks(answer)
-            columns.append(self.means([F * d + i for i in range(d)]))
-        rows = [[columns[j][i] for j in range(i + 1)] for i in range(d)]
+            columns.append(self.means([F * d + i for i in lower]))
+        rows = [[columns[j][i - j] for j in range(i + 1)] for i in range(d)]
         self.keep_triangle(self.first_lanes(), factored(rows), self.response)
 
     def keep_end(self):
@@ -361,9 +362,12 @@ class GroupPass(GroupRows):
             self.stored(self.first_lanes(), sums, found)
 
 
-def group_pass(law, layout, chart):
+def group_pass(law, layout, chart, one):
     """An intrinsic of the address of these words, for a law on these groups: the addresses of work,
-    tables, complement, constants and numbers, then P and the number of functions Y."""
+    tables, complement, constants and numbers, then P and the number of functions Y.
+
+    one  whether P is that of one vector of stages
+    """
     functions = Chart(layout, chart)
 
     @intrinsic
@@ -372,26 +376,16 @@ def group_pass(law, layout, chart):
 
         def generate(context, builder, signature, values):
             words = builder.inttoptr(values[0], values[0].type.as_pointer())
-
-            def parts(one):
-                made = GroupPass(context, builder, words, law, functions, one)
-                part = builder.load(made.place_of(PART))
-                for number, do in enumerate((
-                    made.one_pass, made.prepare_run, made.extrapolate, made.begin,
-                    made.add_low_parts, made.finish,
-                )):  # fmt: skip
-                    asked = builder.fcmp_ordered("==", part, ir.Constant(DOUBLE, float(number)))
-                    with builder.if_then(asked):
-                        made.forget()
-                        do()
-
-            padded = builder.load(builder.gep(words, [values[0].type(5)]))
-            single = builder.icmp_unsigned("==", padded, padded.type(LANES))
-            with builder.if_else(single) as (single, several):
-                with single:
-                    parts(one=True)
-                with several:
-                    parts(one=False)
+            made = GroupPass(context, builder, words, law, functions, one)
+            part = builder.load(made.place_of(PART))
+            for number, do in enumerate((
+                made.one_pass, made.prepare_run, made.extrapolate, made.begin, made.add_low_parts,
+                made.finish,
+            )):  # fmt: skip
+                asked = builder.fcmp_ordered("==", part, ir.Constant(DOUBLE, float(number)))
+                with builder.if_then(asked):
+                    made.forget()
+                    do()
             return context.get_dummy_value()
 
         return signature, generate
