@@ -11,7 +11,7 @@ from functools import cache
 
 import numba
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.typed_passes import NativeLowering
 
@@ -44,8 +44,27 @@ class PartLowering(NativeLowering):
         return True
 
 
+class PartFlags(Flags):
+    """numba's, told apart by those that are set.
+
+    numba's own compare all of them, for each operation of a function several times: a fifth of the
+    time that a kernel takes to compile.
+    """
+
+    __slots__ = ()
+
+    def __hash__(self):
+        return hash(frozenset(self._values))
+
+    def __eq__(self, other):
+        return isinstance(other, Flags) and self._values == other._values
+
+
 class PartCompiler(CompilerBase):
     """numba's, with `PartLowering`; for `pipeline_class`."""
+
+    def __init__(self, typing, target, library, args, returned, flags, local):
+        super().__init__(typing, target, library, args, returned, PartFlags(flags), local)
 
     def define_pipelines(self):
         usual = DefaultPassBuilder.define_nopython_pipeline(self.state)

@@ -20,26 +20,11 @@ def modules_of(package):
 
 def by_number(name, modules):
     """A function (number, ...) that calls ``name`` of the module with that number."""
-    chosen = None
-    for number, module in reversed(list(enumerate(modules))):
-        chosen = _choice(number, getattr(module, name), chosen)
-    return chosen
-
-
-def _choice(own, function, others):
-    """A function that calls ``function`` for the number ``own``, else ``others``."""
-    if others is None:
-
-        @generic
-        def choose(number, *arguments):
-            return function(*arguments)
-
-    else:
-
-        @generic
-        def choose(number, *arguments):
-            if number == own:
-                return function(*arguments)
-            return others(number, *arguments)
-
-    return choose
+    *others, last = range(len(modules))
+    lines = ["def choose(number, *arguments):"]
+    for k in others:
+        lines += [f"    if number == {k}:", f"        return function_{k}(*arguments)"]
+    lines += [f"    return function_{last}(*arguments)"]
+    names = {f"function_{k}": getattr(module, name) for k, module in enumerate(modules)}
+    exec("\n".join(lines), names)
+    return generic(names["choose"])

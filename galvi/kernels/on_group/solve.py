@@ -20,6 +20,7 @@ from galvi.kernels.nystrom.solve import (
     reset_history,
     verdict,
 )
+from galvi.kernels.nystrom.step import copy_into
 from galvi.kernels.on_group.derivative import derivative
 from galvi.kernels.on_group.elimination import factor, substitute
 from galvi.kernels.on_group.scale import (
@@ -153,9 +154,11 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
             rate_scale = largest(rate)
             at_rest = rate_scale == 0.0
             for _measured in range(MEASURED if passes == 0 else 1):
+                size = 0.0
                 for a in range(d):
                     sizes[a] = scale[a] if scale[a] > 0.0 else 1.0
-                rate_scale = rate_scale if rate_scale > 0.0 else np.max(sizes) / abs(h)
+                    size = max(size, sizes[a])
+                rate_scale = rate_scale if rate_scale > 0.0 else size / abs(h)
                 rate_scale = max(rate_scale, SMALLEST)
                 derivative(law, layout, chart, basis, scratch, sizes, rate_scale, h, g, mu0, t, x,
                            place, rate, forces, matrix)  # fmt: skip
@@ -175,7 +178,7 @@ def solve_group(law, layout, chart, basis, h, t, g, mu0, tolerance, allow_dampin
             grow_scale(layout, to_place, to_rate, h, scale)
             change = relative(to_place, to_rate, h, scale, largest(rate))
             formed = True
-        step[:, :] = ahead
+        copy_into(step, ahead)
         add(x, 1.0, step)
         last, share = change, 1.0
         place_curve(basis, h, x, place, rate)
