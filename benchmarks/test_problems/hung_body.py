@@ -43,15 +43,16 @@ def lagrangian(q: Array, v: Array) -> float:
 def slopes(q: Array, v: Array) -> Array:
     """dL/dv (6,), then dL/dq (16,)."""
     out = np.zeros(22)
-    R, w = np.ascontiguousarray(q[:3, :3]), v[:3]
-    u = v[3:] + np.cross(w, CENTRE)
-    y = q[:3, 3] + R @ HOOK
-    out[:3] = INERTIA @ w + MASS * np.cross(CENTRE, u)
-    out[3:6] = MASS * u
     for i in range(3):
-        for j in range(3):
-            out[6 + 4 * i + j] = MASS * G[i] * CENTRE[j] - SPRING * y[i] * HOOK[j]
-        out[9 + 4 * i] = MASS * G[i] - SPRING * y[i]
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[3 + i] = MASS * (v[3 + i] + v[j] * CENTRE[k] - v[k] * CENTRE[j])
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[i] = INERTIA[i, i] * v[i] + CENTRE[j] * out[3 + k] - CENTRE[k] * out[3 + j]
+        y = q[i, 3] + q[i, 0] * HOOK[0] + q[i, 1] * HOOK[1] + q[i, 2] * HOOK[2]
+        for n in range(3):
+            out[6 + 4 * i + n] = MASS * G[i] * CENTRE[n] - SPRING * y * HOOK[n]
+        out[9 + 4 * i] = MASS * G[i] - SPRING * y
     return out
 
 
