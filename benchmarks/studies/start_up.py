@@ -36,8 +36,8 @@ STEPS, MANY_STEPS = 10**4, 10**5
 EXPLANATION = (
     "Seconds in a fresh process: to import galvi, then to the end of a first run of ten steps. "
     "Cold: nothing is compiled, in processor time, once for each kernel, and empty where another "
-    "row has the same kernel, or where make studies measures it: the general kernel takes half "
-    "a minute; warm: everything is in the cache on disk. Since seconds of different "
+    "row has the same kernel, or where make studies measures it: the general kernel takes a "
+    "third of a minute; warm: everything is in the cache on disk. Since seconds of different "
     "machines do not compare, they are also given relative to the import of numpy. Memory is the "
     f"peak of the process after {STEPS:,} steps, and after a second run of {MANY_STEPS:,} "
     "(a fiftieth for the Lagrangian and the force), of which only the ends are kept."

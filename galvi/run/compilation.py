@@ -20,10 +20,10 @@ SECONDS = {
     "galvi.kernels.lanes.nbody.advance": 7,
     "galvi.kernels.lanes.canonical.advance_canonical": 5,
     "galvi.kernels.lanes.frames.collocation.advance_frame": 7,
-    "galvi.kernels.lanes.group_law.advance_group_law": 11,
+    "galvi.kernels.lanes.group_law.advance_group_law": 10,
     "galvi.kernels.lanes.law.advance_law": 7,
-    "galvi.kernels.on_group.advance.advance_group": 29,
-    "galvi.kernels.on_group.solve.guess_curve": 14,  # the rest of it is interpreted
+    "galvi.kernels.on_group.advance.advance_group": 21,
+    "galvi.kernels.on_group.solve.guess_curve": 12,  # the rest of it is interpreted
 }
 LOG = logging.getLogger("galvi")
 

@@ -46,12 +46,13 @@ from galvi.kernels.lanes.law_pass import (
     times_symmetric,
 )
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import DOUBLE, NOTHING
+from galvi.kernels.lanes.vectors import DOUBLE, NOTHING, VECTOR
 
 PASS, PREPARE, AHEAD, BEGIN, LOW, FINISH = range(6)  # parts, see GroupPass
 GROUP_PASS_TYPE = types.void(types.int64)
 PULLS = 6  # at most so many corrections of an initial guess by the chart's tangent map
 SETTLED = 1e-4  # radians: smaller ones are the last
+WRITTEN_OUT = 6  # columns of the response; a loop over them is slower by a twentieth
 
 
 def found_at(law, chart, state):
@@ -223,19 +224,31 @@ class GroupPass(GroupRows):
 
     def respond(self):
         """The factors of the mean response of eta to the multipliers."""
-        d, columns = self.d, []
-        for column in range(d):
-            lower = range(column, d)  # it is symmetric
+        d, builder = self.d, self.builder
+        columns = [cgutils.alloca_once(builder, VECTOR, self.row(d)) for _ in range(d)]
 
-            def answer(lanes, column=column, lower=lower):
+        def respond_to(column):
+            def answer(lanes):
                 xi = self.loaded(lanes, XI)
-                unit = [xi[0].same(1.0 if i == column else 0.0) for i in range(d)]
+                same = [builder.icmp_unsigned("==", column, self.row(i)) for i in range(d)]
+                unit = [xi[0].same(1.0).where(one, 0.0) for one in same]
                 velocity = self.velocity_change(lanes, self.chart.apply("covector", xi, unit))
-                self.stored(lanes, self.chart.apply("rate", xi, velocity), F, lower)
+                self.stored(lanes, self.chart.apply("rate", xi, velocity), F)
 
             self.chunks(answer)
-            columns.append(self.means([F * d + i for i in lower]))
-        rows = [[columns[j][i - j] for j in range(i + 1)] for i in range(d)]
+            for row, x in zip(columns, self.means([F * d + i for i in range(d)]), strict=True):
+                builder.store(x.value, builder.gep(row, [column]))
+
+        def mean(i, j):
+            return Lane(builder, builder.load(builder.gep(columns[i], [self.row(j)])))
+
+        if d <= WRITTEN_OUT:
+            for column in range(d):
+                respond_to(self.row(column))
+        else:
+            with cgutils.for_range(builder, self.row(d), intp=self.row) as loop:
+                respond_to(loop.index)
+        rows = [[mean(i, j) for j in range(i + 1)] for i in range(d)]
         self.keep_triangle(self.first_lanes(), factored(rows), self.response)
 
     def keep_end(self):

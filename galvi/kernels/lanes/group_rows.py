@@ -104,10 +104,8 @@ class GroupRows(Pass):
     def loaded(self, lanes, block):
         return [self.load(lanes, block, i) for i in range(self.d)]
 
-    def stored(self, lanes, values, block, rows=None):
-        """Store these values, or some of them, in the rows of a block."""
-        for i in range(self.d) if rows is None else rows:
-            value = values[i]
+    def stored(self, lanes, values, block):
+        for i, value in enumerate(values):
             kept = value if isinstance(value, Lane) else Lane(self.builder, NOTHING)
             self.store(lanes, kept if is_zero(value) else kept.same(value), block, i)
 
