@@ -218,29 +218,21 @@ class GroupPass(GroupRows):
                     new = Lane(builder, lanes.load(self.work, m)) - step
                     lanes.store(new.value, self.work, m)
 
-    def means(self, rows):
-        """The means of some rows, with the weights b Y^2."""
-        return self.spread_sums(rows, self.builder.add(self.kicks, self.row(2)))
-
     def respond(self):
         """The factors of the mean response of eta to the multipliers."""
         d, builder = self.d, self.builder
-        columns = [cgutils.alloca_once(builder, VECTOR, self.row(d)) for _ in range(d)]
+        found = [cgutils.alloca_once(builder, VECTOR, self.row(d)) for _ in range(d)]
 
         def respond_to(column):
             def answer(lanes):
                 xi = self.loaded(lanes, XI)
-                same = [builder.icmp_unsigned("==", column, self.row(i)) for i in range(d)]
-                unit = [xi[0].same(1.0).where(one, 0.0) for one in same]
-                velocity = self.velocity_change(lanes, self.chart.apply("covector", xi, unit))
+                pi = self.unit(column)
+                velocity = self.velocity_change(lanes, self.chart.apply("covector", xi, pi))
                 self.stored(lanes, self.chart.apply("rate", xi, velocity), F)
 
             self.chunks(answer)
-            for row, x in zip(columns, self.means([F * d + i for i in range(d)]), strict=True):
-                builder.store(x.value, builder.gep(row, [column]))
-
-        def mean(i, j):
-            return Lane(builder, builder.load(builder.gep(columns[i], [self.row(j)])))
+            for i, x in enumerate(self.means([F * d + i for i in range(d)])):
+                builder.store(x.value, builder.gep(found[i], [column]))
 
         if d <= WRITTEN_OUT:
             for column in range(d):
@@ -248,7 +240,8 @@ class GroupPass(GroupRows):
         else:
             with cgutils.for_range(builder, self.row(d), intp=self.row) as loop:
                 respond_to(loop.index)
-        rows = [[mean(i, j) for j in range(i + 1)] for i in range(d)]
+        places = [[builder.gep(found[i], [self.row(j)]) for j in range(i + 1)] for i in range(d)]
+        rows = [[Lane(builder, builder.load(place)) for place in row] for row in places]
         self.keep_triangle(self.first_lanes(), factored(rows), self.response)
 
     def keep_end(self):

@@ -179,6 +179,18 @@ class GroupRows(Pass):
         self.chunks(add)
         return [self.spread_sum(builder.load(place)) for place in sums]
 
+    def means(self, rows):
+        """The means of some rows, with the weights b Y^2."""
+        return self.spread_sums(rows, self.builder.add(self.kicks, self.row(2)))
+
+    def unit(self, index):
+        """1 at an index of LLVM's, which may be a constant, and 0 elsewhere, in all lanes."""
+        one = Lane(self.builder, NOTHING).same(1.0)
+        return [
+            one.where(self.builder.icmp_unsigned("==", index, self.row(i)), 0.0)
+            for i in range(self.d)
+        ]
+
     def spread_sum(self, vector):
         """The sum of the lanes, in each of them."""
         name = f"llvm.vector.reduce.fadd.v{VECTOR.count}f64"
