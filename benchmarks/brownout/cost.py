@@ -21,7 +21,6 @@ from benchmarks.store.row_files import RowFiles
 from benchmarks.studies.round_off_long import version
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from galvi.run.ensemble import processors
-from galvi.run.grains.flights import FAILED, STATUSES
 
 COLUMNS: Mapping[str, type] = {
     "drag": str, "micrometres": float, "runs": str, "degree": int, "grains": int, "threads": int,
@@ -92,11 +91,11 @@ def _single(drag: str, diameter: float) -> Callable[[], Any]:
 
 
 def _row(drag: str, diameter: float, degree: int, run: Any) -> dict[str, Any]:
-    failed = int(np.sum(run.status == FAILED))
+    failed = int(np.sum(~run.success))
     return {
         "drag": drag, "micrometres": 1e6 * diameter, "degree": degree, "grains": len(run.t),
         "steps": int(run.steps.sum()), "passes": float(run.passes.sum() / run.steps.sum()),
-        "status": f"{failed} grains: {STATUSES[FAILED]}" if failed else "",
+        "status": f"{failed} grains failed" if failed else "",
     }  # fmt: skip
 
 

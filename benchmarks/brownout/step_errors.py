@@ -15,7 +15,6 @@ from benchmarks.checks.claim import MakeMethod, Report
 from benchmarks.statistics.estimate import Estimate
 from benchmarks.store.frames import number, row, series
 from benchmarks.store.frames import rows as rows_of
-from galvi.run.grains.flights import FAILED, STATUSES
 
 COMPARED = {  # degree: numbers of steps
     1: (96, 128, 160, 192, 224, 256, 320, 384),
@@ -51,7 +50,7 @@ def step_errors(
         found.append(row(study=UNSOLVED, quantity=UNSOLVED, value=run.unsolved, **where))
         if TOO_LONG.get(s) == steps:
             continue
-        where["status"] = f"{run.unsolved} grains: {STATUSES[FAILED]}" if run.unsolved else ""
+        where["status"] = f"{run.unsolved} grains failed" if run.unsolved else ""
         for quantity in (DEPTH, HEIGHT):
             found += _error_of_step(quantity, run, best, where)
         work = run.work / (grains * len(DIAMETERS))

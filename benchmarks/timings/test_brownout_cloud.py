@@ -11,7 +11,6 @@ import pytest
 from benchmarks.brownout.cloud import BY_REYNOLDS, CONSTANT, UNTIL, Cloud
 from benchmarks.timings.annotate import annotate, timed
 from benchmarks.work_precision.galvi_methods import gauss_collocation
-from galvi.run.grains.flights import FAILED
 from references.textbook.grain_flights import landings
 
 METHOD = gauss_collocation(2).method
@@ -25,7 +24,7 @@ def test_a_cloud(benchmark: Any, drag: str, diameter: float) -> None:
     run = timed(benchmark, partial(cloud.flights, METHOD, STEPS, threads=1))
     some = Cloud(diameter, drag, np.arange(TRACKED))
     truth = landings(some.problem, *some.starts(), UNTIL)
-    failed = int(np.sum(run.status == FAILED))
+    failed = int(np.sum(~run.success))
     annotate(
         benchmark,
         problem=f"{cloud.problem.name}, {GRAINS} grains",

@@ -67,7 +67,7 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, e, slowest,
     """The flights of all grains, starts (n, 7) q, v and time, to a common end or to the ground.
 
     e  vertical speed after a contact over that before, below 0: a grain stays; it stays where it
-       would leave the ground more slowly than ``slowest``
+       would leave the ground no faster than ``slowest``
     """
     A, E3, E5 = table
     K, y, new, last = np.zeros((STAGES, 6)), np.zeros(6), np.zeros(6), np.zeros(6)
@@ -102,7 +102,7 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, e, slowest,
             y[:] = new
             if down:
                 y[2], y[5], wanted = 0.0, -e * new[5], 1e-4
-                if e < 0.0 or y[5] < slowest or contacts >= CONTACTS:
+                if e < 0.0 or not y[5] > slowest or contacts >= CONTACTS:
                     y[3:] = 0.0
                     ends[grain, 7] = 1.0
                     break

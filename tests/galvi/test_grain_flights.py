@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 import galvi
 from galvi.run.grains import flights
-from galvi.run.grains.flights import ALOFT, FAILED, LANDED, WAITING, Ground, follow
+from galvi.run.grains.flights import ALOFT, BOUNCING, FAILED, LANDED, WAITING, Ground, follow
 
 G = 9.80665
 STILL = "def wind(q, decay):\n    return 0.0, 0.0, 0.0\n"
@@ -134,6 +134,57 @@ def test_the_time_of_landing_is_of_the_order_of_the_steps(s: int) -> None:
         speeds.append(rms(found.contact[:, 2] - speed))
     for errors in (times, speeds):
         assert abs(slope(errors, steps) - 2 * s) < 0.4, errors
+
+
+@pytest.mark.parametrize("s", [5, 8])
+def test_a_landing_with_many_points_is_exact_in_a_coarse_step(s: int) -> None:
+    found = drop(gauss(s), 8, Ground())
+    assert np.all(found.status == LANDED)
+    np.testing.assert_allclose(found.t, fallen(HEIGHTS, 3.0)[0], rtol={5: 5e-9, 8: 1e-13}[s])
+
+
+def vacuum(z: Any, speed: Any, s: int, ground: Ground, **how: Any) -> flights.Flights:
+    """Grains thrown upwards without drag, in steps of 1/16 s."""
+    z, speed = np.broadcast_arrays(z, speed)
+    q, v = np.zeros((2, z.size, 3))
+    q[:, 2], v[:, 2] = z, speed
+    return follow(gauss(s), q, v, np.zeros(z.size), np.zeros((z.size, 1)), NEWTON, 1 / 16, 2.0,
+                  gravity=G, ground=ground, wind=STILL, **how)  # fmt: skip
+
+
+@pytest.mark.parametrize("s", [1, 2, 3, 8])
+def test_a_landing_at_the_end_of_a_step_is_seen(s: int) -> None:
+    """Within rounding of it, where the curve may end above the ground and the step below it."""
+    for steps in (1, 4, 7):
+        height = 0.5 * G * (steps / 16) ** 2
+        found = vacuum(height + np.arange(-40, 40) * np.spacing(height), 0.0, s, Ground())
+        assert np.all(found.status == LANDED) and np.all(found.contacts == 1)
+        np.testing.assert_allclose(found.t, steps / 16, rtol=1e-12)
+
+
+def test_the_smallest_jump_from_the_ground_comes_down() -> None:
+    found = vacuum(0.0, np.array([1e-15, 1e-19, 1e-25, 1e-200]), 2, Ground())
+    assert np.all(found.status == LANDED) and np.all(found.contacts == 1)
+    assert np.all(found.t < 1e-12)
+
+
+def test_a_grain_that_bounces_without_end_says_so_where_it_is() -> None:
+    """With e = 1/2 all rebounds end after three times the fall."""
+    height = np.array([0.25, 0.5])
+    found = vacuum(height, 0.0, 2, Ground(0.5, 0.0), saves=4)
+    assert np.all(found.status == BOUNCING) and not np.any(found.success)
+    np.testing.assert_allclose(found.t, 3.0 * np.sqrt(2.0 * height / G), rtol=1e-9)
+    assert np.all(found.q[:, 2] == 0.0) and np.all(found.contacts == 1000)
+    assert np.all(np.isnan(found.places[:, 4])) and np.all(np.isfinite(found.places[:, 0]))
+    elastic = vacuum(height[:1], 0.0, 2, Ground(1.0, 0.0))
+    assert elastic.status[0] == ALOFT and elastic.contacts[0] == 4
+    energy = G * elastic.q[0, 2] + 0.5 * elastic.v[0, 2] ** 2
+    assert energy == pytest.approx(G * height[0], rel=1e-12)
+
+
+def test_a_grain_without_rebound_stays_at_its_first_contact() -> None:
+    found = vacuum(0.5, 0.0, 2, Ground(0.0, 0.0))
+    assert found.status[0] == LANDED and found.contacts[0] == 1
 
 
 @pytest.mark.parametrize("s", [2, 3])
@@ -275,11 +326,25 @@ def test_a_grain_that_starts_at_the_end_of_a_step_takes_whole_steps(step: float)
     assert np.all(found.steps[landed] - found.steps[0] <= 2)
 
 
+@given(parts=st.integers(1, 400), share=st.floats(0.0, 1.0, exclude_max=True))
+@settings(max_examples=60, deadline=None)
+def test_a_start_at_a_saved_time_is_a_saved_place(parts: int, share: float) -> None:
+    """Although k / n may not be k (1 / n); also a unit in the last place before or after."""
+    k = int(share * parts)
+    t = k / parts + np.array([-1.0, 0.0, 1.0]) * np.spacing(k / parts) * (k > 0)
+    found = follow(gauss(2), [[0.0, 0.0, 9.0]] * 3, np.zeros((3, 3)), t, [[1.0]] * 3, NEWTON,
+                   1.0 / parts, 1.0, gravity=G, wind=STILL, saves=parts)  # fmt: skip
+    assert np.all(np.isnan(found.places[:, :k])) and not np.any(np.isnan(found.places[:, k:]))
+    assert np.all(found.places[:, k, 2] == 9.0) and np.all(found.steps == parts - k)
+
+
 def test_a_grain_that_starts_after_the_end_waits() -> None:
-    found = follow(gauss(2), [[9.0, 0.0, 9.0]] * 2, np.zeros((2, 3)), [0.2, 1.5], [[1.0]] * 2,
+    t = [0.2, 1.0, 1.5, 1e19, 1e300]
+    found = follow(gauss(2), [[9.0, 0.0, 9.0]] * 5, np.zeros((5, 3)), t, [[1.0]] * 5,
                    NEWTON, 0.25, 1.0, gravity=G)  # fmt: skip
-    assert list(found.status) == [ALOFT, WAITING] and found.steps[1] == 0
-    assert found.steps[0] == 4 and found.t[0] == 1.0
+    assert list(found.status) == [ALOFT] + 4 * [WAITING] and np.all(found.steps[1:] == 0)
+    assert found.steps[0] == 4 and found.t[0] == 1.0 and list(found.t[1:]) == t[1:]
+    assert np.all(found.success)
 
 
 def test_a_wrong_table_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -325,7 +390,11 @@ def test_a_start_from_two_steps_saves_passes(monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize(
     ("changed", "sentence"),
     [
-        ({"method": galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(3))}, "as many points as"),
+        ({"method": galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(3))}, "take Gauss colloc"),
+        ({"method": galvi.Galerkin(galvi.Polynomials(2), galvi.lobatto(2))}, "take Gauss colloc"),
+        ({"method": gauss(9)}, "at most 8 points; received 9"),
+        ({"step": 1e-15}, r"step must be at least until / 1e\+09; received 1e-15 for 1.0"),
+        ({"rates": [[-1.0]]}, "rates must not be negative; received -1.0"),
         ({"step": [0.25, 0.3]}, "a whole fraction of until.* received 0.3 for 1.0"),
         ({"step": -0.25}, "step must be positive; received -0.25"),
         ({"saves": -1}, "saves must be a whole number"),

@@ -57,7 +57,7 @@ class PartFlags(Flags):
         return hash(frozenset(self._values))
 
     def __eq__(self, other):
-        return isinstance(other, Flags) and self._values == other._values
+        return isinstance(other, PartFlags) and self._values == other._values
 
 
 class PartCompiler(CompilerBase):

@@ -24,6 +24,7 @@ from galvi.method import Galerkin
 from galvi.run.ensemble import processors
 from galvi.run.interruption import defer_interrupts
 from galvi.run.nystrom_steppers import aligned, collocation_tables
+from galvi.spaces.polynomials import Polynomials
 from galvi.symbolic.lane_law import compiled_grain_pass
 from galvi.systems.forces.drag_laws import DragLaw
 
@@ -32,12 +33,15 @@ ROTOR = "from galvi.kernels.lanes.laws import rotor_wind as wind\n"
 BATCH = 4096  # grains of one call of the kernel
 TOLERANCE = 1e-14  # change of one more pass, relative to the velocities
 FEW = 2  # points up to which the accelerations of two steps are extrapolated to the next
-WAITING, ALOFT, LANDED, FAILED = range(4)  # a grain waits that starts at the end or later
+POINTS = 8  # most: beyond, the curve in powers of the time is not exact to rounding
+STEPS = 10**9  # most
+WAITING, ALOFT, LANDED, FAILED, BOUNCING = range(5)
 STATUSES = (
     "not started: its time is the end or after it",
     "aloft at the end",
     "stays on the ground",
     "the stage equations were not solved: take a shorter step",
+    f"{flight.CONTACTS} contacts before the end: give Ground a larger slowest",
 )
 
 
@@ -46,7 +50,7 @@ class Ground:
     """What a contact with z = 0 does.
 
     restitution  vertical speed after a contact over that before; None: a grain stays where it lands
-    slowest      m/s, of a rebound; a slower grain stays
+    slowest      m/s; a grain that would leave the ground no faster stays
     exact        whether the time of contact is the root of the end of a shortened step, of order
                  2 s with s points, or that of the curve of the whole step, of order s + 1
     """
@@ -64,7 +68,9 @@ class Ground:
                     f"grains that stay where they land."
                 )
         if input_checks.real("slowest", self.slowest) < 0.0:
-            raise ValueError(f"slowest must not be negative; received {self.slowest!r}. Give 0.")
+            raise ValueError(
+                f"slowest must not be negative; received {self.slowest!r}. Give a speed in m/s."
+            )
         input_checks.flag("exact", self.exact)
 
 
@@ -73,11 +79,13 @@ class Flights:
     """What became of n grains.
 
     status           (n,)       index of STATUSES
-    t, q, v          (n,), (n, 3)  the last time and state: at the end, or on the ground
+    t, q, v          (n,), (n, 3)  the last time and state: at the end, at the last contact, at
+                     the start of a grain that waits; q and v NaN where equations were not solved
     drag             (n, 3)     impulse of the drag over the mass, m/s
     contact          (n, 3)     impulses of the ground over the mass
     contacts, steps, passes  (n,)  how many; passes of the iteration
     places           (n, k, 3)  at the saved times; NaN before the start and after a failure
+    success          (n,)       whether a grain came to its end, on the ground, or did not start
     """
 
     status: Codes
@@ -90,6 +98,10 @@ class Flights:
     steps: Codes
     passes: Codes
     places: Array
+
+    @property
+    def success(self) -> npt.NDArray[np.bool_]:
+        return self.status < FAILED
 
 
 def follow(
@@ -111,16 +123,18 @@ def follow(
 ) -> Flights:
     """Follow n grains from their starts to a common end, or to where they stay on the ground.
 
-    method  as many points as coefficients, e.g. ``Galerkin(Polynomials(2), gauss(2))``
+    method  Gauss collocation of up to 8 points, e.g. ``Galerkin(Polynomials(2), gauss(2))``
     q0, v0  (n, 3) in m and m/s, z above the ground or on it with an upward velocity
     t0      (n,) starts in s, from 0 on; a grain that would start at the end or after it does not
-    rates   (n, 1 + numbers of the drag law): factor over mass, then the law's numbers
-    step    s, one for all or (n,), each a whole fraction of ``until``: steps end at its multiples,
-            so that the first one is shorter
+    rates   (n, 1 + numbers of the drag law), none negative: factor over mass, then the law's
+            numbers
+    step    s, one for all or (n,), each a whole fraction of ``until`` and of its saved parts:
+            steps end at its multiples, so that the first one is shorter
     saves   places are kept at so many equal parts of ``until``, and at 0
     tolerance  of the iteration: the change of the last pass, or that expected of one more, relative
-            to the velocities
-    wind    the lines that define ``wind`` in lanes, see galvi.kernels.lanes.grains.iteration
+            to the velocities; it also ends where a change below 1e-11 is more than half the last
+    wind    the lines that define ``wind`` in lanes, see galvi.kernels.lanes.grains.iteration; also
+            asked for below the ground, where a step leads that is done anew up to the contact
 
     A grain's numbers do not depend on the other grains, their order, lanes or threads. Raises
     ValueError for bad input, KeyboardInterrupt after Ctrl-C.
@@ -141,7 +155,7 @@ def follow(
     steps = _steps(step, until, saves, n)
     _check_starts(q0, v0, t0, rates, drag, n)
     starts = np.concatenate([q0, v0], axis=1)
-    clocks = np.stack([t0, until / steps], axis=1)
+    clocks, counts = _clocks(t0, until, steps)
     constants = np.zeros((n, 2))
     constants[:, : rates.shape[1]] = rates
     restitution = -1.0 if ground.restitution is None else float(ground.restitution)
@@ -154,14 +168,14 @@ def follow(
     def batch(part: Any) -> None:
         (work,) = aligned((rows_of_grains(method.stages), LANES))
         every = int(steps[part][0]) // saves if saves else 1
-        kernel(law, (starts[part], clocks[part], constants[part], steps[part]), method.stages,
+        kernel(law, (starts[part], clocks[part], constants[part], counts[part]), method.stages,
                numbers, rules, every, work, (ends[part], codes[part], places[part]))  # fmt: skip
 
     _do(batch, _batches(steps), threads)
     del kept_alive
     return Flights(
-        codes[:, 0], ends[:, 6], ends[:, :3], ends[:, 3:6], ends[:, 7:10], ends[:, 10:],
-        codes[:, 1], codes[:, 2], codes[:, 3], places,
+        codes[:, 0], np.where(codes[:, 0] == ALOFT, until, ends[:, 6]), ends[:, :3], ends[:, 3:6],
+        ends[:, 7:10], ends[:, 10:], codes[:, 1], codes[:, 2], codes[:, 3], places,
     )  # fmt: skip
 
 
@@ -186,6 +200,20 @@ def _batches(steps: Codes) -> list[Any]:
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
 
+def _clocks(t0: Array, until: float, steps: Codes) -> tuple[Array, Codes]:
+    """Start and step (n, 2); the first step's end and the last time, in steps from 0, (n, 2).
+
+    A start is at the end of a step where it is so to rounding: k / n may not be k (1 / n).
+    """
+    sizes, waits = until / steps, t0 >= until
+    t = np.where(waits, 0.0, t0)
+    nearest = np.rint(t / sizes)
+    t = np.where(np.abs(t - nearest * sizes) <= 4.0 * np.spacing(t), nearest * sizes, t)
+    first = nearest + (nearest * sizes <= t)
+    first = np.where(waits, steps + 1, first).astype(np.int64)
+    return np.stack([np.where(waits, t0, t), sizes], axis=1), np.stack([first, steps], axis=1)
+
+
 def _steps(step: float | Array, until: float, saves: int, n: int) -> Codes:
     """The number of steps from 0 to the end, (n,)."""
     until = input_checks.positive("until", until)
@@ -198,6 +226,11 @@ def _steps(step: float | Array, until: float, saves: int, n: int) -> Codes:
     if not np.all(sizes > 0.0):
         raise ValueError(
             f"step must be positive; received {float(np.min(sizes))!r}. Give it in seconds."
+        )
+    if np.any(until / sizes > STEPS):
+        raise ValueError(
+            f"step must be at least until / {STEPS:.0e}; received {float(np.min(sizes))!r} for "
+            f"{until!r}. Take a longer one."
         )
     sizes = np.broadcast_to(sizes, (n,))
     counts = np.rint(until / sizes).astype(np.int64)
@@ -220,6 +253,11 @@ def _check_starts(q0: Array, v0: Array, t0: Array, rates: Array, drag: DragLaw, 
                 f"{name} must have shape {shape}; received {array.shape}. Give one row for each "
                 f"grain."
             )
+    if np.any(rates < 0.0):
+        raise ValueError(
+            f"rates must not be negative; received {float(np.min(rates))!r}. Drag acts against the "
+            "motion through the air."
+        )
     low = (q0[:, 2] < 0.0) | ((q0[:, 2] == 0.0) & (v0[:, 2] <= 0.0))
     if np.any(low) or np.any(t0 < 0.0):
         raise ValueError(
@@ -231,10 +269,15 @@ def _check_starts(q0: Array, v0: Array, t0: Array, rates: Array, drag: DragLaw, 
 def _check_method(method: Galerkin) -> None:
     if not isinstance(method, Galerkin):
         raise TypeError(f"method must be a galvi.Galerkin; received {shown(method)}.")
-    if method.stages != method.space.dimension - 1 or np.any(method.table.b <= 0.0):
+    s = method.stages
+    if method.space != Polynomials(s) or method.rule.degree != 2 * s - 1:
         raise ValueError(
-            f"grains take methods with as many points as coefficients; received {method.name}. "
-            "Take galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s))."
+            f"grains take Gauss collocation; received {method.name}. Take "
+            "galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s))."
+        )
+    if s > POINTS:
+        raise ValueError(
+            f"grains take at most {POINTS} points; received {s}. Take fewer, and a shorter step."
         )
 
 
@@ -248,7 +291,7 @@ def _compiled(wind: str, drag: str, s: int) -> tuple[Any, Any]:
 
 @lru_cache(maxsize=32)
 def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
-    """A method in the layout of galvi.kernels.lanes.grains; gravity in m/s^2, downwards."""
+    """The numbers of galvi.kernels.lanes.grains.iteration; gravity in m/s^2, downwards."""
     table, s = method.table, method.stages
     tables = collocation_tables(table, 1.0)
     A, B = tables[0][:s, :s].T, tables[1][:s, :s].T

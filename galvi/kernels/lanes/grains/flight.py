@@ -6,21 +6,23 @@ numbers depend on nothing but the grain. A step leads to the next multiple of th
 first one, from the start, is shorter. Passes begin the following steps themselves: what is done
 here, lane by lane, is starts, contacts and ends.
 
-Contact with the ground z = 0: where the curve of a solved step comes down to it, the step is done
-anew up to the first root of the curve, and then, where asked, up to the root of its own end, by
-Newton's method: the curve is of order s + 1 inside the step, the end of order 2 s. A grain that
-moves upwards there goes on. Another stays, or its vertical velocity changes to -e times itself, and
-the rest of the step is done anew.
+Contact with the ground z = 0: where the curve of a solved step comes down to it, or the step ends
+below it, the step is done anew up to the first root of the curve, or its end, and then, where
+asked, up to the root of its own end, by Newton's method: the curve is of order s + 1 inside the
+step, the end of order 2 s. A grain that moves upwards there goes on. Another stays, or its vertical
+velocity changes to -e times itself, and the rest of the step is done anew.
 
 starts     (n, 6)    q and v                      clocks  (n, 2)  time of the start, step
-constants  (n, 2)    those of the drag law        lasts   (n,)    the last time, in steps from 0
+constants  (n, 2)    those of the drag law        counts  (n, 2)  the first step's end, and the last
+                     time, in steps from 0; a grain whose first is beyond its last does not start
 numbers              as in galvi.kernels.lanes.grains.iteration
-rules      (3,)      e, below 0: grains stay; the speed below which they stay; whether the root of
+rules      (3,)      e, below 0: grains stay; the speed up to which they stay; whether the root of
                      the step's end is found
 every                steps between saved places
-ends       (n, 13)   q, v, time, impulse of the drag and of contacts over the mass: sums of h b a
+ends       (n, 13)   q, v, time, impulses of the drag and of contacts over the mass
 codes      (n, 4)    how it ended, contacts, steps, passes
-saved      (n, r, 3) places at times every step k, k = 0, 1, ...; NaN before the start
+saved      (n, r, 3) places at times every step k, k = 0, 1, ...; NaN before the start, and after a
+                     failure
 """
 
 from __future__ import annotations
@@ -56,18 +58,22 @@ from galvi.kernels.lanes.grains.iteration import (
     H,
     Q,
     V,
+    curve_at,
+    nodes_at,
+    rate_at,
 )
 from galvi.kernels.lanes.vectors import LANES
 
-ALOFT, LANDED, FAILED = 1, 2, 3  # codes; 0 is a grain that has not started
+ALOFT, LANDED, FAILED, BOUNCING = range(1, 5)  # codes; 0 is a grain that has not started
 SOLVES = 8  # most solves of one contact
-CONTACTS = 1000  # of one grain
+CONTACTS = 1000  # most of one grain
+DISTURBED = 2 + CONTACTS * (SOLVES + 2)  # more solves than the contacts of one grain can ask for
 SEARCH = 80  # halvings that find a root of the curve
 CLOSE = 1e-15  # of the way down, at the root of the step's end
 NOBODY = -1
 WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
 END_TIME, IMPULSE, CONTACT = 6, 7, 10  # columns of ends
-WHO, PHASE, ROOTS, AGAIN = range(4)  # rows of `lane`, (4, 8)
+WHO, PHASE, ROOTS, AGAIN, MOST = range(5)  # rows of `lane`; MOST: passes of a grain
 
 
 @jit_inline
@@ -120,7 +126,7 @@ def first_root(coefficients, scratch):
 @jit_inline
 def way_down(work, l, numbers, s, scratch):
     """The first fraction of the step at which the curve meets the ground; 2 where it does not."""
-    h, z, curve = work[H, l], work[Q + 2, l], 2 * s * s + 2 * s + 3  # where it is in numbers
+    h, z, curve = work[H, l], work[Q + 2, l], curve_at(s)
     coefficients = scratch[3, : s + 1]
     coefficients[:] = 0.0
     coefficients[0] = z
@@ -136,7 +142,7 @@ def way_down(work, l, numbers, s, scratch):
         scratch[3, s + 1] = 0.0
         coefficients = scratch[3, 1 : s + 2]
         less = h * work[V + 2, l] - coefficients[0]  # of the order of the curve's error
-        coefficients[0] += less
+        coefficients[0] = h * work[V + 2, l]
         coefficients[1] -= less  # so that the end is that of the curve
     lowest = coefficients[0]
     for m in range(1, coefficients.size):
@@ -148,10 +154,10 @@ def way_down(work, l, numbers, s, scratch):
 def set_step(work, l, h, numbers, s):
     """Begin the solve of a step of size h from the state in work."""
     work[H, l], work[STATE, l], work[TRIES, l] = h, GOES_ON, 0.0
-    rate = numbers[2 * s * s + 2 * s + 2]
+    rate, nodes = numbers[rate_at(s)], nodes_at(s)
     start = math.exp(rate * work[TIME, l])
     for j in range(s):
-        work[DECAY + j, l] = start * math.exp(rate * numbers[2 * s * s + j] * h)
+        work[DECAY + j, l] = start * math.exp(rate * numbers[nodes + j] * h)
 
 
 @jit_inline
@@ -181,9 +187,9 @@ def enter(work, l, start, t, step, index, constants, numbers, s):
     work[CONSTANTS, l], work[CONSTANTS + 1, l] = constants[0], constants[1]
     work[INDEX, l], work[STEP, l] = index, step
     work[TIME, l], work[LEFT, l] = t, index * step - t
-    rate = numbers[2 * s * s + 2 * s + 2]
+    rate, nodes = numbers[rate_at(s)], nodes_at(s)
     for j in range(s):
-        work[DECAY + s + j, l] = math.exp(rate * numbers[2 * s * s + j] * step)
+        work[DECAY + s + j, l] = math.exp(rate * numbers[nodes + j] * step)
     set_step(work, l, work[LEFT, l], numbers, s)
 
 
@@ -225,38 +231,32 @@ def fill(saved, who, index, every, x, y, z):
 
 @jit
 def fly(law, grains, s, numbers, rules, every, work, results):
-    """Do all flights of a batch. Statuses and states past a failure are as the legend says."""
-    starts, clocks, constants, lasts = grains
+    """Do all flights of a batch, into ends, codes and saved."""
+    starts, clocks, constants, counts = grains
     ends, codes, saved = results
     restitution, slow, polish = rules
     n = starts.shape[0]
-    lane, scratch = np.zeros((4, LANES), np.int64), np.zeros((4, s + 2))
+    lane, scratch = np.zeros((5, LANES), np.int64), np.zeros((4, s + 2))
     for l in range(LANES):
         empty(work, lane, l)
     following, busy = 0, 0
-    most = 0
-    for k in range(n):
-        most += (lasts[k] + 2 + CONTACTS * SOLVES) * 2 * PASSES
-    for _ in range(most):
+    while True:
         if busy < LANES and following < n:
             for l in range(LANES):
                 while lane[WHO, l] == NOBODY and following < n:
                     who = following
                     following += 1
                     t, step = clocks[who, 0], clocks[who, 1]
-                    index = int(t / step) + 1
-                    if index * step <= t:  # t / step was rounded down
-                        index += 1
+                    index, last = counts[who, 0], counts[who, 1]
                     ends[who, :6] = starts[who]
                     ends[who, END_TIME] = t
-                    if index > lasts[who]:
+                    if index > last:
                         continue
                     if t == (index - 1) * step:
                         keep(saved, who, index - 1, every, starts[who, 0], starts[who, 1],
                              starts[who, 2])  # fmt: skip
-                    codes[who, 0], ends[who, :6] = FAILED, np.nan  # until it leaves its lane
                     lane[:, l] = 0
-                    lane[WHO, l] = who
+                    lane[WHO, l], lane[MOST, l] = who, (last - index + 1 + DISTURBED) * 2 * PASSES
                     enter(work, l, starts[who], t, step, index, constants[who], numbers, s)
                     busy += 1
         if busy == 0:
@@ -267,8 +267,8 @@ def fly(law, grains, s, numbers, rules, every, work, results):
             if state == GOES_ON or who == NOBODY:
                 continue
             index = int(work[INDEX, l])
-            if state != SOLVED:
-                if lane[AGAIN, l] == 0:  # once more, without what was extrapolated
+            if state != SOLVED or work[TRIED, l] > lane[MOST, l]:
+                if state != SOLVED and lane[AGAIN, l] == 0:  # without what was extrapolated
                     lane[AGAIN, l] = 1
                     set_guess(work, l, s)
                     set_step(work, l, work[H, l], numbers, s)
@@ -286,6 +286,8 @@ def fly(law, grains, s, numbers, rules, every, work, results):
                 tau = 2.0
                 if not work[LOWEST, l] > 0.0:  # also from the ground
                     tau = way_down(work, l, numbers, s, scratch)
+                if tau > 1.0 and work[END + 2, l] < 0.0:  # the step comes down, the curve does not
+                    tau = 1.0
                 if tau == 0.0:
                     touches, h = True, 0.0
                 elif tau <= 1.0:
@@ -312,7 +314,7 @@ def fly(law, grains, s, numbers, rules, every, work, results):
             lane[PHASE, l] = WHOLE
             if not touches:
                 keep(saved, who, index, every, work[END, l], work[END + 1, l], work[END + 2, l])
-                if index >= lasts[who]:
+                if index >= counts[who, 1]:
                     take(work, l)
                     work[TIME, l] = index * work[STEP, l]
                     leave(work, lane, l, ALOFT, ends, codes)
@@ -328,7 +330,7 @@ def fly(law, grains, s, numbers, rules, every, work, results):
                 codes[who, 1] += 1
                 work[Q + 2, l] = 0.0
                 down = work[V + 2, l]
-                if restitution < 0.0 or -restitution * down < slow or codes[who, 1] >= CONTACTS:
+                if restitution < 0.0 or not -restitution * down > slow:
                     for i in range(3):
                         ends[who, CONTACT + i] -= work[V + i, l]
                         work[V + i, l] = 0.0
@@ -338,6 +340,11 @@ def fly(law, grains, s, numbers, rules, every, work, results):
                     continue
                 work[V + 2, l] = -restitution * down
                 ends[who, CONTACT + 2] -= (1.0 + restitution) * down
+                if codes[who, 1] >= CONTACTS:
+                    fill(saved, who, index, every, np.nan, np.nan, np.nan)
+                    leave(work, lane, l, BOUNCING, ends, codes)
+                    busy -= 1
+                    continue
             set_guess(work, l, s)
             set_step(work, l, work[LEFT, l], numbers, s)  # the rest, which may be 0
 
@@ -345,10 +352,9 @@ def fly(law, grains, s, numbers, rules, every, work, results):
 @cache
 def compiled_fly():
     """``fly`` compiled or cached, one kernel for all winds and drag laws."""
-    whole = types.int64[::1]
     signature = types.void(
-        whole,
-        types.Tuple((MATRIX, MATRIX, MATRIX, whole)),
+        types.int64[::1],
+        types.Tuple((MATRIX, MATRIX, MATRIX, types.int64[:, ::1])),
         types.int64,
         VECTOR,
         types.UniTuple(types.float64, 3),

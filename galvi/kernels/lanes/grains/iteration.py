@@ -11,7 +11,7 @@ A pass is a step of Newton's method with one derivative for all stages and witho
 times the wind's gradient, however short the grain's relaxation time 1 / k is, and two systems of s
 equations are solved instead of one of 3 s.
 
-In lanes whose STATE is SOLVED a pass first begins the next step; the caller resets STATE where
+In lanes whose STATE is not GOES_ON a pass first begins the next step; the caller resets STATE where
 something else comes first.
 
 wind        (q, decay) -> 3 values, and
@@ -34,6 +34,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
+from galvi.kernels.compile.jit import jit_inline
 from galvi.kernels.lanes.elementary import exp, inverse
 from galvi.kernels.lanes.reciprocals import Reciprocals
 from galvi.kernels.lanes.values import Lane
@@ -52,7 +53,7 @@ GOES_ON, SOLVED, GIVEN_UP = 0.0, 1.0, 2.0  # of STATE
 PASSES = 64  # of one step
 PART = 0.999  # of a step: what is shorter is the rest of one
 SMALL = 3e-13  # below this a change is assumed to shrink on at its last rate
-ROUNDING = 1e-11  # changes below this that do not shrink are rounding errors of the wind
+ROUNDING = 1e-11  # changes below this that are not halved are taken for rounding errors of the wind
 PASS_OF_GRAINS = types.void(MATRIX, VECTOR)
 TINY = 1e-300
 
@@ -60,6 +61,24 @@ TINY = 1e-300
 def rows_of_grains(s):
     """Rows of work for s stages."""
     return DECAY + 8 * s
+
+
+@jit_inline
+def nodes_at(s):
+    """Where c is in numbers."""
+    return 2 * s * s
+
+
+@jit_inline
+def rate_at(s):
+    """Where -1 / DESCENT is in numbers."""
+    return 2 * s * s + 2 * s + 2
+
+
+@jit_inline
+def curve_at(s):
+    """Where the curve's coefficients are in numbers; starts for the next step follow them."""
+    return 2 * s * s + 2 * s + 3
 
 
 def solved(B, z, right):
@@ -255,20 +274,18 @@ def grain_pass(wind, drag, s):
             builder.reciprocals = Reciprocals(context, builder)
             rows = Rows(s, context, builder, work, numbers)
             at, number, block = rows.at, rows.number, rows.block
-            first = 2 * s * s
+            nodes, of_rate, curve = (f.py_func(s) for f in (nodes_at, rate_at, curve_at))
             tables = (
                 block(0, s),
                 block(s * s, s),
-                [number(first + j) for j in range(s)],
-                [number(first + s + j) for j in range(s)],
-                number(first + 2 * s),
+                [number(nodes + j) for j in range(s)],
+                [number(nodes + s + j) for j in range(s)],
+                number(nodes + 2 * s),
             )
-            first += 2 * s + 1
-            tolerance, rate = number(first), number(first + 1)
-            first += 2
+            tolerance, rate = number(of_rate - 1), number(of_rate)
             ready = at(STATE) > GOES_ON
             with rows.any_of(ready):
-                once, twice = block(first + s * s, s), block(first + 2 * s * s, 2 * s)
+                once, twice = block(curve + s * s, s), block(curve + 2 * s * s, 2 * s)
                 begin_next_step(rows, ready, rate, once, twice)
             q, v, h = rows.axes(Q), rows.axes(V), at(H)
             new, found, change = corrected(
@@ -281,7 +298,7 @@ def grain_pass(wind, drag, s):
             rows.put(STATE, [state, tries, change])
             rows.put(TRIED, [at(TRIED) + 1.0])
             with rows.any_of(state > GOES_ON):
-                end, lowest = outcome(s, q, v, h, new, found, tables, block(first, s))
+                end, lowest = outcome(s, q, v, h, new, found, tables, block(curve, s))
                 rows.put(END, [*end, lowest])
             return context.get_dummy_value()
 
