@@ -12,7 +12,7 @@ STAMP := .venv/installed-$(EXTRAS)
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: install test check report studies mutants fuzz bench clean help
+.PHONY: install test slow check report studies mutants fuzz bench clean help
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -22,6 +22,9 @@ install: $(STAMP) ## create .venv and install galvi, the suite and the tools
 
 test: $(STAMP) ## run the tests except those marked slow or browser
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
+
+slow: $(STAMP) ## run the tests marked slow
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m 'slow and not browser'
 
 check: $(STAMP) ## lint, formatting, types, import contracts
 	$(BIN)/ruff check

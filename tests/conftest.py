@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -29,6 +30,7 @@ LATE = (
 )
 
 SLOW = 3600  # seconds; the time-out of other tests is in pyproject.toml
+LISTED = Path(__file__).with_name("slow.txt")
 
 # The first call of a kernel compiles it, which no deadline of an example should count.
 settings.register_profile("galvi", deadline=None, max_examples=25, derandomize=True)
@@ -45,9 +47,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+@pytest.hookimpl(tryfirst=True)  # before -m chooses
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.nodeid.startswith(LATE))
+    listed = {line for line in LISTED.read_text().splitlines() if not line.startswith("#")}
+    known = {item.nodeid for item in items}
+    files = {name.split("::")[0] for name in known}
+    lost = sorted(name for name in listed - known if name.split("::")[0] in files)
+    if lost and not any("::" in word for word in config.args):  # all tests of these files are here
+        raise pytest.UsageError(f"{LISTED.name} names no test of today: {lost[0]}. Correct it.")
     for item in items:
+        if item.nodeid in listed:
+            item.add_marker(pytest.mark.slow)
         if item.get_closest_marker("slow"):
             item.add_marker(pytest.mark.timeout(SLOW))
 
