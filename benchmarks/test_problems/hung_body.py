@@ -33,10 +33,15 @@ SETUP = (
 @njit(cache=True)
 def lagrangian(q: Array, v: Array) -> float:
     """T - V of a configuration (4, 4) and (w, v)."""
-    R, x, w = np.ascontiguousarray(q[:3, :3]), q[:3, 3], v[:3]
-    u, y, place = v[3:] + np.cross(w, CENTRE), x + R @ HOOK, x + R @ CENTRE
-    kinetic = 0.5 * np.sum(w * (INERTIA @ w)) + 0.5 * MASS * np.sum(u * u)
-    return float(kinetic - 0.5 * SPRING * np.sum(y * y) + MASS * np.sum(G * place))
+    twice = weight = 0.0
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        u = v[3 + i] + v[j] * CENTRE[k] - v[k] * CENTRE[j]
+        y = q[i, 3] + q[i, 0] * HOOK[0] + q[i, 1] * HOOK[1] + q[i, 2] * HOOK[2]
+        place = q[i, 3] + q[i, 0] * CENTRE[0] + q[i, 1] * CENTRE[1] + q[i, 2] * CENTRE[2]
+        twice += INERTIA[i, i] * v[i] * v[i] + MASS * u * u - SPRING * y * y
+        weight += MASS * G[i] * place
+    return 0.5 * twice + weight
 
 
 @njit(cache=True)

@@ -55,9 +55,7 @@ def driven(q: Any, v: Any, t: float) -> Any:
 def magnetic_slopes(q, v):
     out = np.empty(4)
     out[0], out[1] = v[0] - 0.4 * q[1], v[1] + 0.4 * q[0]
-    out[2:] = -q
-    out[2] += 0.4 * v[1]
-    out[3] -= 0.4 * v[0]
+    out[2], out[3] = 0.4 * v[1] - q[0], -0.4 * v[0] - q[1]
     return out
 
 
