@@ -64,7 +64,7 @@ def test_members_take_about_as_many_passes_as_single_runs(name, unit):
     degree=st.integers(1, 9), more=st.integers(0, 3), fraction=st.floats(0.2, 1.0),
     backwards=st.booleans(), name=st.sampled_from(sorted(CASES)),
 )  # fmt: skip
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_methods_and_steps_of_their_own(degree, more, fraction, backwards, name):
     problem, step = CASES[name]
     method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + more))

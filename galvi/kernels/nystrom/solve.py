@@ -135,7 +135,10 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
         counts[FORCES] += s + extra
         counts[HESSIANS] += s if force.has_hessian else 0
         counts[SOLVES] += d // width
-        if not (all_finite(a) and all_finite(jacobian.reshape(d, width * s))):
+        finite = all_finite(a)
+        for i in range(d):
+            finite = finite and all_finite(jacobian[i])
+        if not finite:
             return NOT_FINITE
         if not newton_update(tableau, h, width, state, a, jacobian, x, moved):
             return DIVERGED

@@ -16,6 +16,7 @@ from numba import types
 
 from galvi.kernels.compile.jit import jit, jit_inline
 from galvi.kernels.lie.arithmetic import two_sum
+from galvi.kernels.nystrom.linear_equations import solve_equations
 
 EPSILON = 2.0**-52
 SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
@@ -176,7 +177,7 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
     size = width * m
     residual = np.empty((d, m))
     curve_coefficients(tableau, h, state, a, residual)
-    matrix, step = np.empty((size, size)), np.empty(size)
+    columns, pivots, step = np.empty((size, size)), np.empty(size, np.int32), np.empty(size)
     for first in range(0, d, width):
         for i in range(width):
             for l in range(m):
@@ -187,13 +188,9 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
                         total = 0.0
                         for k in range(stages):
                             total += C[l, k] * jacobian[first + i, j, k] * psi[n, k]
-                        matrix[row, j * m + n] = -h * h * total
-                matrix[row, row] += 1.0
-        if not all_finite(matrix):
-            return False
-        try:
-            step = np.linalg.solve(matrix, step)
-        except Exception:  # the only way to catch a singular matrix in numba
+                        columns[j * m + n, row] = -h * h * total
+                columns[row, row] += 1.0
+        if not (all_finite(columns) and solve_equations(columns, pivots, step)):
             return False
         for i in range(width):
             for l in range(m):

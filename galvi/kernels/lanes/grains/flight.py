@@ -64,7 +64,8 @@ from galvi.kernels.lanes.grains.iteration import (
 )
 from galvi.kernels.lanes.vectors import LANES
 
-ALOFT, LANDED, FAILED, BOUNCING = range(1, 5)  # codes; 0 is a grain that has not started
+FLYING, ALOFT, LANDED, FAILED, BOUNCING = range(5)  # codes; 0 at the end: it has not started
+ABOVE, DOWN, AGAIN = range(3)  # what a solved step leads to
 SOLVES = 8  # most solves of one contact
 CONTACTS = 1000  # most of one grain
 DISTURBED = 2 + CONTACTS * (SOLVES + 2)  # more solves than the contacts of one grain can ask for
@@ -73,7 +74,7 @@ CLOSE = 1e-15  # of the way down, at the root of the step's end
 NOBODY = -1
 WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
 END_TIME, IMPULSE, CONTACT = 6, 7, 10  # columns of ends
-WHO, PHASE, ROOTS, AGAIN, MOST = range(5)  # rows of `lane`; MOST: passes of a grain
+WHO, PHASE, ROOTS, TRIED_TWICE, MOST = range(5)  # rows of `lane`; MOST: passes of a grain
 
 
 @jit_inline
@@ -229,12 +230,109 @@ def fill(saved, who, index, every, x, y, z):
         saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
 
 
+@jit_inline
+def after_step(work, lane, l, numbers, s, polish, scratch):
+    """What a solved step leads to: ABOVE, DOWN, or AGAIN where a step up to the ground is begun."""
+    h, phase = work[H, l], lane[PHASE, l]
+    if phase == WHOLE:
+        tau = 2.0
+        if not work[LOWEST, l] > 0.0:  # also from the ground
+            tau = way_down(work, l, numbers, s, scratch)
+        if tau > 1.0 and work[END + 2, l] < 0.0:  # the step comes down, the curve does not
+            tau = 1.0
+        if tau == 0.0:
+            work[H, l] = 0.0
+            return DOWN
+        if tau > 1.0:
+            return ABOVE
+        lane[PHASE, l], lane[ROOTS, l] = SHORTENED, 0
+        set_step(work, l, tau * h, numbers, s)
+        return AGAIN
+    if phase == LAST_TRY:
+        return DOWN if work[END + 2, l] <= 0.0 else ABOVE
+    lane[ROOTS, l] += 1
+    z, speed = work[END + 2, l], work[END + 5, l]
+    near = abs(z) <= CLOSE * (work[Q + 2, l] + h * abs(speed))
+    if polish > 0.0 and not near and lane[ROOTS, l] < SOLVES and speed < 0.0:
+        longer = h - z / speed
+        if longer >= work[LEFT, l]:  # not within the step
+            lane[PHASE, l] = LAST_TRY
+            set_step(work, l, work[LEFT, l], numbers, s)
+            return AGAIN
+        if longer > 0.0:
+            set_step(work, l, longer, numbers, s)
+            return AGAIN
+    return DOWN
+
+
+@jit_inline
+def touch(work, who, l, rules, ends, codes):
+    """Contact at the end of the step that was solved; returns FLYING, LANDED or BOUNCING."""
+    restitution, slow, _ = rules
+    h = work[H, l]
+    if h > 0.0:
+        take(work, l)
+    work[TIME, l] += h
+    work[LEFT, l] -= h
+    if h > 0.0 and work[V + 2, l] > 0.0:  # the curve came down, the step does not
+        work[Q + 2, l] = max(work[Q + 2, l], 0.0)
+        return FLYING
+    codes[who, 1] += 1
+    work[Q + 2, l] = 0.0
+    down = work[V + 2, l]
+    if restitution < 0.0 or not -restitution * down > slow:
+        for i in range(3):
+            ends[who, CONTACT + i] -= work[V + i, l]
+            work[V + i, l] = 0.0
+        return LANDED
+    work[V + 2, l] = -restitution * down
+    ends[who, CONTACT + 2] -= (1.0 + restitution) * down
+    return BOUNCING if codes[who, 1] >= CONTACTS else FLYING
+
+
+@jit_inline
+def go_on(work, lane, l, numbers, s, rules, every, last, scratch, results):
+    """After a pass that ends a lane's solve: FLYING, or how its grain has ended."""
+    ends, codes, saved = results
+    who, index, solved = lane[WHO, l], int(work[INDEX, l]), work[STATE, l] == SOLVED
+    if not solved and lane[TRIED_TWICE, l] == 0:  # without what was extrapolated
+        lane[TRIED_TWICE, l] = 1
+        set_guess(work, l, s)
+        set_step(work, l, work[H, l], numbers, s)
+        return FLYING
+    if not solved or work[TRIED, l] > lane[MOST, l]:
+        for i in range(6):
+            work[Q + i, l] = np.nan
+        fill(saved, who, index, every, np.nan, np.nan, np.nan)
+        return FAILED
+    lane[TRIED_TWICE, l] = 0
+    found = after_step(work, lane, l, numbers, s, rules[2], scratch)
+    if found == AGAIN:
+        return FLYING
+    lane[PHASE, l] = WHOLE
+    if found == ABOVE:
+        keep(saved, who, index, every, work[END, l], work[END + 1, l], work[END + 2, l])
+        if index < last:
+            return FLYING  # the next pass begins the next step
+        take(work, l)
+        work[TIME, l] = index * work[STEP, l]
+        return ALOFT
+    how = touch(work, who, l, rules, ends, codes)
+    if how == FLYING:
+        set_guess(work, l, s)
+        set_step(work, l, work[LEFT, l], numbers, s)  # the rest, which may be 0
+    elif how == LANDED:
+        fill(saved, who, index, every, work[Q, l], work[Q + 1, l], 0.0)
+    else:
+        fill(saved, who, index, every, np.nan, np.nan, np.nan)
+    return how
+
+
 @jit
 def fly(law, grains, s, numbers, rules, every, work, results):
     """Do all flights of a batch, into ends, codes and saved."""
     starts, clocks, constants, counts = grains
     ends, codes, saved = results
-    restitution, slow, polish = rules
     n = starts.shape[0]
     lane, scratch = np.zeros((5, LANES), np.int64), np.zeros((4, s + 2))
     for l in range(LANES):
@@ -248,7 +346,8 @@ def fly(law, grains, s, numbers, rules, every, work, results):
                     following += 1
                     t, step = clocks[who, 0], clocks[who, 1]
                     index, last = counts[who, 0], counts[who, 1]
-                    ends[who, :6] = starts[who]
+                    for i in range(6):
+                        ends[who, i] = starts[who, i]
                     ends[who, END_TIME] = t
                     if index > last:
                         continue
@@ -263,90 +362,14 @@ def fly(law, grains, s, numbers, rules, every, work, results):
             break
         call_void(law[0], work, numbers)
         for l in range(LANES):
-            who, state = lane[WHO, l], work[STATE, l]
-            if state == GOES_ON or who == NOBODY:
+            who = lane[WHO, l]
+            if who == NOBODY or work[STATE, l] == GOES_ON:
                 continue
-            index = int(work[INDEX, l])
-            if state != SOLVED or work[TRIED, l] > lane[MOST, l]:
-                if state != SOLVED and lane[AGAIN, l] == 0:  # without what was extrapolated
-                    lane[AGAIN, l] = 1
-                    set_guess(work, l, s)
-                    set_step(work, l, work[H, l], numbers, s)
-                    continue
-                for i in range(6):
-                    work[Q + i, l] = np.nan
-                fill(saved, who, index, every, np.nan, np.nan, np.nan)
-                leave(work, lane, l, FAILED, ends, codes)
+            last = counts[who, 1]
+            how = go_on(work, lane, l, numbers, s, rules, every, last, scratch, results)
+            if how != FLYING:
+                leave(work, lane, l, how, ends, codes)
                 busy -= 1
-                continue
-            lane[AGAIN, l] = 0
-            h, phase = work[H, l], lane[PHASE, l]
-            touches = False
-            if phase == WHOLE:
-                tau = 2.0
-                if not work[LOWEST, l] > 0.0:  # also from the ground
-                    tau = way_down(work, l, numbers, s, scratch)
-                if tau > 1.0 and work[END + 2, l] < 0.0:  # the step comes down, the curve does not
-                    tau = 1.0
-                if tau == 0.0:
-                    touches, h = True, 0.0
-                elif tau <= 1.0:
-                    lane[PHASE, l] = SHORTENED
-                    lane[ROOTS, l] = 0
-                    set_step(work, l, tau * h, numbers, s)
-                    continue
-            elif phase == LAST_TRY:
-                touches = work[END + 2, l] <= 0.0
-            else:
-                lane[ROOTS, l] += 1
-                touches = True
-                z, speed = work[END + 2, l], work[END + 5, l]
-                near = abs(z) <= CLOSE * (work[Q + 2, l] + h * abs(speed))
-                if polish > 0.0 and not near and lane[ROOTS, l] < SOLVES and speed < 0.0:
-                    longer = h - z / speed
-                    if longer >= work[LEFT, l]:  # not within the step
-                        lane[PHASE, l] = LAST_TRY
-                        set_step(work, l, work[LEFT, l], numbers, s)
-                        continue
-                    if longer > 0.0:
-                        set_step(work, l, longer, numbers, s)
-                        continue
-            lane[PHASE, l] = WHOLE
-            if not touches:
-                keep(saved, who, index, every, work[END, l], work[END + 1, l], work[END + 2, l])
-                if index >= counts[who, 1]:
-                    take(work, l)
-                    work[TIME, l] = index * work[STEP, l]
-                    leave(work, lane, l, ALOFT, ends, codes)
-                    busy -= 1
-                continue  # the next pass begins the next step
-            if h > 0.0:
-                take(work, l)
-            work[TIME, l] += h
-            work[LEFT, l] -= h
-            if h > 0.0 and work[V + 2, l] > 0.0:  # the curve came down, the step does not
-                work[Q + 2, l] = max(work[Q + 2, l], 0.0)
-            else:
-                codes[who, 1] += 1
-                work[Q + 2, l] = 0.0
-                down = work[V + 2, l]
-                if restitution < 0.0 or not -restitution * down > slow:
-                    for i in range(3):
-                        ends[who, CONTACT + i] -= work[V + i, l]
-                        work[V + i, l] = 0.0
-                    fill(saved, who, index, every, work[Q, l], work[Q + 1, l], 0.0)
-                    leave(work, lane, l, LANDED, ends, codes)
-                    busy -= 1
-                    continue
-                work[V + 2, l] = -restitution * down
-                ends[who, CONTACT + 2] -= (1.0 + restitution) * down
-                if codes[who, 1] >= CONTACTS:
-                    fill(saved, who, index, every, np.nan, np.nan, np.nan)
-                    leave(work, lane, l, BOUNCING, ends, codes)
-                    busy -= 1
-                    continue
-            set_guess(work, l, s)
-            set_step(work, l, work[LEFT, l], numbers, s)  # the rest, which may be 0
 
 
 @cache
