@@ -32,7 +32,9 @@ def differenced_gradient(potential: Callable[..., Any], explicit_time: bool) -> 
     """dV/dq from V by differences, compiled when V is; CALLS * d evaluations of V a call."""
 
     def plain(q, t):  # type: ignore[no-untyped-def]
-        size = np.max(np.abs(q))
+        size = 0.0
+        for i in range(q.size):
+            size = max(size, abs(q[i]))
         size = size if size > 0.0 else 1.0
         gradient = np.zeros(q.size)
         found = np.zeros(len(STEPS))

@@ -3,6 +3,8 @@ their messages alone would take a third of the time in which the kernel compiles
 
 from __future__ import annotations
 
+from typing import Any
+
 from numba import types
 
 from galvi.kernels.compile.jit import jit
@@ -12,7 +14,7 @@ INTEGER = types.intp
 SIGNATURE = types.intc(
     types.char, INTEGER, INTEGER, NUMBERS, INTEGER, INDICES, NUMBERS, INTEGER,
 )  # fmt: skip
-DGESV = types.ExternalFunction("numba_xgesv", SIGNATURE)  # numba's name for SciPy's
+DGESV: Any = types.ExternalFunction("numba_xgesv", SIGNATURE)  # numba's name for SciPy's
 DOUBLE = ord("d")
 
 

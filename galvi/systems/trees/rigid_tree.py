@@ -134,8 +134,7 @@ class RigidTree:
     def mass_and_potential(self, q: Array) -> tuple[Array, float]:
         """d2L/dv2 (d, d) and the potential energy at one configuration."""
         mass = np.empty((self.dimension, self.dimension))
-        flat = np.ascontiguousarray(q, dtype=np.float64).ravel()
-        return mass, float(tree.tree_mass(flat, self.numbers, mass))
+        return mass, float(tree.tree_mass(_copied(q).ravel(), _copied(self.numbers), mass))
 
     def mass(self, q: Array) -> Array:
         """d2L/dv2 (d, d) at one configuration."""
@@ -144,15 +143,13 @@ class RigidTree:
     def forces(self, q: Array, v: Array) -> Array:
         """What the mass times v' equals without an external force, (d,)."""
         found = np.zeros(self.dimension)
-        flat = np.ascontiguousarray(q, dtype=np.float64).ravel()
-        tree.tree_forces(flat, np.ascontiguousarray(v, dtype=np.float64), self.numbers, found)
+        tree.tree_forces(_copied(q).ravel(), _copied(v), _copied(self.numbers), found)
         return found
 
     def left_slopes(self, q: Array, v: Array) -> Array:
         """dL/dv and the left-trivialised dL/dq, (2, d)."""
         out = np.empty((2, self.dimension))
-        flat = np.ascontiguousarray(q, dtype=np.float64).ravel()
-        tree.tree_slopes(flat, np.ascontiguousarray(v), 0.0, self.numbers, out)
+        tree.tree_slopes(_copied(q).ravel(), _copied(v), 0.0, _copied(self.numbers), out)
         return out
 
     def slopes(self, q: Array, v: Array, *t: Any) -> Array:
@@ -179,10 +176,9 @@ class RigidTree:
         return self._at_states(q, v)[:3]
 
     def _at_states(self, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
-        places = np.ascontiguousarray(q, dtype=np.float64).reshape(len(v), math.prod(q.shape[1:]))
-        rates = np.ascontiguousarray(v, dtype=np.float64)
+        places = _copied(q).reshape(len(v), math.prod(q.shape[1:]))
         found = np.empty(len(v)), np.empty(len(v)), np.empty(v.shape), np.empty((len(v), 6))
-        tree.tree_states(places, rates, self.numbers, *found)
+        tree.tree_states(places, _copied(v), _copied(self.numbers), *found)
         return found
 
     @cached_property
@@ -210,7 +206,7 @@ class RigidTree:
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""
-        return tree.tree_slopes, np.array(self.numbers)
+        return tree.tree_slopes, _copied(self.numbers)
 
 
 def _cleaned(values: Array, *sizes: Any) -> Array:
@@ -226,3 +222,8 @@ def _inertia(link: Link, r: Array, C: Array) -> Array:
     J = np.where(np.abs(J) <= NOTHING * np.max(np.abs(J)), 0.0, J)
     h = np.where(np.abs(c) <= NOTHING * np.max(np.abs(c)), 0.0, m * c)
     return np.concatenate([[m], h, J[np.triu_indices(3)]])
+
+
+def _copied(values: Array) -> Array:
+    """A copy that may be written to: for arrays that may not, numba would compile once more."""
+    return np.array(values, dtype=np.float64, order="C")
