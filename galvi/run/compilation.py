@@ -16,7 +16,7 @@ PATIENCE = 180.0  # seconds: more than the longest compilation takes on a busy m
 # Processor time in seconds to compile each entry point of a kernel and all it calls, measured with
 # an empty NUMBA_CACHE_DIR. For common systems: column `cold` of benchmarks/studies/start_up.py.
 SECONDS = {
-    "galvi.kernels.nystrom.advance.advance": 11,
+    "galvi.kernels.nystrom.advance.advance": 7,
     "galvi.kernels.lanes.nbody.advance": 7,
     "galvi.kernels.lanes.canonical.advance_canonical": 5,
     "galvi.kernels.lanes.frames.collocation.advance_frame": 7,
