@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from galvi.kernels.nystrom.linear_equations import solve_equations
 from galvi.kernels.on_group.elimination import factor, substitute
 
 
@@ -25,3 +26,13 @@ def test_solutions_are_those_of_numpy_whatever_the_order_of_the_rows(n):
 def test_a_singular_matrix_and_one_that_is_not_finite_are_seen():
     for matrix in (np.ones((2, 2)), np.zeros((3, 3)), np.full((2, 2), np.nan)):
         assert not factor(matrix, np.empty(len(matrix), np.int64))
+
+
+@pytest.mark.parametrize("n", [1, 3, 24, 200])
+def test_lapack_solves_in_place_from_the_columns_of_a_matrix(n):
+    random = np.random.default_rng(n)
+    matrix, rhs, pivots = random.normal(size=(n, n)), random.normal(size=n), np.empty(n, np.int32)
+    solved = rhs.copy()
+    assert solve_equations(np.ascontiguousarray(matrix.T), pivots, solved)
+    assert np.allclose(matrix @ solved, rhs, rtol=0, atol=1e-10)
+    assert not solve_equations(np.zeros((n, n)), pivots, solved)
