@@ -18,7 +18,7 @@ from benchmarks.brownout.cloud import DIAMETERS, UNTIL, Cloud, optical_depth
 from benchmarks.brownout.emission import Emission
 from benchmarks.statistics.estimate import Estimate
 from galvi.arrays import Array
-from galvi.run.grains.flights import Flights
+from galvi.run.grains.flights import FAILED, Flights
 
 DEPTH, HEIGHT = "optical depth", "height of the centre of mass [m]"
 
@@ -53,7 +53,7 @@ def answers(clouds: Mapping[float, Cloud], method: Any, steps: int) -> Answers:
         np.array([_depth(run, clouds[d]) for d, run in runs.items()]),
         np.array([_height(run, clouds[d]) for d, run in runs.items()]),
         float(sum(run.passes.sum() for run in runs.values())) * method.stages,
-        int(sum(np.sum(~run.success) for run in runs.values())),
+        int(sum(np.sum(run.status == FAILED) for run in runs.values())),
     )
 
 

@@ -11,7 +11,7 @@ import scipy.integrate
 from galvi import Problem
 from galvi.arrays import Array
 from references.newton import external_force
-from references.textbook.grain_kernel import compiled
+from references.textbook.grain_kernel import CONTACTS, compiled
 
 TIGHT = 1e-13  # relative to 1 m and 1 m/s as well
 
@@ -34,7 +34,7 @@ def landings(
     restitution, slowest  as galvi.run.grains.flights.Ground
 
     The moment of a contact is the root of the end of a step, found by Newton's method. Raises
-    RuntimeError where the steps became too small.
+    RuntimeError where the steps became too small or contacts did not end.
     """
     system: Any = problem.system
     drag, mass = external_force(problem), float(system.mass)
@@ -46,8 +46,8 @@ def landings(
               slowest, _tableau(), ends)  # fmt: skip
     if np.any(ends[:, 7] < 0.0):
         raise RuntimeError(
-            f"DOP853's steps became too small for {int(np.sum(ends[:, 7] < 0.0))} grains: loosen "
-            "the tolerance."
+            f"{int(np.sum(ends[:, 7] < 0.0))} grains have no end by DOP853: the steps became too "
+            f"small, or the contacts {CONTACTS}. Loosen the tolerance, or give a larger slowest."
         )
     return Landings(ends[:, :3], ends[:, 3:6], ends[:, 6], ends[:, 7] > 0.0)
 

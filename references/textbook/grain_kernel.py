@@ -102,9 +102,11 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, e, slowest,
             y[:] = new
             if down:
                 y[2], y[5], wanted = 0.0, -e * new[5], 1e-4
-                if e < 0.0 or not y[5] > slowest or contacts >= CONTACTS:
+                if e < 0.0 or not y[5] > slowest:
                     y[3:] = 0.0
                     ends[grain, 7] = 1.0
+                    break
+                if contacts >= CONTACTS:
                     break
             elif ends_here:
                 ends[grain, 7] = 0.0

@@ -31,7 +31,7 @@ def test_a_singular_matrix_and_one_that_is_not_finite_are_seen():
 @pytest.mark.parametrize("n", [1, 3, 24, 200])
 def test_lapack_solves_in_place_from_the_columns_of_a_matrix(n):
     random = np.random.default_rng(n)
-    matrix, rhs, pivots = random.normal(size=(n, n)), random.normal(size=n), np.empty(n, np.int32)
+    matrix, rhs, pivots = random.normal(size=(n, n)), random.normal(size=n), np.empty(n, np.int64)
     solved = rhs.copy()
     assert solve_equations(np.ascontiguousarray(matrix.T), pivots, solved)
     assert np.allclose(matrix @ solved, rhs, rtol=0, atol=1e-10)

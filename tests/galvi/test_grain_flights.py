@@ -142,12 +142,14 @@ def test_a_landing_with_many_points_is_exact_in_coarse_steps() -> None:
     np.testing.assert_allclose(found.t, fallen(HEIGHTS, 3.0)[0], rtol=1e-13)  # 3e-15
 
 
-def vacuum(z: Any, speed: Any, s: int, ground: Ground, **how: Any) -> flights.Flights:
+def vacuum(
+    z: Any, speed: Any, s: int, ground: Ground, until: float = 2.0, **how: Any
+) -> flights.Flights:
     """Grains thrown upwards without drag, in steps of 1/16 s."""
     z, speed = np.broadcast_arrays(z, speed)
     q, v = np.zeros((2, z.size, 3))
     q[:, 2], v[:, 2] = z, speed
-    return follow(gauss(s), q, v, np.zeros(z.size), np.zeros((z.size, 1)), NEWTON, 1 / 16, 2.0,
+    return follow(gauss(s), q, v, np.zeros(z.size), np.zeros((z.size, 1)), NEWTON, 1 / 16, until,
                   gravity=G, ground=ground, wind=STILL, **how)  # fmt: skip
 
 
@@ -156,9 +158,13 @@ def test_a_landing_at_the_end_of_a_step_is_seen(s: int) -> None:
     """Within rounding of it, where the curve may end above the ground and the step below it."""
     for steps in (1, 4, 7):
         height = 0.5 * G * (steps / 16) ** 2
-        found = vacuum(height + np.arange(-40, 40) * np.spacing(height), 0.0, s, Ground())
+        heights = height + np.arange(-40, 40) * np.spacing(height)
+        found = vacuum(heights, 0.0, s, Ground())
         assert np.all(found.status == LANDED) and np.all(found.contacts == 1)
         np.testing.assert_allclose(found.t, steps / 16, rtol=1e-12)
+        last = vacuum(heights, 0.0, s, Ground(), until=steps / 16)
+        assert np.array_equal(last.status == LANDED, last.q[:, 2] == 0.0)
+        assert set(last.status) == {ALOFT, LANDED} and np.all(last.q[:, 2] >= 0.0)
 
 
 def test_the_smallest_jump_from_the_ground_comes_down() -> None:
@@ -395,6 +401,9 @@ def test_a_start_from_two_steps_saves_passes(monkeypatch: pytest.MonkeyPatch) ->
         ({"step": 1e-15}, r"step must be at least until / 1e\+09; received 1e-15 for 1.0"),
         ({"rates": [[-1.0]]}, "rates must not be negative; received -1.0"),
         ({"step": [0.25, 0.3]}, "a whole fraction of until.* received 0.3 for 1.0"),
+        ({"step": 1e-320}, "step must be at least until"),
+        ({"step": 1e308}, "a whole fraction of until"),
+        ({"method": galvi.Galerkin(galvi.Polynomials(64), galvi.gauss(70))}, "received 70"),
         ({"step": -0.25}, "step must be positive; received -0.25"),
         ({"saves": -1}, "saves must be a whole number"),
         ({"saves": 2.5}, "saves must be a whole number"),

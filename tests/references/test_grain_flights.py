@@ -112,7 +112,10 @@ def test_heyokas_events_find_the_same_landings_of_thirty_grains():
         np.testing.assert_allclose(engine.state[:3], found.q[k], atol=1e-9)
 
 
-def test_steps_that_become_too_small_are_refused():
+def test_steps_that_become_too_small_and_contacts_without_end_are_refused():
     problem = galvi.problems.brownout(200e-6)
-    with pytest.raises(RuntimeError, match=r"too small for 1 grains: loosen"):
+    with pytest.raises(RuntimeError, match=r"1 grains have no end by DOP853"):
         landings(problem, [[9.0, 0.0, 1.0]], np.zeros((1, 3)), [0.0], 1.0, tolerance=1e-40)
+    with pytest.raises(RuntimeError, match=r"or the contacts 1000"):
+        landings(problem, [[FAR, 0.0, 0.05]], np.zeros((1, 3)), [0.0], 2.0, restitution=0.5,
+                 slowest=0.0, tolerance=1e-9)  # fmt: skip

@@ -177,7 +177,7 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
     size = width * m
     residual = np.empty((d, m))
     curve_coefficients(tableau, h, state, a, residual)
-    columns, pivots, step = np.empty((size, size)), np.empty(size, np.int32), np.empty(size)
+    columns, pivots, step = np.empty((size, size)), np.empty(size, np.int64), np.empty(size)
     for first in range(0, d, width):
         for i in range(width):
             for l in range(m):

@@ -21,8 +21,8 @@ rules      (3,)      e, below 0: grains stay; the speed up to which they stay; w
 every                steps between saved places
 ends       (n, 13)   q, v, time, impulses of the drag and of contacts over the mass
 codes      (n, 4)    how it ended, contacts, steps, passes
-saved      (n, r, 3) places at times every step k, k = 0, 1, ...; NaN before the start, and after a
-                     failure
+saved      (n, r, 3) places at times every step k, k = 0, 1, ...; NaN before the start, after a
+           failure, and of a grain that does not start
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ CLOSE = 1e-15  # of the way down, at the root of the step's end
 NOBODY = -1
 WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
 END_TIME, IMPULSE, CONTACT = 6, 7, 10  # columns of ends
-WHO, PHASE, ROOTS, TRIED_TWICE, MOST = range(5)  # rows of `lane`; MOST: passes of a grain
+WHO, PHASE, ROOTS, TRIED_TWICE, MOST = range(5)  # rows of `lane`; MOST: passes, then it fails
 
 
 @jit_inline
@@ -238,7 +238,8 @@ def after_step(work, lane, l, numbers, s, polish, scratch):
         tau = 2.0
         if not work[LOWEST, l] > 0.0:  # also from the ground
             tau = way_down(work, l, numbers, s, scratch)
-        if tau > 1.0 and work[END + 2, l] < 0.0:  # the step comes down, the curve does not
+        low, speed = work[END + 2, l], work[END + 5, l]
+        if tau > 1.0 and (low < 0.0 or (low == 0.0 and speed < 0.0)):  # the curve stays above
             tau = 1.0
         if tau == 0.0:
             work[H, l] = 0.0
