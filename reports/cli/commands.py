@@ -289,7 +289,7 @@ def application(load: Load, command: str) -> typer.Typer:
         start = {"snapshot": snapshot, "key": key, "ignore": ignore}
         return judge_command(file, duration, error, own, start, out, command)
 
-    @app.command("warm", help="Compile every kernel in advance: about two minutes, once.")
+    @app.command("warm", help="Compile the kernels of galvi.problems: about two minutes, once.")
     def warm_kernels() -> int:
         from reports.build.warm import warm
 

@@ -5,13 +5,18 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
 
 import galvi
+from galvi.charts import CHARTS
 from galvi.command import called, main
+from galvi.kernels.lanes.vectors import LANES
+from reports.build.warm import run_all
 from reports.cli.commands import run
 
 ROOT = Path(__file__).parents[2]
@@ -201,3 +206,17 @@ def test_warm_compiles_for_every_problem_and_says_how_far_it_is(make_suite, monk
     assert len(said) == len(galvi.problems.__all__) + 3
     assert said[0].startswith(f"1 of {len(said) - 1}: {galvi.problems.__all__[0]}, ")
     assert len(done) > len(said) and "took" in said[-1]  # planets in the plane, too
+
+
+def test_warm_runs_one_vector_of_stages_and_several_in_each_chart(monkeypatch):
+    """The law of a group has code for each of them."""
+    asked = set()
+
+    def integrate(problem, method, step, steps, solver):
+        asked.add((method.group_chart, solver, method.stages > LANES))
+        return SimpleNamespace(t=[0.0])
+
+    monkeypatch.setattr(galvi, "integrate", integrate)
+    monkeypatch.setattr(galvi, "energy", lambda *given: None)
+    run_all(galvi.problems.free_rigid_body())
+    assert asked == set(product(CHARTS, ("auto", "newton"), (False, True)))
