@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numba.core.compiler import Flags
 from numba.core.errors import TypingError
+from numba.core.targetconfig import ConfigStack
 
 from galvi.kernels.compile import parts
 from galvi.kernels.compile.jit import jit, jit_inline
@@ -38,20 +40,26 @@ def with_an_address(code: Any) -> set[str]:
 def test_what_a_kernel_calls_becomes_no_machine_code_of_its_own(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    made = []
-    finish = parts.PartCode._finalize_final_module
+    made, options = [], []
+    finish, lower = parts.PartCode._finalize_final_module, parts.PartLowering.run_pass
 
     def finalize(self: parts.PartCode) -> None:
         made.append(self)
         finish(self)
 
+    def run_pass(self: parts.PartLowering, state: Any) -> bool:
+        options.append(type(ConfigStack.top_or_none()))
+        return lower(self, state)
+
     monkeypatch.setattr(parts.PartCode, "_finalize_final_module", finalize)
+    monkeypatch.setattr(parts.PartLowering, "run_pass", run_pass)
     twice, total = pair()
     assert total(np.arange(4.0)) == 14.0
     (whole,) = total.overloads.values()
     assert with_an_address(whole.library)
     assert not twice.overloads and len(made) == 2  # of whole and of real numbers
     assert [with_an_address(code) for code in made] == [set(), set()]
+    assert options == [parts.PartFlags, parts.PartFlags]
 
 
 def test_what_was_a_part_can_be_called_from_python_and_by_others() -> None:
@@ -88,3 +96,6 @@ def test_options_are_told_apart_by_what_is_set() -> None:
     other.nrt = True
     assert one == other and hash(one) == hash(other)
     assert {one: 1}[other] == 1
+    other.nrt = False
+    assert one != other
+    assert parts.PartFlags() != Flags() and Flags() != parts.PartFlags()
