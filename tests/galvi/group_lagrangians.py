@@ -18,6 +18,7 @@ GROUPS: dict[str, Any] = {
     "SE2": galvi.SE2(),
     "SO2 x R2": galvi.Product((galvi.SO2(), galvi.Rn(2))),
     "SO3 x R1": galvi.Product((galvi.SO3(), galvi.Rn(1))),
+    "SE3 x R1": galvi.Product((galvi.SE3(), galvi.Rn(1))),  # more columns than are written out
 }
 LAW = """from galvi.kernels.lanes.elementary import cos
 from galvi.kernels.lanes.group_rows import Chart

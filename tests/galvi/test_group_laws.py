@@ -5,7 +5,7 @@ from __future__ import annotations
 import mpmath as mp
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import galvi
@@ -16,7 +16,15 @@ from galvi.kernels.lie.groups import so3
 from galvi.run.law_stepper import has_group_law
 from tests.galvi.group_lagrangians import GROUPS, swelling
 from tests.galvi.group_matrices import title
-from tests.galvi.group_motions import FLYING, FREE, PENDULUM, each_chart, hall
+from tests.galvi.group_motions import (
+    EXPONENTIAL,
+    FLYING,
+    FREE,
+    PENDULUM,
+    RODRIGUES,
+    each_chart,
+    hall,
+)
 
 each_group = pytest.mark.parametrize("name", GROUPS)
 DRIFT = 1e-16  # of the relative energy in a step
@@ -42,11 +50,13 @@ def compared(problem, method, step, steps):
 
 
 @each_group
-@settings(max_examples=4)
+@settings(max_examples=2)
 @given(
     chart=st.sampled_from(CHARTS), degree=st.integers(1, 9), more=st.integers(0, 4),
     step=st.floats(-0.15, 0.15).filter(lambda h: abs(h) > 1e-3), seed=st.integers(0, 99),
 )  # fmt: skip
+@example(chart=EXPONENTIAL, degree=4, more=0, step=0.1, seed=2)
+@example(chart=RODRIGUES, degree=6, more=4, step=-0.1, seed=3)
 def test_a_run_in_lanes_is_that_of_the_general_kernel(name, chart, degree, more, step, seed):
     method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + more), chart)
     problem = swelling(name, seed)
