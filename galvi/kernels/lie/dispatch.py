@@ -21,10 +21,11 @@ def modules_of(package):
 def by_number(name, modules):
     """A function (number, ...) that calls ``name`` of the module with that number."""
     *others, last = range(len(modules))
-    lines = ["def choose(number, *arguments):"]
+    lines = [f"def {name}_by_number(number, *arguments):"]
     for k in others:
         lines += [f"    if number == {k}:", f"        return function_{k}(*arguments)"]
     lines += [f"    return function_{last}(*arguments)"]
     names = {f"function_{k}": getattr(module, name) for k, module in enumerate(modules)}
-    exec("\n".join(lines), names)
-    return generic(names["choose"])
+    names["__name__"] = __name__
+    exec(compile("\n".join(lines), f"<{name} by number, of {__name__}>", "exec"), names)
+    return generic(names[f"{name}_by_number"])
