@@ -19,7 +19,7 @@ from galvi import Problem
 from galvi.arrays import Array
 
 MASS, SPRING = 2.0, 8.0
-INERTIA = np.diag([1.0, 2.0, 2.8])  # about the centre
+INERTIA = np.diag([1.0, 2.0, 2.8])  # about the centre; L is of its diagonal alone
 CENTRE, HOOK = np.array([0.1, -0.2, 0.3]), np.array([0.4, -0.1, 0.7])  # in the frame
 G = np.array([0.0, 0.0, -1.0])
 TURNING, SPEED = np.array([0.3, 1.5, 0.4]), np.array([0.3, 0.2, -0.1])  # of the centre

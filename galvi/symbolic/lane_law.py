@@ -84,7 +84,7 @@ def compiled_members(law: str, d: int, stages: int = 0) -> Callable[..., Any]:
 
 @lru_cache(maxsize=256)
 def compiled_group_members(law: str, layout: tuple[tuple[int, ...], ...], chart: int) -> Any:
-    """As `compiled_members`, by galvi.kernels.lanes.members.group; arguments as those of
+    """As `compiled_members`, by galvi.kernels.lanes.members.group; law, layout and chart as in
     `compiled_group_law`."""
     head = "from galvi.kernels.lanes.members.group import group_steps\n"
     source = symbolic_code.with_digest(

@@ -288,13 +288,9 @@ class GroupPass(GroupRows):
 
     def extrapolate(self):
         """The velocities, from those of the last step, which are kept as ``before``."""
-
-        def keep(lanes):
-            self.stored(lanes, self.loaded(lanes, VELOCITY), BEFORE)
-
         blocks = self.builder.sub(self.builder.add(self.whole(KEPT), self.row(4)), self.row(1))
         first = self.builder.add(self.builder.mul(self.padded, blocks), self.row(3))
-        self.chunks(keep)
+        self.chunks(lambda lanes: self.stored(lanes, self.loaded(lanes, VELOCITY), BEFORE))
         self.chunks(lambda lanes: self.stored(
             lanes, self.sums(lanes, None, self.tables, first, BEFORE * self.d), VELOCITY
         ))  # fmt: skip
@@ -349,8 +345,7 @@ class GroupPass(GroupRows):
             ))  # fmt: skip
 
     def finish(self):
-        """xi(1) in ``end`` and the impulse in ``pulled``; the largest |xi|^2 of a rotation is the
-        change."""
+        """As ``sum_up``; the largest |xi|^2 of a rotation is the change."""
         self.sum_up()
         self.chunks(lambda lanes: self.note_turns(self.loaded(lanes, XI)))
         self.builder.store(self.change(), self.place_of(CHANGE))
@@ -372,7 +367,7 @@ def group_pass(law, layout, chart, one):
     """An intrinsic of the address of these words, for a law on these groups: the addresses of work,
     tables, complement, constants and numbers, then P and the number of functions Y.
 
-    one  whether P is that of one vector of stages
+    one  whether the arrays are of one vector of stages, P = 8; the word P is not read then
     """
     functions = Chart(layout, chart)
 
