@@ -20,7 +20,7 @@ from galvi.kernels.lanes.trees import tree
 from galvi.systems.trees.joint import Joint
 from galvi.systems.trees.link import Link
 
-MOST = 40  # velocities in lanes; 28 of a humanoid compile in 5 s
+MOST = 40  # velocities in lanes
 NOTHING = 2.0**-50  # relative size of a number of the geometry that rounding left of 0 or 1
 
 
@@ -185,7 +185,7 @@ class RigidTree:
     def law(self) -> str:
         """As `BuiltinLagrangian.law`; numbers 0, 1 and -1 of the geometry are part of it.
 
-        None for more than MOST velocities: compiling 62 takes 50 s.
+        "" for more than MOST velocities, whose law would take long to compile.
         """
         if self.dimension > MOST:
             return ""
