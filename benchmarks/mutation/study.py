@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import hashlib
 import os
+import tempfile
 from collections.abc import Callable, Mapping, Set
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from pathlib import Path
 import pandas as pd
 
 from benchmarks.mutation.mutants import Mutant, sampled
-from benchmarks.mutation.reach import Reach, recorded
+from benchmarks.mutation.reach import Reach, copied, recorded
 from benchmarks.mutation.trial import KILLED, Outcome, tried
 from benchmarks.store.provenance import ROOT
 from benchmarks.store.result_cache import digest_of_sources
@@ -86,10 +87,13 @@ class Part:
         reach = _reach(self.files.folder / "reach" / self.tests, report)
         left = [one for one in self.mutants if one.code not in known]
         date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            for mutant, outcome in zip(
-                left, pool.map(lambda m: self._tried(m, reach), left), strict=True
-            ):
+        with (
+            tempfile.TemporaryDirectory(prefix="galvi-mutants-") as place,
+            ThreadPoolExecutor(os.cpu_count()) as pool,
+        ):
+            sources = copied(ROOT, Path(place) / "sources")
+            outcomes = pool.map(lambda one: self._tried(one, reach, sources), left)
+            for mutant, outcome in zip(left, outcomes, strict=True):
                 report(f"{outcome.outcome}: {mutant}")
                 known[mutant.code] = self._row(mutant, outcome, date)
                 rows = [known[one.code] for one in self.mutants if one.code in known]
@@ -108,8 +112,8 @@ class Part:
             and (row["outcome"] == KILLED or row["tests"] == self.tests or row["mutant"] in same)
         }
 
-    def _tried(self, mutant: Mutant, reach: Reach) -> Outcome:
-        return Outcome(SAME, "", 0.0) if _equivalent(mutant) else tried(mutant, reach)
+    def _tried(self, mutant: Mutant, reach: Reach, sources: Path) -> Outcome:
+        return Outcome(SAME, "", 0.0) if _equivalent(mutant) else tried(mutant, reach, sources)
 
     def _row(self, mutant: Mutant, outcome: Outcome, date: str) -> dict[str, object]:
         return {

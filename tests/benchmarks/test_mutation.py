@@ -46,9 +46,21 @@ def test_a_fault_that_a_test_sees_is_found_and_one_that_computes_the_same_is_not
 ):
     monkeypatch.setattr(mutants, "_mutated", lambda text, *where: text.replace("x / 2", change))
     mutant = mutants.Mutant("small.py", "", 0, 2, "return x / 2", f"return {change}", "")
-    assert trial.tried(mutant, project).outcome == CHANGES[change]
-    assert trial.tried(replace(mutant, line=1), project).outcome == "not reached"
+    assert trial.tried(mutant, project, project.root).outcome == CHANGES[change]
+    assert trial.tried(replace(mutant, line=1), project, project.root).outcome == "not reached"
     assert (project.root / "small.py").read_text() == SOURCE
+
+
+def test_what_the_first_tests_do_not_find_the_others_may(project, monkeypatch):
+    (project.root / "test_small.py").write_text(TEST + "\n\ndef test_0():\n    pass\n")
+    names = ["test_small.py::test_0", "test_small.py::test_half"]
+    (project.root / "durations.json").write_text(json.dumps(dict.fromkeys(names, 0.01)))
+    monkeypatch.setattr(Known, "tests", lambda self, file, line: names)
+    monkeypatch.setattr(mutants, "_mutated", lambda text, *where: text.replace("x / 2", "x * 2"))
+    mutant = mutants.Mutant("small.py", "", 0, 2, "return x / 2", "return x * 2", "")
+    for first in (1, 2):
+        monkeypatch.setattr(trial, "SOON", first)
+        assert trial.tried(mutant, project, project.root).test == names[1]
 
 
 def test_the_quickest_tests_are_asked_first_and_no_more_than_two_minutes_of_them(tmp_path):
@@ -153,7 +165,7 @@ def test_what_survived_is_tried_again_when_the_tests_change_and_what_is_equivale
     part = study.Part("integrators", 0, tuple(all_four), files, "now")
     files.write(part.name, pd.DataFrame(rows))
     assert not part.done() and set(part._known()) == {"a", "c", "d"}
-    assert part._tried(all_four[2], Reach(tmp_path, tmp_path)).outcome == "equivalent"
+    assert part._tried(all_four[2], Reach(tmp_path, tmp_path), tmp_path).outcome == "equivalent"
 
 
 def test_the_table_counts_and_names_what_no_test_found():
