@@ -350,3 +350,14 @@ def test_a_wrong_weight_or_node_is_seen_by_the_order(
 def clear() -> None:
     """Forget what was measured with other tables."""
     stepper.checks_of.cache_clear()
+
+
+@pytest.mark.parametrize(("bound", "pairs"), [(0.44, 0), (0.46, 1)])
+def test_a_body_turns_far_where_half_a_step_is_more_than_two_thirds_of_a_radian(bound, pairs):
+    """On a circle of mean motion 1, beta X^2 of half a step is its square."""
+    system = galvi.NBody([1.0, 1e-12])
+    problem = galvi.Problem(system, [[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]])
+    motion = galvi.KeplerFrame().motion(
+        problem, 2.0 * np.sqrt(bound), galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8)).table.c
+    )
+    assert motion.numbers[1] == pairs

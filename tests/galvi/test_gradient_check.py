@@ -216,3 +216,12 @@ def test_the_switch_is_no_part_of_a_saved_system(tmp_path):
     galvi.save(run, tmp_path / "run.npz")
     other = galvi.load(tmp_path / "run.npz", problem=point(lambda q: q, check=False))
     assert np.array_equal(other.q, run.q)
+
+
+def test_fixed_directions_are_generic():
+    """Sizes fill the interval from 0.5 to 1.5, signs are mixed, and each number has others."""
+    sizes, signs = (of(derivative_check.direction(60)) for of in (np.abs, np.sign))
+    assert np.max(np.diff([0.5, *np.sort(sizes), 1.5])) < 0.04  # 0.027
+    assert 20 < np.sum(signs > 0.0) < 40 and np.all(np.abs(np.convolve(signs, np.ones(5))) < 5)
+    first, second = (np.abs(derivative_check.direction(9, number)) for number in (0, 1))
+    assert np.min(np.abs(np.subtract.outer(first, second))) > 1e-3

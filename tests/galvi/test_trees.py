@@ -147,6 +147,12 @@ def test_its_law_for_lanes_is_its_kernel(joints, seed):
         np.testing.assert_allclose(row, mass[i, : i + 1], rtol=0, atol=1e-13 * np.max(mass))
 
 
+def test_a_tree_of_more_than_40_velocities_has_no_law_for_lanes():
+    for joints, has_law in ((40, True), (41, False)):
+        _, problem = problem_of(random_tree(joints, 1, kinds=("hinge",)), 1)
+        assert problem.v0.size == joints and bool(problem.system.tree.law) is has_law
+
+
 @pytest.mark.parametrize(
     ("joints", "seed", "kinds"),
     [(3, 8, ("hinge", "slide")), (3, 1, ("hinge", "slide", "ball", "free"))],
