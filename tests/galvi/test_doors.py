@@ -184,7 +184,6 @@ def test_an_import_needs_no_engine_and_a_missing_one_is_a_sentence():
 
 
 def test_a_run_as_a_data_set_of_xarray():
-    pytest.importorskip("xarray")
     problem = galvi.from_rebound(simulation())
     run = galvi.integrate(problem, EIGHT, 0.1, 10)
     found = run.to_xarray()

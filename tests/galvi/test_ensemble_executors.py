@@ -24,6 +24,7 @@ from galvi.run.ensembles.folder import Folder
 from tests.galvi.ensemble_cases import CASES, starts
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+SECONDS = schedule.SECONDS
 PROBLEM, STEP = CASES["henon_heiles"]
 
 
@@ -67,7 +68,7 @@ def test_a_chunk_takes_a_second_or_less_where_workers_share_few(
     monkeypatch, seconds, members, most
 ):
     monkeypatch.setattr(schedule, "PROBE", 64)
-    monkeypatch.setattr(schedule, "SECONDS", 1.0)
+    monkeypatch.setattr(schedule, "SECONDS", SECONDS)
     assert schedule.members_of_a_chunk(seconds, 100.0, members, 2) == most
 
 

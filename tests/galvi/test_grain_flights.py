@@ -449,7 +449,7 @@ def test_a_small_jump_from_the_ground_is_a_flight(s: int) -> None:
     np.testing.assert_allclose(found.t, risen(speed)[0], rtol=[2e-2, 1e-6, 1e-10][s - 1])  # 7e-3
 
 
-UPWARDS = "def wind(q, decay):\n    return 0.0, 0.0, 8.0\n"
+UPWARDS = "def wind(q, decay):\n    return 1.0, 0.0, 8.0\n"
 
 
 @pytest.mark.parametrize("s", [1, 2, 3])
@@ -457,7 +457,7 @@ def test_the_ground_never_pulls(s: int) -> None:
     """Where a coarse curve dips below the ground but the step rises, there is no contact."""
     random, n = np.random.default_rng(s), 400
     q, v = np.zeros((2, n, 3))
-    q[:, 0], q[:, 2], v[:, 2] = 0.3, random.uniform(1e-4, 0.5, n), -random.uniform(0.1, 20.0, n)
+    q[:, 2], v[:, 0], v[:, 2] = random.uniform(1e-4, 0.5, n), 1.0, -random.uniform(0.1, 20.0, n)
     rates = np.tile([[15.0, *STOKES.numbers]], (n, 1))
     for exact in (True, False):
         found = follow(gauss(s), q, v, np.zeros(n), rates, STOKES, 0.25, 1.0, gravity=G,
@@ -465,3 +465,5 @@ def test_the_ground_never_pulls(s: int) -> None:
         assert np.all(found.contact[:, 2] >= 0.0)
         assert np.all((found.contact[:, 2] > 0.0) == (found.status == LANDED))
         assert np.any(found.status == LANDED) and np.any(found.status == ALOFT)
+        np.testing.assert_allclose(found.q[:, 0], found.t, atol=1e-12)  # with the wind
+        assert np.all(np.abs(found.v[found.status == ALOFT, 0] - 1.0) < 1e-12)

@@ -95,6 +95,22 @@ def test_a_step_beyond_the_reach_of_lanes_is_left_to_newtons_method():
     np.testing.assert_allclose(run.q, general.q, rtol=0.0, atol=1e-12)
 
 
+def test_a_curve_that_leaves_the_reach_of_lanes_and_returns_is_left_to_newtons_method():
+    """L = v^2 / 2 + a t v_z: a rotation by 10 t - 10 t^2, at most 2.5, and none after the step."""
+
+    def L(R, v, t):
+        return 0.5 * (v @ v) + 20.0 * t * v[2]
+
+    system = galvi.Lagrangian(L, galvi.SO3(), explicit_time=True)
+    problem = galvi.Problem(system, np.eye(3), [0.0, 0.0, 10.0])
+    method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), galvi.Exponential())
+    for step, beyond in ((1.0, True), (0.1, False)):
+        run = galvi.integrate(problem, method, step, 1)
+        assert run.success and (run.counts["linear_solves"] > 0) is beyond
+        turned = np.arctan2(run.q[-1][1, 0], run.q[-1][0, 0])
+        assert turned == pytest.approx(10.0 * step - 10.0 * step**2, abs=1e-12)
+
+
 def check_drift(problem, chart, steps):
     """Momenta in space, energy and rotations of a free motion.
 

@@ -1,0 +1,35 @@
+"""The end of a step is computed with twice the digits of its parts."""
+
+from __future__ import annotations
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+import galvi
+from galvi.kernels.nystrom.step import complete_step
+from galvi.run.nystrom_steppers import kernel_tableau
+
+
+@pytest.mark.parametrize("node", range(4))
+def test_weights_and_state_count_to_twice_the_precision(node):
+    """Where products with the acceleration and the step, powers of 2, are exact."""
+    tableau = kernel_tableau(galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)).table)
+    random, h = np.random.default_rng(node), 0.25
+    state = random.normal(size=(4, 3)) * np.array([[1.0], [1e-17], [1.0], [1e-17]])
+    a = np.zeros((3, 4))
+    a[:, node] = -2.0, 0.5, 1.0
+    with mp.workprec(300):
+        q, q_low, v, v_low = (np.array([mp.mpf(x) for x in row]) for row in state)
+        b, b_low, beta, beta_low = (
+            mp.mpf(float(row[node]))
+            for row in (tableau.b, tableau.b_low, tableau.beta, tableau.beta_low)
+        )
+        place = q + q_low + h * (v + v_low) + h * h * (beta + beta_low) * a[:, node]
+        speed = v + v_low + h * (b + b_low) * a[:, node]
+        complete_step(tableau, h, a, state)
+        for wanted, high, low in ((place, 0, 1), (speed, 2, 3)):
+            for k in range(3):
+                error = mp.mpf(state[high, k]) + mp.mpf(state[low, k]) - wanted[k]
+                assert abs(error) < 1e-30  # 2e-31
+    assert abs(float(beta_low)) > 1e-20 and np.all(np.abs(state[1::2]) < 1e-15)
