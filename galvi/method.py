@@ -91,7 +91,9 @@ class Galerkin:
         """Whether a step forward and a step backward cancel on vector spaces.
 
         On groups they do not, since each step's chart is based at its start: the remainder is of
-        order 2 s + 1 (none for degree 1 with the exponential chart).
+        order 2 s + 1 (none for degree 1 with the exponential chart). In a moving frame this is of
+        the space and the rule alone: with nodes that an orbit places, as in `KeplerFrame()`, steps
+        back cancel only up to the error of the step.
         """
         return is_symmetric(self.table, self.rule)
 

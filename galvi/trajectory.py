@@ -40,7 +40,8 @@ class Trajectory:
     counts        steps, iterations, force_evaluations, hessian_evaluations, linear_solves, and
                   for N bodies pair_evaluations, including those of two-body iterations; and
                   newton_steps, where fixed-point iteration left some of a Lagrangian or a body to
-                  Newton's method; in a frame inertial_steps, done in the inertial one
+                  Newton's method; potential_evaluations, where derivatives were differenced; in a
+                  frame inertial_steps, done in the inertial one
     step          the step size; None for a reference that chooses its own steps
     method        the method or reference that computed it
     curves        the Galerkin curve of each step; None if not kept

@@ -1,4 +1,4 @@
-"""``python -m reports [verify | compare | build | studies | export | track | warm | readme]``."""
+"""The command `galvi`, as `python -m reports`; `--help` lists what it does."""
 
 import sys
 

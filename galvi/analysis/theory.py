@@ -42,7 +42,8 @@ class Theory:
     z0                 smallest positive root of 1 = z tan z (M section 2)
     order              at step ends, on smooth problems; 0 for a refused pair
     curve_order        of positions between step ends
-    limited_by         "space", "rule for the force" or "rule for the kinetic energy"
+    limited_by         "space", "rule for the force" or "rule for the kinetic energy"; "" for a
+                       refused pair
     symmetric          a step forward and a step backward cancel
     name, names        the best known classical name, "" for none; all of them
     spectral_radius    rho(A) of the Nystrom tableau

@@ -39,9 +39,10 @@ def energy(run: Trajectory, t: Any = None) -> Array:
 def momentum_map(run: Trajectory, t: Any = None) -> Array:
     """Angular momentum about the origin: (...,) in the plane, (..., 3) in space.
 
-    For a Canonical system of one body in the plane or in space, the sum over the bodies of an NBody
-    system or a Multibody, a RigidBody (about its fixed point, R p) or a FreeBody (about the
-    origin). Raises ValueError for a system on which rotations of space do not act.
+    For a Canonical system of one body in the plane or in space whose mass is a number, the sum over
+    the bodies of an NBody system or a Multibody, a RigidBody (about its fixed point, R p) or a
+    FreeBody (about the origin). Raises ValueError for a system on which rotations of space do not
+    act.
     """
     times, q, p = _states(run, t)
     system = run.problem.system
@@ -62,7 +63,10 @@ def momentum_map(run: Trajectory, t: Any = None) -> Array:
 
 
 def linear_momentum(run: Trajectory, t: Any = None) -> Array:
-    """Total linear momentum, (..., 2 or 3); for systems as in `momentum_map`."""
+    """Total linear momentum, (..., 2 or 3); for systems as in `momentum_map`, except a RigidBody.
+
+    Raises ValueError for others.
+    """
     times, q, p = _states(run, t)
     if isinstance(run.problem.system, Multibody):
         return _of_tree(run, times, q, p, t)[..., 3:]

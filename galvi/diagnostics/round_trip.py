@@ -15,8 +15,8 @@ from galvi.trajectory import Trajectory
 def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int) -> float:
     """Largest component of |q - q0| after ``steps`` steps forwards and as many backwards.
 
-    A symmetric method returns to round-off; others, and on groups all but degree 1 with the
-    exponential chart, only to their order. Raises
+    A symmetric method returns to round-off; others, a `KeplerFrame` whose nodes an orbit places,
+    and on groups all but degree 1 with the exponential chart, only to their order. Raises
     ValueError when a run fails, what `galvi.integrate` raises, and KeyboardInterrupt on Ctrl-C.
     """
     step = input_checks.real("step", step)

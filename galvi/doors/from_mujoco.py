@@ -36,12 +36,12 @@ def from_mujoco(model_or_xml: Any, ignore: Any = (), key: int | None = None) -> 
     key           number of the keyframe at which to start; None: the reference configuration
 
     Springs, damping and gravity that the model disables are left out. Armature and damping of
-    actuators on hinges and slides are those of the joints, whether they are ignored or not. The
-    system is a `Multibody`,
-    whose ``from_mujoco(qpos, qvel)`` and ``to_mujoco(q, v)`` convert states; other starts are
+    actuators on hinges and slides, times the square of their gear, are added to those of the
+    joints, whether actuators are ignored or not. The system is a `Multibody`, whose
+    ``from_mujoco(qpos, qvel)`` and ``to_mujoco(q, v)`` convert states; other starts are
     ``problem.with_initial_state(q, v)``. Raises ValueError for a model that has more than this,
-    naming it, one line each, in which nothing moves, or that is not one, and ImportError without
-    MuJoCo.
+    naming it, one line each, in which nothing moves, or that is not one, TypeError for another
+    source, and ImportError without MuJoCo.
     """
     left_out = checked_names(ignore)
     model = _model(model_or_xml)

@@ -33,7 +33,7 @@ def from_rebound(source: Any, snapshot: int = -1) -> Problem:
     Raises ValueError, naming them, for additional forces, collisions, a boundary, softening,
     variational particles, test particles that pull, and a file that cannot be read;
     FileNotFoundError without a file, TypeError for another source, ModuleNotFoundError without
-    REBOUND.
+    REBOUND and ImportError with one older than 5.
     """
     rebound = _engine()
     if isinstance(source, str | os.PathLike):

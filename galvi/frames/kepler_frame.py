@@ -53,7 +53,7 @@ class KeplerFrame:
             part moves about all parts before it. It has all bodies with a mass; massless ones that
             it leaves out move about the first part. None: the heaviest body and its planets
 
-    Every body needs a bound orbit, and a step at most about one revolution of the fastest one.
+    Every body needs a bound orbit, and a step at most 1.27 revolutions of the fastest one.
     """
 
     passes: int | None = None

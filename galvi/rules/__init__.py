@@ -1,4 +1,4 @@
-"""Quadrature rules on [0, 1]; RULES maps each family's name to its constructor by points.
+"""Quadrature rules on [0, 1]; RULES lists the families, functions of the number of points.
 
 `composite` repeats a rule on equal pieces and is not a family of its own.
 """

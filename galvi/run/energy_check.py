@@ -9,7 +9,7 @@ or the potential energy that is lost on that way if it is less, since a coarse s
 again. A run is ruined by steps whose error exceeds its measure. What a change of the position by
 its round-off would do to the energy is not an error.
 
-Energies are evaluated at each step of up to 127, at 16 to 2000 evenly spread steps of a longer run,
+Energies are evaluated at each step of up to 127, at 16 to 2047 evenly spread steps of a longer run,
 whichever states it keeps, and at its end; where a run is ruined, also at the kept states
 before that. An error that comes and goes between two of these steps is not seen.
 """

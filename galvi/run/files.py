@@ -43,13 +43,13 @@ UNREADABLE = (
 def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     """Write ``run`` to ``path`` (.npz), completely or not at all.
 
-    Raises ValueError for a run of a reference and for one whose space or rule is not galvi's own.
+    Raises ValueError for a run of a reference and for one whose space or chart is not galvi's own.
     """
     if not isinstance(run, Trajectory) or run.checkpoint is None:
         raise ValueError(f"only a run of galvi.integrate can be saved; received {shown(run)}.")
     if not is_storable(run.method):
         raise ValueError(
-            f"a run can be saved when its space and rule are galvi's own; "
+            f"a run can be saved when its space and chart are galvi's own; "
             f"received {shown(run.method)}. "
             f"Save run.t, run.q and run.p with numpy.savez instead."
         )
@@ -99,7 +99,8 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
     problem  the run's problem; needed only when its system holds functions
 
     Raises ValueError when the file is not a saved run, when a problem is needed but not given, or
-    when the given problem differs in its system or initial state.
+    when the given problem differs in its system or initial state; TypeError for a problem that is
+    not one, FileNotFoundError without a file.
     """
     if problem is not None and not isinstance(problem, Problem):
         raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")

@@ -55,8 +55,8 @@ def integrate(
     save_every  k keeps steps 0, k, 2 k, ... and the last
     curves      keep every step's Galerkin curve; None: only when save_every is 1
     solver      "auto", "fixed_point" or "newton"; on groups, and for a Canonical system with a
-                force, "fixed_point" only where functions are built in, from SymPy, or could be
-                traced
+                force or a degree for each component, "fixed_point" only where functions are built
+                in, from SymPy, or could be traced; in a moving frame not "newton"
     tolerance   change relative to |q| at which a step's iteration stops; None: round-off
     progress    True shows a progress bar
 

@@ -18,7 +18,7 @@ class ComponentPolynomials:
     Component i uses the first degrees[i] + 1 basis functions of Polynomials: the stage equations
     have sum(degrees) unknowns. Symplectic like every method; but since a rotation mixes components,
     angular momentum is conserved only approximately when their degrees differ. Raises ValueError
-    unless each degree is a whole number from 1 to 64.
+    unless each degree is a whole number of at least 1; `Galerkin` refuses more than 64.
     """
 
     degrees: tuple[int, ...]

@@ -12,8 +12,7 @@ def checked_degrees(space: Any, system: Any, components: int) -> tuple[int, ...]
 
     components  number of components of a velocity of the system
 
-    Raises ValueError when the numbers of degrees and components differ, and for a system other than
-    Canonical or Lagrangian.
+    Raises ValueError when the numbers of degrees and components differ, and for an NBody system.
     """
     degrees: tuple[int, ...] | None = getattr(space, "degrees", None)
     if degrees is None:

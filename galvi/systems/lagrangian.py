@@ -52,17 +52,19 @@ class Lagrangian:
     group          e.g. ``Rn(2)``, ``SO3()`` or ``Product((SO3(), Rn(1)))``; velocities are
                    left-trivialised, q' = q hat(v)
     slopes         both derivatives in one vector, (d + entries of q,): dL/dv and the Euclidean
-                   dL/dq by rows; differenced from L when missing, with steps that suit L, unless
-                   L is a value that brings them, such as ``galvi.PlanarChain``
+                   dL/dq by rows; when missing traced from L (see ``untraced``), else differenced,
+                   with steps that suit L, unless L is a value that brings them, such as
+                   ``galvi.PlanarChain``
     force          an external force of (q, v), (d,), left-trivialised; see
                    galvi.systems.forces.external_force
     explicit_time  function and slopes take (q, v, t) instead of (q, v)
     timed_force    the force takes (q, v, t)
     check          compare slopes with differences of L when a `Problem` is made
 
-    L must be regular: d2L/dv2 invertible. Slopes and a force compiled with ``numba.njit`` run
-    inside the kernel; L itself is only called from Python, also when it is compiled. Where no
-    two difference steps agree, the derivative is NaN. Raises TypeError for a function that is not
+    L must be regular: d2L/dv2 invertible. L or its slopes, and a force, are traced and run in
+    vector instructions where they do not branch. Of others, slopes and a force compiled with
+    ``numba.njit`` run inside the kernel; L itself is only called from Python. Where no two
+    difference steps agree, the derivative is NaN. Raises TypeError for a function that is not
     callable or a group that is not a group.
     """
 

@@ -21,7 +21,8 @@ class NBody:
     """L = sum m_i |v_i|^2 / 2 + sum over pairs G m_i m_j / |q_i - q_j|.
 
     masses  (bodies,), finite, at least one positive and none negative. Massless bodies, in any
-            order, feel and do not pull; each costs as much as it has bodies that do
+            order, are attracted and attract nothing; each costs one pair for every body with a
+            mass
     G       gravitational constant in the units of the problem, finite and positive
 
     Configurations have shape (bodies, 2) or (bodies, 3); p = masses[:, None] * v. That of a

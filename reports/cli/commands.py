@@ -25,7 +25,7 @@ from reports.results.suite import Suite
 Load = Callable[[], Suite]
 INTERRUPTED = 130
 PROGRAM = ("python", "-m", "reports")
-QUICK = typer.Option(False, "--quick", help="Fewer and shorter runs: under a minute.")
+QUICK = typer.Option(False, "--quick", help="Fewer and shorter runs.")
 REQUIRE = typer.Option(
     None, "--require", metavar="rebound,mujoco", help="Engines whose absence is a failure."
 )
@@ -265,7 +265,9 @@ def application(load: Load, command: str) -> typer.Typer:
     )
     def judge_model(
         file: Path = typer.Argument(
-            ..., metavar="FILE", help="A file of REBOUND's, or a model of MuJoCo's (.xml, .mjb)."
+            ...,
+            metavar="FILE",
+            help="A file of REBOUND's, or a model of MuJoCo's (.xml, .mjb, .urdf).",
         ),
         duration: float = typer.Option(None, "--duration", metavar="T", help="In its time."),
         error: float = typer.Option(

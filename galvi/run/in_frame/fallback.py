@@ -1,8 +1,8 @@
 """Steps in the inertial frame, where what a moving frame leaves is too strong.
 
 Bodies that pass each other break a hierarchy for some steps. Such a step is done by Gauss
-collocation of the whole force, in so many parts that four times as many end at the same place. It
-depends on the state at the step's start alone.
+collocation of the whole force, in the fewest parts that end at the same place as a quarter as many.
+It depends on the state at the step's start alone.
 """
 
 from __future__ import annotations
