@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import galvi
+from tests.galvi.lagrangians import opaque
 
 KEPLER = galvi.problems.kepler(0.6)
 HENON = galvi.problems.henon_heiles()
@@ -157,6 +158,13 @@ def test_nan_from_a_force_during_the_run_is_a_failure():
     assert not run.success
     assert run.failed_step == 16  # q = cos t crosses 0 within the step from 1.5 to 1.6
     assert "infinite or NaN" in run.status
+
+
+def test_nan_from_a_hessian_alone_is_a_failure_too():
+    hessian = opaque(lambda q: np.eye(1) if q[0] > 0.0 else np.full((1, 1), np.nan))
+    system = galvi.Canonical(1.0, opaque(lambda q: 0.5 * (q @ q)), opaque(lambda q: q), hessian)
+    run = galvi.integrate(galvi.Problem(system, [1.0], [0.0]), FOUR, 0.1, 100, solver="newton")
+    assert run.failed_step == 16 and "infinite or NaN" in run.status
 
 
 def test_backwards_undoes_forwards():

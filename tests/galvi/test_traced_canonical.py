@@ -12,7 +12,7 @@ import pytest
 from numba import njit
 
 import galvi
-from galvi.symbolic.lane_force import WIDEST
+from galvi.symbolic.lane_force import WIDEST, fits
 from tests.galvi.lagrangians import opaque
 from tests.galvi.test_canonical_lanes import EIGHT, agree, both
 
@@ -199,6 +199,11 @@ def test_more_coordinates_than_are_written_out_are_not_traced() -> None:
     problem = galvi.Problem(system, np.ones(wide), np.zeros(wide))
     assert system.lane_slopes is None and not system.untraced
     assert galvi.integrate(problem, EIGHT, 0.1, 1).success
+
+
+def test_fewer_coordinates_are_written_out_where_the_mass_couples_them() -> None:
+    assert [fits(d, False) for d in (13, 64, 65)] == [True, True, False]
+    assert [fits(d, True) for d in (12, 13, 64)] == [True, False, False]
 
 
 def test_a_degree_for_each_component_runs_in_lanes() -> None:
