@@ -167,6 +167,20 @@ def test_nan_from_a_hessian_alone_is_a_failure_too():
     assert run.failed_step == 16 and "infinite or NaN" in run.status
 
 
+@pytest.mark.parametrize("factor", [0.5, 0.7, 1.3])
+def test_a_hessian_that_is_off_costs_passes_and_no_accuracy(factor):
+    def run(factor):
+        hessian = opaque(lambda q: factor * np.eye(1))
+        V, gradient = opaque(lambda q: 0.5 * (q @ q)), opaque(lambda q: 1.0 * q)
+        system = galvi.Canonical(1.0, V, gradient, hessian, check=False)
+        start = galvi.Problem(system, [1.0], [0.3])
+        return galvi.integrate(start, FOUR, 1.0, 20, solver="newton")
+
+    off, right = run(factor), run(1.0)
+    assert off.counts["iterations"] > 3 * right.counts["iterations"]
+    assert np.abs(off.q - right.q).max() < 5e-15  # 2e-16
+
+
 def test_backwards_undoes_forwards():
     for problem in (KEPLER, HENON, CHAIN):
         assert galvi.round_trip_error(problem, FOUR, 0.2, 200) < 1e-10
