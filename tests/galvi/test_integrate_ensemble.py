@@ -60,6 +60,19 @@ def test_members_take_about_as_many_passes_as_single_runs(name, unit):
     assert -0.045 < passes / sum(run.counts["iterations"] for run in runs) - 1.0 < 0.03
 
 
+def test_changes_are_relative_to_the_place_far_from_the_origin():
+    def L(g, v):
+        return 0.5 * (v @ (v * [1.0, 1.3, 1.6])) - 0.4 * g[0, 0] - 0.3 * g[0, 2] + 0.2 * g[1, 2]
+
+    problem = galvi.Problem(galvi.Lagrangian(L, galvi.SE2()), np.eye(3), [0.5, 0.3, 0.1])
+    q, v = starts(problem, 8)
+    q[:, 0, 2] += 1e6
+    passes = sum(galvi.integrate_ensemble(problem, q, v, FOUR, 0.1, 40).iterations)
+    starting = [problem.with_initial_state(*state) for state in zip(q, v, strict=True)]
+    runs = galvi.integrate_many(starting, FOUR, 0.1, 40)
+    assert 0.95 < passes / sum(run.counts["iterations"] for run in runs) < 1.05  # 0.984
+
+
 @given(
     degree=st.integers(1, 9), more=st.integers(0, 3), fraction=st.floats(0.2, 1.0),
     backwards=st.booleans(), name=st.sampled_from(sorted(CASES)),
