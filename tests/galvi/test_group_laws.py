@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.charts import CHARTS
-from galvi.kernels.lanes.group_rows import Chart
+from galvi.kernels.lanes.group_law import measure
+from galvi.kernels.lanes.group_rows import ETA, TIMES, Chart
 from galvi.kernels.lie import rotations
 from galvi.kernels.lie.groups import so3
 from galvi.run.law_stepper import has_group_law
@@ -209,6 +210,15 @@ def test_rotations_by_exponential_coordinates_are_those_of_mpmath():
     maps = Chart([[4, 3, 9, 3]], 1)
     change = found(maps, "coadjoint_change", xi, mu)
     np.testing.assert_allclose(change, np.array(exact.tolist(), dtype=float).ravel(), atol=2e-16)
+
+
+def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momentum():
+    """A body that moves by 0.01 in a step, with a momentum of 2, and does not turn."""
+    d, stages = 6, 4
+    momentum, work, numbers = np.zeros(d), np.zeros((TIMES * d, stages)), np.empty(3 * d)
+    momentum[3], work[ETA * d + 3] = 2.0, 0.1
+    measure(galvi.SE3().layout, np.eye(4).ravel(), 0.1, momentum, work, numbers)
+    np.testing.assert_allclose(numbers[2 * d :], [50.0] * 3 + [0.5] * 3)
 
 
 def test_a_wrong_sign_in_a_formula_for_lanes_is_seen(monkeypatch):

@@ -15,6 +15,7 @@ from galvi.symbolic.traces import traces
 from tests.galvi.ensemble_cases import CASES, farthest, starts
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+SIX = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
 
 
 def assert_equal_runs(result, runs, tolerance=2e-13):  # measured: 6e-15
@@ -40,11 +41,11 @@ def test_every_law_gives_the_runs_of_one_by_one(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "unit"),
-    [("brownout", 1), ("polar", 1), ("free_body", 1), ("pendulum_3d", 1), ("se2", 1),
-     ("free_body_se3", 1e-6)],
+    ("name", "unit", "method"),
+    [("brownout", 1, FOUR), ("polar", 1, FOUR), ("free_body", 1, FOUR), ("pendulum_3d", 1, FOUR),
+     ("pendulum_3d", 1, SIX), ("se2", 1, FOUR), ("free_body_se3", 1e-6, FOUR)],
 )  # fmt: skip
-def test_members_take_about_as_many_passes_as_single_runs(name, unit):
+def test_members_take_about_as_many_passes_as_single_runs(name, unit, method):
     """Where both iterate the same equations, to the same tolerance, from the same guesses, in any
     unit of length."""
     problem, step = CASES[name]
@@ -52,9 +53,9 @@ def test_members_take_about_as_many_passes_as_single_runs(name, unit):
     if unit != 1:
         q[:, :3, 3] /= unit
         v[:, 3:] /= unit
-    passes = sum(galvi.integrate_ensemble(problem, q, v, FOUR, step, 40).iterations)
+    passes = sum(galvi.integrate_ensemble(problem, q, v, method, step, 40).iterations)
     runs = [
-        galvi.integrate(problem.with_initial_state(*state), FOUR, step, 40)
+        galvi.integrate(problem.with_initial_state(*state), method, step, 40)
         for state in zip(q, v, strict=True)
     ]
     assert -0.045 < passes / sum(run.counts["iterations"] for run in runs) - 1.0 < 0.03
@@ -248,6 +249,16 @@ def test_a_function_that_returns_no_numbers_is_refused(keep):
     q, v = starts(problem, 2)
     with pytest.raises(TypeError, match="given as keep must return numbers; it returned"):
         galvi.integrate_ensemble(problem, q, v, FOUR, step, 7, keep=keep)
+
+
+def test_functions_that_return_arrays_of_two_shapes_are_refused():
+    problem, step = CASES["henon_heiles"]
+    q, v = starts(problem, 3)
+    q[2] = 0.0
+    with pytest.raises(ValueError, match=r"received shapes \(7,\) and, of member 2, \(3,\)\."):
+        galvi.integrate_ensemble(
+            problem, q, v, FOUR, step, 6, keep=lambda run: run.q[: 7 if run.q[0].any() else 3, 0]
+        )
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,15 @@ def test_a_start_on_a_kink_is_refused_and_one_beside_it_is_not():
     assert galvi.integrate(galvi.Problem(system, [1.01], [0.1]), FOUR, 0.1, 1).success
 
 
+def test_a_kink_is_seen_at_a_place_of_any_size():
+    with pytest.warns(UserWarning):
+        system = made(FREE - sympy.Abs(x - k), x, u, parameters={k: 2.0**-30})
+    on = np.array([2.0**-30])
+    with pytest.raises(ValueError, match="not twice differentiable at the start"):
+        kinks.check_start(system.function, on, np.ones(1), 0.0)
+    kinks.check_start(system.function, 1.001 * on, np.ones(1), 0.0)
+
+
 @pytest.mark.parametrize(("far", "t0"), [(1e9, 0.0), (1.0, 2.4e6)])
 def test_a_start_beside_a_kink_is_told_from_one_on_it_whatever_the_others_measure(far, t0):
     with pytest.warns(UserWarning):
