@@ -199,11 +199,14 @@ def copied(root: Path, copy: Path, how: Callable[..., object] = shutil.copy2) ->
     """The sources and compiled kernels of a checkout, in another place.
 
     how  of a file: `os.link` takes a tenth of the time, and what is written anew is the copy's own
+
+    Locks are left out: linked, one copy would wait for another.
     """
 
     def left_out(folder: str, names: list[str]) -> set[str]:
         top = {".git", ".venv", "build", "dist"} if Path(folder) == root else {"out"}
-        return {one for one in names if one in top or one.endswith(("_cache", ".egg-info"))}
+        endings = "_cache", ".egg-info", ".lock"
+        return {one for one in names if one in top or one.endswith(endings)}
 
     return Path(shutil.copytree(root, copy, ignore=left_out, copy_function=how))
 

@@ -36,7 +36,8 @@ def tried(mutant: Mutant, reach: Reach, sources: Path) -> Outcome:
 
     sources  a copy of reach.root, whose files trials share but for the mutant's
 
-    A run that takes SLOWER times as much processor time as usual counts as killed: it hangs.
+    A run that takes SLOWER times as much processor time as usual, or a test as much time as that,
+    counts as killed: it hangs.
     """
     tests = reach.chosen(reach.tests(mutant.file, mutant.line))
     if not tests:
@@ -63,13 +64,16 @@ def tried(mutant: Mutant, reach: Reach, sources: Path) -> Outcome:
 
 
 def _run(copy: Path, tests: Path, patience: float) -> tuple[int, str]:
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", f"@{tests}"]
+    seconds = math.ceil(patience)
+    command = [
+        sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider",
+        f"--timeout={seconds}", f"@{tests}",
+    ]  # fmt: skip
     with subprocess.Popen(
         command, cwd=copy, env=in_copy(copy), text=True, start_new_session=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     ) as process:  # fmt: skip
         try:
-            seconds = math.ceil(patience)
             resource.prlimit(process.pid, resource.RLIMIT_CPU, (seconds, seconds))
             text, _ = process.communicate(timeout=BUSY * patience)
             return process.returncode, text

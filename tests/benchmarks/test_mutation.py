@@ -128,8 +128,9 @@ def test_a_test_that_fails_without_a_fault_is_not_asked(tmp_path):
     assert reach.tests("small.py", 1) == ["a.py::good"]
 
 
-def test_a_copy_leaves_out_what_is_built_and_no_room_of_that_name(tmp_path):
-    for name in ("build/lib.py", "reports/build/room.py", "reports/out/rows.csv", ".git/head"):
+def test_a_copy_leaves_out_what_is_built_or_held_and_no_room_of_that_name(tmp_path):
+    for name in ("build/lib.py", "reports/build/room.py", "reports/out/rows.csv", ".git/head",
+                 "galvi/kernel.lock"):  # fmt: skip
         (tmp_path / "root" / name).parent.mkdir(parents=True)
         (tmp_path / "root" / name).touch()
     copy = copied(tmp_path / "root", tmp_path / "copy")
