@@ -67,7 +67,7 @@ def _run(copy: Path, tests: Path, patience: float) -> tuple[int, str]:
     seconds = math.ceil(patience)
     command = [
         sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider",
-        f"--timeout={seconds}", f"@{tests}",
+        "-p", "benchmarks.mutation.first_failure", f"--timeout={seconds}", f"@{tests}",
     ]  # fmt: skip
     with subprocess.Popen(
         command, cwd=copy, env=in_copy(copy), text=True, start_new_session=True,

@@ -33,6 +33,7 @@ class Known(Reach):
 
 @pytest.fixture
 def project(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
     (tmp_path / "small.py").write_text(SOURCE)
     (tmp_path / "test_small.py").write_text(TEST)
     (tmp_path / "durations.json").write_text(json.dumps({"test_small.py::test_half": 0.01}))

@@ -106,6 +106,16 @@ def test_problems_and_runs_can_be_pickled_and_copied():
         assert np.array_equal(galvi.resume(again, 2).q, galvi.resume(run, 2).q)
 
 
+def test_parameters_are_saved_as_numbers_texts_and_lists(tmp_path):
+    given = {"e": 0.3, "bodies": ("Sun", "Mars"), "count": 2, "closed": True, "note": None,
+             "masses": np.array([1.0, 2.0]), "mu": np.float64(4.0)}  # fmt: skip
+    problem = replace(KEPLER, parameters=given)
+    galvi.save(galvi.integrate(problem, EIGHT, 0.1, 3), tmp_path / "run.npz")
+    assert dict(galvi.load(tmp_path / "run.npz").problem.parameters) == given | {
+        "bodies": ["Sun", "Mars"], "masses": [1.0, 2.0], "mu": 4.0
+    }  # fmt: skip
+
+
 def test_a_step_without_solution_is_a_status_not_a_stack_trace():
     unstable = galvi.Canonical(1.0, lambda q: -0.5 * q @ q, lambda q: -q)
     midpoint = galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(1))
