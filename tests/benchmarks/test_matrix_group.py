@@ -23,3 +23,8 @@ def test_the_exponential_is_exact_to_a_few_roundings(monkeypatch, size):
     monkeypatch.setattr(matrix_group, "TERMS", 8)
     if size >= 0.4:
         assert np.max(np.abs(matrix_group.exponential(X) - exact)) > 1e-12 * np.max(np.abs(exact))
+
+
+def test_the_exponential_is_exact_where_one_entry_is_all_of_the_norm():
+    found = matrix_group.exponential(np.diag([8.0, 0.0, 0.0]))
+    assert np.allclose(np.diag(found), [np.exp(8.0), 1.0, 1.0], rtol=2e-14, atol=0.0)

@@ -120,6 +120,17 @@ def test_the_free_memory_is_a_part_of_all():
     assert 1e-3 * everything < run_arrays._free_memory() <= everything
 
 
+def test_where_the_system_does_not_tell_what_is_free_it_is_all_there_is(monkeypatch):
+    def unreadable(*_, **__):
+        raise OSError
+
+    monkeypatch.setattr(run_arrays.Path, "read_text", unreadable)
+    monkeypatch.setattr(run_arrays.os, "sysconf", lambda name: 2.0**15, raising=False)
+    assert run_arrays._free_memory() == 2.0**30
+    monkeypatch.delattr(run_arrays.os, "sysconf")
+    assert run_arrays._free_memory() == float("inf")
+
+
 @pytest.mark.parametrize("problem", [KEPLER, galvi.problems.heavy_top()])
 def test_numbers_that_fill_the_counters_are_whole_numbers_too(problem):
     assert galvi.integrate(problem, EIGHT, 0.01, 3, save_every=2**62).t.size == 2

@@ -25,6 +25,11 @@ def mjcf(inner):
     return f"<mujoco><worldbody>{inner}</worldbody></mujoco>"
 
 
+def test_a_key_of_a_model_without_keyframes_is_refused():
+    with pytest.raises(ValueError, match="the model has no keyframes; received key 0"):
+        galvi.from_mujoco(mjcf(f'<body><joint type="hinge"/>{BODY}</body>'), key=0)
+
+
 def test_all_that_a_model_has_beyond_a_tree_is_named_in_one_refusal():
     with pytest.raises(ValueError) as refusal:
         galvi.from_mujoco(MORE)
