@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import os
 import re
-import resource
 import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from benchmarks.mutation.reach import Reach, copied, in_copy
 KILLED, SURVIVED, NOT_REACHED = "killed", "survived", "not reached"
 START, SLOWER = 240.0, 2.0  # seconds to start and compile; times the tests' seconds under coverage
 SOON = 40  # tests that run first: of many, collecting takes longer than these
+LOOKED = 1.0  # seconds from one look at a run to the next
 BUSY = 10.0  # a clock's second against one of processor time, at most
 
 
@@ -69,16 +70,26 @@ def _run(copy: Path, tests: Path, patience: float) -> tuple[int, str]:
         sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider",
         "-p", "benchmarks.mutation.first_failure", f"--timeout={seconds}", f"@{tests}",
     ]  # fmt: skip
-    with subprocess.Popen(
-        command, cwd=copy, env=in_copy(copy), text=True, start_new_session=True,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-    ) as process:  # fmt: skip
+    output = tests.with_suffix(".out")
+    with (
+        output.open("w") as file,
+        subprocess.Popen(
+            command, cwd=copy, env=in_copy(copy), start_new_session=True, stdout=file,
+            stderr=subprocess.STDOUT,
+        ) as process,
+    ):  # fmt: skip
+        begin = time.perf_counter()
         try:
-            resource.prlimit(process.pid, resource.RLIMIT_CPU, (seconds, seconds))
-            text, _ = process.communicate(timeout=BUSY * patience)
-            return process.returncode, text
-        except subprocess.TimeoutExpired:
+            while time.perf_counter() - begin < BUSY * patience and _spent(process.pid) < patience:
+                with suppress(subprocess.TimeoutExpired):
+                    return process.wait(LOOKED), output.read_text("utf-8", "replace")
             return -9, ""
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, 9)
+
+
+def _spent(process: int) -> float:
+    """Seconds of processor time; a limit by the system would make the clock of the tests coarse."""
+    fields = Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

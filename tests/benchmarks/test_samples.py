@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import time
+from dataclasses import asdict
 from itertools import combinations
 from types import SimpleNamespace
 
@@ -19,7 +21,8 @@ from benchmarks.statistics.rank_test import (
     samples_needed,
     slower,
 )
-from benchmarks.timings import worker
+from benchmarks.timings import annotate, worker
+from benchmarks.timings.catalogue import CASES
 
 
 def times(factor: float, count: int = 12, spread: float = 0.02, seed: int = 0) -> list[float]:
@@ -108,3 +111,22 @@ def test_a_sample_is_the_mean_of_the_quickest_attempt(monkeypatch: pytest.Monkey
     clock = SimpleNamespace(process_time=lambda: now[0], perf_counter=lambda: 3.0 * now[0])
     monkeypatch.setattr(worker, "time", clock)
     assert worker.sample(call, 2, 3) == {"processor": 4.0, "wall": 12.0}
+
+
+def test_calls_are_repeated_no_more_where_processor_time_stands_still(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As it does for milliseconds under `ulimit -t`."""
+    clock = SimpleNamespace(process_time=lambda: 0.0, perf_counter=iter(range(99)).__next__)
+    monkeypatch.setattr(worker, "time", clock)
+    monkeypatch.setattr(worker, "prepared", lambda case: list)
+    monkeypatch.setattr(worker, "described", lambda runs: {})
+    assert worker.run(asdict(CASES[0]), {})["warm"] == 1
+
+    asked: list[int] = []
+    benchmark = SimpleNamespace(
+        extra_info={}, pedantic=lambda call, rounds, iterations: asked.append(iterations)
+    )
+    monkeypatch.setattr(annotate, "TIMER", lambda: 0.0)
+    annotate.timed(benchmark, lambda: time.sleep(0.02))
+    assert asked == [1]
