@@ -18,7 +18,7 @@ from galvi.kernels.lanes.group_pass import GROUP_PASS_TYPE
 from galvi.kernels.lanes.group_rows import PLACE, rows_of_group_work
 from galvi.kernels.lanes.law import PASS_TYPE, compiled_advance_law
 from galvi.kernels.lanes.law_pass import rows_of_work
-from galvi.kernels.lanes.vectors import LANES
+from galvi.kernels.lanes.vectors import lanes_for
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom.solve import FORCES
 from galvi.method import Galerkin
@@ -95,9 +95,9 @@ def component_degrees(method: Galerkin) -> tuple[int, ...] | None:
 
 
 @lru_cache(maxsize=32)
-def _compiled(lines: str, d: int) -> tuple[Any, Any]:
+def _compiled(lines: str, d: int, lanes: int) -> tuple[Any, Any]:
     """The address of a law, and the function, which must exist as long."""
-    function = compiled_law(lines, d)
+    function = compiled_law(lines, d, lanes)
     return addresses((function, PASS_TYPE)), function
 
 
@@ -110,7 +110,8 @@ def law_tables(
     degrees  (d,) number of coefficients of each component; None where all have the table's
     """
     moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
-    (s, m), lanes = table.slope.shape, stages_in_lanes(table.c.size)
+    s, m = table.slope.shape
+    lanes = stages_in_lanes(s, lanes_for(s))
     coefficients = degrees or (m,)
     complement = np.zeros((0, lanes.size))
     if s > min(coefficients):
@@ -144,7 +145,7 @@ def law_stepper(
     d, s = problem.q0.size, method.stages
     found = lane_law(problem.system, d)
     assert found is not None
-    law, function = _compiled(found.lines, d)
+    law, function = _compiled(found.lines, d, lanes_for(s))
     given = law_tables(method.table, step, component_degrees(method))
     width = given[3].shape[1]
     scratch, spare = aligned((rows_of_work(d), width), (6, max(width, d, s)))
@@ -179,16 +180,17 @@ def has_group_law(problem: Problem) -> bool:
 
 @lru_cache(maxsize=32)
 def _compiled_on_group(
-    system: Any, chart: int, one: bool, found: Traces
+    system: Any, chart: int, lanes: int, one: bool, found: Traces
 ) -> tuple[int, LaneLaw, Any]:
     """The address of the system's law in a chart, the law, and the function, which must be kept.
 
-    one  for one vector of stages, or for several
+    lanes  of a vector
+    one    for one vector of stages, or for several
     """
     law = _lane_law(system, system.group.dimension, found)
     assert law is not None
     layout = tuple(tuple(map(int, row)) for row in system.group.layout)
-    function = compiled_group_law(law.lines, layout, chart, one)
+    function = compiled_group_law(law.lines, layout, chart, lanes, one)
     return int(addresses((function, GROUP_PASS_TYPE))[0]), law, function
 
 
@@ -196,8 +198,9 @@ def _compiled_on_group(
 def group_law_tables(table: Tableau, step: float) -> tuple[Array, Array, tuple[Array, ...]]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.group_law."""
     moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
-    (s, m), lanes = table.slope.shape, stages_in_lanes(table.c.size)
-    P, terms = lanes.size, ahead.shape[0] // table.c.size
+    s, m = table.slope.shape
+    lanes = stages_in_lanes(s, lanes_for(s))
+    P, terms = lanes.size, ahead.shape[0] // s
     Y = orthonormal_complement(table)
     complement, tables = aligned((2 * (s - m), P), ((4 + terms) * P + 3, P))
     complement[: s - m, :s], complement[s - m :, :s] = Y, Y * table.b
@@ -233,7 +236,8 @@ def group_law_stepper(
     layout, chart = system.group.layout, method.group_chart.number
     tables, complement, others = group_law_tables(method.table, step)
     d, width, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
-    law, found, function = _compiled_on_group(system, chart, width == LANES, traces(system))
+    lanes = lanes_for(method.stages)
+    law, found, function = _compiled_on_group(system, chart, lanes, width == lanes, traces(system))
     scratch, spare = aligned(
         (rows_of_group_work(d, extra), width), (7, max(9, width, *work.state.shape))
     )

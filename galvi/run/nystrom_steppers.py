@@ -16,7 +16,7 @@ from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.forces.force_kinds import BUILT_IN, SIGNATURES
 from galvi.kernels.lanes import nbody as packed
 from galvi.kernels.lanes.canonical import compiled_advance_canonical
-from galvi.kernels.lanes.gravity import LANES
+from galvi.kernels.lanes.vectors import LANES, lanes_for
 from galvi.kernels.nystrom import advance
 from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, FORCES, NEWTON, Force
 from galvi.kernels.nystrom.step import NystromTableau
@@ -170,7 +170,7 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
 def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """h A^T, h B^T and h b with their low parts, and more of galvi.kernels.lanes.law."""
     s = table.c.size
-    lanes = stages_in_lanes(s)
+    lanes = stages_in_lanes(s, lanes_for(s))
     moves, turns = (
         np.concatenate(scaled(M, step)[:, lanes].swapaxes(1, 2)) for M in integrals_of(table)
     )
@@ -205,9 +205,9 @@ def integrals_of(table: Tableau) -> tuple[Array, Array]:
         return _with_low_part(A), _with_low_part(b - (A.T * b) / b[:, None])
 
 
-def stages_in_lanes(s: int) -> Any:
-    """The stage in each lane, (P,), P a multiple of LANES; the last stage is repeated."""
-    return np.minimum(np.arange(-(-s // LANES) * LANES), s - 1)
+def stages_in_lanes(s: int, lanes: int = LANES) -> Any:
+    """The stage in each lane, (P,), for vectors of ``lanes``; the last stage is repeated."""
+    return np.minimum(np.arange(-(-s // lanes) * lanes), s - 1)
 
 
 def _with_low_part(exact: Any) -> Array:

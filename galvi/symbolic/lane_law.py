@@ -20,7 +20,7 @@ FUNCTIONS = {
 LONGEST = 4_000  # operations: two milliseconds of compilation each
 PASS = """
 
-pass_of_law = one_pass(law, {d})
+pass_of_law = one_pass(law, {d}, {lanes})
 
 
 def law_pass_DIGEST(work, tables, complement, constants, numbers):
@@ -28,7 +28,7 @@ def law_pass_DIGEST(work, tables, complement, constants, numbers):
 """
 GROUP_PASS = """
 
-pass_of_law = group_pass(law, {layout}, {chart}, one={one})
+pass_of_law = group_pass(law, {layout}, {chart}, {lanes}, one={one})
 
 
 def law_pass_DIGEST(given):
@@ -61,11 +61,14 @@ def members_DIGEST(words):
 
 
 @lru_cache(maxsize=256)
-def compiled_law(law: str, d: int) -> Callable[..., Any]:
+def compiled_law(law: str, d: int, lanes: int) -> Callable[..., Any]:
     """The galvi.kernels.lanes.law_pass on R^d of the lines that define ``law``, compiled at the
-    first call."""
+    first call.
+
+    lanes  of a vector
+    """
     head = "from galvi.kernels.lanes.law_pass import one_pass\n"
-    source = symbolic_code.with_digest(head + law + PASS.format(d=d))
+    source = symbolic_code.with_digest(head + law + PASS.format(d=d, lanes=lanes))
     return cast(Callable[..., Any], symbolic_code.functions(source)["law_pass"])
 
 
@@ -99,15 +102,18 @@ def _after(law: str) -> str:
 
 
 @lru_cache(maxsize=256)
-def compiled_group_law(law: str, layout: tuple[tuple[int, ...], ...], chart: int, one: bool) -> Any:
+def compiled_group_law(
+    law: str, layout: tuple[tuple[int, ...], ...], chart: int, lanes: int, one: bool
+) -> Any:
     """The galvi.kernels.lanes.group_pass of the lines that define ``law``, compiled at the first
     call.
 
     layout, chart  of galvi.kernels.lie.product
+    lanes          of a vector
     one            for one vector of stages, or for several
     """
     head = "from galvi.kernels.lanes.group_pass import group_pass\n"
-    tail = GROUP_PASS.format(layout=layout, chart=chart, one=one)
+    tail = GROUP_PASS.format(layout=layout, chart=chart, lanes=lanes, one=one)
     source = symbolic_code.with_digest(head + law + tail)
     return symbolic_code.functions(source)["law_pass"]
 

@@ -13,7 +13,9 @@ import galvi
 from galvi.charts import CHARTS
 
 SOLVERS = ("auto", "newton")
-POINTS = (4, 9)  # of one vector of stages and of several: a law on a group has code for each
+# Of one vector of stages and of several, of four lanes and of eight: a law on a group has code for
+# each of the kinds that the processor uses.
+POINTS = (4, 8, 12, 16)
 
 
 def warm(report: Callable[[str], None] = print) -> None:

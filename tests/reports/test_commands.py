@@ -15,7 +15,7 @@ import pytest
 import galvi
 from galvi.charts import CHARTS
 from galvi.command import called, main
-from galvi.kernels.lanes.vectors import LANES
+from galvi.kernels.lanes import vectors
 from reports.build.warm import run_all
 from reports.cli.commands import run
 
@@ -208,15 +208,19 @@ def test_warm_compiles_for_every_problem_and_says_how_far_it_is(make_suite, monk
     assert len(done) > len(said) and "took" in said[-1]  # planets in the plane, too
 
 
-def test_warm_runs_one_vector_of_stages_and_several_in_each_chart(monkeypatch):
-    """The law of a group has code for each of them."""
+@pytest.mark.parametrize("widest", [False, True])
+def test_warm_runs_all_kinds_of_vectors_in_each_chart(monkeypatch, widest):
+    """The law of a group has code for one vector of stages and for several, of each length."""
     asked = set()
 
     def integrate(problem, method, step, steps, solver):
-        asked.add((method.group_chart, solver, method.stages > LANES))
+        lanes = vectors.lanes_for(method.stages)
+        asked.add((method.group_chart, solver, lanes, method.stages > lanes))
         return SimpleNamespace(t=[0.0])
 
     monkeypatch.setattr(galvi, "integrate", integrate)
     monkeypatch.setattr(galvi, "energy", lambda *given: None)
+    monkeypatch.setattr(vectors, "AVX512", widest)
     run_all(galvi.problems.free_rigid_body())
-    assert asked == set(product(CHARTS, ("auto", "newton"), (False, True)))
+    lengths = {8} if widest else {4, 8}
+    assert asked == set(product(CHARTS, ("auto", "newton"), lengths, (False, True)))

@@ -8,7 +8,7 @@ numbers  of a called law:
   FUNCTIONS       addresses (2,), as of galvi.kernels.forces.lagrangian_derivatives.Law, whose other
   KIND ...        fields follow: numbers, then the lengths of both arrays of constants
   FACTORS         f, then the layout (f, 4), the constants and those of the force, and the masses
-                  d2L/dv2 at the first pass of the step, 8 d (d + 1) / 2 for each eight stages
+                  d2L/dv2 at the first pass of the step, d (d + 1) / 2 for each lane
 
 Addresses are stored as bits of an integer. d2L/dv2 comes from differences of dL/dv, in the first
 pass of a step only: an error of it costs passes, not accuracy.
@@ -27,7 +27,7 @@ from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.compile.jit import compiled_for, jit
 from galvi.kernels.forces.lagrangian_derivatives import Law, slopes
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import DOUBLE, LANES
+from galvi.kernels.lanes.vectors import DOUBLE
 
 NEAR, FUNCTIONS, KIND, TIMED, ROWS, CONSTANTS, FORCE_KIND, FORCE_CONSTANTS, FACTORS = (
     0, 1, 3, 4, 5, 6, 7, 8, 9,
@@ -35,7 +35,7 @@ NEAR, FUNCTIONS, KIND, TIMED, ROWS, CONSTANTS, FORCE_KIND, FORCE_CONSTANTS, FACT
 LAYOUT = 10
 STEP = 2.0**-12  # of a difference, over the largest velocity
 POINTER, WHOLE = types.CPointer(types.float64), types.int64
-EVALUATE = types.void(POINTER, POINTER, WHOLE, WHOLE, WHOLE, WHOLE, WHOLE)
+EVALUATE = types.void(POINTER, POINTER, WHOLE, WHOLE, WHOLE, WHOLE, WHOLE, WHOLE)
 
 
 def called_numbers(kernel, layout):
@@ -50,20 +50,22 @@ def called_numbers(kernel, layout):
     ])  # fmt: skip
 
 
-def evaluate(lanes, numbers, r, d, count, chunk, anew):
-    """Rows of eight numbers: g (r,), v (d,), t; then dL/dg, dL/dv and the mass, which are filled.
+def evaluate(lanes, numbers, width, r, d, count, chunk, anew):
+    """Rows of numbers in all lanes: g (r,), v (d,), t; then dL/dg, dL/dv and the mass, which are
+    filled.
 
     lanes  address of the rows; numbers as above
+    width  how many lanes there are
     count  stages among them: the other lanes get what the first one has
-    chunk  number of these eight among the stages
+    chunk  number of this vector among those of all stages
     anew   whether the mass is differenced, or that of the last time
     """
     head = carray(numbers, (LAYOUT,))
     factors, own, forced = int(head[FACTORS]), int(head[CONSTANTS]), int(head[FORCE_CONSTANTS])
     triangle = d * (d + 1) // 2
     first = LAYOUT + 4 * factors + own + forced
-    whole = carray(numbers, (first + (chunk + 1) * 8 * triangle,))
-    kept = whole[first + chunk * 8 * triangle :]
+    whole = carray(numbers, (first + (chunk + 1) * width * triangle,))
+    kept = whole[first + chunk * width * triangle :]
     layout = np.empty((factors, 4), np.int64)
     for k in range(4 * factors):
         layout[k // 4, k % 4] = int(whole[LAYOUT + k])
@@ -73,7 +75,7 @@ def evaluate(lanes, numbers, r, d, count, chunk, anew):
         whole[begin : begin + own], int(head[FORCE_KIND]),
         whole[begin + own : begin + own + forced],
     )  # fmt: skip
-    rows = carray(lanes, (r + 1 + 3 * d + triangle, 8))
+    rows = carray(lanes, (r + 1 + 3 * d + triangle, width))
     g, v, out, moved = np.empty(r), np.empty(d), np.empty((2, d)), np.empty((2, d))
     for j in range(count):
         for i in range(r):
@@ -95,14 +97,14 @@ def evaluate(lanes, numbers, r, d, count, chunk, anew):
                 slopes(law, layout, g, v, t, moved)
                 for k in range(i + 1):
                     slope = (moved[0, k] - out[0, k]) / (v[i] - here)
-                    kept[8 * (i * (i + 1) // 2 + k) + j] = slope
+                    kept[width * (i * (i + 1) // 2 + k) + j] = slope
                 v[i] = here
     for i in range(2 * d):
-        for j in range(count, 8):
+        for j in range(count, width):
             rows[r + d + 1 + i, j] = rows[r + d + 1 + i, 0]
     for i in range(triangle):
-        for j in range(8):
-            rows[r + 3 * d + 1 + i, j] = kept[8 * i + (j if j < count else 0)]
+        for j in range(width):
+            rows[r + 3 * d + 1 + i, j] = kept[width * i + (j if j < count else 0)]
 
 
 @cache
@@ -118,11 +120,12 @@ def called(r, d):
         if not isinstance(v[0], Lane):
             return generic(g, v, t)
         builder, lanes = c.builder, c.lanes
+        width = lanes.width
         size = r + 1 + 3 * d + d * (d + 1) // 2
-        rows = cgutils.alloca_once(builder, DOUBLE, LANES * size)
+        rows = cgutils.alloca_once(builder, DOUBLE, width * size)
 
         def place(k):
-            start = builder.gep(rows, [c.row(LANES * k)])
+            start = builder.gep(rows, [c.row(width * k)])
             return builder.bitcast(start, ir.PointerType(v[0].value.type))
 
         for k, value in enumerate([*g, *v, v[0].same(t)]):
@@ -132,10 +135,10 @@ def called(r, d):
         near = builder.load(builder.bitcast(c.data, ir.IntType(64).as_pointer()))
         anew = builder.zext(c.of_pass.first_pass(), ir.IntType(64))
         left = builder.sub(c.of_pass.stages, lanes.offset)
-        more = builder.icmp_unsigned(">", left, c.row(LANES))
-        count = builder.select(more, c.row(LANES), left)
-        chunk = builder.udiv(lanes.offset, c.row(LANES))
-        given = [rows, c.data, c.row(r), c.row(d), count, chunk, anew]
+        more = builder.icmp_unsigned(">", left, c.row(width))
+        count = builder.select(more, c.row(width), left)
+        chunk = builder.udiv(lanes.offset, c.row(width))
+        given = [rows, c.data, c.row(width), c.row(r), c.row(d), count, chunk, anew]
         status, _ = code.call_function(
             builder, builder.inttoptr(near, kind), EVALUATE.return_type, EVALUATE.args, given
         )

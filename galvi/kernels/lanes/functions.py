@@ -1,4 +1,4 @@
-"""Elementary functions of eight numbers at once.
+"""Elementary functions of the numbers in all lanes at once.
 
 Each errs by less than 1 ulp, a hyperbolic one by less than 3. Where an argument is outside the
 domain, or too large to be reduced exactly, the result is NaN.
@@ -19,7 +19,6 @@ from galvi.kernels.lanes.function_tables import (
     SINE,
     TWO_THIRDS,
 )
-from galvi.kernels.lanes.values import CONDITION, integers
 from galvi.kernels.lie.arithmetic import polynomial
 
 NAN = float("nan")
@@ -54,7 +53,7 @@ def two_product(x, y):
 
 
 def nearest(x):
-    """The nearest integer of |x| < 2^51, as a lane, and in the last bits of eight integers."""
+    """The nearest integer of |x| < 2^51, as a lane, and in the last bits of integers."""
     shifted = x.exact + SHIFT
     return shifted - SHIFT, shifted.bits
 
@@ -71,8 +70,8 @@ def inverse_fourth_root(x):
     from a constant, gives z with e = 1 - x z^4 below 0.124. The root is z (1 - e)^(-1/4), whose
     series in e is used twice.
     """
-    quarter = x.builder.lshr(x.bits, integers(2))
-    z = x.of_bits(x.builder.sub(integers(FOURTH_ROOT), quarter))
+    quarter = x.builder.lshr(x.bits, x.integers(2))
+    z = x.of_bits(x.builder.sub(x.integers(FOURTH_ROOT), quarter))
     for _ in range(2):
         square = z * z
         e = 1.0 - x * (square * square)
@@ -99,11 +98,11 @@ def sine_cosine(x):
     one = 1.0 - half.exact
     rest = ((1.0 - one) - half.exact).fused
     cosine = one.fused + (rest + (square * square * polynomial(COSINE, square) - r * low))
-    odd = builder.trunc(bits, CONDITION)
+    odd = x.is_odd(bits)
     swapped_sine, swapped_cosine = cosine.where(odd, sine), sine.where(odd, cosine)
-    sign = builder.shl(builder.and_(bits, integers(2)), integers(62))
-    turned = builder.and_(builder.add(bits, integers(1)), integers(2))
-    cosine_sign = builder.shl(turned, integers(62))
+    sign = builder.shl(builder.and_(bits, x.integers(2)), x.integers(62))
+    turned = builder.and_(builder.add(bits, x.integers(1)), x.integers(2))
+    cosine_sign = builder.shl(turned, x.integers(62))
     valid = x.call("fabs") <= LARGEST_ANGLE
     return (
         with_sign(swapped_sine, sign).where(valid, NAN),
@@ -132,24 +131,24 @@ def _exponential(x, low):
     r, rest = two_sum(x.exact - k * LOG_2[0], low - k.fused * LOG_2[1])
     r, rest = r.fused, rest.fused
     value = 1.0 + (r + (r * r * polynomial(EXPONENTIAL, r) + rest))
-    exponent = builder.sub(bits, integers(SHIFT_BITS))
-    half = builder.ashr(exponent, integers(1))
+    exponent = builder.sub(bits, x.integers(SHIFT_BITS))
+    half = builder.ashr(exponent, x.integers(1))
     return value * _power_of_two(x, half) * _power_of_two(x, builder.sub(exponent, half))
 
 
 def _power_of_two(x, exponent):
     """2 to these integers, from -1022 to 1023, as a lane."""
-    biased = x.builder.add(exponent, integers(BIAS))
-    return x.of_bits(x.builder.shl(biased, integers(MANTISSA)))
+    biased = x.builder.add(exponent, x.integers(BIAS))
+    return x.of_bits(x.builder.shl(biased, x.integers(MANTISSA)))
 
 
 def _split(x):
     """(k, f) with x = 2^k (1 + f), 1 + f from sqrt(1/2) to sqrt(2); both exact."""
     builder, bits = x.builder, x.bits
-    shifted = builder.sub(bits, integers(HALF_ROOT))
-    exponent = builder.ashr(shifted, integers(MANTISSA))
-    mantissa = builder.sub(bits, builder.shl(exponent, integers(MANTISSA)))
-    k = x.exact.of_bits(builder.add(exponent, integers(SHIFT_BITS))) - SHIFT
+    shifted = builder.sub(bits, x.integers(HALF_ROOT))
+    exponent = builder.ashr(shifted, x.integers(MANTISSA))
+    mantissa = builder.sub(bits, builder.shl(exponent, x.integers(MANTISSA)))
+    k = x.exact.of_bits(builder.add(exponent, x.integers(SHIFT_BITS))) - SHIFT
     return k.fused, (x.exact.of_bits(mantissa) - 1.0).fused
 
 
@@ -228,7 +227,7 @@ def arctangent(y, x):
     turn, turn_low = two_product(eighths, 0.5 * HALF_PI[0])
     value, rest = two_sum(turn, ratio)
     value = value.fused + (rest.fused + turn_low.fused + eighths * (0.5 * HALF_PI[1]) + low)
-    return with_sign(value, builder.and_(y.bits, integers(SIGN)))
+    return with_sign(value, builder.and_(y.bits, y.integers(SIGN)))
 
 
 def hyperbolic_sine(x):

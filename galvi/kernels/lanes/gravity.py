@@ -11,14 +11,16 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
+from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NARROW, NOTHING, Lanes
 
 __all__ = [
     "LANES",
+    "NARROW",
     "attract",
     "attract_and_measure",
     "attract_pair",
     "combine",
+    "combine_narrow",
     "drift",
     "follow",
     "follow_and_measure",
@@ -139,24 +141,34 @@ def attract_pair(typingctx, axes, Q, given, a, i, j, mass_i, mass_j, padded, chu
     return signature, generate
 
 
-@intrinsic
-def combine(typingctx, axes, matrix, start, a, out, body, stages, padded, chunk):
-    """out <- sum_j a_j matrix[start + j] for all axes of one body, in eight stages."""
+def _combining(width):
+    """out <- sum_j a_j matrix[start + j] for all axes of one body, in one vector of stages."""
     whole = types.intp
-    signature = types.void(axes, matrix, whole, a, out, whole, whole, whole, whole)
 
-    def generate(context, builder, signature, arguments):
-        start, body, stages, padded, chunk = (arguments[k] for k in (2, 5, 6, 7, 8))
-        lanes = Lanes(context, builder, padded, chunk)
-        dimension = signature.args[0].count
-        factors, values, results = (lanes.data(signature.args[k], arguments[k]) for k in (1, 3, 4))
-        row = builder.mul(body, ir.Constant(body.type, dimension))
-        sums = lanes.sums([NOTHING] * dimension, factors, start, values, row, stages)
-        for x, total in enumerate(sums):
-            lanes.store(total, results, lanes.plus(row, x))
-        return context.get_dummy_value()
+    @intrinsic
+    def combined(typingctx, axes, matrix, start, a, out, body, stages, padded, chunk):
+        signature = types.void(axes, matrix, whole, a, out, whole, whole, whole, whole)
 
-    return signature, generate
+        def generate(context, builder, signature, arguments):
+            start, body, stages, padded, chunk = (arguments[k] for k in (2, 5, 6, 7, 8))
+            lanes = Lanes(context, builder, padded, chunk, width)
+            dimension = signature.args[0].count
+            factors, values, results = (
+                lanes.data(signature.args[k], arguments[k]) for k in (1, 3, 4)
+            )
+            row = builder.mul(body, ir.Constant(body.type, dimension))
+            nothing = [lanes.nothing] * dimension
+            sums = lanes.sums(nothing, factors, start, values, row, stages)
+            for x, total in enumerate(sums):
+                lanes.store(total, results, lanes.plus(row, x))
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    return combined
+
+
+combine, combine_narrow = _combining(LANES), _combining(NARROW)
 
 
 @intrinsic

@@ -46,7 +46,7 @@ from galvi.kernels.lanes.law_pass import (
     times_symmetric,
 )
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import DOUBLE, NOTHING, VECTOR
+from galvi.kernels.lanes.vectors import DOUBLE
 
 PASS, PREPARE, AHEAD, BEGIN, LOW, FINISH = range(6)  # parts, see GroupPass
 GROUP_PASS_TYPE = types.void(types.int64)
@@ -64,10 +64,10 @@ def found_at(law, chart, state):
 
 
 class GroupPass(GroupRows):
-    """The parts of a pass, each for eight stages."""
+    """The parts of a pass, each for one vector of stages."""
 
-    def __init__(self, context, builder, given, law, chart, one):
-        super().__init__(context, builder, given, chart.dimension, one)
+    def __init__(self, context, builder, given, law, chart, width, one):
+        super().__init__(context, builder, given, chart.dimension, width, one)
         self.examine(law, chart)
 
     def examine(self, law, chart):
@@ -221,7 +221,8 @@ class GroupPass(GroupRows):
     def respond(self):
         """The factors of the mean response of eta to the multipliers."""
         d, builder = self.d, self.builder
-        found = [cgutils.alloca_once(builder, VECTOR, self.row(d)) for _ in range(d)]
+        vector = self.first_lanes().kind
+        found = [cgutils.alloca_once(builder, vector, self.row(d)) for _ in range(d)]
 
         def respond_to(column):
             def answer(lanes):
@@ -307,7 +308,7 @@ class GroupPass(GroupRows):
 
     def begin_at_rest(self):
         """xi by the velocities alone, and no defect."""
-        nothing, d = Lane(self.builder, NOTHING), self.d
+        nothing, d = Lane(self.builder, self.first_lanes().nothing), self.d
 
         def place(lanes):
             for block in (DEFECT, LOW_XI, LOW_F, LOW_N):
@@ -318,7 +319,7 @@ class GroupPass(GroupRows):
         self.chunks(place)
         with cgutils.for_range(self.builder, self.extra, intp=self.row) as loop:
             for row in self.multiplier_rows(loop.index):
-                self.first_lanes().store(NOTHING, self.work, row)
+                self.first_lanes().store(nothing.value, self.work, row)
 
     def pull(self):
         """Correct xi by the chart's tangent map."""
@@ -359,15 +360,16 @@ class GroupPass(GroupRows):
                 large = self.spread_sums(rows, self.kicks)
                 sums = [large[i] + small[i] for i in range(self.d)]
             else:
-                sums = [Lane(self.builder, NOTHING)] * self.d
+                sums = [Lane(self.builder, self.first_lanes().nothing)] * self.d
             self.stored(self.first_lanes(), sums, found)
 
 
-def group_pass(law, layout, chart, one):
+def group_pass(law, layout, chart, width, one):
     """An intrinsic of the address of these words, for a law on these groups: the addresses of work,
     tables, complement, constants and numbers, then P and the number of functions Y.
 
-    one  whether the arrays are of one vector of stages, P = 8; the word P is not read then
+    width  lanes of a vector, of which P is a multiple
+    one    whether the arrays are of one vector of stages; the word P is not read then
     """
     functions = Chart(layout, chart)
 
@@ -377,7 +379,7 @@ def group_pass(law, layout, chart, one):
 
         def generate(context, builder, signature, values):
             words = builder.inttoptr(values[0], values[0].type.as_pointer())
-            made = GroupPass(context, builder, words, law, functions, one)
+            made = GroupPass(context, builder, words, law, functions, width, one)
             part = builder.load(made.place_of(PART))
             for number, do in enumerate((
                 made.one_pass, made.prepare_run, made.extrapolate, made.begin, made.add_low_parts,

@@ -32,7 +32,7 @@ from numba.core import cgutils
 
 from galvi.kernels.lanes.law_pass import Pass, is_zero
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, VECTOR
+from galvi.kernels.lanes.vectors import DOUBLE, everywhere
 from galvi.kernels.lie.product import DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
 
 (XI, ETA, F, DEFECT, LOW_XI, LOW_F, LOW_N, BEFORE, N, VELOCITY, MU, PULLED, END,
@@ -46,21 +46,24 @@ def rows_of_group_work(d, extra):
 
 
 class GroupRows(Pass):
-    """Loads, stores and sums, for one vector of stages (``one``) or several; heirs add a chart."""
+    """Loads, stores and sums, for one vector of stages (``one``) or several; heirs add a chart.
+
+    width  lanes of a vector
+    """
 
     chart: Any
 
-    def __init__(self, context, builder, given, d, one):
+    def __init__(self, context, builder, given, d, width, one):
         self.context, self.builder, self.d, self.one = context, builder, d, one
+        self.width = width
         self.row = given.type.pointee
         words = [builder.load(builder.gep(given, [self.row(k)])) for k in range(7)]
         self.work, self.tables, self.complement, self.constants, self.numbers = (
             builder.inttoptr(word, DOUBLE.as_pointer()) for word in words[:5]
         )
-        self.padded, self.extra = self.row(LANES) if one else words[5], words[6]
+        self.padded, self.extra = self.row(width) if one else words[5], words[6]
         self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
-        self.largest = cgutils.alloca_once(builder, BITS)
-        self.forget()
+        self.begin_change()
         self.lay_out()
         self.stages = self.whole(POINTS)
         self.full = builder.icmp_unsigned("==", self.stages, self.padded)
@@ -75,10 +78,6 @@ class GroupRows(Pass):
         self.response = self.factors + d * (d + 1) // 2
         self.multipliers = self.response + d * (d + 1) // 2
 
-    def forget(self):
-        """Forget the largest change."""
-        self.builder.store(ir.Constant(BITS, [0] * LANES), self.largest)
-
     def chunks(self, part):
         """Do one part for all stages."""
         if self.one:
@@ -88,7 +87,7 @@ class GroupRows(Pass):
 
     def place(self):
         """Room for a lane."""
-        return cgutils.alloca_once(self.builder, VECTOR)
+        return cgutils.alloca_once(self.builder, ir.VectorType(DOUBLE, self.width))
 
     def place_of(self, k):
         """Address of the k-th number after the sizes."""
@@ -106,7 +105,7 @@ class GroupRows(Pass):
 
     def stored(self, lanes, values, block):
         for i, value in enumerate(values):
-            kept = value if isinstance(value, Lane) else Lane(self.builder, NOTHING)
+            kept = value if isinstance(value, Lane) else Lane(self.builder, lanes.nothing)
             self.store(lanes, kept if is_zero(value) else kept.same(value), block, i)
 
     def keep_triangle(self, lanes, rows, first):
@@ -145,15 +144,15 @@ class GroupRows(Pass):
 
     def sums(self, lanes, start, matrix, first_row, row, apart=None):
         """As those of a law on R^d, with one matrix."""
-        first = [NOTHING] * self.d if start is None else [
+        first = [lanes.nothing] * self.d if start is None else [
             lanes.load(self.work, self.row(start * self.d + i)) for i in range(self.d)
         ]  # fmt: skip
         if not self.one:
             found = lanes.sums(first, matrix, first_row, self.work, self.row(row), self.stages)
             return [Lane(self.builder, value, ()) for value in found]
-        totals = [first, [NOTHING] * self.d]
+        totals = [first, [lanes.nothing] * self.d]
         self.reload()
-        for j in range(LANES):
+        for j in range(self.width):
             factor = lanes.load(matrix, self.builder.add(first_row, self.row(j)))
             for i in range(self.d):
                 value = lanes.number(self.work, self.row(row + i), self.row(j))
@@ -168,7 +167,7 @@ class GroupRows(Pass):
         """
         builder, sums = self.builder, [self.place() for _ in rows]
         for place in sums:
-            builder.store(NOTHING, place)
+            builder.store(everywhere(place.type.pointee, 0.0), place)
 
         def add(lanes):
             factor = lanes.factor(self.tables if matrix is None else matrix, weights)
@@ -185,7 +184,7 @@ class GroupRows(Pass):
 
     def unit(self, index):
         """1 at an index of LLVM's, which may be a constant, and 0 elsewhere, in all lanes."""
-        one = Lane(self.builder, NOTHING).same(1.0)
+        one = Lane(self.builder, self.first_lanes().nothing).same(1.0)
         return [
             one.where(self.builder.icmp_unsigned("==", index, self.row(i)), 0.0)
             for i in range(self.d)
@@ -193,8 +192,8 @@ class GroupRows(Pass):
 
     def spread_sum(self, vector):
         """The sum of the lanes, in each of them."""
-        name = f"llvm.vector.reduce.fadd.v{VECTOR.count}f64"
-        kind = ir.FunctionType(DOUBLE, [DOUBLE, VECTOR])
+        name = f"llvm.vector.reduce.fadd.v{self.width}f64"
+        kind = ir.FunctionType(DOUBLE, [DOUBLE, vector.type])
         reduce = cgutils.get_or_insert_function(self.builder.module, kind, name)
         zero = ir.Constant(DOUBLE, -0.0)
         whole = self.builder.call(reduce, [zero, vector], fastmath=("reassoc",))

@@ -44,7 +44,7 @@ from numba import types
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import compiled_for, jit_inline
-from galvi.kernels.lanes.gravity import LANES, combine
+from galvi.kernels.lanes.gravity import LANES, NARROW, combine, combine_narrow
 from galvi.kernels.lanes.nbody import RECONSIDER, copy_rows
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
@@ -90,8 +90,19 @@ def inverse_size(places, h, rates):
 def gather(matrix, start, stages, values, out):
     """out <- values (d, s) times the rows of the matrix from ``start`` on."""
     for i in range(values.shape[0]):
-        for chunk in range(out.shape[1] // LANES):
-            combine(AXES, matrix, start, values, out, i, stages, out.shape[1], chunk)
+        gather_row(matrix, start, stages, values, out, i)
+
+
+@jit_inline
+def gather_row(matrix, start, stages, values, out, i):
+    """One row of `gather`."""
+    padded = out.shape[1]
+    if padded % LANES == 0:
+        for chunk in range(padded // LANES):
+            combine(AXES, matrix, start, values, out, i, stages, padded, chunk)
+    else:
+        for chunk in range(padded // NARROW):
+            combine_narrow(AXES, matrix, start, values, out, i, stages, padded, chunk)
 
 
 @jit_inline
@@ -99,8 +110,7 @@ def onto_slopes(complement, stages, V, outside):
     """V <- (1 - C) V, with C of each component; outside (d, P) is scratch."""
     apart = stages if complement.shape[0] > stages else 0
     for i in range(V.shape[0]):
-        for chunk in range(V.shape[1] // LANES):
-            combine(AXES, complement, i * apart, V, outside, i, stages, V.shape[1], chunk)
+        gather_row(complement, i * apart, stages, V, outside, i)
         for k in range(V.shape[1]):
             V[i, k] -= outside[i, k]
 

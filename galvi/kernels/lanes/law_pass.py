@@ -29,10 +29,9 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
+from galvi.kernels.lanes.vectors import DOUBLE, Lanes, everywhere
 
 Q, V, F, P, LOW_Q, LOW_P, BEFORE, T = range(8)  # times d, but for T, which has one row
-UNROLLED = 8  # stages for which sums are written out
 
 
 def rows_of_work(d):
@@ -115,7 +114,7 @@ class Generic:
 
 
 class Constants:
-    """Constants of a law, spread over eight lanes when they are first used.
+    """Constants of a law, spread over all lanes when they are first used.
 
     of_pass  the Pass that evaluates the law; None outside of one
     """
@@ -132,10 +131,11 @@ class Constants:
 
 
 class Pass:
-    """The three parts of a pass, each for eight stages."""
+    """The three parts of a pass, each for one vector of stages."""
 
-    def __init__(self, context, builder, signature, values, law, d):
+    def __init__(self, context, builder, signature, values, law, d, width):
         self.context, self.builder, self.law, self.d = context, builder, law, d
+        self.width = width
         arrays = [context.make_array(signature.args[k])(context, builder, values[k])
                   for k in range(5)]  # fmt: skip
         self.work, self.tables, self.complement, self.constants, self.numbers = (
@@ -151,18 +151,26 @@ class Pass:
         self.projects = builder.icmp_unsigned("!=", rows, self.row(0))
         several = builder.icmp_unsigned(">", rows, self.stages)
         self.apart = builder.select(several, self.stages, self.row(0))
-        self.largest = cgutils.alloca_once(builder, BITS)
-        builder.store(ir.Constant(BITS, [0] * LANES), self.largest)
+        self.begin_change()
+
+    def begin_change(self):
+        """Room for the largest change, of which there is none yet."""
+        self.largest = cgutils.alloca_once(self.builder, ir.VectorType(ir.IntType(64), self.width))
+        self.forget()
+
+    def forget(self):
+        """Forget the largest change."""
+        self.builder.store(everywhere(self.largest.type.pointee, 0), self.largest)
 
     def chunks(self, part):
         """Do one part for all stages."""
-        chunks = self.builder.udiv(self.padded, self.row(LANES))
+        chunks = self.builder.udiv(self.padded, self.row(self.width))
         with cgutils.for_range(self.builder, chunks, intp=self.row) as loop:
             part(self.at(loop.index))
 
     def at(self, chunk):
         """The lanes of one of the chunks."""
-        return Lanes(self.context, self.builder, self.padded, chunk)
+        return Lanes(self.context, self.builder, self.padded, chunk, self.width)
 
     def load(self, lanes, block, i=0):
         return self.load_row(lanes, block * self.d + i)
@@ -204,15 +212,15 @@ class Pass:
         apart  rows between the matrices of one coordinate and the next; None for the same matrix
         """
         builder, d = self.builder, self.d
-        first = [NOTHING] * d if start is None else [
+        first = [lanes.nothing] * d if start is None else [
             lanes.load(self.work, self.row(start * d + i)) for i in range(d)
         ]  # fmt: skip
         values = self.row(row)
         rows = [first_row] * d if apart is None else [
             builder.add(first_row, builder.mul(apart, self.row(i))) for i in range(d)
         ]  # fmt: skip
-        results = [lanes.variable(NOTHING) for _ in range(d)]
-        known = builder.icmp_unsigned("==", self.stages, self.row(UNROLLED))
+        results = [lanes.variable(lanes.nothing) for _ in range(d)]
+        known = builder.icmp_unsigned("==", self.stages, self.row(self.width))
 
         def factors(j):
             if apart is None:
@@ -221,8 +229,8 @@ class Pass:
 
         with builder.if_else(known) as (written_out, in_a_loop):
             with written_out:
-                totals = [list(first), [NOTHING] * d]
-                for j in range(UNROLLED):
+                totals = [list(first), [lanes.nothing] * d]
+                for j in range(self.width):
                     for i, factor in enumerate(factors(j)):
                         value = lanes.number(self.work, lanes.plus(values, i), self.row(j))
                         term = lanes.mul(lanes.spread(value), factor)
@@ -327,12 +335,15 @@ class Pass:
 
     def change(self):
         """The largest relative change of q and p."""
-        lanes = Lanes(self.context, self.builder, self.padded, self.row(0))
+        lanes = self.at(self.row(0))
         return self.builder.bitcast(lanes.largest(self.builder.load(self.largest)), DOUBLE)
 
 
-def one_pass(law, d):
-    """An intrinsic (work, tables, complement, constants, numbers) for a law on R^d."""
+def one_pass(law, d, width):
+    """An intrinsic (work, tables, complement, constants, numbers) for a law on R^d.
+
+    width  lanes of a vector, of which P is a multiple
+    """
     below = filled(law, d)
 
     @intrinsic
@@ -340,7 +351,7 @@ def one_pass(law, d):
         signature = types.void(work, tables, complement, constants, numbers)
 
         def generate(context, builder, signature, values):
-            made = Pass(context, builder, signature, values, law, d)
+            made = Pass(context, builder, signature, values, law, d, width)
             made.chunks(made.evaluate)
             made.rates(below)
             made.chunks(made.drift)

@@ -1,4 +1,4 @@
-"""Arithmetic operators on eight numbers at once.
+"""Arithmetic operators on eight numbers at once, or on four.
 
 A Lane wraps an LLVM vector under construction; sums of products may be fused, unless it is exact.
 """
@@ -8,13 +8,11 @@ from __future__ import annotations
 from llvmlite import ir
 from numba.core import cgutils
 
-from galvi.kernels.lanes.vectors import BITS, FUSED, LANES, VECTOR
-
-CONDITION = ir.VectorType(ir.IntType(1), LANES)
+from galvi.kernels.lanes.vectors import FUSED, everywhere
 
 
 class Lane:
-    """Eight doubles, with +, -, * and / by another Lane or a number, and comparisons.
+    """Eight doubles, or four, with +, -, * and / by another Lane or a number, and comparisons.
 
     flags        of the operations on it: FUSED, or () where a rounding error is to be known
     sine_cosine  both of these, once they were computed
@@ -37,7 +35,7 @@ class Lane:
     def _lane(self, other):
         if isinstance(other, Lane):
             return other.value
-        return ir.Constant(VECTOR, [float(other)] * LANES)
+        return everywhere(self.value.type, float(other))
 
     def same(self, other):
         """A lane or a number as a lane."""
@@ -112,22 +110,29 @@ class Lane:
     def call(self, name, *others):
         """LLVM's intrinsic function of this and other lanes or numbers."""
         values = [self.value, *(self._lane(other) for other in others)]
-        kind = ir.FunctionType(VECTOR, [VECTOR] * len(values))
+        kind = self.value.type
         function = cgutils.get_or_insert_function(
-            self.builder.module, kind, f"llvm.{name}.v{LANES}f64"
-        )
+            self.builder.module, ir.FunctionType(kind, [kind] * len(values)),
+            f"llvm.{name}.v{kind.count}f64",
+        )  # fmt: skip
         return self._made(self.builder.call(function, values))
+
+    def _integers_of(self, bits):
+        return ir.VectorType(ir.IntType(bits), self.value.type.count)
 
     @property
     def bits(self):
-        """The numbers as eight integers of 64 bits."""
-        return self.builder.bitcast(self.value, BITS)
+        """The numbers as integers of 64 bits."""
+        return self.builder.bitcast(self.value, self._integers_of(64))
+
+    def integers(self, number):
+        """The integer in all lanes, as a constant of 64 bits."""
+        return everywhere(self._integers_of(64), number)
+
+    def is_odd(self, bits):
+        """Where the integers are odd."""
+        return self.builder.trunc(bits, self._integers_of(1))
 
     def of_bits(self, bits):
         """The lane with these bits."""
-        return self._made(self.builder.bitcast(bits, VECTOR))
-
-
-def integers(number):
-    """Eight times the integer, as a constant of 64 bits."""
-    return ir.Constant(BITS, [number] * LANES)
+        return self._made(self.builder.bitcast(bits, self.value.type))

@@ -1,43 +1,67 @@
-"""Operations on eight doubles at a time, in LLVM's vector types.
+"""Operations on eight doubles at a time, or on four, in LLVM's vector types.
 
-Each row of an array (rows, P), P a multiple of LANES, holds a number for every stage. Sums of
-products may be fused.
+Each row of an array (rows, P), P a multiple of the lanes of a vector, holds a number for every
+stage. Sums of products may be fused.
 """
 
 from __future__ import annotations
 
 from llvmlite import ir
 from numba.core import cgutils
+from numba.core.registry import cpu_target
 
-LANES = 8
+LANES, NARROW = 8, 4  # of a vector
+AVX512 = "+avx512f" in cpu_target.target_context.codegen().magic_tuple()[2].split(",")
 DOUBLE = ir.DoubleType()
 VECTOR = ir.VectorType(DOUBLE, LANES)
 BITS = ir.VectorType(ir.IntType(64), LANES)
-UNDEFINED = ir.Constant(VECTOR, ir.Undefined)
-FIRST_LANE = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
 FUSED = ("contract",)
 NOTHING = ir.Constant(VECTOR, [0.0] * LANES)
-ONE = ir.Constant(VECTOR, [1.0] * LANES)
+
+
+def lanes_for(stages):
+    """The lanes of a vector for steps of so many stages.
+
+    Where a register has four at most, eight lanes are two registers, and stages that fill all but
+    the last four of them leave one idle.
+    """
+    return NARROW if 1 <= stages % LANES <= NARROW and not AVX512 else LANES
+
+
+def everywhere(kind, number):
+    """A constant vector of a type, with the same number in all lanes."""
+    return ir.Constant(kind, [number] * kind.count)
+
+
+def spread(builder, scalar, lanes):
+    """A vector with a number in all of its lanes."""
+    undefined = ir.Constant(ir.VectorType(scalar.type, lanes), ir.Undefined)
+    half = ir.IntType(32)
+    first = builder.insert_element(undefined, scalar, half(0))
+    return builder.shuffle_vector(first, undefined, everywhere(ir.VectorType(half, lanes), 0))
 
 
 class Lanes:
-    """Loads, stores and arithmetic on the eight stages of a row that start at 8 chunk.
+    """Loads, stores and arithmetic on the stages of a row that start at ``width`` chunk.
 
     builder  LLVM builder of the function being compiled, in its context
-    padded   P, the length of a row
+    padded   P, the length of a row, a multiple of the width
+    width    lanes of a vector
     """
 
-    def __init__(self, context, builder, padded, chunk):
+    def __init__(self, context, builder, padded, chunk, width=LANES):
         self.context, self.builder = context, builder
-        self.padded = padded
-        self.offset = builder.mul(chunk, ir.Constant(chunk.type, LANES))
+        self.padded, self.width = padded, width
+        self.kind = ir.VectorType(DOUBLE, width)
+        self.nothing = everywhere(self.kind, 0.0)
+        self.offset = builder.mul(chunk, ir.Constant(chunk.type, width))
 
     def data(self, array_type, array):
         return self.context.make_array(array_type)(self.context, self.builder, array).data
 
     def address(self, data, row):
         place = self.builder.add(self.builder.mul(row, self.padded), self.offset)
-        return self.builder.bitcast(self.builder.gep(data, [place]), VECTOR.as_pointer())
+        return self.builder.bitcast(self.builder.gep(data, [place]), self.kind.as_pointer())
 
     def load(self, data, row):
         value = self.builder.load(self.address(data, row))
@@ -58,8 +82,7 @@ class Lanes:
         return self.builder.load(self.builder.gep(data, [place]))
 
     def spread(self, scalar):
-        lane = self.builder.insert_element(UNDEFINED, scalar, ir.Constant(ir.IntType(32), 0))
-        return self.builder.shuffle_vector(lane, UNDEFINED, FIRST_LANE)
+        return spread(self.builder, scalar, self.width)
 
     def plus(self, row, offset):
         return self.builder.add(row, ir.Constant(row.type, offset)) if offset else row
@@ -76,20 +99,20 @@ class Lanes:
     def call(self, name, *values):
         function = cgutils.get_or_insert_function(
             self.builder.module,
-            ir.FunctionType(VECTOR, [VECTOR] * len(values)),
-            f"llvm.{name}.v{LANES}f64",
+            ir.FunctionType(self.kind, [self.kind] * len(values)),
+            f"llvm.{name}.v{self.width}f64",
         )
         return self.builder.call(function, values)
 
     def variable(self, value):
-        place = cgutils.alloca_once(self.builder, VECTOR)
+        place = cgutils.alloca_once(self.builder, self.kind)
         self.builder.store(value, place)
         return place
 
     def largest(self, bits):
         """The largest lane of a vector of integers."""
-        name = f"llvm.vector.reduce.smax.v{LANES}i64"
-        kind = ir.FunctionType(BITS.element, [BITS])
+        name = f"llvm.vector.reduce.smax.v{self.width}i64"
+        kind = ir.FunctionType(bits.type.element, [bits.type])
         return self.builder.call(
             cgutils.get_or_insert_function(self.builder.module, kind, name), [bits]
         )
@@ -101,7 +124,7 @@ class Lanes:
         """
         builder = self.builder
         even = [self.variable(vector) for vector in first]
-        odd = [self.variable(NOTHING) for _ in first]
+        odd = [self.variable(self.nothing) for _ in first]
         one, two = ir.Constant(stages.type, 1), ir.Constant(stages.type, 2)
 
         def add(j, totals):
@@ -129,4 +152,4 @@ class Lanes:
         for gap in gaps[1:]:
             square = self.add(square, self.mul(gap, gap))
         cube = self.mul(square, self.call("sqrt", square))
-        return gaps, square, self.builder.fdiv(ONE, cube)
+        return gaps, square, self.builder.fdiv(everywhere(self.kind, 1.0), cube)

@@ -28,9 +28,9 @@ from galvi.kernels.lanes.group_rows import (
 )
 from galvi.kernels.lanes.members.countdown import Countdown
 from galvi.kernels.lanes.members.rows import Variable
-from galvi.kernels.lanes.members.steps import NOTHING_NOTED, Fields, MemberSteps, member_steps
+from galvi.kernels.lanes.members.steps import Fields, MemberSteps, member_steps
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import BITS, NOTHING
+from galvi.kernels.lanes.vectors import NOTHING
 from galvi.kernels.lie.arithmetic import larger_size
 from galvi.kernels.lie.chart_functions import REACHES
 
@@ -56,7 +56,7 @@ class MemberGroup(MemberSteps, GroupPass):
         self.one, d = False, self.d
         self.examine(law, chart)
         self.lay_out()
-        self.largest = cgutils.alloca_once(builder, BITS)
+        self.begin_change()
         self.full = ir.Constant(ir.IntType(1), 1)
         self.low_drift, self.back = self.tabled.low_drift, self.tabled.back
         self.low_back, self.kicks = self.tabled.low_back, self.tabled.kicks
@@ -189,7 +189,7 @@ class MemberGroup(MemberSteps, GroupPass):
     def sum_up_and_measure(self):
         """xi(1) and the impulse; returns whether the step's rotations are within the chart."""
         builder = self.builder
-        builder.store(NOTHING_NOTED, self.largest)
+        self.forget()
         self.sum_up()
         self.chunks(lambda lanes: self.note_turns(self.loaded(lanes, XI)))
         self.note_turns(self.loaded(self.first_lanes(), END))

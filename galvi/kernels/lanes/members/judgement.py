@@ -11,8 +11,7 @@ import math
 from llvmlite import ir
 from numba.core import cgutils
 
-from galvi.kernels.lanes.members.rows import Mask, Variable, larger, whole_number
-from galvi.kernels.lanes.values import CONDITION
+from galvi.kernels.lanes.members.rows import CONDITION, Mask, Variable, larger, whole_number
 from galvi.kernels.lanes.vectors import LANES
 from galvi.kernels.nystrom.solve import DIVERGED, FLOOR, IDLE, NOT_FINITE
 from galvi.kernels.nystrom.step import EPSILON

@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import math
 
-from numba.core import cgutils
-
 from galvi.kernels.lanes.functions import two_sum
 from galvi.kernels.lanes.law_pass import BEFORE, LOW_P, LOW_Q, F, Q, T, V, filled
 from galvi.kernels.lanes.law_pass import rows_of_work as rows_of_member_work
 from galvi.kernels.lanes.members.rows import Variable, larger
 from galvi.kernels.lanes.members.steps import Fields, MemberSteps, member_steps
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import BITS, NOTHING
+from galvi.kernels.lanes.vectors import NOTHING
 
 __all__ = ["law_fields", "law_steps", "rows_of_member_work"]
 
@@ -39,7 +37,7 @@ class MemberLaw(MemberSteps):
         self.guarded = range(0, 3 * d)  # q, v and f
         several = builder.icmp_unsigned(">", self.extra, self.stages)
         self.apart = builder.select(several, self.stages, self.row(0))
-        self.largest = cgutils.alloca_once(builder, BITS)
+        self.begin_change()
 
     def one_pass(self):
         """As that of galvi.kernels.lanes.law_pass."""

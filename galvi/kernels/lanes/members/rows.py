@@ -9,18 +9,11 @@ from __future__ import annotations
 from llvmlite import ir
 from numba.core import cgutils
 
-from galvi.kernels.lanes.values import CONDITION, Lane
-from galvi.kernels.lanes.vectors import (
-    DOUBLE,
-    FIRST_LANE,
-    LANES,
-    NOTHING,
-    UNDEFINED,
-    VECTOR,
-    Lanes,
-)
+from galvi.kernels.lanes.values import Lane
+from galvi.kernels.lanes.vectors import DOUBLE, LANES, NOTHING, VECTOR, Lanes, spread
 
 WIDEST = 6  # rows that are summed together: sums stay in registers
+CONDITION = ir.VectorType(ir.IntType(1), LANES)
 ALL = ir.Constant(CONDITION, [1] * LANES)
 
 
@@ -120,8 +113,7 @@ def larger(x, y):
 
 def splat(builder, scalar):
     """One number in all lanes."""
-    lane = builder.insert_element(UNDEFINED, scalar, ir.Constant(ir.IntType(32), 0))
-    return Lane(builder, builder.shuffle_vector(lane, UNDEFINED, FIRST_LANE), ())
+    return Lane(builder, spread(builder, scalar, LANES), ())
 
 
 def whole_number(builder, whole):

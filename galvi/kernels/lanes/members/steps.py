@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
@@ -31,13 +30,12 @@ from galvi.kernels.lanes.members.rows import (
 )
 from galvi.kernels.lanes.reciprocals import Reciprocals
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import BITS, DOUBLE, LANES, NOTHING
+from galvi.kernels.lanes.vectors import DOUBLE, LANES, NOTHING
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
 
 WORDS = 14
 (RECORDS, CONSTANTS, WORK, TABLES, COMPLEMENT, REALS, BLOCKS, STAGES, FIRST, TODO, TERMS, EXTRA,
  NUMBERS, ROWS) = range(WORDS)  # fmt: skip
-NOTHING_NOTED = ir.Constant(BITS, [0] * LANES)
 SHARED = ("step", "start", "alive", "failed", "code", "passes", "age")
 
 
@@ -116,7 +114,7 @@ class MemberSteps(Pass):
         stages  s, for which loops are written out; 0 for any
         """
         self.context, self.builder, self.fields, self.after = context, builder, fields, after
-        self.d, self.row = fields.d, words.type.pointee
+        self.d, self.row, self.width = fields.d, words.type.pointee, LANES
         builder.reciprocals = Reciprocals(context, builder)
         found = [builder.load(builder.gep(words, [self.row(k)])) for k in range(WORDS)]
         addresses = [builder.inttoptr(word, DOUBLE.as_pointer()) for word in found[:6]]
@@ -286,7 +284,7 @@ class MemberSteps(Pass):
         with cgutils.for_range(builder, self.row(FIXED_POINT_PASSES), intp=self.row) as loop:
             counted = passes.lane
             passes.set((counted + 1.0).where(judgement.active.value, counted))
-            builder.store(NOTHING_NOTED, self.largest)
+            self.forget()
             self.one_pass()
             first = builder.icmp_unsigned("==", loop.index, self.row(0))
             with builder.if_else(first) as (at_first, later):
