@@ -15,16 +15,16 @@ from galvi.kernels.lanes.vectors import LANES, Lanes
 
 
 @cache
-def compiled(function: Any, given: int, returned: int) -> Any:
-    """(given, P) -> (returned, P): the function of lanes on the columns of an array."""
+def compiled(function: Any, given: int, returned: int, width: int = LANES) -> Any:
+    """(given, P) -> (returned, P): the function of ``width`` lanes on the columns of an array."""
 
     @intrinsic
-    def eight(typingctx, arguments, results, padded, chunk):  # type: ignore[no-untyped-def]
+    def some(typingctx, arguments, results, padded, chunk):  # type: ignore[no-untyped-def]
         whole = types.intp
         signature = types.void(arguments, results, whole, whole)
 
         def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
-            lanes = Lanes(context, builder, *values[2:])
+            lanes = Lanes(context, builder, *values[2:], width)
             source, target = (lanes.data(signature.args[k], values[k]) for k in (0, 1))
             row = values[2].type
             loaded = [Lane(builder, lanes.load(source, row(k))) for k in range(given)]
@@ -38,12 +38,12 @@ def compiled(function: Any, given: int, returned: int) -> Any:
     @numba.njit(error_model="numpy")
     def columns(arguments, results):  # type: ignore[no-untyped-def]
         padded = arguments.shape[1]
-        for chunk in range(padded // LANES):
-            eight(arguments, results, padded, chunk)
+        for chunk in range(padded // width):
+            some(arguments, results, padded, chunk)
 
     def apply(*arguments: Any) -> Any:
         count = len(arguments[0])
-        padded = -(-count // LANES) * LANES
+        padded = -(-count // width) * width
         source = np.ones((given, padded))
         for k, one in enumerate(arguments):
             source[k, :count] = one

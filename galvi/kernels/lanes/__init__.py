@@ -1,1 +1,1 @@
-"""Steps of point masses, rigid bodies and Lagrangians on R^d, eight stages to an instruction."""
+"""Steps of point masses, rigid bodies and Lagrangians on R^d, with vectors of eight or four stages."""

@@ -1,0 +1,109 @@
+"""Vectors of four lanes and of eight: the same motion, whatever the processor's registers hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+
+import galvi
+from galvi.kernels.lanes import functions, vectors
+from galvi.run import law_stepper, nystrom_steppers
+from tests.galvi.lane_functions import compiled
+
+TABLES = (
+    nystrom_steppers.collocation_tables, law_stepper.law_tables, law_stepper.group_law_tables,
+)  # fmt: skip
+
+
+@numba.njit
+def well(q: Any) -> Any:
+    """A potential that branches, so that it is called and not traced."""
+    return 0.5 * q[0] ** 2 + (q[1] ** 4 if q[1] > 0.0 else q[1] ** 2)
+
+
+@numba.njit
+def slopes(q: Any) -> Any:
+    return np.array([q[0], 4.0 * q[1] ** 3 if q[1] > 0.0 else 2.0 * q[1]])
+
+
+PROBLEMS = {
+    "a law on R^d": galvi.problems.double_pendulum(),
+    "a law that is called": galvi.Problem(
+        galvi.Canonical([1.0, 1.0], well, slopes), [1.0, 0.7], [0.2, 0.1]
+    ),
+    "a law on SO(3)": galvi.problems.pendulum_3d(),
+    "a law on SE(3)": galvi.problems.free_body_se3(),
+}
+STEP = 0.02
+
+
+@pytest.fixture(autouse=True)
+def tables_anew() -> Iterator[None]:
+    """Tables are kept for the processor's own vectors."""
+    for tables in TABLES:
+        tables.cache_clear()
+    yield
+    for tables in TABLES:
+        tables.cache_clear()
+
+
+def moved(problem: galvi.Problem, method: galvi.Galerkin, monkeypatch: Any, wide: bool) -> Any:
+    """A run as on a processor whose registers have eight lanes, or four."""
+    monkeypatch.setattr(vectors, "AVX512", wide)
+    for tables in TABLES:
+        tables.cache_clear()
+    run = galvi.integrate(problem, method, STEP, 20)
+    assert run.success and run.counts["linear_solves"] == 0, run.status
+    return run
+
+
+@pytest.mark.parametrize("stages", [1, 4, 8, 9, 12, 13])
+def test_only_stages_that_would_leave_a_register_idle_run_in_fours(stages, monkeypatch):
+    monkeypatch.setattr(vectors, "AVX512", False)
+    lanes = vectors.lanes_for(stages)
+    assert lanes == (4 if stages in (1, 4, 9, 12) else 8)
+    assert len(nystrom_steppers.stages_in_lanes(stages, lanes)) == -(-stages // lanes) * lanes
+    monkeypatch.setattr(vectors, "AVX512", True)
+    assert vectors.lanes_for(stages) == 8
+
+
+@pytest.mark.parametrize("points", [(2, 2), (4, 4), (3, 4), (10, 10)], ids=str)
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_a_run_in_fours_is_that_in_eights(name, points, monkeypatch):
+    degree, nodes = points
+    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(nodes))
+    four, eight = (moved(PROBLEMS[name], method, monkeypatch, wide) for wide in (False, True))
+    for one, other in ((four.q, eight.q), (four.p, eight.p)):
+        assert np.abs(one - other).max() < 1e-13 * (1.0 + np.abs(other).max())
+    assert four.counts["iterations"] == pytest.approx(eight.counts["iterations"], rel=0.1)
+
+
+def test_a_wrong_table_for_fours_is_seen(monkeypatch):
+    """A slip of one lane in the tables of vectors of four."""
+    sound = nystrom_steppers.stages_in_lanes
+    method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    eight = moved(PROBLEMS["a law on R^d"], method, monkeypatch, wide=True)
+
+    def slipped(s: int, lanes: int = 8) -> Any:
+        found = sound(s, lanes)
+        return np.roll(found, 1) if lanes == 4 else found
+
+    monkeypatch.setattr(nystrom_steppers, "stages_in_lanes", slipped)
+    with pytest.raises(AssertionError):
+        four = moved(PROBLEMS["a law on R^d"], method, monkeypatch, wide=False)
+        assert np.abs(four.q - eight.q).max() < 1e-13 * (1.0 + np.abs(eight.q).max())
+
+
+@pytest.mark.parametrize(
+    "function", ["sine_cosine", "exponential", "logarithm", "inverse_fourth_root", "square_root"]
+)
+def test_functions_are_the_same_to_the_bit(function):
+    x = np.exp(np.random.default_rng(3).uniform(-5.0, 5.0, 400))
+    asked = getattr(functions, function)
+    returned = 2 if function == "sine_cosine" else 1
+    four, eight = (compiled(asked, 1, returned, lanes)(x) for lanes in (4, 8))
+    np.testing.assert_array_equal(four, eight)
