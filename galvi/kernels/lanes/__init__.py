@@ -1,1 +1,1 @@
-"""Steps of point masses, rigid bodies and Lagrangians on R^d, with vectors of eight or four stages."""
+"""Steps of point masses, rigid bodies and Lagrangians in vectors of eight or four stages."""
