@@ -22,8 +22,8 @@ NOTHING = ir.Constant(VECTOR, [0.0] * LANES)
 def lanes_for(stages):
     """The lanes of a vector for steps of so many stages.
 
-    Where a register has four at most, eight lanes are two registers, and stages that fill all but
-    the last four of them leave one idle.
+    Where a register has four at most, eight lanes are two registers, the second of which would be
+    idle for 1 to 4, 9 to 12, ... stages.
     """
     return NARROW if 1 <= stages % LANES <= NARROW and not AVX512 else LANES
 
