@@ -1,7 +1,8 @@
 """Steps in vectors of four and of eight numbers: `python -m benchmarks.experiments.vector_lengths`.
 
 Which of them a run uses, `galvi.kernels.lanes.vectors.lanes_for` decides. Here each run is timed
-with both, in turn, and the fastest of `ROUNDS` counts.
+with both, in turn, and the fastest of `ROUNDS` counts. Eight stages run in eights on any processor:
+their ratio shows how quiet the machine was.
 """
 
 from __future__ import annotations
@@ -13,13 +14,9 @@ import pandas as pd
 
 import galvi
 from galvi.kernels.lanes import vectors
-from galvi.run import law_stepper, nystrom_steppers
 
-TABLES = (
-    nystrom_steppers.collocation_tables, law_stepper.law_tables, law_stepper.group_law_tables,
-)  # fmt: skip
 STAGES, ROUNDS, STEPS = (2, 4, 8, 9, 12), 12, 1000
-PROBLEMS = {  # with a step for each stage that a long run might use
+PROBLEMS = {  # and a step that all of them solve, for each stage
     galvi.problems.henon_heiles(): 0.05,
     galvi.problems.double_pendulum(): 0.004,
     galvi.problems.planar_chain(5): 0.001,
@@ -30,9 +27,7 @@ PROBLEMS = {  # with a step for each stage that a long run might use
 
 
 def seconds(problem: galvi.Problem, stages: int, per_stage: float, eight: bool) -> float:
-    """The time of a run in vectors of eight numbers, or of four where stages fit them better."""
-    for tables in TABLES:  # kept for the vectors of the last run
-        tables.cache_clear()
+    """The time of a run as on a processor with AVX-512 (``eight``), or as on one without."""
     method = galvi.Galerkin(galvi.Polynomials(stages), galvi.gauss(stages))
     with mock.patch.object(vectors, "AVX512", eight):
         galvi.integrate(problem, method, stages * per_stage, 2)
@@ -43,7 +38,7 @@ def seconds(problem: galvi.Problem, stages: int, per_stage: float, eight: bool) 
     return taken
 
 
-def ratios(rounds: int = ROUNDS) -> pd.DataFrame:
+def ratios() -> pd.DataFrame:
     """One row for each problem: the time with eight over that with four, by number of stages."""
     rows = []
     for problem, per_stage in PROBLEMS.items():
@@ -51,7 +46,7 @@ def ratios(rounds: int = ROUNDS) -> pd.DataFrame:
         for stages in STAGES:
             times = [
                 [seconds(problem, stages, per_stage, eight) for eight in (True, False)]
-                for _ in range(rounds)
+                for _ in range(ROUNDS)
             ]
             eight, four = (min(column) for column in zip(*times, strict=True))
             row[f"{stages} stages"] = round(eight / four, 2)

@@ -70,9 +70,9 @@ def _lane_law(system: Any, d: int, found: Traces) -> LaneLaw | None:
     return LaneLaw(lines, called_numbers(kernel, group.layout), kernel)
 
 
-def with_room(law: LaneLaw, d: int, width: int) -> Array:
-    """The constants of a law, and after them room that it may write to, for ``width`` lanes."""
-    return np.append(law.constants, np.zeros(width * d * (d + 1) // 2))
+def with_room(law: LaneLaw, d: int, padded: int) -> Array:
+    """The constants of a law, and after them room that it may write to, for P stages."""
+    return np.append(law.constants, np.zeros(padded * d * (d + 1) // 2))
 
 
 def has_law(problem: Problem, method: Galerkin) -> bool:
@@ -103,22 +103,22 @@ def _compiled(lines: str, d: int, lanes: int) -> tuple[Any, Any]:
 
 @lru_cache(maxsize=32)
 def law_tables(
-    table: Tableau, step: float, degrees: tuple[int, ...] | None = None
+    table: Tableau, step: float, lanes: int, degrees: tuple[int, ...] | None = None
 ) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.kernels.lanes.law.
 
+    lanes    of a vector
     degrees  (d,) number of coefficients of each component; None where all have the table's
     """
-    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
-    s, m = table.slope.shape
-    lanes = stages_in_lanes(s, lanes_for(s))
+    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step, lanes)
+    (s, m), stages = table.slope.shape, stages_in_lanes(table.c.size, lanes)
     coefficients = degrees or (m,)
-    complement = np.zeros((0, lanes.size))
+    complement = np.zeros((0, stages.size))
     if s > min(coefficients):
-        complement = np.vstack([np.ascontiguousarray(outside(table, k)[lanes].T)
+        complement = np.vstack([np.ascontiguousarray(outside(table, k)[stages].T)
                                 for k in coefficients])  # fmt: skip
     tables, complement = aligned_copies(np.concatenate([moves, turns]), complement)
-    return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[lanes])
+    return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[stages])
 
 
 def aligned_copies(*given: Array) -> list[Array]:
@@ -145,11 +145,12 @@ def law_stepper(
     d, s = problem.q0.size, method.stages
     found = lane_law(problem.system, d)
     assert found is not None
-    law, function = _compiled(found.lines, d, lanes_for(s))
-    given = law_tables(method.table, step, component_degrees(method))
-    width = given[3].shape[1]
-    scratch, spare = aligned((rows_of_work(d), width), (6, max(width, d, s)))
-    constants, numbers = with_room(found, d, width), np.zeros(2 * d + 3)
+    lanes = lanes_for(s)
+    law, function = _compiled(found.lines, d, lanes)
+    given = law_tables(method.table, step, lanes, component_degrees(method))
+    padded = given[3].shape[1]
+    scratch, spare = aligned((rows_of_work(d), padded), (6, max(padded, d, s)))
+    constants, numbers = with_room(found, d, padded), np.zeros(2 * d + 3)
     work.counts[CALLED] = found.calls is not None
     kernel = compiled_advance_law()
     plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
@@ -195,12 +196,16 @@ def _compiled_on_group(
 
 
 @lru_cache(maxsize=32)
-def group_law_tables(table: Tableau, step: float) -> tuple[Array, Array, tuple[Array, ...]]:
-    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.group_law."""
-    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step)
-    s, m = table.slope.shape
-    lanes = stages_in_lanes(s, lanes_for(s))
-    P, terms = lanes.size, ahead.shape[0] // s
+def group_law_tables(
+    table: Tableau, step: float, lanes: int
+) -> tuple[Array, Array, tuple[Array, ...]]:
+    """A table, multiplied by the step, in the layout of galvi.kernels.lanes.group_law.
+
+    lanes  of a vector
+    """
+    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step, lanes)
+    (s, m), stages = table.slope.shape, stages_in_lanes(table.c.size, lanes)
+    P, terms = stages.size, ahead.shape[0] // s
     Y = orthonormal_complement(table)
     complement, tables = aligned((2 * (s - m), P), ((4 + terms) * P + 3, P))
     complement[: s - m, :s], complement[s - m :, :s] = Y, Y * table.b
@@ -216,7 +221,7 @@ def group_law_tables(table: Tableau, step: float) -> tuple[Array, Array, tuple[A
     tables[4 * P + 2, :s] = np.mean(Y * Y, axis=0) * table.b if s > m else 0.0
     for k, rows in enumerate(ahead.reshape(terms, s, P)):
         tables[(4 + k) * P + 3 : (4 + k) * P + 3 + s] = rows
-    return tables, complement, (series, growth, fit, read_only(table.c[lanes]))
+    return tables, complement, (series, growth, fit, read_only(table.c[stages]))
 
 
 def orthonormal_complement(table: Tableau) -> Array:
@@ -234,17 +239,17 @@ def group_law_stepper(
     """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
     system: Any = problem.system
     layout, chart = system.group.layout, method.group_chart.number
-    tables, complement, others = group_law_tables(method.table, step)
-    d, width, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
     lanes = lanes_for(method.stages)
-    law, found, function = _compiled_on_group(system, chart, lanes, width == lanes, traces(system))
+    tables, complement, others = group_law_tables(method.table, step, lanes)
+    d, padded, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
+    law, found, function = _compiled_on_group(system, chart, lanes, padded == lanes, traces(system))
     scratch, spare = aligned(
-        (rows_of_group_work(d, extra), width), (7, max(9, width, *work.state.shape))
+        (rows_of_group_work(d, extra), padded), (7, max(9, padded, *work.state.shape))
     )
-    constants, numbers = with_room(found, d, width), np.zeros(3 * d + PLACE + problem.q0.size)
+    constants, numbers = with_room(found, d, padded), np.zeros(3 * d + PLACE + problem.q0.size)
     work.counts[CALLED] = found.calls is not None
     arrays = (scratch, tables, complement, constants, numbers)
-    given = np.array([*(array.ctypes.data for array in arrays), width, extra])
+    given = np.array([*(array.ctypes.data for array in arrays), padded, extra])
     kernel = compiled_advance_group_law()
     plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
 

@@ -16,7 +16,7 @@ from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.forces.force_kinds import BUILT_IN, SIGNATURES
 from galvi.kernels.lanes import nbody as packed
 from galvi.kernels.lanes.canonical import compiled_advance_canonical
-from galvi.kernels.lanes.vectors import LANES, lanes_for
+from galvi.kernels.lanes.vectors import LANES
 from galvi.kernels.nystrom import advance
 from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, FORCES, NEWTON, Force
 from galvi.kernels.nystrom.step import NystromTableau
@@ -167,17 +167,20 @@ def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
 
 
 @lru_cache(maxsize=32)
-def collocation_tables(table: Tableau, step: float) -> tuple[Array, ...]:
-    """h A^T, h B^T and h b with their low parts, and more of galvi.kernels.lanes.law."""
+def collocation_tables(table: Tableau, step: float, lanes: int = LANES) -> tuple[Array, ...]:
+    """h A^T, h B^T and h b with their low parts, and more of galvi.kernels.lanes.law.
+
+    lanes  of a vector
+    """
     s = table.c.size
-    lanes = stages_in_lanes(s, lanes_for(s))
+    stages = stages_in_lanes(s, lanes)
     moves, turns = (
-        np.concatenate(scaled(M, step)[:, lanes].swapaxes(1, 2)) for M in integrals_of(table)
+        np.concatenate(scaled(M, step)[:, stages].swapaxes(1, 2)) for M in integrals_of(table)
     )
     kicks = scaled(np.stack([table.b, table.low_parts[1]]), step)
-    ahead = np.concatenate(_extrapolated(table, np.eye(s)[:, lanes]))
+    ahead = np.concatenate(_extrapolated(table, np.eye(s)[:, stages]))
     numbers = (
-        moves, turns, kicks, ahead, table.analysis.T[:, lanes], table.growth,
+        moves, turns, kicks, ahead, table.analysis.T[:, stages], table.growth,
         step * table.projection,
     )  # fmt: skip
     return tuple(read_only(np.array(number)) for number in numbers)

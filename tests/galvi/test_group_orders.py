@@ -109,8 +109,8 @@ def test_forces_that_do_not_belong_to_the_moves_are_caught_by_symplecticity(monk
     """Any table makes a variational method; one without B_jk = b_k - A_kj b_k / b_j does not."""
     sound = law_stepper.collocation_tables
 
-    def mismatched(table, step):
-        moves, turns, *others = sound(table, step)
+    def mismatched(*given):
+        moves, turns, *others = sound(*given)
         return (moves, turns * (1.0 + 1e-5 * np.arange(turns.shape[1])), *others)
 
     assert galvi.symplecticity_defect(PENDULUM, collocation(3), 0.2) < 2e-12  # 4e-15

@@ -101,7 +101,7 @@ def test_a_resumed_run_is_the_long_one_to_the_last_bit() -> None:
 
 
 def complement(table: Tableau) -> np.ndarray:
-    return law_stepper.law_tables(table, 0.1)[4][:, : table.c.size].T
+    return law_stepper.law_tables(table, 0.1, 8)[4][:, : table.c.size].T
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
@@ -119,14 +119,16 @@ def test_the_complement_of_the_slopes_is_an_orthogonal_projection(method: galvi.
 def test_a_wrong_complement_is_caught(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
     method, right = METHODS[1], law_stepper.law_tables
     smaller = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(10)).table
-    turned = np.pad(complement(method.table), ((0, 0), (0, 6)))  # C in place of C^T
+    transpose = complement(method.table)
 
-    def wrong(table: Tableau, step: float, degrees: None) -> tuple[np.ndarray, ...]:
-        tables = list(right(table, step))
+    def wrong(table: Tableau, step: float, lanes: int, *_: None) -> tuple[np.ndarray, ...]:
+        tables = list(right(table, step, lanes))
+        turned = np.zeros_like(tables[4])
+        turned[:, : table.c.size] = transpose  # C in place of C^T
         tables[4] = {
             "sign": -tables[4],
             "none": np.zeros_like(tables[4]),
-            "of a smaller space": right(smaller, step)[4],
+            "of a smaller space": right(smaller, step, lanes)[4],
             "transposed": turned,
         }[fault]
         return tuple(tables)

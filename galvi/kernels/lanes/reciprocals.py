@@ -12,9 +12,7 @@ from numba.core import cgutils
 
 from galvi.kernels.lanes.functions import inverse_fourth_root
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import LANES, NOTHING, VECTOR
-
-FEATURE = "+avx512f"
+from galvi.kernels.lanes.vectors import LANES, NOTHING, VECTOR, has_avx512
 
 
 class Reciprocals:
@@ -22,7 +20,7 @@ class Reciprocals:
 
     def __init__(self, context, builder):
         self.builder = builder
-        self.fast = FEATURE in context.codegen().magic_tuple()[2].split(",")
+        self.fast = has_avx512(context)
 
     def _estimate(self, name, x):
         byte = ir.IntType(LANES)

@@ -11,12 +11,19 @@ from numba.core import cgutils
 from numba.core.registry import cpu_target
 
 LANES, NARROW = 8, 4  # of a vector
-AVX512 = "+avx512f" in cpu_target.target_context.codegen().magic_tuple()[2].split(",")
 DOUBLE = ir.DoubleType()
 VECTOR = ir.VectorType(DOUBLE, LANES)
 BITS = ir.VectorType(ir.IntType(64), LANES)
 FUSED = ("contract",)
 NOTHING = ir.Constant(VECTOR, [0.0] * LANES)
+
+
+def has_avx512(context):
+    """Whether numba's context compiles for a processor with AVX-512."""
+    return "+avx512f" in context.codegen().magic_tuple()[2].split(",")
+
+
+AVX512 = has_avx512(cpu_target.target_context)
 
 
 def lanes_for(stages):

@@ -21,7 +21,7 @@ from galvi.kernels.lanes.frames import universal
 from galvi.kernels.lanes.frames.kepler_motion import BLOCKS, HEAD, MASS, MOST, STEP, dot
 from galvi.kernels.lanes.functions import square_root, two_product, two_sum
 from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes
+from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes, spread
 
 TERMS = 10  # of a series
 SMALL = 2e-6  # share of a step up to which a correction of X is the last one
@@ -90,10 +90,7 @@ def kepler_drift(typingctx, axes, numbers, share, state):
 def _below(builder, count):
     """The lanes whose number is below a count."""
     numbers = ir.Constant(ir.VectorType(count.type, LANES), list(range(LANES)))
-    undefined = ir.Constant(numbers.type, ir.Undefined)
-    zeros = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-    one = builder.insert_element(undefined, count, ir.Constant(ir.IntType(32), 0))
-    return builder.icmp_signed("<", numbers, builder.shuffle_vector(one, undefined, zeros))
+    return builder.icmp_signed("<", numbers, spread(builder, count, LANES))
 
 
 def _moved(builder, lanes, mask, mu, t, q, q_low, v, v_low):
