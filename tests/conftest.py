@@ -6,12 +6,10 @@ import gc
 import io
 import os
 import signal
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -95,12 +93,14 @@ def interruptible() -> Iterator[None]:
 def judge_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """`galvi.judge` runs its command here, without the seconds that a new process imports for."""
 
-    def here(arguments: list[str], **options: Any) -> subprocess.CompletedProcess[str]:
+    def here(arguments: list[str]) -> str:
+        from galvi.doors.judge import PROGRESS
         from reports.cli.commands import run
 
-        said, told = io.StringIO(), io.StringIO()
-        with redirect_stdout(said), redirect_stderr(told):
-            code = run(None, arguments[3:])  # type: ignore[arg-type]
-        return subprocess.CompletedProcess(arguments, code, said.getvalue(), told.getvalue())
+        told = io.StringIO()
+        with redirect_stdout(io.StringIO()), redirect_stderr(told):
+            run(None, ["judge", *arguments])  # type: ignore[arg-type]
+        lines = told.getvalue().splitlines()
+        return "\n".join(line for line in lines if not line.startswith(PROGRESS))
 
-    monkeypatch.setattr("galvi.doors.judge.subprocess", SimpleNamespace(run=here))
+    monkeypatch.setattr("galvi.doors.judge._run", here)

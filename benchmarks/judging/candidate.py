@@ -1,4 +1,4 @@
-"""The parts of a judgement: sources of truth, own setting, candidates, kinds of model."""
+"""The parts of a judgement: models and their kinds, sources of truth, own setting, candidates."""
 
 from __future__ import annotations
 
@@ -12,6 +12,22 @@ import pandas as pd
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references import Contender
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """What is judged.
+
+    problem  as galvi reads it
+    own      the user's own, which its engine steps: a `rebound.Simulation`, or what
+             `galvi.doors.from_mujoco.read` returns; None where there is the problem alone, from
+             which the engine's is rebuilt
+    notes    what of it was left out or is read otherwise, in sentences
+    """
+
+    problem: Problem
+    own: Any = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -37,14 +53,14 @@ class Source:
         """The run with so many states after the start."""
         if self.step is None:
             return self.contender.run(problem, duration, {"samples": samples, **self.setting})
-        every = math.ceil(duration / (samples * self.step))
+        every = math.ceil(abs(duration) / (samples * self.step))
         setting = {"step": duration / (samples * every), "save_every": every, **self.setting}
         return self.contender.run(problem, duration, setting)
 
 
 @dataclass(frozen=True)
 class Own:
-    """The user's integrator; ``step`` is None where it chooses its own."""
+    """The user's integrator; ``step``, negative backwards, is None where it chooses its own."""
 
     label: str
     contender: Contender
@@ -81,17 +97,38 @@ class Kind(Protocol):
     PART: str  # what a part of the model is called
     ENGINE: str  # to install where no source of the truth can be run
     MORE: str  # to install where all sources are of one engine
+    ANOTHER: str  # how to choose another start, after a sentence that ends with "another"
+
+    def model(self, problem: Problem) -> Model:
+        """That of a problem alone, whose integrator and step are among its parameters."""
 
     def default_duration(self, problem: Problem) -> float:
         """Where none is asked for."""
 
+    def span(self, duration: float, step: float) -> float:
+        """The duration, negative where the own step, or the duration, is; ValueError where a model
+        cannot go backwards."""
+
+    def own(self, model: Model, name: str) -> Contender:
+        """This one of INTEGRATORS on the user's own model, as it is."""
+
+    def label(self, contender: Contender, options: Mapping[str, Any]) -> str:
+        """The integrator with those of its options that are not the engine's defaults."""
+
     def states(self, problem: Problem, duration: float) -> int:
         """How many states of the truth are needed."""
 
-    def sources(self, problem: Problem, duration: float) -> list[Source]:
-        """Solvers that are fit to be the truth, the best first; opinions last."""
+    def sources(self, model: Model, duration: float, own: Own) -> list[Source]:
+        """Solvers that are fit to be the truth, best first, not the own setting; opinions last."""
 
-    def candidates(self, problem: Problem, duration: float) -> Iterator[list[Candidate]]:
+    def check(self, model: Model, truth: Trajectory) -> None:
+        """ValueError, with both numbers, where at states of the truth the engine's accelerations of
+        the user's own model are not those of the problem."""
+
+    def notes(self, model: Model, own: Own, truth: Trajectory) -> list[str]:
+        """What a reader should know of the run and of what is compared with it, in sentences."""
+
+    def candidates(self, model: Model, duration: float) -> Iterator[list[Candidate]]:
         """For each integrator its settings from coarse to fine, or the coarsest of its steps."""
 
     def shifted(self, problem: Problem, amount: float, signs: Any) -> Problem:
@@ -107,4 +144,4 @@ class Kind(Protocol):
         """Of each part, its largest and its last error, and more."""
 
     def encounters(self, truth: Trajectory) -> pd.DataFrame:
-        """What no fixed step resolves; no columns where there is no such thing."""
+        """Close passages; no columns where there is no such thing."""

@@ -5,31 +5,30 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import numpy as np
 import pandas as pd
 
-import galvi
 from benchmarks.judging import bodies, trees
-from benchmarks.judging.candidate import Candidate, Kind, Own, Source
+from benchmarks.judging.candidate import Candidate, Kind, Model, Own, Source
 from benchmarks.judging.neighbours import horizons
+from benchmarks.judging.scan import (
+    COLUMNS,
+    Limits,
+    energy_change,
+    momentum_change,
+    scan,
+    timed,
+)
 from benchmarks.judging.truth import Agreement, agreements
 from galvi import Multibody, NBody, Problem, Trajectory, input_checks
-from galvi.arrays import Array
-from galvi.run.energies import conserves_energy
 
-SAMPLES = 100  # states of the user's own run and of the candidates
 PIECES = 20  # times at which sources of the truth are compared
-REPEATED = 0.05  # seconds below which a run is timed several times
-REPEATS = 3
-PATIENCE = 3.0  # seconds for the settings of one integrator
-SLOWER = 20.0  # times as long as one that reaches the error: not tried any further
-MOST_RUNS = 12  # of one integrator
+SAMPLES = 100  # states of the user's own run and of the candidates, at most
+FINER, LONG = 20, 2.0  # times as many of the own run at most; seconds of one with fewer
 LOST = 1e-3  # share of the motion by which sources differ where there is no truth any more
-LEAST, MOST = 1.4, 4.0  # factors between the steps of two runs
-COLUMNS = ("integrator", "setting", "error", "seconds", "energy_error", "reached", "status")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,13 +40,16 @@ class Judgement:
     error        that is asked for, largest distance from the truth of any part at any time
     source       of the truth
     agreements   of the truth with other sources
-    own          the user's setting: label, error, seconds, energy_error, momentum_error, status
+    own          the user's: integrator, error, seconds, energy and momentum (their largest relative
+                 changes), status
     own_errors   t, error: of the user's run
     parts        the errors of each part in that run
     table        the candidates that were tried, those that reach the error first, by their time
-    encounters   passages that no fixed step resolves
-    horizons     until when a start known to so many digits predicts the motion to ``error``
+    encounters   close passages
+    horizons     until when a start known to so many digits predicts the motion to ``error``; empty
+                 where that was not asked for
     truth        the trajectory of the truth
+    notes        what a reader should know of the run, in sentences
     """
 
     kind: Kind
@@ -63,6 +65,7 @@ class Judgement:
     encounters: pd.DataFrame
     horizons: pd.DataFrame
     truth: Trajectory
+    notes: tuple[str, ...] = field(default=())
 
     @property
     def truth_agreement(self) -> float:
@@ -75,11 +78,11 @@ class Judgement:
         """The last time before two sources differ by LOST of the motion; inf where they do not."""
         still = np.broadcast_to(self.problem.q0, self.truth.q.shape)
         size = float(np.max(self.kind.errors(replace(self.truth, q=still), self.truth)))
-        ends = [math.inf]
+        ends = []
         for one in self.agreements:
             parted = np.flatnonzero(~(one.apart < LOST * size))
             ends += [float(one.t[parted[0] - 1])] if parted.size and not one.source.opinion else []
-        return min(ends)
+        return min(ends, key=lambda t: abs(t - self.problem.t0), default=math.inf)
 
     @property
     def engines(self) -> tuple[str, ...]:
@@ -100,67 +103,107 @@ class Judgement:
 
 
 def judge(
-    problem: Problem,
+    model: Model | Problem,
     duration: float | None = None,
     error: float | None = None,
     own: Mapping[str, Any] | None = None,
     report: Callable[[str], None] = lambda sentence: None,
+    quick: bool = False,
+    first: Callable[[Judgement], None] = lambda found: None,
 ) -> Judgement:
     """Judge a model of point masses, or a tree of rigid bodies.
 
-    duration  in the model's time; None: 100 revolutions of its fastest body, or 10 for a tree. It
-              is lengthened to a multiple of a hundred of the own integrator's steps
+    duration  in the model's time; None: 100 revolutions of its fastest body, or 10 for a tree;
+              negative: backwards, as where the own step is. It is lengthened by some of the own
+              integrator's steps, to a multiple of 50 to 100 of them
     error     None: that of the user's own run, or ten times that of the truth if that is larger
     own       the user's integrator by its engine's name, dt, and its options; what is not given is
               as in the model
+    quick     with shorter looks at other sources of the truth and other integrators, and none at
+              neighbouring starts
+    first     called with what is known of the own run before anything is compared with it
 
-    Raises ValueError for a model of another kind, and for an own integrator that is not known;
-    RuntimeError where no source of the truth can be run.
+    Raises ValueError for a model of another kind or that is misread, and for an own integrator that
+    is not known; RuntimeError where no source of the truth can be run.
     """
+    problem = model.problem if isinstance(model, Model) else model
     kind = kind_of(problem)
-    mine = own_setting(kind, problem, own or {})
+    model = model if isinstance(model, Model) else kind.model(problem)
+    mine = own_setting(kind, model, own or {})
     span = kind.default_duration(problem) if duration is None else (
-        input_checks.positive("duration", duration)
+        input_checks.real("duration", duration)
     )  # fmt: skip
-    if mine.step is not None and mine.step > span:
-        raise ValueError(f"own dt must be at most the duration {span:g}; received {mine.step:g}.")
+    if span == 0.0:
+        raise ValueError("duration must not be 0; received 0. Give the time to cover.")
+    span = kind.span(span, float((own or {}).get("dt") or problem.parameters.get("dt", 0.0)))
+    samples, steps = SAMPLES, SAMPLES
     if mine.step is not None:
-        span = math.ceil(span / (SAMPLES * mine.step) - 1e-9) * SAMPLES * mine.step
-        report(f"duration {span:g}, {SAMPLES} times a whole number of steps")
+        step = abs(mine.step)
+        if step > abs(span):
+            raise ValueError(
+                f"own dt must be at most the duration {abs(span):g}; received {step:g}."
+            )
+        samples, steps = _samples(round(abs(span) / step) or 1, abs(span) / step)
+        span = math.copysign(steps * step, span)
+        mine = replace(mine, step=math.copysign(step, span))
+        report(f"duration {span:g}, {steps} steps")
     if error is not None:
         error = input_checks.positive("error", error)
-    every = kind.sources(problem, span)
+    every = kind.sources(model, span, mine)
+    finer = max(k for k in range(1, FINER + 1) if (steps // samples) % k == 0)
+    dense = finer * -(-kind.states(problem, span) // (samples * finer))
+    began = time.perf_counter()
+    truth, source, stopped = _truth(kind, problem, span, samples * dense, every, report)
+    limits = Limits.of(time.perf_counter() - began, quick)
+    thin = _thinned(truth, dense)
+    kind.check(model, thin)
+    report(f"own: {mine.label}")
+    found, over_time, parts = _own(
+        kind, mine, problem, span, _thinned(truth, dense // finer), samples
+    )  # fmt: skip
+    nothing = pd.DataFrame(columns=list(COLUMNS)).astype({"reached": bool})
+    known = found["error"] if error is None else error
+    before = Judgement(
+        kind, problem, span, known, source, (), found, over_time, parts, nothing,
+        kind.encounters(truth), pd.DataFrame(columns=["start_known_to", "until"]), truth,
+        (*model.notes, *kind.notes(model, mine, truth)),
+    )  # fmt: skip
+    first(before)
+    others = [one for one in every if one is not source and one not in stopped]
+    checks = agreements(
+        thin, others, kind.errors, min(PIECES, samples), report, limits.source
+    )  # fmt: skip
+    checks += [Agreement(one, thin.t[:1], np.zeros(1), "it stops there") for one in stopped]
+    apart = max((one.largest for one in checks if not one.source.opinion), default=0.0)
+    wanted = float(np.fmax(found["error"], 10.0 * apart)) if error is None else error
+    ends = before.horizons
+    if limits.neighbours:
+        report("neighbouring starts")
+        ends = horizons(kind, source, thin, wanted)
+    table = scan(kind, model, span, thin, wanted, report, limits)
+    return replace(before, error=wanted, agreements=tuple(checks), horizons=ends, table=table)
+
+
+def _truth(
+    kind: Kind, problem: Problem, span: float, samples: int, every: list[Source],
+    report: Callable[[str], None],
+) -> tuple[Trajectory, Source, list[Source]]:  # fmt: skip
+    """The run of the first source that reaches the end, that source, and those that did not."""
     sources = [one for one in every if not one.opinion]
     if not sources:
         raise RuntimeError(f"no source of the truth can be run: install {kind.ENGINE}.")
-    dense, stopped = -(-kind.states(problem, span) // SAMPLES), []
-    for first in sources:
-        report(f"truth: {first.label}")
-        truth = first.run(problem, span, SAMPLES * dense)
+    stopped = []
+    for source in sources:
+        report(f"truth: {source.label}")
+        truth = source.run(problem, span, samples)
         if truth.success:
             break
-        stopped.append(first)
+        stopped.append(source)
     else:
         raise RuntimeError(f"no source of the truth reaches the end: {truth.status}")
     if np.array_equal(truth.q[-1], problem.q0):
-        raise ValueError(
-            "nothing moves from this start: choose another; where a model of MuJoCo has keyframes, "
-            "--key 0 takes the first one, in galvi.judge key=0."
-        )
-    thin = _thinned(truth, dense)
-    others = [one for one in every if one is not first and one not in stopped]
-    checks = agreements(thin, others, kind.errors, PIECES, report)
-    report(f"own: {mine.label}")
-    found, over_time, parts = _own(kind, mine, problem, span, thin)
-    known = max((one.largest for one in checks if not one.source.opinion), default=0.0)
-    wanted = np.fmax(found["error"], 10.0 * known) if error is None else error
-    report("neighbouring starts")
-    ends = horizons(kind, first, thin, wanted)
-    table = _scan(kind, problem, span, thin, wanted, report)
-    return Judgement(
-        kind, problem, span, wanted, first, tuple(checks), found, over_time, parts, table,
-        kind.encounters(truth), ends, truth,
-    )  # fmt: skip
+        raise ValueError(f"nothing moves from this start: choose another{kind.ANOTHER}.")
+    return truth, source, stopped
 
 
 def kind_of(problem: Problem) -> Kind:
@@ -191,138 +234,70 @@ def _thinned(truth: Trajectory, every: int) -> Trajectory:
     )  # fmt: skip
 
 
-def own_setting(kind: Kind, problem: Problem, asked: Mapping[str, Any]) -> Own:
+def own_setting(kind: Kind, model: Model, asked: Mapping[str, Any]) -> Own:
     """The user's own integrator and step, as asked for or as the model has them.
 
     Raises ValueError for an integrator that is unknown, and for a fixed step that is not given.
     """
-    kept = {key: problem.parameters[key] for key in ("integrator", "dt")
-            if key in problem.parameters}  # fmt: skip
+    parameters = model.problem.parameters
+    kept = {key: parameters[key] for key in ("integrator", "dt") if key in parameters}
     given = {**kept, **asked}
     name = str(given.pop("integrator", next(iter(kind.INTEGRATORS)))).lower()
     if name not in kind.INTEGRATORS:
+        whose = "own" if "integrator" in asked else "the model's own"
+        first = next(iter(kind.INTEGRATORS))
         raise ValueError(
-            f"own integrator must be one of {', '.join(kind.INTEGRATORS)}; received {name!r}."
+            f"{whose} integrator must be one of {', '.join(kind.INTEGRATORS)}; received {name!r}. "
+            f"Choose one to judge: --own integrator={first}, in galvi.judge "
+            f"own={{'integrator': {first!r}}}."
         )
     step = given.pop("dt", None)
-    contender = kind.INTEGRATORS[name]
+    contender = kind.own(model, name)
     if name == kept.get("integrator", "").lower():  # with the options that the model has
         known = {*getattr(contender, "options", ()), *getattr(contender, "defaults", ())}
-        options = problem.parameters.get("options", {})
+        options = parameters.get("options", {})
         given = {key: value for key, value in options.items() if key in known} | given
+    label = kind.label(contender, given)
     if name in kind.ADAPTIVE:
-        return Own(f"{contender.name}, as it is", contender, given, None)
+        return Own(f"{label}, as it is", contender, given, None)
     if step is None:
         raise ValueError(f"own integrator {name} takes equal steps: give dt=... with it.")
-    step = input_checks.positive("own dt", step)
-    return Own(f"{contender.name}, dt = {step:g}", contender, given, step)
+    step = input_checks.real("own dt", step)
+    if step == 0.0:
+        raise ValueError("own dt must not be 0; received 0.")
+    return Own(f"{label}, dt = {step:g}", contender, given, step)
+
+
+def _samples(whole: int, steps: float) -> tuple[int, int]:
+    """How many states of so many steps are kept, SAMPLES at most, and the number of steps, which
+    are as few more as that number of states allows."""
+    least = whole if abs(whole - steps) < 1e-9 * steps else math.ceil(steps)
+    few = range(min(least, SAMPLES // 2), min(least, SAMPLES) + 1)
+    return min(((k, -(-least // k) * k) for k in few), key=lambda pair: (pair[1], -pair[0]))
 
 
 def _own(
-    kind: Kind, own: Own, problem: Problem, span: float, truth: Trajectory
+    kind: Kind, own: Own, problem: Problem, span: float, truth: Trajectory, samples: int
 ) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]:
-    """The findings of the user's setting, by part, and over time."""
+    """The findings of the user's setting, over time, and by part: at the states of the truth, or
+    where that takes long at ``samples`` of them."""
     steps = None if own.step is None else round(span / own.step)
-    run, seconds = _timed(Candidate(own.label, own.contender, own.options, steps), problem, span)
+    mine = Candidate(own.label, own.contender, own.options, steps)
+    run, seconds = timed(mine, problem, span, samples)
+    finer = (len(truth.t) - 1) // samples
+    if finer > 1 and seconds < LONG:
+        run = mine.run(problem, span, samples * finer)
+    else:
+        truth = _thinned(truth, finer)
     worst = kind.errors(run, truth).max(axis=1)
     whole = np.flatnonzero(np.isfinite(worst))  # up to where it failed
     found = {
         "integrator": own.label,
         "error": float(np.max(worst)),
         "seconds": seconds,
-        "energy_error": _energy_error(run),
-        "momentum_error": _momentum_error(run),
+        "energy": energy_change(run),
+        "momentum": momentum_change(run),
         "status": run.status,
     }
     over_time = pd.DataFrame({"t": run.t, "error": worst})
     return found, over_time, kind.by_part(_until(run, len(whole)), _until(truth, len(whole)))
-
-
-def _timed(candidate: Candidate, problem: Problem, span: float) -> tuple[Trajectory, float]:
-    """A run with SAMPLES states, and its seconds, the least of several where it is short."""
-    seconds, run = math.inf, None
-    if candidate.steps is not None:  # what compiles, and what a first call costs, is not its speed
-        step = candidate.setting(span, SAMPLES)["step"]
-        brief = {**candidate.options, "step": step, "save_every": 2}
-        candidate.contender.run(problem, 2 * step, brief)
-    for _ in range(1 + REPEATS):
-        clock = time.perf_counter()
-        run = candidate.run(problem, span, SAMPLES)
-        seconds = min(seconds, time.perf_counter() - clock)
-        if seconds > REPEATED:
-            break
-    assert run is not None
-    return run, seconds
-
-
-def _scan(
-    kind: Kind, problem: Problem, span: float, truth: Trajectory,
-    wanted: float, report: Callable[[str], None],
-) -> pd.DataFrame:  # fmt: skip
-    """Each integrator from coarse to fine until it reaches the error, or takes far longer than one
-    that does; the rows in order of usefulness."""
-    rows: list[tuple[Any, ...]] = []
-    best = math.inf
-    for settings in kind.candidates(problem, span):
-        report(settings[0].label)
-        begun = time.perf_counter()
-        waiting, last = list(settings), math.nan
-        for _ in range(MOST_RUNS):
-            if not waiting:
-                break
-            candidate = waiting.pop(0)
-            try:
-                run, seconds = _timed(candidate, problem, span)
-            except ValueError as refused:
-                rows.append((candidate.label, "", math.nan, math.nan, math.nan, False, refused))
-                break
-            off = float(np.max(kind.errors(run, truth))) if run.success else math.nan
-            reached = bool(off <= wanted)
-            text = ("adaptive" if candidate.steps is None
-                    else f"dt = {candidate.setting(span, SAMPLES)['step']:.4g}")  # fmt: skip
-            extra = ", ".join(f"{k} = {v:g}" for k, v in candidate.options.items()
-                              if k == "epsilon")  # fmt: skip
-            change = _energy_error(run) if run.success else math.nan
-            rows.append((candidate.label, f"{text} {extra}".strip(), off, seconds, change, reached,
-                         "" if run.success else run.status))  # fmt: skip
-            best = min(best, seconds) if reached else best
-            if reached or seconds > SLOWER * best or time.perf_counter() - begun > PATIENCE:
-                break
-            if candidate.steps is not None:
-                finer = _factor(off, last, wanted)
-                if finer * seconds > PATIENCE:
-                    break
-                done = candidate.setting(span, SAMPLES)["save_every"] * SAMPLES
-                waiting.append(replace(candidate, steps=math.ceil(finer * done)))
-            last = off
-    table = pd.DataFrame(rows, columns=list(COLUMNS))
-    keys = [~table["reached"], table["seconds"].where(table["reached"], table["error"])]
-    return table.iloc[np.lexsort(keys[::-1])].reset_index(drop=True)
-
-
-def _factor(error: float, before: float, wanted: float) -> float:
-    """By how many times more steps to take next: what the order asks for that the errors of the
-    last two runs, one with MOST times fewer steps at most, suggest; cautiously where it is low."""
-    if not (math.isfinite(error) and error > 0.0):
-        return 2.0
-    order = 2.0
-    if math.isfinite(before) and before > error:
-        order = max(order, math.log(before / error) / math.log(MOST))
-    return min(max((error / wanted) ** (1.0 / order), LEAST), MOST)
-
-
-def _energy_error(run: Trajectory) -> float:
-    """The largest relative change of the energy; NaN where it is not conserved."""
-    return _relative(galvi.energy(run)) if conserves_energy(run.problem.system) else math.nan
-
-
-def _momentum_error(run: Trajectory) -> float:
-    """The largest relative change of the angular momentum of point masses; NaN for others."""
-    return _relative(galvi.momentum_map(run)) if isinstance(run.problem.system, NBody) else math.nan
-
-
-def _relative(values: Array) -> float:
-    """The largest change from the first, over its size."""
-    change = np.abs(values - values[0]).reshape(len(values), -1).max(axis=1)
-    size = float(np.max(np.abs(values[0]))) or 1.0
-    return float(np.max(change)) / size

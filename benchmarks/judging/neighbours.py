@@ -10,12 +10,14 @@ from galvi import Trajectory
 from galvi.arrays import Array
 
 KNOWN = (1e-6, 1e-9, 1e-12, 1e-15)  # relative accuracies of a start
-SMALLEST = 1e-12  # shift of a start; the distances of runs from closer ones are in proportion
+# shifts of a start that are run; from others the distances are in proportion, as long as they are
+# small, which an error that is asked for is
+SHIFTS = {1e-6: 1e-9, 1e-9: 1e-9, 1e-12: 1e-12, 1e-15: 1e-12}
 SEED = 20_260_101
 
 
 def apart(kind: Kind, source: Source, truth: Trajectory, known: float) -> Array:
-    """How far a run from a start known so well, SMALLEST or worse, may be off, (saved,)."""
+    """How far a run from a start known so well may be off, (saved,)."""
     problem = truth.problem
     signs = np.random.default_rng(SEED).choice([-1.0, 1.0], 2 * problem.q0.size)
     shifted = kind.shifted(problem, known, signs)
@@ -26,10 +28,10 @@ def apart(kind: Kind, source: Source, truth: Trajectory, known: float) -> Array:
 
 def horizons(kind: Kind, source: Source, truth: Trajectory, error: float) -> pd.DataFrame:
     """For starts known to ``KNOWN``, the first time at which the error is reached; NaN for none."""
-    measured = {one: apart(kind, source, truth, one) for one in KNOWN if one >= SMALLEST}
+    measured = {one: apart(kind, source, truth, one) for one in dict.fromkeys(SHIFTS.values())}
     rows = []
     for known in KNOWN:
-        found = measured[max(known, SMALLEST)] * min(known / SMALLEST, 1.0)
+        found = measured[SHIFTS[known]] * (known / SHIFTS[known])
         beyond = np.flatnonzero(~(found < error))
         rows.append((known, float(truth.t[beyond[0]]) if beyond.size else np.nan))
     return pd.DataFrame(rows, columns=["start_known_to", "until"])

@@ -1,7 +1,8 @@
 """Comparable times of several calls: warmed up, in interleaved rounds, with an interval.
 
-A call in another process is timed there: it has ``seconds(repeats)``, the mean over that many
-calls, and ``took``, the time of the last one.
+Of a run by another engine the time is the engine's, without our conversions of its states. A call
+in another process is timed there: it has ``seconds(repeats)``, the mean over that many calls, and
+``took``, the time of the last one.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Any
 
 from galvi import Problem, Trajectory
 from references import Contender
+from references.engine_clock import heard
 
 LONG, ENOUGH = 0.3, 2  # seconds, and rounds of calls that take longer
 
@@ -82,10 +84,12 @@ def seconds_of(call: Callable[[], Any], repeats: int = 1) -> float:
     """Seconds of a call, the mean over the repeats."""
     if hasattr(call, "seconds"):
         return float(call.seconds(repeats))
-    start = time.perf_counter()
-    for _ in range(repeats):
-        call()
-    return (time.perf_counter() - start) / repeats
+    with heard() as spent:
+        start = time.perf_counter()
+        for _ in range(repeats):
+            call()
+        whole = time.perf_counter() - start
+    return (spent.seconds or whole) / repeats
 
 
 def warmed(call: Callable[[], Any]) -> tuple[Any, float]:
@@ -96,7 +100,8 @@ def warmed(call: Callable[[], Any]) -> tuple[Any, float]:
 
 def once(call: Callable[[], Any]) -> tuple[Any, float]:
     """The result of a call and its seconds; NaN where its own clock failed."""
-    start = time.perf_counter()
-    result = call()
-    seconds = time.perf_counter() - start
+    with heard() as spent:
+        start = time.perf_counter()
+        result = call()
+        seconds = spent.seconds or time.perf_counter() - start
     return result, float(getattr(call, "took", seconds))

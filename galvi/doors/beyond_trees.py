@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,20 @@ from galvi import input_checks
 from galvi.input_checks import shown
 
 Found = str | None
+
+
+class BeyondTrees(ValueError):
+    """A model that has more than trees of bodies, with the ``names`` of what it has besides."""
+
+    def __init__(self, more: dict[str, str]):
+        self.names = tuple(more)
+        lines = "\n".join(f"  {name}: {text}" for name, text in more.items())
+        super().__init__(
+            f"the model must be trees of joints with inertia, springs, damping and gravity alone; "
+            f"received also\n{lines}\nLeave them out with ignore={self.names!r}."
+        )
+
+
 SLIDE, HINGE = 2, 3  # as MuJoCo numbers joints
 
 
@@ -61,26 +74,24 @@ def _contacts(model: Any) -> Found:
 
 def _pairs(model: Any) -> int:
     """Pairs of geoms that MuJoCo's filters let collide."""
-    excluded = {int(x) for x in model.exclude_signature}
+    some = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    bodies = model.geom_bodyid[some].astype(np.int64)
+    roots = model.body_weldid[bodies]
+    above = model.body_weldid[model.body_parentid[roots]]
+    types, kin = model.geom_contype[some], model.geom_conaffinity[some]
     filtered = not _disabled(model, "FILTERPARENT")
-    welds, parents = model.body_weldid, model.body_parentid
-    groups: dict[int, list[int]] = {}
-    for k, body in enumerate(model.geom_bodyid):
-        if model.geom_contype[k] or model.geom_conaffinity[k]:
-            groups.setdefault(int(body), []).append(k)
     count = int(model.npair)
-    for one, other in combinations(sorted(groups), 2):
-        roots = int(welds[one]), int(welds[other])
-        if roots[0] == roots[1] or (one << 16) + other in excluded:
-            continue
-        if filtered and all(roots):
-            above = [int(welds[parents[root]]) for root in roots]
-            if above[0] == roots[1] or above[1] == roots[0]:
-                continue
-        a, b = groups[one], groups[other]
-        first = model.geom_contype[a][:, None] & model.geom_conaffinity[b]
-        second = model.geom_contype[b] & model.geom_conaffinity[a][:, None]
-        count += int(np.count_nonzero(first | second))
+    for k in range(len(some)):
+        rest = slice(k + 1, None)
+        free = roots[rest] != roots[k]
+        if filtered and roots[k]:
+            related = (above[rest] == roots[k]) | (above[k] == roots[rest])
+            free &= ~((roots[rest] != 0) & related)
+        if model.nexclude:
+            low, high = np.minimum(bodies[rest], bodies[k]), np.maximum(bodies[rest], bodies[k])
+            free &= ~np.isin((low << 16) + high, model.exclude_signature)
+        meet = (types[rest] & kin[k]) | (types[k] & kin[rest])
+        count += int(np.count_nonzero(free & (meet != 0)))
     return count
 
 
@@ -94,14 +105,12 @@ def motors(model: Any, joint: int) -> list[tuple[int, float]]:
     """The actuators on a hinge or a slide, with their gear; their armature and damping are its."""
     import mujoco
 
+    if int(model.jnt_type[joint]) not in (HINGE, SLIDE):
+        return []
     kinds = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
-    found = []
-    for k in range(model.nactuator):
-        row = int(model.actuator_outadr[k])
-        on_joint = int(model.actuator_trntype[row]) in kinds
-        if on_joint and int(model.actuator_trnid[row, 0]) == joint:
-            found.append((k, float(model.actuator_gear[row, 0])))
-    return found if int(model.jnt_type[joint]) in (HINGE, SLIDE) else []
+    on_joint = np.isin(model.actuator_trntype, kinds) & (model.actuator_trnid[:, 0] == joint)
+    gears = model.actuator_gear[:, 0]  # of each output
+    return [(int(k), float(gears[model.actuator_outadr[k]])) for k in np.flatnonzero(on_joint)]
 
 
 def _actuators(model: Any) -> Found:
@@ -115,12 +124,25 @@ def _actuators(model: Any) -> Found:
     return _counted(np.count_nonzero(own), f"actuator {of}", f"actuators {of}")
 
 
+QUIET = (  # fields of tendons that exert nothing by themselves
+    *("adr", "num", "type", "treeid", "treenum", "actuatorid", "plasticadr", "group", "matid"),
+    *("width", "rgba", "user", "length0", "invweight0", "lengthspring", "springyield", "range"),
+    *("margin", "actfrclimited", "actfrcrange", "solref_lim", "solimp_lim", "solref_fri"),
+    "solimp_fri",
+)
+
+
+def tendon_forces(model: Any) -> list[str]:
+    """The fields that make tendons act, with any that galvi does not know."""
+    names = (name for name in dir(model) if name.startswith("tendon_"))
+    return [name for name in names if name.removeprefix("tendon_") not in QUIET]
+
+
 def _tendons(model: Any) -> Found:
     acting = np.zeros(model.ntendon, dtype=bool)
-    for name in ("stiffness", "stiffnesspoly", "damping", "dampingpoly", "armature",
-                 "frictionloss", "limited"):  # fmt: skip
-        values = getattr(model, f"tendon_{name}") != 0
-        acting |= values if values.ndim == 1 else np.any(values, axis=1)
+    for name in tendon_forces(model):
+        values = getattr(model, name) != 0
+        acting |= np.any(values, axis=tuple(range(1, values.ndim)))
     return _counted(np.count_nonzero(acting), "tendon")
 
 
@@ -165,6 +187,13 @@ def _dampers(model: Any) -> Found:
     return _counted(np.count_nonzero(own), "damper")
 
 
+def _sleep(model: Any) -> Found:
+    import mujoco
+
+    on = model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    return "slow trees may be put to sleep, which stops them" if on else None
+
+
 PARTS: dict[str, Callable[[Any], Found]] = {
     "contacts": _contacts,
     "limits": _limits,
@@ -178,4 +207,5 @@ PARTS: dict[str, Callable[[Any], Found]] = {
     "nonlinear damping": _dampers,
     "flexes": lambda model: _counted(int(model.nflex), "flexible body", "flexible bodies"),
     "plugins": lambda model: _counted(int(model.nplugin), "plugin"),
+    "sleep": _sleep,
 }

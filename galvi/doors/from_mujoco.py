@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,8 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.doors.beyond_trees import beyond_trees, checked_names, motors
+from galvi.doors.beyond_trees import BeyondTrees, beyond_trees, checked_names, motors
+from galvi.doors.mujoco_model import Own, check_reading, some_states, unknown, without
 from galvi.kernels.lanes.trees.tree import DOFS, SLIDE
 from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
@@ -24,61 +26,103 @@ LOGGER = logging.getLogger("galvi")
 KINDS = ("free", "ball", "slide", "hinge")  # as MuJoCo numbers them
 
 
-def from_mujoco(model_or_xml: Any, ignore: Any = (), key: int | None = None) -> Problem:
+def from_mujoco(model: Any, ignore: Any = (), key: int | str | None = None) -> Problem:
     """The motion of a MuJoCo model's joints, from its reference configuration at rest.
 
-    model_or_xml  a ``mujoco.MjModel``, the text of an MJCF or URDF model, or the path of one, or
-                  of a compiled .mjb
-    ignore        what to leave out, by name: contacts, limits, actuators, tendons, equality, fluid,
-                  friction loss, gravity compensation, nonlinear springs, nonlinear damping, flexes,
-                  plugins
-
-    key           number of the keyframe at which to start; None: the reference configuration
+    model   a ``mujoco.MjModel`` or ``MjSpec``, the text of an MJCF or URDF model, or the path of
+            one, of a compiled .mjb, or of an archive .mjz
+    ignore  what to leave out, by name: contacts, limits, actuators, tendons, equality, fluid,
+            friction loss, gravity compensation, nonlinear springs, nonlinear damping, flexes,
+            plugins, sleep
+    key     number or name of the keyframe at which to start, its mocap bodies included; None: the
+            reference configuration
 
     Springs, damping and gravity that the model disables are left out. Armature and damping of
     actuators on hinges and slides, times the square of their gear, are added to those of the
     joints, whether actuators are ignored or not. The system is a `Multibody`, whose
     ``from_mujoco(qpos, qvel)`` and ``to_mujoco(q, v)`` convert states; other starts are
-    ``problem.with_initial_state(q, v)``. Raises ValueError for a model that has more than this,
-    naming it, one line each, in which nothing moves, or that is not one, TypeError for another
-    source, and ImportError without MuJoCo.
+    ``problem.with_initial_state(q, v)``. ``parameters`` has what was ignored, the integrator, its
+    step dt, and the key where one was given.
+
+    MuJoCo's accelerations of the model, with what is ignored switched off, are compared with those
+    of the problem, at the start and two other states. Raises ValueError, with both numbers, where
+    they differ; `BeyondTrees`, a ValueError, for a model that has more than this, naming it, one
+    line each; ValueError for one with settings that are not known, in which nothing moves, or that
+    is not one; TypeError for another source, and ImportError without MuJoCo.
+    """
+    return read(model, ignore, key)[0]
+
+
+def read(
+    model: Any, ignore: Any = (), key: int | str | None = None, qpos: Any = None, qvel: Any = None
+) -> tuple[Problem, Own]:
+    """The problem, and the user's own model with what is ignored switched off.
+
+    qpos  (nq,) and qvel (nv,): a start in MuJoCo's coordinates, in place of the keyframe's
+
+    Raises as `from_mujoco`.
     """
     left_out = checked_names(ignore)
-    model = _model(model_or_xml)
-    more = {name: text for name, text in beyond_trees(model).items() if name not in left_out}
+    theirs = model_of(model)
+    more = {name: text for name, text in beyond_trees(theirs).items() if name not in left_out}
     if more:
-        lines = "\n".join(f"  {name}: {text}" for name, text in more.items())
+        raise BeyondTrees(more)
+    fields = list(unknown(theirs))
+    if fields:
         raise ValueError(
-            f"the model must be trees of joints with inertia, springs, damping and gravity alone; "
-            f"received also\n{lines}\nLeave them out with ignore={tuple(more)!r}."
+            f"galvi does not know what these settings of the model do to its motion: "
+            f"{', '.join(fields)}. Leave them at MuJoCo's defaults."
         )
-    if model.nv == 0:
+    if theirs.nv == 0:
         raise ValueError("the model must have a joint; received one in which nothing can move.")
     try:
-        name = bytes(model.names).decode().partition("\0")[0]
+        name = bytes(theirs.names).decode().partition("\0")[0]
     except UnicodeDecodeError as error:
         raise ValueError(
             f"names in the model must be in UTF-8; received byte {error.object[error.start]:#x}. "
             f"Save the file in UTF-8."
         ) from None
-    links = [_link(model, body) for body in range(1, model.nbody)]
-    gravity = np.zeros(3) if _disabled(model, "GRAVITY") else np.array(model.opt.gravity)
+    mine, differences = without(theirs, left_out)
+    number = None if key is None else _keyframe(theirs, key)
+    starts = [_start(one, given, size) for one, given, size in
+              (("qpos", qpos, theirs.nq), ("qvel", qvel, theirs.nv))]  # fmt: skip
+    own = Own(mine, differences, number, *starts)
+    data = own.data()
+    links = [_link(theirs, body, data) for body in range(1, theirs.nbody)]
+    gravity = np.zeros(3) if _disabled(theirs, "GRAVITY") else np.array(theirs.opt.gravity)
     system = Multibody(links, gravity)
-    start = (model.qpos0, np.zeros(model.nv))
-    if key is not None:
-        if model.nkey == 0:
-            raise ValueError(f"the model has no keyframes; received key {key}.")
-        number = input_checks.whole("key", key, 0, model.nkey - 1)
-        start = (model.key_qpos[number], model.key_qvel[number])
-    q, v = system.from_mujoco(*start)
-    return Problem(
+    q, v = system.from_mujoco(data.qpos, data.qvel)
+    problem = Problem(
         system, q, v, name=name, parameters={
             "ignored": tuple(sorted(left_out)),
-            "integrator": _integrator(model),
-            "dt": float(model.opt.timestep),
+            "integrator": _integrator(theirs),
+            "dt": float(theirs.opt.timestep),
+            **({} if key is None else {"key": key}),
         },
         units="those of the model; MuJoCo's are m, kg, s and radians",
     )  # fmt: skip
+    check_reading(own, problem, some_states(system, q, v))
+    return problem, own
+
+
+def _keyframe(model: Any, key: Any) -> int:
+    """The number of a keyframe."""
+    if model.nkey == 0:
+        raise ValueError(f"the model has no keyframes; received key {key!r}.")
+    if not isinstance(key, str):
+        return input_checks.whole("key", key, 0, model.nkey - 1)
+    names = [model.key(k).name for k in range(model.nkey)]
+    if key in names and key:
+        return names.index(key)
+    known = ", ".join(repr(one) for one in names if one) or "none has a name"
+    raise ValueError(
+        f"key must be a number from 0 to {model.nkey - 1}, or a name of a keyframe ({known}); "
+        f"received {key!r}."
+    )
+
+
+def _start(name: str, given: Any, size: int) -> Array | None:
+    return None if given is None else input_checks.array(name, given, (size,))
 
 
 def _integrator(model: Any) -> str:
@@ -89,7 +133,8 @@ def _integrator(model: Any) -> str:
     return name if name == "RK4" else name.capitalize() if name == "EULER" else name.lower()
 
 
-def _model(given: Any) -> Any:
+def model_of(given: Any) -> Any:
+    """The `MjModel` of a source, as `from_mujoco` takes it."""
     try:
         import mujoco
     except ImportError as error:
@@ -104,23 +149,45 @@ def _model(given: Any) -> Any:
         )
     if isinstance(given, mujoco.MjModel):
         return given
+    if isinstance(given, mujoco.MjSpec):
+        return _compiled("the MjSpec", lambda: given.copy().compile())
     if not isinstance(given, str | os.PathLike):
+        of_data = isinstance(given, mujoco.MjData)
+        remedy = " Give its model, and its state as system.from_mujoco(data.qpos, data.qvel)."
         raise TypeError(
-            f"model_or_xml must be a mujoco.MjModel, the text of a model or a path; received "
-            f"{type(given).__name__}."
+            f"model must be a mujoco.MjModel or MjSpec, the text of a model or a path; received "
+            f"{type(given).__name__}.{remedy if of_data else ''}"
         )
     is_text = isinstance(given, str) and "<" in given
     if not is_text and not os.path.isfile(given):
-        raise ValueError(f"model_or_xml must be a model or a file; there is no file {given}.")
-    what, said = "the text" if is_text else str(given), list[str]()
+        raise ValueError(f"model must be a model or a file; there is no file {given}.")
+    if is_text:
+        return _compiled("the text", lambda: mujoco.MjModel.from_xml_string(given))
+    path = str(given)
+    kinds = {
+        ".mjb": mujoco.MjModel.from_binary_path,
+        ".mjz": _unzipped,
+    }
+    made = kinds.get(Path(path).suffix, mujoco.MjModel.from_xml_path)
+    return _compiled(path, lambda: made(path))
+
+
+def _unzipped(path: str) -> Any:
+    import mujoco
+
+    with open(path, "rb") as file:
+        return mujoco.MjSpec.from_zip(file).compile()
+
+
+def _compiled(what: str, make: Callable[[], Any]) -> Any:
+    """A model, with MuJoCo's warnings in the log; ValueError with its reason."""
+    import mujoco
+
+    said = list[str]()
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(said.append)  # which would write them to a file
     try:
-        if is_text:
-            return mujoco.MjModel.from_xml_string(given)
-        if Path(given).suffix == ".mjb":
-            return mujoco.MjModel.from_binary_path(str(given))
-        return mujoco.MjModel.from_xml_path(str(given))
+        return make()
     except Exception as error:
         reason = " ".join(" ".join([str(error), *said]).split())
         raise ValueError(f"MuJoCo cannot read {what} as a model: {reason}.") from None
@@ -143,17 +210,20 @@ def _rotation(quaternion: Any) -> Array:
     return result
 
 
-def _link(model: Any, body: int) -> Link:
+def _link(model: Any, body: int, data: Any) -> Link:
     first, several = int(model.body_jntadr[body]), int(model.body_jntnum[body])
     parent, axes = int(model.body_parentid[body]), _rotation(model.body_iquat[body])
+    place, turn, mocap = model.body_pos[body], model.body_quat[body], model.body_mocapid[body]
+    if mocap >= 0:  # a keyframe may have it elsewhere
+        place, turn = data.mocap_pos[mocap], data.mocap_quat[mocap]
     return Link(
         joints=[_joint(model, k) for k in range(first, first + several)],
         mass=float(model.body_mass[body]),
         centre=model.body_ipos[body],
         inertia=axes * model.body_inertia[body] @ axes.T,
         parent=parent - 1 if parent else None,
-        place=model.body_pos[body],
-        attitude=_rotation(model.body_quat[body]),
+        place=place,
+        attitude=_rotation(turn),
         name=model.body(body).name,
     )
 
@@ -181,6 +251,7 @@ def _joint(model: Any, k: int) -> Joint:
         stiffness=stiffness,
         rest=float(rest[0]) if scalar else _rest(rest),
         damping=_same(model, k, "damping", damping),
+        name=model.joint(k).name,
     )
 
 

@@ -2,23 +2,37 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import pickle
 import subprocess
 import sys
-from typing import Any
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 
 from galvi import input_checks
+from galvi.arrays import Array
 from galvi.doors import rebound_contents
-from galvi.doors.rebound_contents import UNITS, Contents, contents_of
+from galvi.doors.rebound_contents import (
+    OPTIONS,
+    UNITS,
+    Contents,
+    accelerations,
+    contents_of,
+    copied,
+)
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
 OLDEST = 5  # version of REBOUND
 READER = rebound_contents.__file__  # a program: see there
+AGREED = 1e-11  # of the pulls of all others; 4e-16 for a few bodies, 3e-15 for a thousand
+LOGGER = logging.getLogger("galvi")
 
 
 def from_rebound(source: Any, snapshot: int = -1) -> Problem:
@@ -28,12 +42,19 @@ def from_rebound(source: Any, snapshot: int = -1) -> Problem:
     snapshot  of an archive; -1 for the last one
 
     Time, order, names and centre of mass of the particles are kept, and G. Those from N_active on
-    become massless. A simulation that is not synchronised is synchronised in a copy.
+    become massless. A simulation that is not synchronised is synchronised in a copy. ``parameters``
+    has the names, the integrator, its step dt and its options and, where they are set, the radii,
+    exit_max_distance and exit_min_distance; ``read_as`` says that a tree's gravity is read as that
+    of point masses, ``functions`` that a file's simulation had functions, which no file holds, and
+    ``written_by`` that the file is of another version of REBOUND.
 
-    Raises ValueError, naming them, for additional forces, collisions, a boundary, softening,
-    variational particles, test particles that pull, and a file that cannot be read;
-    FileNotFoundError without a file, TypeError for another source, ModuleNotFoundError without
-    REBOUND and ImportError with one older than 5.
+    REBOUND's accelerations are compared with those of the problem. Raises ValueError, with both
+    numbers, where they differ, and ValueError, naming them, for additional forces, collisions, a
+    boundary, softening, variational particles, test particles that pull, an integrator of another
+    motion (sei), any other setting that is not REBOUND's default and not known to change nothing,
+    numbers that are not finite, and a file that cannot be read; FileNotFoundError without a file,
+    TypeError for another source, ModuleNotFoundError without REBOUND and ImportError with one older
+    than 5.
     """
     rebound = _engine()
     if isinstance(source, str | os.PathLike):
@@ -52,8 +73,11 @@ def from_rebound(source: Any, snapshot: int = -1) -> Problem:
         )
     if not found.masses.size:
         raise ValueError("the simulation must have particles; received none. Add some first.")
+    _check_finite(found)
+    system = NBody(found.masses, found.G)
+    _compare(system, found.q, found.a, found.parameters["bodies"])
     return Problem(
-        system=NBody(found.masses, found.G),
+        system=system,
         q0=found.q,
         v0=found.v,
         t0=found.t,
@@ -63,40 +87,98 @@ def from_rebound(source: Any, snapshot: int = -1) -> Problem:
     )
 
 
+def read(source: Any, snapshot: int = -1) -> tuple[Problem, Any]:
+    """The problem, and the user's own `rebound.Simulation`, a copy: as it is, but for functions
+    such as a heartbeat. Raises as `from_rebound`."""
+    problem = from_rebound(source, snapshot)
+    if not isinstance(source, str | os.PathLike):
+        return problem, copied(source)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # said of the problem
+        return problem, _engine().Simulationarchive(os.fspath(source))[snapshot]
+
+
+def check_reading(sim: Any, problem: Problem, q: Array) -> None:
+    """ValueError, with both numbers, where the accelerations that REBOUND computes of the user's
+    own simulation, with its particles at q (n, 3), are not those of the problem."""
+    bodies = problem.parameters.get("bodies", range(len(q)))
+    _compare(cast(NBody, problem.system), q, accelerations(sim, q), bodies)
+
+
+def _compare(system: NBody, q: Array, theirs: Array, bodies: Sequence[Any]) -> None:
+    theirs = theirs[:, : q.shape[1]]
+    with np.errstate(all="ignore"):
+        ours = system.acceleration(q, 0.0)
+        gap = np.linalg.norm(q - q[:, None], axis=2)
+        np.fill_diagonal(gap, np.inf)
+        pulls = np.sum(system.G * system.masses / gap**2, axis=1)
+        off = np.linalg.norm(ours - theirs, axis=1) / np.where(pulls > 0.0, pulls, 1.0)
+    if not np.max(off) > AGREED:  # where bodies are at one place, both are not finite
+        return
+    k = int(np.argmax(off))
+    raise ValueError(
+        f"galvi misreads this simulation: REBOUND accelerates {bodies[k]} by {theirs[k].tolist()}, "
+        f"galvi by {ours[k].tolist()}. Something acts that was not seen; please report it."
+    )
+
+
+def _check_finite(found: Contents) -> None:
+    for name, values in (("position", found.q), ("velocity", found.v), ("mass", found.masses)):
+        wrong = np.argwhere(~np.isfinite(values))
+        if len(wrong):
+            k = int(wrong[0, 0])
+            raise ValueError(
+                f"numbers of a simulation must be finite; received the {name} {values[k].tolist()} "
+                f"of particle {k}. Mend or remove it."
+            )
+
+
 def to_rebound(run: Trajectory, at: int = -1) -> Any:
     """A `rebound.Simulation` at a saved state of a run of point masses.
 
     at  index of the state; -1 for the last one
 
-    Time, order and names of the bodies are kept, and G; units where they are REBOUND's. Raises
+    Time, order and names of the bodies are kept, and G; units where they are REBOUND's; of a
+    problem that came from REBOUND also the radii, the integrator with its options, and dt. Raises
     ValueError for a run of another system and for a state past a failure, ModuleNotFoundError
     without REBOUND.
     """
-    rebound, problem = _engine(), run.problem
-    system = problem.system
-    if not isinstance(system, NBody):
+    _engine()
+    if not isinstance(run.problem.system, NBody):
         raise ValueError(
             f"a REBOUND simulation holds point masses; received a run of a "
-            f"{type(system).__name__} system."
+            f"{type(run.problem.system).__name__} system."
         )
     at = input_checks.whole("at", at, -len(run.t), len(run.t) - 1)
-    q, v = (np.pad(x[at], ((0, 0), (0, 3 - x.shape[2]))) for x in (run.q, run.v))
-    if not (np.all(np.isfinite(q)) and np.all(np.isfinite(v))):
+    if not (np.all(np.isfinite(run.q[at])) and np.all(np.isfinite(run.v[at]))):
         raise ValueError(f"state {at} of this run was not computed: {run.status}")
+    return simulation_of(replace(run.problem, q0=run.q[at], v0=run.v[at], t0=float(run.t[at])))
+
+
+def simulation_of(problem: Problem) -> Any:
+    """A `rebound.Simulation` of a problem of point masses, as `to_rebound` gives."""
+    rebound, system, known = _engine(), cast(NBody, problem.system), problem.parameters
+    q, v = (np.pad(x, ((0, 0), (0, 3 - x.shape[1]))) for x in (problem.q0, problem.v0))
     sim = rebound.Simulation()
     units = dict(word.split(" ") for word in problem.units.split(", ") if word.count(" ") == 1)
     if set(units) == set(UNITS):
         sim.units = tuple(units[kind] for kind in UNITS)
-    sim.G, sim.t = system.G, float(run.t[at])
-    names = problem.parameters.get("bodies", ())
+    sim.G, sim.t = system.G, problem.t0
+    names = known.get("bodies", ())
+    radii = known.get("radii", ())
     for k, mass in enumerate(system.masses.tolist()):
         name = {"name": names[k]} if k < len(names) and names[k] != str(k) else {}
         place = dict(zip(("x", "y", "z"), q[k].tolist(), strict=True))
         speed = dict(zip(("vx", "vy", "vz"), v[k].tolist(), strict=True))
-        sim.add(m=mass, **place, **speed, **name)
+        sim.add(m=mass, **place, **speed, **name, r=radii[k] if k < len(radii) else 0.0)
     heavy = int(np.count_nonzero(system.masses))
     if system.has_massless and np.all(system.masses[:heavy] > 0.0):
         sim.N_active = heavy
+    if known.get("integrator") in OPTIONS:
+        sim.integrator = known["integrator"]
+        for key, value in known.get("options", {}).items():
+            setattr(sim.integrator, key, value)
+    sim.dt = known.get("dt", sim.dt)
     return sim
 
 
@@ -137,4 +219,8 @@ def _contents_of_file(path: str, snapshot: int) -> Contents:
     found = pickle.loads(done.stdout)
     if isinstance(found, str):
         raise ValueError(found)
-    return Contents(*found)
+    contents = Contents(*found)
+    for name in ("written_by", "functions"):
+        if name in contents.parameters:
+            LOGGER.warning("%s: %s", path, contents.parameters[name])
+    return contents

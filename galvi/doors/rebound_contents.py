@@ -7,6 +7,7 @@ nothing of galvi, so that the program starts quickly.
 
 from __future__ import annotations
 
+import ctypes
 import os
 import pickle
 import sys
@@ -17,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+Array = npt.NDArray[np.float64]
 ALL_ACTIVE = (2**64 - 1, -1)  # REBOUND's N_active when it is not set
 # What changes the motion from that of point masses: an attribute, and what it is called.
 FUNCTIONS = {
@@ -26,6 +28,58 @@ FUNCTIONS = {
 }
 SETTINGS = {"collision": "collisions", "boundary": "a boundary"}  # "none" when there are none
 UNITS = ("length", "time", "mass")
+# The integrators that are understood, with those of their fields that a user sets; of the others
+# those in INNER are their own memory.
+OPTIONS = {
+    "ias15": ("epsilon", "min_dt", "adaptive_mode"),
+    "bs": ("eps_abs", "eps_rel", "min_dt", "max_dt"),
+    "whfast": ("corrector", "corrector2", "kernel", "coordinates", "safe_mode",
+               "keep_unsynchronized"),
+    "whfast512": ("corrector", "concatenate_steps"),
+    "saba": ("type", "safe_mode", "keep_unsynchronized"),
+    "leapfrog": ("order",),
+    "eos": ("phi0", "phi1", "n", "safe_mode"),
+    "janus": ("order", "scale_pos", "scale_vel"),
+    "mercurius": ("r_crit_hill", "safe_mode"),
+    "trace": ("r_crit_hill", "peri_crit_eta", "peri_mode"),
+    "none": (),
+}  # fmt: skip
+INNER = {
+    *("p_jh", "p_jh_var", "iterations_max_exceeded", "at", "x0", "v0", "a0", "csx", "csv", "csa0"),
+    *("g", "b", "csb", "e", "br", "er", "dcrit", "com_pos", "com_vel", "p_int", "data"),
+    *("recalculate_integer_coordinates_this_timestep", "first_or_last_step", "previous_rejected"),
+    *("target_iter", "last_synchronization"),
+}
+# Fields of a simulation that are read, or refused with words of their own, above and below.
+READ = {
+    *("t", "G", "dt", "softening", "N", "N_active", "N_var", "testparticle_type", "integrator"),
+    *("exit_max_distance", "exit_min_distance", "is_synchronized", "python_unit_t"),
+    *("python_unit_l", "python_unit_m", "_particles", "_collision", "_boundary", "_gravity"),
+    *("_gravity_custom", "_additional_forces", "_pre_timestep_modifications"),
+    "_post_timestep_modifications",
+}
+# Those that change no motion of point masses, by their names or how these begin: output, memory,
+# clocks, messages, names, chaos indicators, and what belongs to collisions and trees.
+HARMLESS = (
+    *("dt_last_done", "steps_done", "did_modify_particles", "_N_map", "_map", "_particles_var"),
+    *("N_var_config", "var_config", "testparticle_hidewarnings", "_name", "_N_name", "gravity_cs"),
+    *("N_allocated", "_tree_root", "opening_angle2", "_status", "exact_finish_time", "rand_seed"),
+    *("force_is_velocity_dependent", "gravity_ignore", "_output_timing", "save_messages"),
+    *("messages", "_messages", "usleep", "_display", "_server_data", "track_energy_offset"),
+    *("energy_offset", "walltime", "_walltime", "root_size", "N_root", "collisions"),
+    *("N_collisions", "N_targets", "minimum_collision_velocity", "_calculate_megno", "_megno"),
+    *("simulationarchive", "_simulationarchive", "_heartbeat", "_key_callback", "extras"),
+    *("_coefficient_of_restitution", "_collision_resolve", "_free_particle_ap", "_extras_cleanup"),
+    "_N_allocated_odes",
+)
+TREE = "gravity 'tree' is read as that of point masses, summed directly"
+LOST = (
+    "the file is of a simulation with functions of its own, such as a heartbeat, which no file "
+    "holds: forces among them are not in it"
+)
+OTHER_VERSION = "saved with a different version"
+NO_POINTERS = "reset function pointers"
+SWITCHES = ("mercurius", "trace")  # they set the routine of gravity themselves, in encounters
 
 
 class Contents(NamedTuple):
@@ -33,14 +87,15 @@ class Contents(NamedTuple):
 
     refused     what changes its motion from that of point masses, in words; then no more is read
     masses      (n,), in units of the simulation, as all that follows
-    q, v        (n, 3)
+    q, v, a     (n, 3); accelerations as REBOUND computes them
     parameters  of the problem
     """
 
     refused: tuple[str, ...] = ()
-    masses: npt.NDArray[np.float64] = np.zeros(0)
-    q: npt.NDArray[np.float64] = np.zeros((0, 3))
-    v: npt.NDArray[np.float64] = np.zeros((0, 3))
+    masses: Array = np.zeros(0)
+    q: Array = np.zeros((0, 3))
+    v: Array = np.zeros((0, 3))
+    a: Array = np.zeros((0, 3))
     t: float = 0.0
     G: float = 1.0
     parameters: dict[str, Any] = {}  # noqa: RUF012 - replaced, never changed
@@ -53,50 +108,115 @@ def contents_of(sim: Any) -> Contents:
     if refused:
         return Contents(refused)
     if not sim.is_synchronized:
-        sim = sim.copy()
+        sim = copied(sim)
         sim.synchronize()
     active = sim.N if sim.N_active in ALL_ACTIVE else sim.N_active
     particles = [sim.particles[k] for k in range(sim.N)]
+    parameters: dict[str, Any] = {
+        "bodies": tuple(p.name or str(k) for k, p in enumerate(particles)),
+        "integrator": sim.integrator.name.decode(),
+        "dt": sim.dt,
+        "options": _options(sim),
+    }
+    if any(p.r for p in particles):
+        parameters["radii"] = tuple(p.r for p in particles)
+    for name in ("exit_max_distance", "exit_min_distance"):
+        if getattr(sim, name):
+            parameters[name] = getattr(sim, name)
+    if sim.gravity == "tree":
+        parameters["read_as"] = TREE
     return Contents(
         masses=np.array([p.m if k < active else 0.0 for k, p in enumerate(particles)]),
         q=np.array([p.xyz for p in particles]),
         v=np.array([p.vxyz for p in particles]),
+        a=accelerations(sim),
         t=sim.t,
         G=sim.G,
-        parameters={
-            "bodies": tuple(p.name or str(k) for k, p in enumerate(particles)),
-            "integrator": sim.integrator.name.decode(),
-            "dt": sim.dt,
-            "options": _options(sim),
-        },
+        parameters=parameters,
         units=_units(sim),
     )
 
 
+def copied(sim: Any) -> Any:
+    """A copy, without functions of Python's, of which REBOUND would warn."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return sim.copy()
+
+
+def accelerations(sim: Any, q: Any = None) -> Array:
+    """(n, 3) as REBOUND computes them by the simulation's routine of gravity, by direct sums where
+    that approximates them, of its particles where they are or at q (n, 3)."""
+    import rebound
+
+    copy = copied(sim)
+    copy.gravity_ignore = 0  # of WHFast, which leaves out what its Kepler motion has
+    if copy.gravity in ("tree", "custom"):
+        copy.gravity = "basic"
+    if q is not None:
+        for particle, place in zip(copy.particles, np.asarray(q).tolist(), strict=True):
+            particle.xyz = (*place, 0.0)[:3]
+    rebound.clibrebound.reb_simulation_update_acceleration(ctypes.byref(copy))
+    return np.array([(p.ax, p.ay, p.az) for p in copy.particles])
+
+
 def read(path: str, snapshot: int) -> Contents | str:
-    """What a file holds, or why it is refused: also where REBOUND only warns, that it read a part,
-    or that the simulation had functions of its own, which no file holds.
-    """
+    """What a file holds, or why it is refused, also where REBOUND warns that it read a part."""
     import rebound
 
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            warnings.filterwarnings("ignore", message=".*might not be synchronized")
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
             archive = rebound.Simulationarchive(path)
             count = len(archive)
             sim = archive[snapshot] if -count <= snapshot < count else None
     except Exception as error:  # of what kind depends on which bytes are wrong
-        return f"{path} must be a file of REBOUND's; it says: {error}"
+        return _another_version(path) or f"{path} must be a file of REBOUND's; it says: {error}"
+    said = {str(warning.message) for warning in caught}
+    known = ("might not be synchronized", OTHER_VERSION, NO_POINTERS)
+    wrong = [one for one in said if not any(part in one for part in known)]
+    older = any(OTHER_VERSION in one for one in said)
+    if wrong or (older and _another_version(path)):
+        return _another_version(path) or f"{path} must be a file of REBOUND's; it says: {wrong[0]}"
     if sim is None:
         return (
             f"snapshot must be a whole number from {-count} to {count - 1}; received {snapshot}. "
             f"-1 is the last one."
         )
-    return contents_of(sim)
+    found = contents_of(sim)
+    if older:
+        found.parameters["written_by"] = (
+            f"the file was written by REBOUND {_version_of(path)} and is read by "
+            f"{rebound.__version__}"
+        )
+    if any(NO_POINTERS in one for one in said):
+        found.parameters["functions"] = LOST
+    return found
+
+
+def _version_of(path: str) -> str:
+    with open(path, "rb") as file:
+        head, _, rest = file.read(64).partition(b"Version: ")
+    return rest.split(b"\0")[0].decode(errors="replace") if head.startswith(b"REBOUND") else ""
+
+
+def _another_version(path: str) -> str:
+    """What to do with a file of another major version; "" for one of this."""
+    import rebound
+
+    written = _version_of(path)
+    if not written or written.split(".")[0] == rebound.__version__.split(".")[0]:
+        return ""
+    return (
+        f"{path} was written by REBOUND {written}, and files of that format are not read by "
+        f"{rebound.__version__}. Load it with rebound=={written}, write masses, places and "
+        f"velocities as text, and add them to a new simulation."
+    )
 
 
 def _beyond_point_masses(sim: Any) -> Iterator[str]:
+    import rebound
+
     for attribute, words in FUNCTIONS.items():
         if bool(getattr(sim, attribute, None)):
             yield words
@@ -105,7 +225,9 @@ def _beyond_point_masses(sim: Any) -> Iterator[str]:
             yield f"{words} ({attribute} = {getattr(sim, attribute)!r})"
     if sim.softening != 0.0:
         yield f"softening ({sim.softening:g})"
-    if sim.gravity in ("custom", "none"):
+    integrator = sim.integrator.name.decode()
+    own = sim.gravity == "custom" and integrator in SWITCHES
+    if sim.gravity not in ("basic", "compensated", "tree") and not own:
         yield f"gravity {sim.gravity!r}"
     if sim.N_var:
         yield f"{sim.N_var} variational particles"
@@ -113,18 +235,41 @@ def _beyond_point_masses(sim: Any) -> Iterator[str]:
         sim.particles[k].m for k in range(sim.N_active, sim.N)
     ):  # fmt: skip
         yield "test particles that pull (testparticle_type = 1)"
+    usual = rebound.Simulation()
+    for name, _ in sim._fields_:
+        if name in READ or name.startswith(HARMLESS):
+            continue
+        if not _same(getattr(sim, name), getattr(usual, name)):
+            yield f"{name.lstrip('_')} = {getattr(sim, name)!r}"
+    if integrator not in OPTIONS:
+        yield f"the integrator {integrator!r}, of another motion or unknown"
+        return
+    usual.integrator = integrator
+    mine, new = _fields(sim), _fields(usual)
+    for name, text in mine.items():
+        if name not in (*OPTIONS[integrator], *INNER) and text != new.get(name):
+            yield f"{integrator}.{name} = {text}"
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, int | float | type(None)):
+        return bool(one == other)
+    return bool(one) == bool(other)  # pointers
+
+
+def _fields(sim: Any) -> dict[str, str]:
+    """The fields of the integrator, as text."""
+    words = [word.removesuffix(">").partition("=") for word in repr(sim.integrator).split(", ")[1:]]
+    return {name: text for name, equals, text in words if equals and name != "name"}
 
 
 def _options(sim: Any) -> dict[str, Any]:
-    """The integrator's settings, where they are numbers or names."""
+    """The integrator's settings, which are numbers or names."""
     found = {}
-    for word in repr(sim.integrator).split(", ")[1:]:
-        name, equals, text = word.partition("=")
-        if equals and name != "name" and not text.startswith(("None", "<", "[", "0x")):
-            value = getattr(sim.integrator, name)
-            kind = next((one for one in (int, float, str) if isinstance(value, one)), None)
-            if kind:  # REBOUND's are of classes of its own, which cannot be pickled
-                found[name] = kind(value)
+    for name in OPTIONS[sim.integrator.name.decode()]:
+        value = getattr(sim.integrator, name)
+        # REBOUND's are of classes of its own, which cannot be pickled
+        found[name] = next(one(value) for one in (int, float, str) if isinstance(value, one))
     return found
 
 

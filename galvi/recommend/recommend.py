@@ -61,7 +61,10 @@ def recommend(
     if not isinstance(problem, Problem):
         raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
     asked = input_checks.positive("error", error, "Give it in the problem's unit of length.")
-    length = input_checks.positive("duration", duration, "Give the length of the run.")
+    length = input_checks.positive(
+        "duration", duration,
+        "Give the length of the run; of one backwards, without friction, with velocities reversed.",
+    )  # fmt: skip
     if not isinstance(by, str) or by not in ALLOWED:
         raise ValueError(f"by must be one of {', '.join(ALLOWED)}; received {shown(by)}.")
     if not isinstance(degrees, (tuple, list, range)) or not degrees:

@@ -57,10 +57,10 @@ def unresolved_passage(problem: Problem, step: float, passage: Array) -> str:
     if passage.size == 0 or not passage[0] > UNRESOLVED:
         return ""
     error, one, other, distance, number = passage
-    names = _names(problem, problem.q0.shape[0])
+    names, t = _names(problem, problem.q0.shape[0]), problem.t0 + (number - 0.5) * step
     return (
         f"bodies {names[int(one)]} and {names[int(other)]} passed at a distance of about "
-        f"{distance:.1e} near t = {problem.t0 + (number - 0.5) * step:g}, which left an error of "
+        f"{distance:.1e} near t = {t:.10g}, which left an error of "
         f"about {error:.0e} in their relative velocity"
     )
 

@@ -212,11 +212,12 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
     ratio = length / abs(step)
     if ratio > input_checks.LARGEST:
         input_checks.whole("duration over step", ratio)
-    whole = round(ratio)
+    whole, sign = round(ratio), math.copysign(1.0, step)
     if whole < 1 or abs(ratio - whole) > min(1e-9 * whole, LARGEST_SLACK):
         raise ValueError(
             f"duration must be a whole number of steps; received {length!r} with step {step!r}, "
-            f"{length / abs(step):.6g} steps. Choose step = duration / n."
+            f"{ratio:.6g} steps. Choose step={length / max(1, math.ceil(ratio)) * sign!r}"
+            + (f" or {length / math.floor(ratio) * sign!r}." if ratio >= 1.0 else ".")
         )
     return whole
 

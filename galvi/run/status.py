@@ -64,9 +64,8 @@ def ending(
     if done == steps:
         status = _completed(engine, problem, step, steps, work, found, ruined)
     else:
-        where = (
-            f"at step {done + 1} of {steps}, from t = {problem.t0 + (start.first + done) * step:g}"
-        )
+        t = problem.t0 + (start.first + done) * step
+        where = f"at step {done + 1} of {steps}, from t = {t:.10g}"
         if code == SOLVED:
             status = f"Interrupted {where}; what was computed is kept."
         else:

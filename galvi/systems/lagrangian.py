@@ -36,6 +36,7 @@ from galvi.systems.forces.external_force import (
 )
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.legendre_transform import check_regular, velocity_with_momentum
+from galvi.systems.many_states import values_and_momenta, velocities
 from galvi.systems.returned import returned_array
 
 Function = Callable[..., Any]
@@ -236,7 +237,8 @@ class Lagrangian:
 
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
         """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""
-        return self._each(self._momentum, q, v, t)
+        found = values_and_momenta(self, q, v, t)
+        return self._each(self._momentum, q, v, t) if found is None else found[1]
 
     def velocity(
         self, p: Array, q: Array | None = None, t: Any = 0.0, near: Array | None = None
@@ -246,6 +248,9 @@ class Lagrangian:
         near  (d,) a velocity near the first one; each is sought from the one before
         """
         start = [np.zeros(self.group.dimension) if near is None else near]
+        known = velocities(self, q, p, t, start[0])
+        if known is not None:
+            return known
 
         def one(x: Array, momentum: Array, s: float) -> Array:
             found = self._inverted(x, momentum, s, start[0])
@@ -266,6 +271,9 @@ class Lagrangian:
         def one(x: Array, w: Array, s: float) -> Array:
             return np.array([w @ self._momentum(x, w, s) - self.value(x, w, s)])
 
+        found = values_and_momenta(self, q, v, t)
+        if found is not None and np.all(np.isfinite(found[0])):
+            return (v * found[1]).sum(axis=-1) - found[0]
         return self._each(one, q, v, t, 1)[..., 0]
 
     def mass(self, q: Array, v: Array, t: float) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from references.as_trajectory import Failure
+from references.engine_clock import engine_time
 
 DEFAULT: Mapping[str, Any] = {"tolerance": 2.0**-52, "high_accuracy": False, "compact_mode": False}
 QUADRUPLE: Mapping[str, Any] = {"tolerance": 1e-25, "high_accuracy": True, "compact_mode": True}
@@ -68,7 +69,8 @@ def propagated(
     engine.state[:] = start
     done = 0
     for row, t in enumerate(times.tolist()[1:], start=1):
-        ended, _, _, steps, *_ = engine.propagate_until(number(t))
+        with engine_time:
+            ended, _, _, steps, *_ = engine.propagate_until(number(t))
         done += int(steps)
         if ended != heyoka.taylor_outcome.time_limit:
             why = f"heyoka stopped before t = {t0 + t:.6g} ({ended}): {why} End the run earlier."

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from galvi import Trajectory
+from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from galvi.systems.velocities import velocity_at
 from references.mujoco.body import mujoco_body
@@ -59,6 +59,19 @@ def compiled(system: Any) -> tuple[Any, Any, Any]:
             "its mass and moments are not as small."
         ) from None
     return body.joint, model, mujoco.MjData(model)
+
+
+def at_start(problem: Problem) -> tuple[Any, Any, Any]:
+    """As `compiled`, with the data at the problem's start and nothing left of an earlier run."""
+    import mujoco
+
+    joint, model, data = compiled(problem.system)
+    mujoco.mj_resetData(model, data)
+    data.qpos[:], data.qvel[:] = to_mujoco(joint, problem.q0, problem.v0)
+    return joint, model, data
+
+
+Made = Callable[[Problem], tuple[Any, Any, Any]]  # such as `at_start`
 
 
 @contextmanager

@@ -16,9 +16,10 @@ import numpy as np
 from galvi import Problem, Trajectory
 from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
+from references.engine_clock import engine_time
 from references.mujoco import engine as mujoco_engine
 from references.mujoco.body import supports
-from references.mujoco.states import from_mujoco, to_mujoco
+from references.mujoco.states import from_mujoco
 from references.setting import check_keys, described, fixed_steps
 
 CHUNK = 100_000  # steps between two looks at Ctrl-C
@@ -31,6 +32,7 @@ class MujocoSteps:
 
     integrator  MuJoCo's name of it
     order       of convergence of attitude and velocity
+    made        (problem): see `references.mujoco.engine.at_start`, `references.mujoco.users`
 
     Setting: step, save_every. Models are kept: run once before timing. MuJoCo does not count
     evaluations.
@@ -40,6 +42,7 @@ class MujocoSteps:
     integrator: str
     order: int
     exact: bool = False
+    made: mujoco_engine.Made = mujoco_engine.at_start
 
     @property
     def missing(self) -> str:
@@ -62,9 +65,9 @@ class MujocoSteps:
         check_keys(setting, ("step", "save_every"))
         steps = fixed_steps(duration, setting)
         times = steps.times(problem.t0)
-        joint, *engine = mujoco_engine.compiled(problem.system)
+        joint, *engine = self.made(problem)
         motion = _Motion(*engine)
-        motion.begin(*to_mujoco(joint, problem.q0, problem.v0), steps.step, self.integrator)
+        motion.begin(steps.step, self.integrator)
         qpos, qvel = (np.full((len(times), n), np.nan) for n in (motion.model.nq, motion.model.nv))
         failed = 0
         with mujoco_engine.silence():
@@ -89,42 +92,47 @@ class MujocoSteps:
 
 @dataclass
 class _Motion:
-    """MuJoCo's model and data on their way; done: steps that are."""
+    """MuJoCo's model and data on their way.
+
+    done   steps that are
+    state  `everything` that MuJoCo integrates from, before the steps that are being done
+    """
 
     model: Any
     data: Any
     done: int = 0
+    everything: int = 0
+    state: Any = None
 
-    def begin(self, qpos: Any, qvel: Any, step: float, integrator: str) -> None:
-        """At the start, with nothing left of an earlier run."""
+    def begin(self, step: float, integrator: str) -> None:
+        """Before the first step."""
         import mujoco
 
         self.model.opt.timestep = step
         self.model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
-        self._put(qpos, qvel)
+        self.everything = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+        self.state = np.empty(mujoco.mj_stateSize(self.model, self.everything))
 
     def advance_to(self, target: int) -> int:
         """Steps until so many are done: 0, or the number of the one that MuJoCo warns of."""
+        import mujoco
+
         while self.done < target:
             more = min(target - self.done, CHUNK)
-            state = self.data.qpos.copy(), self.data.qvel.copy()
+            mujoco.mj_getState(self.model, self.data, self.state, self.everything)
             if not self._goes_on(more):
-                self._put(*state)
+                mujoco.mj_resetData(self.model, self.data)  # its warnings too
+                mujoco.mj_setState(self.model, self.data, self.state, self.everything)
                 for _ in range(more):
                     if not self._goes_on(1):
                         return self.done + 1
         return 0
 
-    def _put(self, qpos: Any, qvel: Any) -> None:
-        import mujoco
-
-        mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[:], self.data.qvel[:] = qpos, qvel
-
     def _goes_on(self, steps: int) -> bool:
         import mujoco
 
-        mujoco.mj_step(self.model, self.data, nstep=steps)
+        with engine_time:
+            mujoco.mj_step(self.model, self.data, nstep=steps)
         good = not mujoco_engine.broken(self.model, self.data)
         self.done += steps * good
         return good

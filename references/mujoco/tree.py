@@ -41,7 +41,7 @@ class MujocoTree:
                 bodies = body + bodies
             else:
                 inner[links[k].parent] = body + inner[links[k].parent]
-        off = tuple(name for name in OFF if name not in ("spring", "damper"))
+        off = tuple(name for name in OFF if name not in ("spring", "damper", "eulerdamp"))
         return document(self.joint.gravity, bodies, off)
 
 

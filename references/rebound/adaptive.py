@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +13,7 @@ import galvi
 from galvi import Problem, Trajectory, input_checks
 from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
+from references.engine_clock import engine_time
 from references.rebound import simulation as rebound_simulation
 from references.setting import check_keys, described, sample_times
 
@@ -26,6 +28,7 @@ class ReboundAdaptive:
     defaults    options that every run sets and records
     options     further keys of a setting that are set on REBOUND's configuration of it
     tolerances  those of the defaults that the key "tolerance" stands for
+    made        (problem, integrator, options): the simulation; see `references.rebound.users`
 
     Setting: samples, the options, tolerance, first_step (default 1e-3). The shortened step does not
     hurt an adaptive method of high order but is not free: ask for few samples where time is
@@ -39,6 +42,7 @@ class ReboundAdaptive:
     options: tuple[str, ...]
     tolerances: tuple[str, ...]
     exact: bool = False
+    made: rebound_simulation.Made = rebound_simulation.simulation
 
     @property
     def missing(self) -> str:
@@ -58,15 +62,19 @@ class ReboundAdaptive:
         options = {**self.defaults, **{k: setting[k] for k in known if k in setting}}
         for key in self.tolerances:
             options[key] = input_checks.positive(key, setting.get("tolerance", options[key]))
-        sim = rebound_simulation.simulation(problem, self.integrator, options)
-        sim.engine.dt = input_checks.positive("first_step", setting.get("first_step", 1e-3))
+        sim = self.made(problem, self.integrator, options)
+        if "first_step" in setting:
+            sim.engine.dt = input_checks.positive("first_step", setting["first_step"])
+        sim.engine.dt = math.copysign(sim.engine.dt, duration)
+        begun, taken = sim.engine.t - problem.t0, sim.engine.steps_done
         q, v = (np.full((len(times), *problem.q0.shape), np.nan) for _ in "qv")
         q[0], v[0] = problem.q0, problem.v0
         failure = None
         with rebound_simulation.interrupts_kept(), rebound_simulation.messages() as status:
-            for row, t in enumerate(times[1:] - problem.t0, start=1):
+            for row, t in enumerate((times[1:] + begun).tolist(), start=1):
                 try:
-                    sim.engine.integrate(t, exact_finish_time=1)
+                    with engine_time:
+                        sim.engine.integrate(t, exact_finish_time=1)
                 except RuntimeError as error:
                     failure = Failure(row=row, step=row, why=f"REBOUND stopped: {error}")
                     break
@@ -80,7 +88,7 @@ class ReboundAdaptive:
                 times,
                 q,
                 v,
-                counts={"steps": int(sim.engine.steps_done)},
+                counts={"steps": int(sim.engine.steps_done - taken)},
                 failure=failure,
                 status=status(),
                 note=self._accuracy_note(setting),

@@ -11,6 +11,7 @@ import numpy as np
 from galvi import Problem, Trajectory
 from references.as_trajectory import Failure, as_trajectory
 from references.contender import require
+from references.engine_clock import engine_time
 from references.rebound import simulation as rebound_simulation
 from references.setting import check_keys, described, fixed_steps
 
@@ -35,6 +36,7 @@ class ReboundSteps:
     advance     (engine, steps): take so many steps
     objection   (problem, options): why they do not go together, or nothing
     engine_missing, fits   what `missing` and `supports` say
+    made        (problem, integrator, options): the simulation; see `references.rebound.users`
 
     Setting: step, save_every and the options, each with REBOUND's default, values and meaning.
     States are synchronised when they are saved and not otherwise, if safe_mode is 0. REBOUND does
@@ -50,6 +52,7 @@ class ReboundSteps:
     objection: Callable[[Problem, Mapping[str, Any]], str] = _no_objection
     engine_missing: Callable[[], str] = rebound_simulation.missing
     fits: Callable[[Problem], bool] = rebound_simulation.supports
+    made: rebound_simulation.Made = rebound_simulation.simulation
 
     @property
     def missing(self) -> str:
@@ -69,27 +72,29 @@ class ReboundSteps:
         if self.objection(problem, options):
             raise ValueError(f"{self.name}: {self.objection(problem, options)}")
         times = steps.times(problem.t0)
-        sim = rebound_simulation.simulation(problem, self.integrator, options)
+        sim = self.made(problem, self.integrator, options)
         sim.engine.dt = steps.step
         sim.engine.exact_finish_time = 0
         q, v = (np.full((len(times), *problem.q0.shape), np.nan) for _ in "qv")
         q[0], v[0] = problem.q0, problem.v0
-        done, failure = 0, None
+        done, failure, taken = 0, None, sim.engine.steps_done
         with rebound_simulation.arithmetic_kept(), rebound_simulation.messages() as status:
             for row, target in enumerate(steps.saved[1:].tolist(), start=1):
                 while done < target and failure is None:
-                    more = min(target - done, CHUNK) if done else 1
+                    more = min(target - done, CHUNK)
                     try:
-                        self.advance(sim.engine, more)
+                        with engine_time:
+                            self.advance(sim.engine, more)
                     except RuntimeError as error:
-                        if not done:
+                        if sim.engine.steps_done == taken:
                             raise ValueError(f"REBOUND refuses {options}: {error}") from None
                         failure = Failure(row=row, step=done + 1, why=f"REBOUND stopped: {error}")
                     else:
                         done += more
                 if failure is not None:
                     break
-                sim.engine.synchronize()
+                with engine_time:
+                    sim.engine.synchronize()
                 where, speed = sim.states()
                 q[row], v[row] = where.reshape(q[row].shape), speed.reshape(q[row].shape)
         return as_trajectory(

@@ -78,6 +78,9 @@ class Simulation:
         return kept[0], kept[1]
 
 
+Made = Callable[[Problem, str, Mapping[str, Any]], Simulation]
+
+
 def simulation(problem: Problem, integrator: str, options: Mapping[str, Any]) -> Simulation:
     """The problem at REBOUND's time 0, with options set on its integrator.
 

@@ -277,19 +277,26 @@ def application(load: Load, command: str) -> typer.Typer:
             "", "--own", metavar="integrator=whfast,dt=0.1", help="Else as in the file."
         ),
         snapshot: int = typer.Option(-1, "--snapshot", metavar="N", help="Of an archive."),
-        key: int = typer.Option(
-            None, "--key", metavar="N", help="Keyframe of a model to start at."
+        key: str = typer.Option(
+            None, "--key", metavar="NAME|N", help="Keyframe of a model to start at."
         ),
         ignore: str = typer.Option(
             "", "--ignore", metavar="contacts,limits", help="What of a model to leave out."
         ),
+        qpos: str = typer.Option("", "--qpos", metavar="1,0.5", help="Start of a model."),
+        qvel: str = typer.Option("", "--qvel", metavar="0,0.1", help="Its velocities."),
+        quick: bool = typer.Option(
+            False, "--quick", help="Shorter looks at other sources and integrators."
+        ),
+        pickled: bool = typer.Option(False, "--pickled", hidden=True),
         out: Path = typer.Option(OUT / "judge", "--out", metavar="DIR", help="Output folder."),
     ) -> int:
         from reports.cli.judge import judge_command
 
         check_folder(out)
-        start = {"snapshot": snapshot, "key": key, "ignore": ignore}
-        return judge_command(file, duration, error, own, start, out, command)
+        start = {"snapshot": snapshot, "key": key, "ignore": ignore, "qpos": qpos, "qvel": qvel,
+                 "pickled": pickled}  # fmt: skip
+        return judge_command(file, duration, error, own, quick, start, out, command)
 
     @app.command("warm", help="Compile the kernels of galvi.problems: about two minutes, once.")
     def warm_kernels() -> int:

@@ -60,7 +60,9 @@ def choose_engines(text: str, known: Iterable[str]) -> tuple[str, ...]:
 
 def sentence(error: Any, commands: Iterable[str]) -> str:
     """One sentence for a usage error that typer raised."""
-    message = " ".join((error.message or error.format_message()).split()).rstrip(".")
+    message = (error.message or error.format_message()).rstrip().rstrip(".")
+    if "\n  " not in message:  # else it has one line an item
+        message = " ".join(message.split())
     if hasattr(error, "possibilities"):
         known = [name for param in error.ctx.command.params for name in param.opts]
         known = [name for name in (*known, "--help") if name.startswith("--")]

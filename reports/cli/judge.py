@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,45 +10,69 @@ from typing import Any
 
 import typer
 
-import galvi
-from benchmarks.judging.judgement import judge
+from benchmarks.judging.candidate import Model
+from benchmarks.judging.judgement import Judgement, judge, kind_of
 from benchmarks.store.provenance import provenance
-from galvi import Problem
-from galvi.doors.judge import MODELS
+from galvi.doors import from_mujoco, rebound
+from galvi.doors.beyond_trees import BeyondTrees
+from galvi.doors.judge import MODELS, PROGRESS
 from reports.judge.page import write
-from reports.judge.sentences import sentences
+from reports.judge.sentences import own_run, sentences
+from reports.tables.number_format import capital
+
+LEFT = "other sources of the truth, neighbouring starts, other integrators"
 
 
 def judge_command(
-    file: Path, duration: float | None, error: float | None, own: str,
+    file: Path, duration: float | None, error: float | None, own: str, quick: bool,
     start: Mapping[str, Any], out: Path,
     command: str,
 ) -> int:  # fmt: skip
     """0, or 1 when an error was asked for that the user's own run does not reach."""
     try:
-        problem = read_model(file, **start)
-        found = judge(problem, duration, error, read_own(own), _progress)
+        model = read_model(file, **start)
+        found = judge(model, duration, error, read_own(own), _progress, quick, _first)
+    except BeyondTrees as refused:
+        *lines, _ = str(refused).splitlines()
+        remedy = f'Leave them out with --ignore "{",".join(refused.names)}".'
+        raise typer.BadParameter("\n".join([*lines, remedy])) from None
     except (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError) as refused:
         raise typer.BadParameter(str(refused)) from None
     _progress("")
     page = write(found, file.name, provenance(command), out)
-    for sentence in sentences(found):
+    for sentence in (*found.notes, *sentences(found)):
         print(sentence)
     print(f"See {page}.")
     return int(error is not None and not found.passed)
 
 
-def read_model(file: Path, snapshot: int, key: int | None, ignore: str) -> Problem:
-    """The problem of a file: of MuJoCo's by its suffix, else of REBOUND's. Raises what they do, and
-    ValueError for an option of the other kind."""
+def read_model(
+    file: Path, snapshot: int, key: str | None, ignore: str, qpos: str, qvel: str, pickled: bool
+) -> Model:
+    """The model of a file: of MuJoCo's by its suffix, else of REBOUND's. Raises what they do, and
+    ValueError for an option of the other kind.
+
+    pickled  the file is a `galvi.Problem` that galvi.judge has written
+    """
+    if pickled:
+        problem = pickle.loads(file.read_bytes())
+        return kind_of(problem).model(problem)
     if file.suffix in MODELS:
         if snapshot != -1:
             raise ValueError(f"--snapshot is of REBOUND's files; received {file}.")
         left_out = tuple(filter(None, (word.strip() for word in ignore.split(","))))
-        return galvi.from_mujoco(file, left_out, key)
-    if key is not None or ignore:
-        raise ValueError(f"--key and --ignore are of models of MuJoCo's; received {file}.")
-    return galvi.from_rebound(file, snapshot)
+        chosen = None if key is None else _number(key)
+        starts = (read_numbers("--qpos", qpos), read_numbers("--qvel", qvel))
+        problem, mine = from_mujoco.read(file, left_out, chosen, *starts)
+        gone = "; ".join(f"{name}, {how}" for name, how in mine.differences.items())
+        return Model(problem, mine, (f"Left out, as asked for: {gone}.",) if gone else ())
+    if key is not None or ignore or qpos or qvel:
+        raise ValueError(
+            f"--key, --ignore, --qpos and --qvel are of models of MuJoCo's; received {file}."
+        )
+    problem, simulation = rebound.read(file, snapshot)
+    said = (problem.parameters.get(name) for name in ("read_as", "functions", "written_by"))
+    return Model(problem, simulation, tuple(f"{capital(one)}." for one in said if one))
 
 
 def read_own(text: str) -> dict[str, Any]:
@@ -64,6 +89,17 @@ def read_own(text: str) -> dict[str, Any]:
     return result
 
 
+def read_numbers(option: str, text: str) -> list[float] | None:
+    """[1.0, 0.5] from 1,0.5; None from nothing; ValueError, naming the option, for others."""
+    words = text.replace(",", " ").split()
+    try:
+        return [float(word) for word in words] or None
+    except ValueError:
+        raise ValueError(
+            f"{option} expects numbers, separated by commas; received {text!r}."
+        ) from None
+
+
 def _number(text: str) -> Any:
     for kind in (int, float):
         try:
@@ -74,6 +110,16 @@ def _number(text: str) -> Any:
 
 
 def _progress(sentence: str) -> None:
-    """Show a sentence in place of the last one, on a terminal."""
+    """Show a sentence: on a terminal in place of the last one, elsewhere on a line of its own."""
     if sys.stderr.isatty():
         print(f"\r\033[K{sentence}", end="", file=sys.stderr, flush=True)
+    elif sentence:
+        print(PROGRESS + sentence, file=sys.stderr, flush=True)
+
+
+def _first(found: Judgement) -> None:
+    _progress("")
+    first = (
+        f"First answer: {' '.join(own_run(found))} The truth is {found.source.label}, so far alone."
+    )
+    print(f"{PROGRESS}{first} Still to be done: {LEFT}.", file=sys.stderr, flush=True)

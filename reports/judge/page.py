@@ -11,7 +11,10 @@ from typing import Any
 import pandas as pd
 from markupsafe import Markup
 
+from benchmarks.judging.bodies import unit
 from benchmarks.judging.judgement import Judgement
+from benchmarks.judging.truth import time_text
+from galvi import NBody
 from reports.judge.pictures import pictures
 from reports.judge.sentences import sentences
 from reports.page.grid import grid
@@ -19,7 +22,7 @@ from reports.page.render import page_environment, style
 from reports.tables.number_format import readable, seconds
 
 HERE = Path(__file__).parent
-MOST_PARTS = 30
+MOST_PARTS, MOST_MEETINGS = 30, 50
 NUMBER = "number"
 
 
@@ -57,8 +60,10 @@ def as_json(found: Judgement) -> dict[str, Any]:
         "truth": found.source.label,
         "trusted_until": plain(found.trusted_until),
         "engines": list(found.engines),
-        "sources": [{"source": one.source.label, "largest": plain(one.largest)}
+        "sources": [{"source": one.source.label, "largest": plain(one.largest),
+                     "until": plain(one.t[-1]), "stopped": one.stopped}
                     for one in found.agreements],
+        "notes": list(found.notes),
         "own": plain(found.own),
         "own_errors": plain(found.own_errors),
         "parts": plain(found.parts),
@@ -73,33 +78,39 @@ def as_json(found: Judgement) -> dict[str, Any]:
 def rendered(found: Judgement, name: str, facts: Mapping[str, Any]) -> str:
     """The page."""
     best = found.table.drop_duplicates("integrator")  # the first is the best of each
+    told = best["error"].notna()
     tried = best.assign(
         error=best["error"].map(readable),
         seconds=best["seconds"].map(seconds),
-        energy_error=best["energy_error"].map(readable),
-        reached=best["reached"].map({True: "yes", False: "no"}),
-    ).rename(columns={"energy_error": "energy", "seconds": "time"})
+        energy=best["energy"].map(readable),
+        reached=best["reached"].map({True: "yes", False: "no"}).where(told, ""),
+    ).rename(columns={"seconds": "time"})
+    tried = tried[[name for name in tried if (tried[name] != "").any()]]
     parts = found.parts.sort_values("largest_error", ascending=False).head(MOST_PARTS)
     parts = parts.assign(**{
         column: parts[column].map(readable) for column in parts.columns[1:]
     }).rename(columns=lambda text: text.replace("_", " "))  # fmt: skip
-    meetings = found.encounters
+    meetings = found.encounters.head(MOST_MEETINGS)
     if len(meetings):
         meetings = meetings.assign(
-            time=meetings["time"].map("{:.6g}".format),
+            time=meetings["time"].map(lambda t: time_text(found.truth, t)),
             distance=meetings["distance"].map(readable),
             hill_radii=meetings["hill_radii"].map(readable),
         ).rename(columns={"hill_radii": "Hill radii"})
     ends = found.horizons.assign(
         start_known_to=found.horizons["start_known_to"].map("{:g}".format),
-        until=found.horizons["until"].map(lambda t: f"{t:.6g}" if t == t else "beyond the end"),
+        until=found.horizons["until"].map(
+            lambda t: time_text(found.truth, t) if t == t else "beyond the end"
+        ),
     ).rename(columns={"start_known_to": "start known to", "until": "predicts until t ="})
     numbers = dict.fromkeys(("error", "time", "energy", "distance", "Hill radii"), NUMBER)
     return page_environment(HERE).get_template("judge.html.j2").render(
-        css=style(), name=name, sentences=sentences(found),
+        css=style(), name=name, sentences=sentences(found), notes=found.notes,
         picture=Markup(pictures(found).decode().partition("<svg")[2].join(["<svg", ""])),
         tried=grid(tried, numbers), parts=grid(parts, dict.fromkeys(parts.columns[1:], NUMBER)),
         meetings=grid(meetings, numbers), ends=grid(ends),
         part=found.kind.PART, can_meet=len(found.encounters.columns) > 0,
-        left_out=max(0, len(found.parts) - MOST_PARTS), facts=facts,
+        left_out=max(0, len(found.parts) - MOST_PARTS), meetings_in_all=len(found.encounters),
+        facts=facts, length=unit(found.problem, "length").strip(),
+        rebuilt=isinstance(found.problem.system, NBody),
     )  # fmt: skip

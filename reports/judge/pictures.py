@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Canvas
 
-from benchmarks.judging.bodies import names
+from benchmarks.judging import trees
+from benchmarks.judging.bodies import names, unit
 from benchmarks.judging.judgement import Judgement
 from galvi import Multibody
 from reports.figures.picture import STYLE
@@ -45,9 +46,9 @@ def _motion(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
 def _joints(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
     system, truth = found.problem.system, found.truth
     qpos, _ = system.to_mujoco(truth.q, np.zeros((len(truth.t), found.problem.v0.size)))  # type: ignore[attr-defined]
-    for k in range(qpos.shape[1]):
-        axes.plot(truth.t, qpos[:, k], linewidth=0.9, label=f"{k}" if k < NAMED else None)
-    axes.set(xlabel="$t$", ylabel="entries of qpos", title="the motion")
+    for k, name in enumerate(trees.entries(found.problem)):
+        axes.plot(truth.t, qpos[:, k], linewidth=0.9, label=name if k < NAMED else None)
+    axes.set(xlabel="$t$ (s)", ylabel="entries of qpos (rad, m, quaternions)", title="the motion")
     axes.legend(fontsize=7, ncols=2)
 
 
@@ -62,7 +63,8 @@ def _orbits(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
         color = COLOURS[place % len(COLOURS)]
         axes.plot(q[rows, k, 0], q[rows, k, 1], color=color, linewidth=0.5, alpha=0.7)
         axes.plot(*q[-1, k, :2], "o", color=color, markersize=4, label=labels[k])
-    axes.set(xlabel="$x$", ylabel="$y$", title="the motion")
+    length = _in(found, "length")
+    axes.set(xlabel=f"$x${length}", ylabel=f"$y${length}", title="the motion")
     axes.set_aspect("equal", adjustable="datalim")
     axes.legend(fontsize=7)
 
@@ -77,5 +79,17 @@ def _errors(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
             label=f"truth against {one.source.label}",
         )  # fmt: skip
     axes.axhline(found.error, color=GUIDE, linestyle=(0, (4, 2)), label="error asked for")
-    axes.set(xlabel="$t$", ylabel=f"largest error of a {found.kind.PART}", title="errors")
+    if isinstance(found.problem.system, Multibody):
+        time, length = " (s)", " (rad or m)"
+    else:
+        time, length = (_in(found, kind) for kind in ("time", "length"))
+    axes.set(
+        xlabel=f"$t${time}", ylabel=f"largest error of a {found.kind.PART}{length}", title="errors"
+    )
     axes.legend(fontsize=7)
+
+
+def _in(found: Judgement, kind: str) -> str:
+    """The unit in brackets, where REBOUND knows it."""
+    name = unit(found.problem, kind).strip()
+    return f" ({name})" if name else ""

@@ -9,7 +9,7 @@ import pytest
 
 import galvi
 from benchmarks.judging import bodies, neighbours
-from benchmarks.judging.candidate import Source
+from benchmarks.judging.candidate import Model, Own, Source
 from benchmarks.judging.judgement import judge, own_setting
 from benchmarks.judging.truth import agreements, in_pieces
 from benchmarks.studies.survival import burrau
@@ -44,13 +44,16 @@ def planets(**own) -> Problem:
     return Problem(system, outer.q0[:3], outer.v0[:3], parameters=parameters)
 
 
+def sources(problem: Problem, span: float) -> list[Source]:
+    return bodies.sources(Model(problem), span, Own("", KEPLER, {}, None))
+
+
 def test_the_own_error_is_that_against_the_closed_form():
     found = judge(planet(), duration=10 * YEAR, error=1e-3)
     assert found.duration == pytest.approx(10 * YEAR)  # a whole number of its steps
-    exact = KEPLER.run(planet(), found.duration, {"samples": 100})
-    mine = bodies.INTEGRATORS["leapfrog"].run(
-        planet(), found.duration, {"step": YEAR / 200, "save_every": 20}
-    )
+    assert len(found.own_errors) == 2001  # each of its steps
+    exact = KEPLER.run(planet(), found.duration, {"samples": 2000})
+    mine = bodies.INTEGRATORS["leapfrog"].run(planet(), found.duration, {"step": YEAR / 200})
     off = np.linalg.norm(mine.q - exact.q, axis=-1).max()
     assert found.own["error"] == pytest.approx(off, rel=1e-9)
     assert not found.passed and found.truth_agreement < 1e-10
@@ -78,12 +81,13 @@ def test_a_source_of_truth_that_is_wrong_is_seen():
     problem, span = planets(), 40_000.0
     truth = IAS15.run(problem, span, {"samples": 40})
     loose = Source("loose", "REBOUND", IAS15, {"adaptive_mode": "GLOBAL", "epsilon": 1e-1})
-    sound = bodies.sources(problem, span)[1]
+    sound = sources(problem, span)[1]
     silent = lambda sentence: None  # noqa: E731
     bad, good = (agreements(truth, [one], bodies.errors, 10, silent)[0] for one in (loose, sound))
     assert good.largest < 1e-10 < 1e-9 < bad.largest
     assert good.t[0] == problem.t0 and good.t[-1] == span
-    whole = in_pieces(sound, problem, span, 10)
+    whole, stopped = in_pieces(sound, problem, np.linspace(0.0, span, 11)[1:])
+    assert not stopped
     assert np.array_equal(whole.q[0], problem.q0) and len(whole.t) == 11
 
 
@@ -101,7 +105,7 @@ def test_encounters_are_found_and_timed():
 
 def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos():
     problem, span = planet(), 40 * YEAR
-    source, truth = bodies.sources(problem, span)[0], IAS15.run(problem, span, {"samples": 40})
+    source, truth = sources(problem, span)[0], IAS15.run(problem, span, {"samples": 40})
     grown = neighbours.apart(bodies, source, truth, 1e-9)
     assert 30.0 < grown[40] / grown[1] < 60.0
     # From starts closer than can be told apart it is in proportion: a millionth from 1e-15.
@@ -110,7 +114,7 @@ def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos():
     assert ends.iloc[1] <= 1.01 * YEAR and math.isnan(ends.iloc[-1])
     assert later.iloc[-1] > 30 * YEAR
     wild = IAS15.run(burrau(), 62.0, {"samples": 40})
-    chaos = neighbours.apart(bodies, bodies.sources(burrau(), 62.0)[0], wild, 1e-12)
+    chaos = neighbours.apart(bodies, sources(burrau(), 62.0)[0], wild, 1e-12)
     assert chaos.max() / 1e-12 > 1e4 * grown.max() / 1e-9
 
 
@@ -140,9 +144,9 @@ def test_the_options_of_the_own_integrator_are_kept():
     sim.add(m=1e-3, a=1.0)
     sim.integrator, sim.dt = "whfast", 0.1
     sim.integrator.corrector, sim.integrator.safe_mode = 17, 0
-    own = own_setting(bodies, galvi.from_rebound(sim), {})
+    own = own_setting(bodies, Model(galvi.from_rebound(sim)), {})
     assert own.step == 0.1 and own.options["corrector"] == 17 and own.options["safe_mode"] == 0
-    other = own_setting(bodies, galvi.from_rebound(sim), {"integrator": "leapfrog"})
+    other = own_setting(bodies, Model(galvi.from_rebound(sim)), {"integrator": "leapfrog"})
     assert "corrector" not in other.options
 
 
@@ -161,7 +165,11 @@ def test_an_unknown_own_integrator_is_refused(own, sentence):
 def test_other_models_are_refused():
     with pytest.raises(ValueError, match="judge takes a model of point masses"):
         judge(galvi.problems.pendulum_3d())
-    with pytest.raises(ValueError, match="duration must be"):
+    with pytest.raises(ValueError, match="duration must not be 0"):
+        judge(planets(), duration=0.0)
+    with pytest.raises(ValueError, match=r"own dt must be at most the duration 1; received 200"):
         judge(planets(), duration=-1.0)
+    with pytest.raises(ValueError, match="own dt must not be 0"):
+        judge(planets(), own={"dt": 0.0})
     with pytest.raises(ValueError, match="error must be"):
         judge(planets(), error=0.0)

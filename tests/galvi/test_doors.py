@@ -82,10 +82,6 @@ def test_snapshots_of_an_archive(tmp_path):
         broken.write_bytes(content)
         with pytest.raises(ValueError, match=r"broken\.bin must be a file of REBOUND's"):
             galvi.from_rebound(broken)
-    sim.additional_forces = lambda pointer: None
-    sim.save_to_file(str(tmp_path / "forced.bin"))
-    with pytest.raises(ValueError, match="function pointers"):
-        galvi.from_rebound(tmp_path / "forced.bin")
     with pytest.raises(FileNotFoundError, match="there is no file"):
         galvi.from_rebound(tmp_path / "absent.bin")
 

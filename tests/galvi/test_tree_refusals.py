@@ -69,7 +69,7 @@ def test_what_a_model_disables_is_not_there():
         (mjcf("<body><joint/></body>"), ValueError, "MuJoCo cannot read the text as a model"),
         (mjcf('<body><joint type="screw"/></body>'), ValueError, "cannot read the text as a model"),
         ("no/such/file.xml", ValueError, "there is no file no/such/file.xml"),
-        (3, TypeError, "model_or_xml must be a mujoco.MjModel, the text of a model or a path"),
+        (3, TypeError, "model must be a mujoco.MjModel or MjSpec, the text of a model or a path"),
     ],
     ids=["nothing moves", "no mass", "no such joint", "no file", "a number"],
 )

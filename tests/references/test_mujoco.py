@@ -142,7 +142,7 @@ def in_space(monkeypatch):
         qpos, qvel = mujoco_states.to_mujoco(joint, q, v)
         return qpos, np.concatenate([v[3:], v[:3]]) if joint == "free" else qvel
 
-    monkeypatch.setattr(mujoco_steps, "to_mujoco", wrong)
+    monkeypatch.setattr(mujoco_engine, "to_mujoco", wrong)
 
 
 FAULTS = (

@@ -13,6 +13,7 @@ import galvi
 from reports.cli.commands import run
 from reports.cli.judge import read_own
 
+OWN = "Your run (REBOUND WHFast, coordinates jacobi, dt = 0.05) "
 rebound = pytest.importorskip("rebound")
 ROOT = Path(__file__).parents[2]
 
@@ -39,7 +40,7 @@ def test_the_command_answers_and_its_status_says_whether_the_error_is_reached(
     asked = ["--error", "1e-6", "--duration", "20", "--out", str(tmp_path / "out")]
     assert run(None, ["judge", str(model), *asked]) == 1
     said = capsys.readouterr().out
-    assert said.startswith("Your run (REBOUND WHFast, dt = 0.05) is wrong by up to ")
+    assert said.startswith(OWN + "is wrong by up to ")
     for words in (" au over a time of 20.0 yr", "The cheapest that reaches"):
         assert words in said
     found = json.loads((tmp_path / "out" / "judge.json").read_text())
@@ -69,12 +70,14 @@ def test_the_same_from_python(model, tmp_path, monkeypatch):
     sim.softening = 0.1
     with pytest.raises(ValueError, match="softening"):
         galvi.judge(sim)
-    with pytest.raises(TypeError, match=r"a rebound\.Simulation, a mujoco\.MjModel or the path"):
+    with pytest.raises(
+        TypeError, match=r"a rebound\.Simulation, a mujoco\.MjModel, a galvi\.Problem, the text"
+    ):
         galvi.judge(3)
 
 
 def test_what_the_command_refuses_is_a_value_error(model, judge_in_this_process):
-    with pytest.raises(ValueError, match="Own integrator must be one of"):
+    with pytest.raises(ValueError, match=r"Own integrator must be one of .*Choose one to judge"):
         galvi.judge(model, own={"integrator": "none"})
 
 
@@ -85,7 +88,8 @@ def test_what_the_command_refuses_is_a_value_error(model, judge_in_this_process)
         ([__file__], "must be a file of REBOUND's"),
         ([], "FILE"),
         (["FILE", "--own", "whfast"], "expects name=value"),
-        (["FILE", "--own", "integrator=saba,dt=-1"], "Own dt must be"),
+        (["FILE", "--own", "integrator=saba,dt=0"], "Own dt must not be 0"),
+        (["FILE", "--qpos", "1"], "--key, --ignore, --qpos and --qvel are of models of MuJoCo's"),
         (["FILE", "--own", "integrator=saba,dt=0.1,kind=3"], "Did you mean"),
         (["FILE", "--own", "dt=1e9"], "Own dt must be at most the duration"),
         (["FILE", "--key", "0"], "are of models of MuJoCo's"),
@@ -113,13 +117,68 @@ def test_a_model_of_mujoco(tmp_path, capsys, judge_in_this_process):
     given = [str(tmp_path / "arm.xml"), "--duration", "1", "--error", "1e-12", "--key", "0"]
     assert run(None, ["judge", *given, "--out", str(tmp_path)]) == 1
     said = capsys.readouterr().out
-    assert "Your run (MuJoCo RK4, dt = 0.01) is wrong by up to" in said and "hinge of upper" in said
+    assert "Your run (MuJoCo RK4, dt = 0.01) is wrong by up to" in said and "most for a;" in said
     page = (tmp_path / "judge.html").read_text()
     assert "Close encounters" not in page and "joint by joint" in page
     found = galvi.judge(mujoco.MjModel.from_xml_string(ARM), duration=1.0, error=1e-3)
     assert found.own["error"] < 1e-3 and found.recommended is not None
     assert run(None, ["judge", *given[:-1], "3", "--out", str(tmp_path)]) == 2
-    assert "Key must be a whole number from 0 to 0" in capsys.readouterr().err
+    assert "ey must be a whole number from 0 to 0" in capsys.readouterr().err
+
+
+BEYOND = """<mujoco><worldbody><body><joint name="a" axis="0 1 0" limited="true" range="-2 2"/>
+<geom size="0.1" pos="0 0 -1" mass="1"/></body><geom type="plane" size="1 1 1" pos="0 0 -5"/>
+</worldbody><actuator><motor joint="a"/></actuator>
+<keyframe><key qpos="0"/><key name="up" qpos="0.5"/></keyframe></mujoco>"""
+
+
+def test_what_is_beyond_a_tree_is_refused_in_the_words_of_the_command(tmp_path, capsys):
+    pytest.importorskip("mujoco")
+    (tmp_path / "arm.xml").write_text(BEYOND)
+    given = ["judge", str(tmp_path / "arm.xml"), "--out", str(tmp_path), "--quick"]
+    assert run(None, given) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert [line.partition(":")[0] for line in said[1:-1]] == [
+        "  contacts",
+        "  limits",
+        "  actuators",
+    ]
+    assert said[-1] == 'Leave them out with --ignore "contacts,limits,actuators".'
+    given += ["--ignore", "contacts,limits,actuators", "--duration", "1", "--key", "up"]
+    assert run(None, given) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("Left out, as asked for: ") and "contacts, " in out
+    assert "judge: truth: DOP853 on MuJoCo's accelerations" in err  # no terminal here
+    page = (tmp_path / "judge.html").read_text()
+    assert page.index("Left out, as asked for") < page.index("Your run (MuJoCo Euler")
+    with pytest.raises(ValueError, match=r"Leave them out with ignore=\('contacts', 'limits'"):
+        galvi.judge(BEYOND)
+
+
+def test_sources_of_every_kind_are_judged(tmp_path, judge_in_this_process):
+    mujoco = pytest.importorskip("mujoco")
+    exact = {"duration": 0.5, "error": 1e-3, "quick": True}
+    by_text = galvi.judge(ARM, key=0, **exact)
+    assert by_text.passed and by_text.duration == pytest.approx(0.5) and by_text.notes == []
+    assert by_text.data is by_text.found and {"error", "energy", "seconds"} <= set(by_text.own)
+    assert {"integrator", "setting", "error", "energy", "seconds"} <= set(by_text.recommended)
+    start = galvi.judge(mujoco.MjSpec.from_string(ARM), qpos=[0.5], qvel=[0.0], **exact)
+    assert start.own["error"] == by_text.own["error"]
+    problem = galvi.from_mujoco(ARM, key=0)
+    alone = galvi.judge(problem, **exact)
+    assert alone.own["error"] == pytest.approx(by_text.own["error"], rel=1e-6)
+    assert "was made from the problem" in alone.notes[0]
+    sim = rebound.Simulation()
+    sim.add(m=1.0)
+    sim.add(m=1e-3, a=1.0, e=0.1)
+    sim.integrator, sim.dt = "leapfrog", -0.05
+    sim.heartbeat = lambda pointer: None
+    orbits = galvi.judge(sim, duration=5.0, error=1e-3, quick=True)
+    assert orbits.duration == pytest.approx(-5.0)
+    again = galvi.judge(galvi.from_rebound(sim), duration=5.0, error=1e-3, quick=True)
+    assert again.own["error"] == pytest.approx(orbits.own["error"], rel=1e-9)
+    with pytest.raises(ValueError, match=r"there is no file no/such\.xml"):
+        galvi.judge("no/such.xml")
 
 
 def test_the_own_setting_is_read():

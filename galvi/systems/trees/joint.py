@@ -35,9 +35,10 @@ class Joint:
     stiffness  of a spring: N m/rad, N/m for a slide; of a free joint both
     rest       where the spring is at rest: a coordinate; (3, 3), or of a free joint a motion (4, 4)
     damping    of its velocities: N m s/rad, N s/m for a slide; of a free joint both
+    name       for tables and pictures
 
     Raises ValueError for another type, an axis of no length, a negative armature or damping, or a
-    rest that is no coordinate of the joint.
+    rest that is no coordinate of the joint, and TypeError for a name that is no string.
     """
 
     type: str
@@ -48,12 +49,15 @@ class Joint:
     stiffness: float = 0.0
     rest: Any = None
     damping: float = 0.0
+    name: str = ""
 
     def __post_init__(self) -> None:
         if not isinstance(self.type, str) or self.type not in KINDS:
             raise ValueError(
                 f"type must be one of {', '.join(KINDS)}; received {shown(self.type)}."
             )
+        if not isinstance(self.name, str):
+            raise TypeError(f"name must be a string; received {shown(self.name)}.")
         axis = input_checks.array("axis", self.axis, (3,))
         with np.errstate(over="ignore"):
             length = float(np.linalg.norm(axis))

@@ -1,0 +1,84 @@
+"""REBOUND's integrators on a user's own simulation, with its particles in their order.
+
+Everything else in `references.rebound` builds one from a problem, the heaviest body first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from galvi import Problem
+from galvi.arrays import Array
+from references.rebound.adaptive import ReboundAdaptive
+from references.rebound.fixed_steps import ReboundSteps
+from references.rebound.simulation import Made, Simulation, arithmetic_kept, messages
+
+Kind = TypeVar("Kind", ReboundSteps, ReboundAdaptive)
+
+
+def of_user(contender: Kind, sim: Any, problem: Problem, kept: bool = True) -> Kind:
+    """The contender on a copy of this `rebound.Simulation`, which `problem` was read from.
+
+    kept  its routine of gravity and its time are kept and, where the integrator is its own, all its
+          options and what is not synchronised; else gravity is that of point masses, summed
+          directly, and the integrator is as new
+
+    From the problem itself a run starts at the simulation's own numbers, else at those of the
+    problem that is asked for. It does not end where a particle passes exit_max_distance.
+    """
+    return replace(contender, made=_made(sim, problem, kept))
+
+
+def _made(sim: Any, read: Problem, kept: bool) -> Made:
+    def made(problem: Problem, integrator: str, options: Mapping[str, Any]) -> Simulation:
+        with messages():
+            copy = sim.copy()
+        copy.exit_max_distance = copy.exit_min_distance = 0.0
+        own = kept and copy.integrator.name.decode() == integrator
+        if not (own and _same_start(problem, read)):
+            with messages(), arithmetic_kept():
+                copy.synchronize()
+            copy.integrator = integrator
+        for key, value in options.items():
+            try:
+                if getattr(copy.integrator, key) != value:
+                    setattr(copy.integrator, key, value)
+            except (AttributeError, TypeError, ValueError) as error:
+                raise ValueError(f"{key} cannot be {value!r} in REBOUND: {error}") from None
+        if not kept:
+            copy.gravity, copy.t = "basic", 0.0
+        if not _same_start(problem, read):
+            _put(copy, problem.q0, problem.v0)
+            copy.t = problem.t0 if kept else 0.0
+        return Simulation(copy, np.arange(copy.N), problem.q0.shape[1])
+
+    return made
+
+
+def _same_start(problem: Problem, read: Problem) -> bool:
+    return np.array_equal(problem.q0, read.q0) and np.array_equal(problem.v0, read.v0)
+
+
+def _put(sim: Any, q: Array, v: Array) -> None:
+    room = ((0, 0), (0, 3 - q.shape[1]))
+    states = np.pad(q, room).tolist(), np.pad(v, room).tolist()
+    for particle, place, speed in zip(sim.particles, *states, strict=True):
+        particle.xyz, particle.vxyz = place, speed
+
+
+def defaults(integrator: str) -> dict[str, Any]:
+    """The options of a new integrator of REBOUND's, by their names."""
+    import rebound
+
+    sim = rebound.Simulation()
+    sim.integrator = integrator
+    found = {}
+    for word in repr(sim.integrator).split(", ")[1:]:
+        name, equals, text = word.partition("=")
+        if equals and name != "name" and not text.startswith("None"):
+            found[name] = getattr(sim.integrator, name)
+    return found
