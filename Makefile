@@ -4,7 +4,8 @@
 PYTHON ?= python3
 WORKERS ?= 2
 EXTRAS ?= suite,dev
-MODELS ?= gymnasium==1.4.0 dm_control==1.0.50
+MODELS ?= gymnasium==1.4.0 gymnasium-robotics==1.4.2 dm_control==1.0.50 robosuite-models==1.0.0 \
+    myo-sim==0.2.4
 BIN := .venv/bin
 STAMP := .venv/installed-$(EXTRAS)
 

@@ -1,9 +1,14 @@
 """The command `galvi`, as `python -m reports`; `--help` lists what it does."""
 
+from __future__ import annotations
+
 import sys
+from typing import TYPE_CHECKING
 
 from reports.cli.commands import PROGRAM, run
-from reports.results.suite import Suite
+
+if TYPE_CHECKING:
+    from reports.results.suite import Suite
 
 
 def load() -> Suite:

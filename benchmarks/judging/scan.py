@@ -47,14 +47,16 @@ class Limits:
         """Where the truth took so many seconds."""
         if quick:
             return cls(max(0.5, 0.25 * truth), max(0.3, 0.25 * truth), max(2.0, truth), False)
-        return cls(max(1.0, truth), max(1.0, truth), max(20.0, 4.0 * truth))
+        return cls(max(0.7, truth), max(1.0, truth), max(20.0, 4.0 * truth))
 
 
 def timed(
-    candidate: Candidate, problem: Problem, span: float, samples: int
-) -> tuple[Trajectory, float]:
+    candidate: Candidate, problem: Problem, span: float, samples: int,
+    worth: Callable[[Trajectory], bool] = lambda run: True,
+) -> tuple[Trajectory, float]:  # fmt: skip
     """A run with so many states, and the seconds of its engine, the least of several where it is
-    short: of galvi those of the whole call, of others without our conversion of their states."""
+    short and worth it: of galvi those of the whole call, of others without our conversion of their
+    states."""
     seconds, run = math.inf, None
     if candidate.steps is not None:  # what compiles, and what a first call costs, is not its speed
         _brief(candidate, problem, span, samples)
@@ -64,7 +66,7 @@ def timed(
             run = candidate.run(problem, span, samples)
             whole = time.perf_counter() - clock
         seconds = min(seconds, spent.seconds or whole)
-        if whole > REPEATED:
+        if whole > REPEATED or not worth(run):
             break
     assert run is not None
     return run, seconds
@@ -110,6 +112,10 @@ def _one_integrator(
     """Its rows. `best` seconds of what reaches the error; ``limit`` seconds for all of them."""
     rows: list[tuple[Any, ...]] = []
     begun, last, samples = time.perf_counter(), math.nan, len(truth.t) - 1
+
+    def reaches(run: Trajectory) -> bool:
+        return run.success and bool(np.max(kind.errors(run, truth)) <= wanted)
+
     for _ in range(MOST_RUNS):
         if not waiting:
             break
@@ -123,12 +129,12 @@ def _one_integrator(
                     why = f"not tried: it would take about {expected:.2g} s"
                     rows.append((*row, *UNKNOWN, False, why))
                     break
-            run, seconds = timed(candidate, problem, span, samples)
+            run, seconds = timed(candidate, problem, span, samples, reaches)
         except ValueError as refused:
             rows.append((candidate.label, "", *UNKNOWN, False, refused))
             break
         off = float(np.max(kind.errors(run, truth))) if run.success else math.nan
-        reached = bool(off <= wanted)
+        reached = off <= wanted
         change = energy_change(run) if run.success else math.nan
         rows.append((*row, off, seconds, change, reached, "" if run.success else run.status))
         spent = time.perf_counter() - begun

@@ -27,7 +27,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.special import stdtrit
 
 from galvi.arrays import Array
 
@@ -191,6 +190,8 @@ def _best(
 ) -> Any:
     """(slope, its uncertainty, intercept, (first, last) x, points) of the best window of the line
     log error + power log x = intercept + slope x; None with fewer than three points."""
+    from scipy.special import stdtrit  # a quarter of a second
+
     if x.size and np.any(np.diff(x) * np.sign(x[-1] - x[0]) <= 0.0):
         raise ValueError("n must increase, or h decrease, from each error to the next.")
     allowed = window(errors, floor=floor, ceiling=ceiling)

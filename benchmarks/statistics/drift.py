@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.ndimage import maximum_filter1d
 
 from galvi.arrays import Array
 
@@ -47,6 +46,8 @@ def drift(t: Array, errors: Array) -> Drift:
 
     NaN unless all are finite and k >= 40. A beat that takes longer than the run looks like a drift.
     """
+    from scipy.ndimage import maximum_filter1d  # half a second
+
     t, errors = np.asarray(t, dtype=np.float64), np.asarray(errors, dtype=np.float64)
     if t.size < LEAST or not np.all(np.isfinite(errors)):
         return Drift(math.nan, math.nan, math.nan, math.nan, math.nan)

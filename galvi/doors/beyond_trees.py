@@ -134,8 +134,7 @@ QUIET = (  # fields of tendons that exert nothing by themselves
 
 def tendon_forces(model: Any) -> list[str]:
     """The fields that make tendons act, with any that galvi does not know."""
-    names = (name for name in dir(model) if name.startswith("tendon_"))
-    return [name for name in names if name.removeprefix("tendon_") not in QUIET]
+    return [name for name in dir(model) if name[:7] == "tendon_" and name[7:] not in QUIET]
 
 
 def _tendons(model: Any) -> Found:

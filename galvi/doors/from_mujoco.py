@@ -16,6 +16,7 @@ from galvi.doors.beyond_trees import BeyondTrees, beyond_trees, checked_names, m
 from galvi.doors.mujoco_model import Own, check_reading, some_states, unknown, without
 from galvi.kernels.lanes.trees.tree import DOFS, SLIDE
 from galvi.problem import Problem
+from galvi.systems.finite_differences import hat
 from galvi.systems.multibody import Multibody
 from galvi.systems.trees.joint import Joint
 from galvi.systems.trees.link import Link
@@ -84,8 +85,8 @@ def read(
         ) from None
     mine, differences = without(theirs, left_out)
     number = None if key is None else _keyframe(theirs, key)
-    starts = [_start(one, given, size) for one, given, size in
-              (("qpos", qpos, theirs.nq), ("qvel", qvel, theirs.nv))]  # fmt: skip
+    asked = (("qpos", qpos, theirs.nq), ("qvel", qvel, theirs.nv))
+    starts = [None if x is None else input_checks.array(one, x, (size,)) for one, x, size in asked]
     own = Own(mine, differences, number, *starts)
     data = own.data()
     links = [_link(theirs, body, data) for body in range(1, theirs.nbody)]
@@ -119,10 +120,6 @@ def _keyframe(model: Any, key: Any) -> int:
         f"key must be a number from 0 to {model.nkey - 1}, or a name of a keyframe ({known}); "
         f"received {key!r}."
     )
-
-
-def _start(name: str, given: Any, size: int) -> Array | None:
-    return None if given is None else input_checks.array(name, given, (size,))
 
 
 def _integrator(model: Any) -> str:
@@ -204,10 +201,10 @@ def _disabled(model: Any, flag: str) -> bool:
 
 
 def _rotation(quaternion: Any) -> Array:
-    from scipy.spatial.transform import Rotation  # a fifth of galvi's import
-
-    result: Array = Rotation.from_quat(np.asarray(quaternion)[[1, 2, 3, 0]]).as_matrix()
-    return result
+    """(3, 3); without SciPy's, whose import takes as long as reading a model."""
+    w, *along = np.asarray(quaternion, dtype=np.float64)
+    turn, square = hat(np.array(along)), float(np.dot(quaternion, quaternion))
+    return np.eye(3) + 2.0 / (square or 1.0) * (w * turn + turn @ turn)  # of 0, as MuJoCo takes it
 
 
 def _link(model: Any, body: int, data: Any) -> Link:

@@ -18,76 +18,69 @@ from galvi.problem import Problem
 from galvi.systems.forces.external_force import force_at
 from galvi.systems.multibody import Multibody
 
-AGREED = 1e-8  # of the forces on a velocity; 2e-13 in public models, 1e-9 with rounded quaternions
+AGREED = 1e-8  # of the forces on a velocity; 1e-12 in public models, 1e-9 with rounded quaternions
 FLOOR = 1e-4  # share of the largest force that counts as one
 SPREAD, MANY = 0.5, 200  # of random states; velocities from which one of them is compared, not two
 States = Sequence[tuple[Array, Array]]
 TINY = float(np.finfo(float).tiny)
 TURNING = {"hinge": [1.0], "slide": [0.0], "ball": [1.0] * 3, "free": [0.0] * 3 + [1.0] * 3}
 
+
+def _words(text: str) -> set[str]:
+    return set(text.split())
+
+
+def _fields(**names: str) -> set[str]:
+    return {f"{of}_{name}" for of, some in names.items() for name in _words(some)}
+
+
 # Objects, all of whose fields change no motion of joints, or do it through parts that are named in
 # `galvi.doors.beyond_trees`: pictures, names, sizes and addresses, sensors, keyframes; contacts,
 # tendons, actuators, constraints, flexible bodies and plugins.
-OBJECTS = (
-    *("cam", "light", "mat", "mesh", "tex", "text", "skin", "skinbone", "hfield", "site", "sensor"),
-    *("bvh", "oct", "numeric", "tuple", "key", "name", "names", "B", "D", "M", "mapM2M", "mapM2D"),
-    *("mapD2M", "efm0", "efmC", "geom", "pair", "exclude", "tendon", "ten", "wrap", "actuator"),
-    *("eq", "flex", "flexedge", "plugin", "flg"),
+OBJECTS = _words(
+    "cam light mat mesh tex text skin skinbone hfield site sensor bvh oct numeric tuple key name "
+    "names B D M mapM2M mapM2D mapD2M efm0 efmC geom pair exclude tendon ten wrap actuator eq flex "
+    "flexedge plugin flg signature"
 )
-READ = {
-    *("body_parentid", "body_jntnum", "body_jntadr", "body_pos", "body_quat", "body_ipos"),
-    *("body_iquat", "body_mass", "body_inertia", "body_mocapid", "body_gravcomp", "body_plugin"),
-    *("jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_bodyid", "jnt_pos", "jnt_axis", "qpos0"),
-    *("jnt_stiffness", "jnt_stiffnesspoly", "jnt_plasticadr", "jnt_limited", "qpos_spring"),
-    *("dof_armature", "dof_damping", "dof_dampingpoly", "dof_frictionloss", "tree_sleep_policy"),
-}
-DERIVED = {  # from those, or of contacts, limits, friction loss and actuators
-    *("body_rootid", "body_weldid", "body_dofnum", "body_dofadr", "body_treeid", "body_geomnum"),
-    *("body_geomadr", "body_simple", "body_sameframe", "body_subtreemass", "body_invweight0"),
-    *("body_margin", "body_contype", "body_conaffinity", "body_bvhadr", "body_bvhnum", "body_user"),
-    *("jnt_group", "jnt_solref", "jnt_solimp", "jnt_range", "jnt_margin", "jnt_user"),
-    *("jnt_actfrclimited", "jnt_actgravcomp", "jnt_actfrcrange", "jnt_springyield"),
-    *("jnt_actuatorid", "dof_bodyid", "dof_jntid", "dof_parentid", "dof_treeid", "dof_Madr"),
-    *("dof_simplenum", "dof_solref", "dof_solimp", "dof_invweight0", "dof_M0", "dof_length"),
-    *("tree_bodyadr", "tree_bodynum", "tree_dofadr", "tree_dofnum", "signature"),
-}
-OPTIONS = {  # those that are read, of integrators, or of contacts, constraints, fluids and sensors
-    *("timestep", "gravity", "integrator", "disableflags", "enableflags", "density", "viscosity"),
-    *("wind", "magnetic", "impratio", "tolerance", "ls_tolerance", "noslip_tolerance", "cone"),
-    *("ccd_tolerance", "o_margin", "o_solref", "o_solimp", "o_friction", "jacobian", "solver"),
-    *("iterations", "ls_iterations", "noslip_iterations", "ccd_iterations", "sdf_initpoints"),
-    *("sdf_iterations", "sleep_tolerance", "disableactuator"),
-}
-FLAGS = {
-    "disableflags": (
-        *("CONSTRAINT", "EQUALITY", "FRICTIONLOSS", "LIMIT", "CONTACT", "SPRING", "DAMPER"),
-        *("GRAVITY", "CLAMPCTRL", "WARMSTART", "FILTERPARENT", "ACTUATION", "REFSAFE", "SENSOR"),
-        *("MIDPHASE", "EULERDAMP", "AUTORESET", "NATIVECCD", "ISLAND", "MULTICCD"),
-    ),
-    "enableflags": (
-        *("OVERRIDE", "ENERGY", "FWDINV", "INVDISCRETE", "SLEEP", "DIAGEXACT", "IPC"),
-        "SPECULATIVE",
-    ),
-}
+READ = {"qpos0"} | _fields(
+    body="parentid jntnum jntadr pos quat ipos iquat mass inertia mocapid gravcomp plugin",
+    jnt="type qposadr dofadr bodyid pos axis stiffness stiffnesspoly plasticadr limited",
+    dof="armature damping dampingpoly frictionloss", qpos="spring", tree="sleep_policy",
+)  # fmt: skip
+DERIVED = _fields(  # from those, or of contacts, limits, friction loss and actuators
+    body="rootid weldid dofnum dofadr treeid geomnum geomadr simple sameframe subtreemass "
+    "invweight0 margin contype conaffinity bvhadr bvhnum user",
+    jnt="group solref solimp range margin user actfrclimited actgravcomp actfrcrange springyield "
+    "actuatorid",
+    dof="bodyid jntid parentid treeid Madr simplenum solref solimp invweight0 M0 length",
+    tree="bodyadr bodynum dofadr dofnum",
+)
+OPTIONS = _words(  # read, or of integrators, contacts, constraints, fluids and sensors
+    "timestep gravity integrator disableflags enableflags density viscosity wind magnetic impratio "
+    "tolerance ls_tolerance noslip_tolerance cone ccd_tolerance o_margin o_solref o_solimp "
+    "o_friction jacobian solver iterations ls_iterations noslip_iterations ccd_iterations "
+    "sdf_initpoints sdf_iterations sleep_tolerance disableactuator"
+)
+FLAGS = _words(  # to disable, and to enable
+    "CONSTRAINT EQUALITY FRICTIONLOSS LIMIT CONTACT SPRING DAMPER GRAVITY CLAMPCTRL WARMSTART "
+    "FILTERPARENT ACTUATION REFSAFE SENSOR MIDPHASE EULERDAMP AUTORESET NATIVECCD ISLAND MULTICCD "
+    "OVERRIDE ENERGY FWDINV INVDISCRETE SLEEP DIAGEXACT IPC SPECULATIVE"
+)
 CALLBACKS = ("passive", "control", "act_dyn", "act_gain", "act_bias")
-# How a part is switched off: by a flag, or by fields that get a value.
-SWITCHES: dict[str, tuple[tuple[str, ...], dict[str, float]]] = {
-    "contacts": (("CONTACT",), {}),
-    "limits": (("LIMIT",), {}),
-    "actuators": (("ACTUATION",), {}),
-    "tendons": ((), {}),  # all of `tendon_forces`
-    "equality": (("EQUALITY",), {}),
-    "fluid": ((), {"opt.density": 0.0, "opt.viscosity": 0.0}),
-    "friction loss": (("FRICTIONLOSS",), {}),
-    "gravity compensation": ((), {"body_gravcomp": 0.0}),
-    "nonlinear springs": ((), {"jnt_stiffnesspoly": 0.0, "jnt_plasticadr": -1.0}),
-    "nonlinear damping": ((), {"dof_dampingpoly": 0.0, "actuator_dampingpoly": 0.0}),
-    "flexes": ((), dict.fromkeys(
-        ("flex_stiffness", "flex_bending", "flex_damping", "flex_edgestiffness",
-         "flex_edgedamping", "flex_contype", "flex_conaffinity", "flex_selfcollide",
-         "flex_passive"), 0.0)),
-    "plugins": ((), {}),  # no way is known: those that act are refused by their accelerations
-    "sleep": ((), {}),
+# How a part is switched off: by a flag, or by fields that get a value. Of plugins no way is known:
+# those that act are refused by their accelerations.
+BY_FLAG = {
+    "contacts": "CONTACT", "limits": "LIMIT", "actuators": "ACTUATION", "equality": "EQUALITY",
+    "friction loss": "FRICTIONLOSS", "sleep": "SLEEP",
+}  # fmt: skip
+BY_FIELDS: dict[str, dict[str, float]] = {  # tendons: all of `tendon_forces`
+    "fluid": {"opt.density": 0.0, "opt.viscosity": 0.0},
+    "gravity compensation": {"body_gravcomp": 0.0},
+    "nonlinear springs": {"jnt_stiffnesspoly": 0.0, "jnt_plasticadr": -1.0},
+    "nonlinear damping": {"dof_dampingpoly": 0.0, "actuator_dampingpoly": 0.0},
+    "flexes": dict.fromkeys(sorted(_fields(
+        flex="stiffness bending damping edgestiffness edgedamping contype conaffinity selfcollide "
+        "passive")), 0.0),
 }  # fmt: skip
 
 
@@ -126,63 +119,51 @@ def without(model: Any, parts: Iterable[str]) -> tuple[Any, dict[str, str]]:
 
     made, how = copy.copy(model), {}
     for part in sorted(parts):
-        flags, fields = SWITCHES[part]
+        flag, fields = BY_FLAG.get(part), BY_FIELDS.get(part, {})
         if part == "tendons":
             fields = dict.fromkeys(tendon_forces(made), 0.0)
-        for flag in flags:
-            made.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag}"))
         if part == "sleep":
             made.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+        elif flag:
+            made.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag}"))
         for name, value in fields.items():
             if name.startswith("opt."):
                 setattr(made.opt, name[4:], value)
             else:
                 getattr(made, name)[:] = value
         words = [f"{name} = {value:g}" for name, value in fields.items()]
-        words += [f"the flag {flag.lower()} disabled" for flag in (*flags, *_enabled(part))]
+        words += [f"the flag {flag.lower()} disabled"] if flag else []
         how[part] = ", ".join(words) or "left as they are, since they accelerate nothing"
     if "actuators" in how and _without_motors(made):  # joints feel them all the same
         how["actuators"] += ", armature and damping = 0 of those not on a hinge or slide"
     return made, how
 
 
-def _enabled(part: str) -> tuple[str, ...]:
-    return ("SLEEP",) if part == "sleep" else ()
-
-
 def _without_motors(model: Any) -> bool:
     """Without armature and damping of actuators not on a hinge or slide; whether any had some."""
     on_joints = {k for joint in range(model.njnt) for k, _ in motors(model, joint)}
     others = sorted(set(range(model.nactuator)) - on_joints)
-    found = bool(np.any(model.actuator_armature[others]) or np.any(model.actuator_damping[others]))
+    found = np.any(model.actuator_armature[others]) or np.any(model.actuator_damping[others])
     model.actuator_armature[others] = model.actuator_damping[others] = 0.0
-    return found
+    return bool(found)
 
 
 def unknown(model: Any) -> Iterator[str]:
     """What is set in the model and neither understood nor known to change no motion."""
     import mujoco
 
-    for name in dir(model):
-        value = getattr(model, name)
-        is_size = isinstance(value, int) and name.startswith("n")
-        if name.startswith("_") or is_size or name in READ | DERIVED:
-            continue
-        if not isinstance(value, np.ndarray | bool | int | float):
-            continue
-        if name.partition("_")[0] not in OBJECTS and np.any((value != 0) & (value != -1)):
-            yield name
-    for name in dir(model.opt):
-        value = getattr(model.opt, name)
-        known = name.startswith("_") or callable(value) or name in OPTIONS
-        if not known and np.any(np.asarray(value) != 0):
-            yield f"option {name}"
-    for name, kinds in FLAGS.items():
-        prefix = "mjDSBL" if name == "disableflags" else "mjENBL"
-        enum = mujoco.mjtDisableBit if name == "disableflags" else mujoco.mjtEnableBit
-        bits = sum(int(getattr(enum, f"{prefix}_{kind}", 0)) for kind in kinds)
-        if getattr(model.opt, name) & ~bits:
-            yield f"bits {getattr(model.opt, name) & ~bits:#x} of {name}"
+    for of, said in ((model, ""), (model.opt, "option ")):
+        for name in sorted(set(dir(of)) - READ - DERIVED - OPTIONS):
+            value, known = getattr(of, name), name.startswith("_")
+            if of is model:  # sizes begin with n
+                is_size = isinstance(value, int) and name.startswith("n")
+                known = known or is_size or name.partition("_")[0] in OBJECTS
+            if not known and isinstance(value, np.ndarray | bool | int | float):
+                yield from [said + name] if np.any(~np.isin(value, (0, -1))) else []
+    for name, enum in (("disable", mujoco.mjtDisableBit), ("enable", mujoco.mjtEnableBit)):
+        bits = sum(int(bit) for flag, bit in enum.__members__.items() if flag[7:] in FLAGS)
+        if more := getattr(model.opt, f"{name}flags") & ~bits:
+            yield f"bits {more:#x} of {name}flags"
     for name in CALLBACKS:
         if getattr(mujoco, f"get_mjcb_{name}")() is not None:
             yield f"the callback mjcb_{name}"

@@ -14,15 +14,17 @@ import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from reports.cli.errors import UsageError, choose_claims, choose_engines, sentence
 from reports.results.options import OUT, Options
-from reports.results.suite import Suite
 
-Load = Callable[[], Suite]
+if TYPE_CHECKING:
+    from reports.results.suite import Suite
+
+Load = Callable[[], "Suite"]
 INTERRUPTED = 130
 PROGRAM = ("python", "-m", "reports")
 QUICK = typer.Option(False, "--quick", help="Fewer and shorter runs.")
