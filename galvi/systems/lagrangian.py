@@ -22,6 +22,7 @@ from galvi.symbolic.from_sympy import symbolic
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.symbolic.traced_lagrangian import TracedLagrangian, traced_lagrangian
 from galvi.symbolic.traces import reasons, refuse, trace, traces
+from galvi.systems import legendre_transform
 from galvi.systems.builtin_lagrangian import BuiltinLagrangian, KnownMass
 from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import Curve, check_derivatives, direction
@@ -35,8 +36,6 @@ from galvi.systems.forces.external_force import (
     with_force,
 )
 from galvi.systems.lagrangian_kernel import LagrangianKernel
-from galvi.systems.legendre_transform import check_regular, velocity_with_momentum
-from galvi.systems.many_states import values_and_momenta, velocities
 from galvi.systems.returned import returned_array
 
 Function = Callable[..., Any]
@@ -133,15 +132,16 @@ class Lagrangian:
             )
         left = self._left(q, v, t)
         if not np.all(np.isfinite(left)):
+            symbolic = isinstance(self.function, SymbolicLagrangian)
+            known = "Rewrite L" if symbolic else "Check slopes"
             raise ValueError(
                 f"the derivatives of the Lagrangian must be finite at the start; received "
-                f"{left.tolist()}. "
-                + ("Give slopes" if self._slopes is None else _remedy(self.function))
-                + ", or start elsewhere."
+                f"{left.tolist()}. {'Give slopes' if self._slopes is None else known}, or start "
+                f"elsewhere."
             )
         if isinstance(self.function, SymbolicLagrangian):
             kinks.check_start(self.function, q, v, t)
-        check_regular(self.mass(q, v, t))
+        legendre_transform.check_regular(self.mass(q, v, t))
 
     def check_derivatives(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless given slopes are derivatives of L, at a state and near it."""
@@ -237,7 +237,7 @@ class Lagrangian:
 
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
         """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""
-        found = values_and_momenta(self, q, v, t)
+        found = legendre_transform.values_and_momenta(self, q, v, t)
         return self._each(self._momentum, q, v, t) if found is None else found[1]
 
     def velocity(
@@ -248,12 +248,14 @@ class Lagrangian:
         near  (d,) a velocity near the first one; each is sought from the one before
         """
         start = [np.zeros(self.group.dimension) if near is None else near]
-        known = velocities(self, q, p, t, start[0])
+        known = legendre_transform.velocities(self, q, p, t, start[0])
         if known is not None:
             return known
 
         def one(x: Array, momentum: Array, s: float) -> Array:
-            found = self._inverted(x, momentum, s, start[0])
+            found = legendre_transform.velocity_with_momentum(
+                momentum, start[0], lambda v: self._momentum(x, v, s), lambda v: self.mass(x, v, s)
+            )
             start[0] = found if np.all(np.isfinite(found)) else start[0]
             return found
 
@@ -271,7 +273,7 @@ class Lagrangian:
         def one(x: Array, w: Array, s: float) -> Array:
             return np.array([w @ self._momentum(x, w, s) - self.value(x, w, s)])
 
-        found = values_and_momenta(self, q, v, t)
+        found = legendre_transform.values_and_momenta(self, q, v, t)
         if found is not None and np.all(np.isfinite(found[0])):
             return (v * found[1]).sum(axis=-1) - found[0]
         return self._each(one, q, v, t, 1)[..., 0]
@@ -382,11 +384,6 @@ class Lagrangian:
         scale = difference_scales(self.group, q, v)[0]
         return np.stack([by_v, differences(moved, np.zeros(v.size), scale, size=size)[0][0]])
 
-    def _inverted(self, q: Array, p: Array, t: float, near: Array) -> Array:
-        return velocity_with_momentum(
-            p, near, lambda v: self._momentum(q, v, t), lambda v: self.mass(q, v, t)
-        )
-
     def _each(
         self, one: Function, q: Array | None, v: Array, t: Any, width: int | None = None
     ) -> Array:
@@ -401,7 +398,3 @@ class Lagrangian:
             if np.all(np.isfinite(x)) and np.all(np.isfinite(w)):
                 out[row] = one(x, w, float(s))
         return out.reshape(*lead, width or d)
-
-
-def _remedy(function: Function) -> str:
-    return "Rewrite L" if isinstance(function, SymbolicLagrangian) else "Check slopes"

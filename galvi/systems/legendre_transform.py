@@ -1,12 +1,15 @@
-"""Inverse Legendre transform: velocity from momentum (damped Newton)."""
+"""Legendre transform and its inverse, velocity from momentum by a damped Newton method."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any, cast
 
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.systems.builtin_lagrangian import BuiltinLagrangian, KnownMass
+from galvi.systems.difference_scales import difference_scales
 
 PASSES = 50
 HALVINGS = 40
@@ -14,6 +17,10 @@ SOLVED = 2.0**-51  # relative residual of the momentum at which a velocity is ac
 FLOOR = 1e-8  # relative residual below which stagnation is round-off and accepted
 RENEW = 0.2  # contraction factor above which d2L/dv2 is recomputed
 BALANCES = 20
+TOGETHER = 12  # passes for all states
+SEVERAL = 8  # states, from which it pays to find them together
+MOVE = 1e-5  # share of a velocity by which momenta are differenced
+ROUNDING = 1e-12  # relative residual below which stagnation of all states is round-off
 EVEN = 2.0  # ratio of the largest row to the smallest at which balancing stops
 
 
@@ -64,6 +71,59 @@ def velocity_with_momentum(
             return v if close else lost
         renew = not after <= RENEW * off
     return lost
+
+
+def values_and_momenta(
+    system: Any, q: Array | None, v: Array, t: Any
+) -> tuple[Array, Array] | None:
+    """L (...) and dL/dv (..., d) at states with any axes in front, or None: where the Lagrangian
+    does not bring its derivatives, states are few, or one is not finite."""
+    rates = v.reshape(-1, system.group.dimension)
+    if q is None or system.slopes is not None or system.builtin is None or len(rates) < SEVERAL:
+        return None
+    if not (np.all(np.isfinite(q)) and np.all(np.isfinite(v))):
+        return None
+    times = np.array(np.broadcast_to(t, v.shape[:-1]), dtype=np.float64).ravel()
+    L = cast(BuiltinLagrangian, system.builtin)
+    value, _, momenta = L.at_states(q.reshape(-1, *system.group.shape), rates, times)
+    return value.reshape(v.shape[:-1]), momenta.reshape(v.shape)
+
+
+def velocities(system: Any, q: Array | None, p: Array, t: Any, near: Array) -> Array | None:
+    """The velocities with dL/dv = p (..., d), by Newton's method from ``near`` (d,) for all states;
+    None where `values_and_momenta` is, or where that does not find one of them."""
+    v = np.array(np.broadcast_to(near, p.shape))
+    if values_and_momenta(system, q, v, t) is None or not np.all(np.isfinite(p)):
+        return None
+    places = cast(Array, q).reshape(-1, *system.group.shape)
+
+    def momenta(rates: Array) -> Array:
+        found = values_and_momenta(system, q, rates, t)
+        return np.full(p.shape, np.nan) if found is None else found[1]
+
+    with np.errstate(all="ignore"):
+        if isinstance(system.function, KnownMass):
+            masses = np.stack([system.function.mass(x) for x in places]).reshape(*p.shape, -1)
+        else:
+            moves = np.diag(MOVE * difference_scales(system.group, places[0], near)[1])
+            sides = [(momenta(v + move) - momenta(v - move)) / (2.0 * move[k])
+                     for k, move in enumerate(moves)]  # fmt: skip
+            masses = np.stack(sides, axis=-1)
+        before = np.inf
+        for _ in range(TOGETHER):
+            gap = p - momenta(v)
+            sizes = np.abs(p) + (np.abs(masses) @ np.abs(v)[..., None])[..., 0]
+            off = float(np.max(np.abs(gap) / np.where(sizes > 0.0, sizes, 1.0)))
+            if off <= SOLVED or (off <= ROUNDING and off > 0.5 * before):
+                return v
+            before = off
+            if not (np.all(np.isfinite(gap)) and np.all(np.isfinite(masses))):
+                return None
+            try:
+                v = v + np.linalg.solve(masses, gap[..., None])[..., 0]
+            except np.linalg.LinAlgError:
+                return None
+    return None
 
 
 def _tried(momentum: Callable[[Array], Array], v: Array) -> Array:
