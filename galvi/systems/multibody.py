@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import numpy as np
@@ -17,6 +17,9 @@ from galvi.systems.trees import mujoco_states
 from galvi.systems.trees.joint_damping import JointDamping
 from galvi.systems.trees.link import Link
 from galvi.systems.trees.rigid_tree import RigidTree
+
+OF_JOINTS = ("damping", "stiffness", "armature")
+VARIED = ("gravity", "masses", *OF_JOINTS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +71,47 @@ class Multibody(Lagrangian):
     def tree(self) -> RigidTree:
         """The Lagrangian as a function, with its exact mass and slopes."""
         return cast(RigidTree, self.function)
+
+    def with_numbers(self, **numbers: Any) -> Multibody:
+        """The same trees with other numbers, by the names of VARIED: gravity (3,), masses (links,),
+        and damping, stiffness and armature (joints,), in the order of ``tree.joints``.
+
+        Inertias about the centres of mass stay as they are. Raises ValueError for another name or
+        shape, and as `Link` and `Joint` do.
+        """
+        given = {name: input_checks.array(name, values) for name, values in numbers.items()}
+        for name, values in given.items():
+            shape = self.shape_of(name)
+            if values.shape != shape:
+                raise ValueError(f"{name} must have shape {shape}; received shape {values.shape}.")
+        joints, links = iter(range(len(self.tree.joints))), []
+        for k, link in enumerate(self.links):
+            own = [
+                replace(joint, **{
+                    name: float(given[name][j]) for name in OF_JOINTS if name in given
+                })
+                for joint, j in zip(link.joints, joints, strict=False)
+            ]  # fmt: skip
+            mass = float(given["masses"][k]) if "masses" in given else link.mass
+            links.append(replace(link, joints=own, mass=mass))
+        made = Multibody(links, given.get("gravity", self.gravity))
+        varied = tuple(name for name in VARIED if name in {*self.tree.varied, *given})
+        object.__setattr__(made, "function", replace(made.tree, varied=varied))
+        damped = isinstance(self.force, JointDamping) and self.force.varied
+        if "damping" in given or damped:
+            whole = np.concatenate([
+                np.full(joint.dimension, joint.damping) for joint in made.tree.joints
+            ])  # fmt: skip
+            object.__setattr__(made, "force", JointDamping(whole, varied=True))
+            object.__setattr__(made, "timed_force", True)
+        return made
+
+    def shape_of(self, name: str) -> tuple[int, ...]:
+        """That of one of VARIED; ValueError for another name."""
+        if name not in VARIED:
+            raise ValueError(f"name must be one of {', '.join(VARIED)}; received {shown(name)}.")
+        sizes = {"gravity": 3, "masses": len(self.links)}
+        return (sizes.get(name, len(self.tree.joints)),)
 
     def acceleration(self, q: Any, v: Any, t: float = 0.0) -> Array:
         """v' at one state, (d,), by Newton's and Euler's equations apart from L."""

@@ -104,6 +104,7 @@ class _Work:
         self.q, self.v, self.step = _starts(problem, q0, v0, step, values)
         self.members = len(self.q)
         self.parameters = Parameters(problem, values, self.members)
+        self.problem = problem = self.parameters.problem
         first = problem.with_initial_state(self.q[0], self.v[0])
         prepared(first, method, float(self.step[0]), steps, curves=False, tolerance=tolerance)
         with np.errstate(over="ignore"):

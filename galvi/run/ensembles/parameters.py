@@ -1,8 +1,9 @@
 """Numbers of a system that differ from member to member, by name.
 
 A name is that of a field of the system, of its potential, its force or its Lagrangian, e.g.
-"masses", "mu" or "factor", or that of a parameter of a SymPy expression. Each member's system is
-the problem's with these fields replaced, so that all checks of a system are made.
+"masses", "mu" or "factor", or that of a parameter of a SymPy expression; of a tree one of those
+that `Multibody.with_numbers` takes. Each member's system is the problem's with these replaced, so
+that all checks of a system are made.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from galvi.symbolic.force import SymbolicForce
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.multibody import VARIED, Multibody
 
 SYMBOLIC = (SymbolicLagrangian, SymbolicForce)
 Path = tuple[str, ...]  # names of fields from the system on; one of SYMBOLIC has its parameters
@@ -67,12 +69,17 @@ class Parameters:
                         f"in front; received {array.shape}."
                     )
             self.values[name] = array
+        if isinstance(problem.system, Multibody) and self.values:  # so that all have one law
+            own = {name: values[0] for name, values in self.values.items()}
+            self.problem = replace(problem, system=problem.system.with_numbers(**own))
 
     def _shape(self, path: Path) -> tuple[int, ...] | None:
         """That of a parameter of an expression, or of a field that is an array; else None."""
         owner = _at(self.problem.system, path[:-1])
         if isinstance(owner, SYMBOLIC):
             return ()
+        if isinstance(owner, Multibody):
+            return owner.shape_of(path[-1])
         return np.shape(getattr(owner, path[-1])) or None
 
     def check(self) -> None:
@@ -165,8 +172,9 @@ def _places(system: Any) -> dict[str, list[Path]]:
 
 
 def _paths(value: Any, path: Path) -> Iterator[Path]:
-    if isinstance(value, SYMBOLIC):
-        yield from ((*path, name) for name in value.names)
+    if isinstance(value, (*SYMBOLIC, Multibody)):
+        names = VARIED if isinstance(value, Multibody) else value.names
+        yield from ((*path, name) for name in names)
         return
     for field in fields(value):
         content = getattr(value, field.name)
@@ -195,5 +203,7 @@ def _with(value: Any, path: Path, number: Any) -> Any:
         constants = list(value.constants)
         constants[value.names.index(name)] = number
         return replace(value, constants=tuple(constants))
+    if isinstance(value, Multibody):
+        return value.with_numbers(**{name: number})
     content = number if not rest else _with(getattr(value, name), tuple(rest), number)
     return replace(value, **{name: content})

@@ -25,9 +25,11 @@ class JointDamping:
     """f = -coefficients v.
 
     coefficients  (d,), not negative, else ValueError
+    varied        whether its law also has the terms of coefficients that are 0
     """
 
     coefficients: Any
+    varied: bool = False
 
     def __post_init__(self) -> None:
         found = input_checks.array("coefficients", self.coefficients)
@@ -43,7 +45,8 @@ class JointDamping:
     def law(self) -> str:
         """As `BuiltinForce.law`."""
         terms = (
-            f"-(c[{i}] * v[{i}])" if c else "0.0" for i, c in enumerate(self.coefficients.tolist())
+            f"-(c[{i}] * v[{i}])" if c or self.varied else "0.0"
+            for i, c in enumerate(self.coefficients.tolist())
         )
         return f"def force(q, v, t, c):\n    return [{', '.join(terms)}]\n"
 

@@ -30,6 +30,8 @@ class RigidTree:
 
     links    each after its parent
     gravity  (3,) acceleration
+    varied   names of VARIED whose numbers are not written into the law, though they be 0: other
+             trees that differ in these alone have the same law
 
     q and v hold the coordinates and velocities of all joints in their order; those of hinges and
     slides that follow each other are one ``Rn``. Formulas: galvi.kernels.lanes.trees.tree.
@@ -37,6 +39,7 @@ class RigidTree:
 
     links: tuple[Link, ...]
     gravity: Any
+    varied: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for k, link in enumerate(self.links):
@@ -195,14 +198,25 @@ class RigidTree:
             row = self.numbers[first : first + tree.JOINT]
             for k, number in enumerate(row.tolist()):
                 units = (0.0, 1.0, -1.0) if tree.SHIFT <= k < tree.MASS else (0.0,)
-                if k < tree.SHIFT or number in units:
+                if k < tree.SHIFT or (number in units and k not in self._open):
                     known[first + k] = number
+        of_masses = range(4, tree.HEAD) if "masses" in self.varied else ()
+        of_gravity = range(1, 4) if "gravity" in self.varied else ()
         for k in range(1, tree.HEAD):
-            if self.numbers[k] == 0.0:
+            if self.numbers[k] == 0.0 and k not in (*of_masses, *of_gravity):
                 known[k] = 0.0
         literals = {k: float(x) for k, x in known.items()}
         head = "from galvi.kernels.lanes.trees.tree import tree"
         return f"{head}\n\nlaw = tree({self.dimension}, {literals})\n"
+
+    @property
+    def _open(self) -> set[int]:
+        """Entries of a joint's row that the law reads, whatever they are."""
+        rows = {
+            "masses": range(tree.MASS, tree.ARMATURE), "armature": (tree.ARMATURE,),
+            "stiffness": (tree.STIFFNESS,),
+        }  # fmt: skip
+        return {k for name in self.varied for k in rows.get(name, ())}
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""
