@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -19,7 +20,7 @@ from galvi.arrays import Array
 from galvi.doors.rebound import check_reading, simulation_of
 from references import Contender
 from references.heyoka.taylor import HEYOKA
-from references.rebound import bulirsch_stoer, eos, ias15, janus, leapfrog, saba, whfast, whfast512
+from references.rebound import bulirsch_stoer, ias15, janus, leapfrog, saba, whfast, whfast512
 from references.rebound.mercurius import MERCURIUS
 from references.rebound.trace import TRACE
 from references.rebound.users import defaults, of_user
@@ -36,7 +37,12 @@ INTEGRATORS = {  # by their names in REBOUND
     "whfast512": whfast512.WHFAST512,
     "saba": saba.SABA,
     "leapfrog": leapfrog.LEAPFROG,
-    "eos": eos.EOS,
+    "eos": replace(
+        leapfrog.LEAPFROG,
+        name="REBOUND EOS",
+        integrator="eos",
+        options=("phi0", "phi1", "n", "safe_mode"),
+    ),
     "janus": janus.JANUS,
     "mercurius": MERCURIUS,
     "trace": TRACE,

@@ -88,7 +88,9 @@ def _errors(axes, found: Judgement) -> None:  # type: ignore[no-untyped-def]
     axes.set(
         xlabel=f"t{time}", ylabel=f"largest error of a {found.kind.PART}{length}", title="errors"
     )
-    axes.yaxis.set_major_formatter(lambda number, _: readable(number, 1))  # quicker than mathtext
+    axes.yaxis.set_major_formatter(  # quicker than mathtext
+        lambda number, _: readable(number, 1).removeprefix("1·")
+    )
     axes.yaxis.set_minor_formatter(lambda number, _: "")
     axes.legend(fontsize=7)
 
