@@ -77,7 +77,7 @@ class ReboundSteps:
         sim.engine.exact_finish_time = 0
         q, v = (np.full((len(times), *problem.q0.shape), np.nan) for _ in "qv")
         q[0], v[0] = problem.q0, problem.v0
-        done, failure, taken = 0, None, sim.engine.steps_done
+        done, failure = 0, None
         with rebound_simulation.arithmetic_kept(), rebound_simulation.messages() as status:
             for row, target in enumerate(steps.saved[1:].tolist(), start=1):
                 while done < target and failure is None:
@@ -86,7 +86,7 @@ class ReboundSteps:
                         with engine_time:
                             self.advance(sim.engine, more)
                     except RuntimeError as error:
-                        if sim.engine.steps_done == taken:
+                        if not done and self._refuses(problem, options, steps.step):
                             raise ValueError(f"REBOUND refuses {options}: {error}") from None
                         failure = Failure(row=row, step=done + 1, why=f"REBOUND stopped: {error}")
                     else:
@@ -108,3 +108,13 @@ class ReboundSteps:
             failure=failure,
             status=status(),
         )
+
+    def _refuses(self, problem: Problem, options: Mapping[str, Any], step: float) -> bool:
+        """Whether REBOUND takes no step at all with these options."""
+        sim = self.made(problem, self.integrator, options)
+        sim.engine.dt = step
+        try:
+            self.advance(sim.engine, 1)
+        except RuntimeError:
+            return True
+        return False

@@ -10,7 +10,6 @@ import pytest
 import galvi
 from references.heyoka.chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
 from references.mujoco import engine as mujoco_engine
-from references.mujoco import steps as mujoco_steps
 from references.mujoco.chain import MujocoChain, mujoco_chain
 from references.mujoco.steps import (
     MUJOCO_DISCRETE,
@@ -120,7 +119,7 @@ def test_a_wrong_model_is_caught(fault, truths, monkeypatch):
         return made
 
     if fault == "absolute angles":
-        monkeypatch.setattr(mujoco_steps, "to_mujoco", lambda joint, q, v: (q, v))
+        monkeypatch.setattr(mujoco_engine, "to_mujoco", lambda joint, q, v: (q, v))
     monkeypatch.setattr("references.mujoco.body.mujoco_chain", wrong)
     mujoco_engine.compiled.cache_clear()
     run = MUJOCO_RK4.run(PROBLEMS[name], DURATION, {"step": 2.0**-8, "save_every": 10**6})
