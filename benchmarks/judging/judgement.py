@@ -27,6 +27,7 @@ from galvi import Multibody, NBody, Problem, Trajectory, input_checks
 
 PIECES = 20  # times at which sources of the truth are compared
 SAMPLES = 100  # states of the user's own run and of the candidates, at most
+PARTS, AWAITED = 50, 10.0  # of the time, of which the first is looked at; seconds of a truth
 FINER, LONG = 20, 2.0  # times as many of the own run at most; seconds of one with fewer
 LOST = 1e-3  # share of the motion by which sources differ where there is no truth any more
 
@@ -152,6 +153,7 @@ def judge(
     every = kind.sources(model, span, mine)
     finer = max(k for k in range(1, FINER + 1) if (steps // samples) % k == 0)
     dense = finer * -(-kind.states(problem, span) // (samples * finer))
+    _say_early(kind, mine, problem, span, every, report)
     began = time.perf_counter()
     truth, source, stopped = _truth(kind, problem, span, samples * dense, every, report)
     limits = Limits.of(time.perf_counter() - began, quick)
@@ -182,6 +184,29 @@ def judge(
         ends = horizons(kind, source, thin, wanted)
     table = scan(kind, model, span, thin, wanted, report, limits)
     return replace(before, error=wanted, agreements=tuple(checks), horizons=ends, table=table)
+
+
+def _say_early(
+    kind: Kind, own: Own, problem: Problem, span: float, every: list[Source],
+    report: Callable[[str], None],
+) -> None:  # fmt: skip
+    """Where the truth will take long, how long, and what is found of a first part of the time."""
+    source = next((one for one in every if not one.opinion), None)
+    if source is None:
+        return
+    steps = max(1, round(span / own.step / PARTS)) if own.step else None
+    part = steps * own.step if steps and own.step else span / PARTS
+    clock = time.perf_counter()
+    truth = source.run(problem, part, 1)
+    expected = (time.perf_counter() - clock) * span / part
+    if expected < AWAITED or not truth.success:
+        return
+    run = Candidate(own.label, own.contender, own.options, steps).run(problem, part, 1)
+    off = float(np.max(kind.errors(run, truth)))
+    report(
+        f"First answer: after {part:g} of {span:g} your run ({own.label}) is wrong by {off:.2g}; "
+        f"the truth of all of it takes about {expected:.0f} s, the rest several times that"
+    )
 
 
 def _truth(

@@ -233,6 +233,18 @@ def test_an_integrator_that_cannot_be_judged_says_what_to_do() -> None:
         judged(sim, 10.0)
 
 
+def test_where_a_truth_takes_long_something_is_said_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, mine = read(star_last(), -1)
+    said: list[str] = []
+    judge(Model(problem, mine), 100.0, 1e-3, report=said.append, quick=True)
+    assert not any("First answer" in one for one in said)
+    monkeypatch.setattr("benchmarks.judging.judgement.AWAITED", 0.0)
+    said.clear()
+    judge(Model(problem, mine), 100.0, 1e-3, report=said.append, quick=True)
+    first = next(k for k, one in enumerate(said) if one.startswith("First answer: after 2 of 100 "))
+    assert first < next(k for k, one in enumerate(said) if one.startswith("truth: "))
+
+
 # ---------------------------------------------------------------- models of MuJoCo
 
 HINGE = """<mujoco><option timestep="0.002" integrator="{integrator}"/><worldbody><body>
