@@ -59,9 +59,9 @@ def _truth(found: Judgement) -> str:
         text += f" With it agree {'; '.join(_until(found, one) for one in agreeing)}."
     for one in parting:
         text += (
-            f" {one.source.label} differs by up to {_until(found, one, prefix='')}."
+            f" It differs from {one.source.label} by up to {_until(found, one, prefix='')}."
             if one.t.size > 1
-            else f" {one.source.label} does not get far enough to be compared."
+            else f" {one.source.label} ends too early to be compared."
         )
     if len(found.engines) == 1:
         more = f": {found.kind.MORE} adds another" if found.kind.MORE else ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -196,6 +197,26 @@ def test_a_companion_star_has_no_encounters_and_dates_keep_their_digits() -> Non
     for sentence in sentences(whole):
         assert "e+06" not in sentence
     assert any("24552" in sentence for sentence in sentences(whole))
+
+
+def test_what_does_not_agree_is_not_said_to() -> None:
+    """galvi's opinion, of eight steps a revolution, is off by hundreds at e = 0.99."""
+    sim = rebound.Simulation()
+    sim.add(m=1.0)
+    sim.add(m=3e-6, e=0.99, a=1.0)
+    found = judged(sim, 60.0, 1e-6)
+    opinion = next(one for one in found.agreements if one.source.opinion)
+    truth = sentences(found)[1]
+    assert opinion.largest > 1.0 and "galvi" not in truth and "With it agree REBOUND" in truth
+    stopped = next(one for one in found.agreements if one.source.engine == "SciPy")
+    assert not stopped.stopped or "until t = " in truth
+    apart = replace(found.agreements[0], apart=np.full_like(found.agreements[0].apart, 8.5e-4))
+    parted = sentences(replace(found, agreements=(apart,), error=1e-6))
+    assert (
+        "It differs from REBOUND IAS15 by up to 8.50·10⁻⁴" in parted[1]
+        and "cannot be told" in parted[1]
+    )
+    assert not any("Nothing that was tried" in one for one in parted)
 
 
 def test_labels_name_what_is_not_usual() -> None:
