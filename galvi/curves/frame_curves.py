@@ -21,7 +21,7 @@ class MovingPath(Protocol):
         """c and dc/dtau at shares tau (k,) of the steps ``number`` (k,) since the start."""
 
     def flow(self, w: Any, t: Any) -> Any:
-        """q (k, *shape) at times t (k,) after w (k, 2, m)."""
+        """q (k, *shape) at times t (k,) after w (k, 2, m), or (k, 4, m) with its low parts."""
 
     def curves(self, number: int, base: Array) -> Curves:
         """Those of a step that was done in the inertial frame, from time 0 on."""
@@ -33,7 +33,8 @@ class FrameCurves:
 
     space         psi_i are its basis functions after the constant, minus their values at 0
     t0, step      start of the first curve and the length h of each
-    bases         (steps, 2, m) the state in the frame before each step
+    bases         (steps, 4, m) the state in the frame before each step, and its low parts, which
+                  files of older versions lack
     coefficients  (steps, 2 n, dimension - 1): n rows of places, and n of velocities; of a step that
                   was done in the inertial frame all but the first are NaN, and its base has (q, v)
     first         number of the first step since the problem's start
@@ -91,13 +92,13 @@ class FrameCurves:
         return velocities
 
     def _moving(self, index: Any, tau: Array) -> tuple[Array, Array, Array]:
-        """w (k, 2, m), dw/dt, and the times (k,) since the steps' centres."""
+        """w (k, 4, m), dw/dt, and the times (k,) since the steps' centres."""
         c, slope = self.path.node(self.first + index, tau)
         basis = self.space.basis(np.append(c, 0.0))[:, 1:]
         ways = np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
         rates = np.einsum("kdi,ki->kd", self.coefficients[index], self.space.derivative(c)[:, 1:])
         w, rate = self.bases[index].copy(), np.zeros_like(self.bases[index])
         n = ways.shape[1] // 2
-        w[:, :, :n] += ways.reshape(-1, 2, n)
-        rate[:, :, :n] = (rates * (slope / self.step)[:, None]).reshape(-1, 2, n)
+        w[:, :2, :n] += ways.reshape(-1, 2, n)
+        rate[:, :2, :n] = (rates * (slope / self.step)[:, None]).reshape(-1, 2, n)
         return w, rate, (tau - 0.5) * self.step

@@ -49,7 +49,7 @@ def frame_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
 
 def _states(curves: FrameCurves, c: Array) -> tuple[Array, Array]:
     """w at the stages (s, 2, m), and after the step at its centre (2, m)."""
-    base = curves.bases[0].reshape(2, -1)
+    base = curves.bases[0, :2]
     basis = curves.space.basis(np.concatenate([c, [0.0, 1.0]]))[:, 1:]
     ways = (basis - basis[-2]) @ curves.coefficients[0].T
     n = ways.shape[1] // 2

@@ -64,6 +64,9 @@ class Frame(Hashable, Protocol):
     def refusal(self, problem: Problem) -> str:
         """Why it does not apply to a problem, one sentence; "" where it does."""
 
+    def leaves(self, problem: Problem, step: float) -> str:
+        """Why its flow does not cover a step from the problem's start, or ""."""
+
     def rows(self, problem: Problem) -> int:
         """n, the coordinates in the frame that collocation moves."""
 
@@ -74,7 +77,10 @@ class Frame(Hashable, Protocol):
         """The frame for steps of this size and nodes c (P,)."""
 
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
-        """q (k, *shape) at times t (k,) after w (k, 2, m), also for complex w and t: analytic."""
+        """q (k, *shape) at times t (k,) after w (k, 2, m), also for complex w and t: analytic.
+
+        w (k, 4, m) has what rounding lost of it in its last two rows.
+        """
 
     def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
         """D phi_t(w), and the derivative by w of what is left, w' at the time t, at w (2, m).

@@ -104,6 +104,10 @@ class HarmonicFrame:
             )
         return ""
 
+    def leaves(self, problem: Problem, step: float) -> str:
+        """See `Frame`: it covers any."""
+        return ""
+
     def rows(self, problem: Problem) -> int:
         """See `Frame`."""
         return problem.q0.size

@@ -157,13 +157,16 @@ def hierarchy_of(problem: Problem, nested: Nested) -> Hierarchy:
             mass[first] = whole[-1]
         masses = np.concatenate([rounded(m), rounded(np.array(whole)), rounded(np.array(share))])
     places, speeds = (jacobi(problem, bodies, pairs, x) for x in (problem.q0, problem.v0))
-    Q, V = (np.array(exact[1:], dtype=float) for exact in (places, speeds))
-    mu = np.array(whole, dtype=float)
-    r = np.linalg.norm(Q, axis=1)
+    with extended_precision():  # near a parabola, 2 / r - v.v / mu cancels
+        Q, V, mu = places[1:], speeds[1:], np.array(whole)
+        r = np.array([x.sqrt() for x in np.sum(Q * Q, axis=1)])
+        inverse = 2 / r - np.sum(V * V, axis=1) / mu
+        cosine, sine = 1 - r * inverse, np.sum(Q * V, axis=1)  # e cos u, and e sin u times a root
+        square = cosine * cosine + sine * sine * abs(inverse) / mu
+        inverse, e = (rounded(x) for x in (inverse, [x.sqrt() for x in square]))
     with np.errstate(divide="ignore"):
-        axes = 1.0 / (2.0 / r - np.sum(V**2, axis=1) / mu)
-    sine = np.sum(Q * V, axis=1) / np.sqrt(mu * np.abs(axes))  # e sin u, and e cos u
-    return Hierarchy(bodies, pairs, places, speeds, axes, np.hypot(sine, 1.0 - r / axes), masses)
+        axes = 1.0 / inverse
+    return Hierarchy(bodies, pairs, places, speeds, axes, e, masses)
 
 
 def jacobi(problem: Problem, bodies: list[int], pairs: Array, x: Array) -> Any:

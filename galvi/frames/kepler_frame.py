@@ -27,6 +27,8 @@ from galvi.kernels.lanes.frames import kepler_functions
 from galvi.kernels.lanes.frames.collocation import DRIFT, LEAVE, RATES
 from galvi.kernels.lanes.frames.hierarchy import rows_of_hierarchy
 from galvi.kernels.lanes.frames.kepler import rows_of_planets
+from galvi.kernels.lanes.frames.kepler_motion import HALVINGS
+from galvi.kernels.lanes.frames.near_parabola import FARTHEST
 from galvi.kernels.lanes.vectors import LANES
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
@@ -34,6 +36,7 @@ from galvi.systems.nbody import NBody
 FLAT = 0.45  # half of what planets need, whose orbits may change
 ROUNDEST = 0.9  # largest eccentricity of the orbit on which nodes are placed
 TINY = 1e-100  # imaginary increments
+MOST = 4.0**HALVINGS  # |beta X^2| in half a step, for which the series of a pass are accurate
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,9 @@ class KeplerFrame:
             part moves about all parts before it. It has all bodies with a mass; massless ones that
             it leaves out move about the first part. None: the heaviest body and its planets
 
-    Every body needs a bound orbit, and a step at most 1.27 revolutions of the fastest one.
+    Every body needs a bound orbit, and a step at most 1.27 revolutions of the fastest one, or 0.7
+    where that is nearly a parabola and a third body pulls. Two bodies alone are exact to rounding,
+    for any eccentricity below 1.
     """
 
     passes: int | None = None
@@ -100,17 +105,35 @@ class KeplerFrame:
                     f"received {wrong}."
                 )
         found = self._found(problem)
-        bound = np.isfinite(found.axes) & (found.axes > 0.0)
+        bound = _bound(found)
         if not np.all(bound):
-            _first, middle, end = found.pairs[int(np.argmin(bound))]
-            names = [str(problem.body_names()[found.bodies[k]]) for k in range(middle, end)]
             inner = "the heaviest body" if self.hierarchy is None else "what its hierarchy names"
-            bodies = f"bod{'y' if len(names) == 1 else 'ies'} {', '.join(names)}"
+            bodies = _named(problem, found, int(np.argmin(bound)))
             return (
                 f"a KeplerFrame needs bound orbits about {inner}; received one of {bodies} that is "
                 f"not, at the start. Use another chart."
             )
         return ""
+
+    def leaves(self, problem: Problem, step: float) -> str:
+        """See `Frame`."""
+        found = self._found(problem)
+        bound = _bound(found)
+        if not np.all(bound):
+            bodies = _named(problem, found, int(np.argmin(bound)))
+            return (
+                f"the orbit of {bodies} is not bound any more, which the Kepler frame does not "
+                f"cover. Use another chart from there on."
+            )
+        k = found.fastest
+        turns = abs(step) * math.sqrt(found.whole[k] / found.axes[k] ** 3) / (2.0 * math.pi)
+        far = float(np.max(_farthest(found, step)))
+        if turns < FARTHEST / (2.0 * math.pi) and (len(found.axes) == 1 or far < MOST):
+            return ""
+        return (
+            f"the step is {turns:.3g} revolutions of {_named(problem, found, k)}, more than the "
+            f"Kepler frame covers, which are 1.27, or 0.7 near a parabola. Use a smaller step."
+        )
 
     def _found(self, problem: Problem) -> Hierarchy:
         nested = (
@@ -149,6 +172,8 @@ class KeplerFrame:
             np.array(found.bodies, dtype=float),
         ])  # fmt: skip
         functions, n = kind.functions[D], len(found.pairs)
+        if n == 1:
+            functions = (kepler_functions.rates_of_two, *functions[1:])
         pointers = addresses(*zip(functions, (RATES, DRIFT, LEAVE), strict=True))
         clock = EVEN if self.even else _clock(found, step)
         places, speeds = (
@@ -164,8 +189,9 @@ class KeplerFrame:
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
         """See `Frame`."""
         found, D = self._found(problem), problem.q0.shape[1]
-        q, v, centre = _parts(w, found, D)
-        Q = orbits(found.whole, q, v, t[:, None]).places
+        q, v, centre = _parts(w[:, :2], found, D)
+        low = _parts(w[:, 2:].real, found, D)[:2] if w.shape[1] > 2 else None
+        Q = orbits(found.whole, q, v, t[:, None], low).places
         return _bodies(found, Q, centre[:, 0] + t[:, None] * centre[:, 1])
 
     def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
@@ -193,6 +219,18 @@ class KeplerFrame:
         ]
         motion, slope = (np.imag(np.concatenate(x, axis=1)).T / TINY for x in (ends, rates))
         return motion, slope
+
+
+def _bound(found: Hierarchy) -> Array:
+    """Which orbits are ellipses, (n,)."""
+    return np.asarray(np.isfinite(found.axes) & (found.axes > 0.0))
+
+
+def _named(problem: Problem, found: Hierarchy, pair: int) -> str:
+    """The second side of a pair, in words."""
+    _first, middle, end = found.pairs[pair]
+    names = [str(problem.body_names()[found.bodies[k]]) for k in range(middle, end)]
+    return f"bod{'y' if len(names) == 1 else 'ies'} {', '.join(names)}"
 
 
 def _parts(w: Array, found: Hierarchy, D: int) -> tuple[Array, Array, Array]:
@@ -264,9 +302,18 @@ def _nested(given: Any) -> Any:
 
 
 def _farthest(found: Hierarchy, step: float) -> Array:
-    """Bounds of |beta X^2| in half a step, (n,)."""
-    pace = np.sqrt(found.whole / found.axes**3) / np.maximum(1.0 - found.eccentricities, 0.01)
-    return (0.5 * step * pace) ** 2
+    """Largest |beta X^2| in half a step, (n,).
+
+    An orbit whose mean anomaly changes by M turns most about its pericentre, by E in the eccentric
+    one with E - 2 e sin(E / 2) = M.
+    """
+    turned = 0.5 * abs(step) * np.sqrt(found.whole / found.axes**3)
+    low, high = turned, turned + 2.0
+    for _ in range(60):
+        E = 0.5 * (low + high)
+        short = E - 2.0 * found.eccentricities * np.sin(0.5 * E) < turned
+        low, high = np.where(short, E, low), np.where(short, high, E)
+    return high**2
 
 
 def _stretch(turns: float, c: Array) -> float:

@@ -1,4 +1,7 @@
-"""Kepler's orbits on arrays, real or complex: analytic, for derivatives by complex steps."""
+"""Kepler's orbits on arrays, real or complex: analytic, for derivatives by complex steps.
+
+Near a parabola the places are those of galvi.kernels.lanes.frames.near_parabola.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,8 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.kernels.lanes.frames import universal
+from galvi.kernels.lanes.frames.kepler_drift import NEAR
+from galvi.kernels.lanes.frames.near_parabola import follow_each
 
 CORRECTIONS = 60
 TERMS = 10
@@ -21,9 +26,11 @@ class Orbits(NamedTuple):
     known: tuple[Array, Array, Array, Array, Array]
 
 
-@np.errstate(invalid="ignore")  # of steps that failed, which hold NaN
-def orbits(mu: Array, q: Array, v: Array, t: Array) -> Orbits:
-    """The orbits after times t (k, 1) from q and v (k, D, n)."""
+@np.errstate(invalid="ignore", over="ignore")  # of steps that failed, which hold NaN
+def orbits(
+    mu: Array, q: Array, v: Array, t: Array, low: tuple[Array, Array] | None = None
+) -> Orbits:
+    """The orbits after times t (k, 1) from q and v (k, D, n), and from their low parts if given."""
     r0 = np.sqrt(np.sum(q * q, axis=1))
     eta, beta = np.sum(q * v, axis=1), 2.0 * mu / r0 - np.sum(v * v, axis=1)
     zeta = mu - beta * r0
@@ -39,6 +46,20 @@ def orbits(mu: Array, q: Array, v: Array, t: Array) -> Orbits:
     r = r0 + eta * G1 + zeta * G2
     Q = q * (1.0 - mu * G2 / r0)[:, None] + v * (t - mu * G3)[:, None]
     V = v * (1.0 - mu * G2 / r)[:, None] - q * (mu * G1 / (r * r0))[:, None]
+    near = np.minimum(np.real(r0), np.real(r)) * np.abs(beta) < (
+        NEAR * mu if mu.size > 1 else np.inf
+    )
+    k, i = np.nonzero(near)
+    lows = low or (np.zeros(q.shape), np.zeros(q.shape))
+    states = np.zeros((k.size, 8, q.shape[1]))
+    for row, part in zip(range(4, 8), (q, lows[0], v, lows[1]), strict=True):
+        states[:, row] = np.real(part[k, :, i])
+    follow_each(mu[i], np.real(t[k, 0]), states)
+    places = states[:, 4]
+    if np.iscomplexobj(Q):
+        since = np.imag(t[k])
+        places = places + 1j * (np.imag(Q[k, :, i]) + (states[:, 6] - np.real(V[k, :, i])) * since)
+    Q[k, :, i] = places
     return Orbits(Q, V, (G2, universal.lag(mu, X, G, t), mu * G3 - t, r / mu, 1.0 / r0))
 
 

@@ -14,6 +14,9 @@ from galvi.systems.nbody import NBody
 
 FAR = 1e100  # largest length whose square is safe from overflow
 SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
+MANY = 1e5  # parts of a step that nobody would wait for
+ADAPT = "Use chart=galvi.KeplerFrame(), or an integrator that adapts its steps"
+MEETING = 1e-12  # of their distance, at which bodies meet as far as rounding tells
 
 
 @np.errstate(all="ignore")
@@ -37,19 +40,41 @@ def encounter(problem: Problem, system: NBody, stages: int, step: float, state: 
     nearest = -np.sum(gap * speed, axis=1) / np.where(rate > 0.0, rate, 1.0)
     passing = np.clip(nearest, min(step, 0.0), max(step, 0.0))
     closest = np.linalg.norm(gap + passing[:, None] * speed, axis=1)
-    pace = np.sqrt(
-        np.minimum(closest, np.linalg.norm(gap, axis=1)) ** 3 / (G * (masses[i] + masses[j]))
-    )
+    mu, apart = G * (masses[i] + masses[j]), np.linalg.norm(gap, axis=1)
+    meeting = (nearest * step > 0.0) & (abs(nearest) < 1.5 * abs(step))  # a fall takes 2/3 of that
+    closest = np.where(meeting, _pericentres(mu, gap, speed), np.minimum(closest, apart))
+    pace = np.sqrt(closest**3 / mu)
     pair = int(np.argmin(pace))
     solvable = SOLVABLE * stages * pace[pair]
     bodies = f"bodies {names[i[pair]]} and {names[j[pair]]}"
-    if solvable < 1e-6 * abs(step):
+    if not closest[pair] > MEETING * apart[pair]:
         return f"{bodies} collide. Stop before then, or merge them."
+    remedy = "Use a smaller step or a higher degree" if solvable > abs(step) / MANY else ADAPT
     return (
         f"{bodies} pass at a distance of about {closest[pair]:.1e}, where steps of up to about "
-        f"{solvable:.1e} can be solved; received {abs(step):g}. Use a smaller step or a higher "
-        f"degree."
+        f"{solvable:.1e} can be solved; received {abs(step):g}. {remedy}."
     )
+
+
+def _pericentres(mu: Array, gap: Array, speed: Array) -> Array:
+    """The least distances of pairs of bodies that nothing else moves."""
+    apart, inward = np.linalg.norm(gap, axis=1), np.sum(gap * speed, axis=1)
+    across = speed - (inward / apart**2)[:, None] * gap
+    square = apart**2 * np.sum(across**2, axis=1)  # of the angular momentum
+    energy = 0.5 * np.sum(speed**2, axis=1) - mu / apart
+    e = np.sqrt(np.maximum(1.0 + 2.0 * energy * square / mu**2, 0.0))
+    closest: Array = square / (mu * (1.0 + e))
+    return closest
+
+
+def adapting_steps(problem: Problem, step: float, passage: Array) -> bool:
+    """Whether a step small enough for the worst passage is one that nobody would wait for."""
+    if passage.size == 0 or not passage[0] > UNRESOLVED:
+        return False
+    _error, one, other, distance, _number = passage
+    system: Any = problem.system
+    mu = system.G * (system.masses[int(one)] + system.masses[int(other)])
+    return bool(np.sqrt(distance**3 / mu) < abs(step) / MANY)
 
 
 def unresolved_passage(problem: Problem, step: float, passage: Array) -> str:

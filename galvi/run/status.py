@@ -12,7 +12,7 @@ from galvi.kernels.energy_errors import SMALL, WORST
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.encounters import unresolved_passage
+from galvi.run.encounters import ADAPT, adapting_steps, unresolved_passage
 from galvi.run.energy_check import Judgement, judge
 from galvi.run.engine import Engine
 from galvi.run.interruption import Interrupts
@@ -102,6 +102,8 @@ def _completed(
             said.append(f"Compiled functions were called one state at a time: {why}.")
         return " ".join([COMPLETED, *said])
     remedy = "Use a smaller step or a higher degree"
+    if adapting_steps(problem, step, work.passage):
+        remedy = ADAPT
     if _given(problem):
         remedy += ", and check that the derivatives are those of the energy"
     if found.unjudged:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from galvi.arrays import Array
 from galvi.curves.frame_curves import FrameCurves
 from galvi.kernels.nystrom.solve import NOT_FINITE
@@ -30,11 +32,18 @@ def refuse(problem: Problem, method: Galerkin) -> None:
 def _failure(
     problem: Problem, method: Galerkin, step: float, code: int, solver: str, work: RunArrays
 ) -> str:
-    frame = frame_of(method).name
+    frame = frame_of(method)
+    q, v = (work.state[row, : problem.q0.size].reshape(problem.q0.shape) for row in (0, 2))
+    outside = ""
+    if np.all(np.isfinite([q, v])):
+        outside = frame.leaves(problem.with_initial_state(q, v), step)
+    if outside:
+        return outside
+    name = frame.name
     why = (
-        f"the state became infinite or NaN in the {frame}, as where its flow ends or bodies meet"
+        f"the state became infinite or NaN in the {name}"
         if code == NOT_FINITE
-        else f"the passes did not converge: what the {frame} leaves is too strong for this step"
+        else f"the passes did not converge: what the {name} leaves is too strong for this step"
     )
     if isinstance(problem.system, NBody):
         where = encounter(
@@ -50,13 +59,13 @@ def _curves(
     motion = motion_of(problem, method, step)
     path = Path(problem, method, step, motion.clock, motion.stretch, inertial_curves)
     first = round((t0 - problem.t0) / step)
-    bases = bases.reshape(len(bases), 2, -1)
+    bases = bases.reshape(len(bases), -1, frame_start(problem, method)[0].shape[1])
     return FrameCurves(method.space, t0, step, bases, coefficients, first, path)
 
 
 def _curve_size(problem: Problem, method: Galerkin) -> tuple[int, int]:
     start = frame_start(problem, method)[0]
-    return 2 * start.shape[1], 2 * frame_of(method).rows(problem)
+    return 4 * start.shape[1], 2 * frame_of(method).rows(problem)
 
 
 IN_FRAME = Engine(

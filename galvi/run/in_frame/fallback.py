@@ -56,9 +56,9 @@ def inertial_stepper(
         work.counts[FORCES_IN_LANES] = work.counts[FORCES]
         work.counts[LEFT_OVER] += 1
         if len(work.bases):
-            row = work.bases[work.done].reshape(2, -1)
+            row = work.bases[work.done].reshape(4, -1)
             row[:] = 0.0
-            row[:, :d] = before
+            row[:2, :d] = before
             work.coefficients[work.done, 0, 0] = 0.0  # the others stay NaN: see `FrameCurves`
         q, v = (found.state[k].reshape(shape) for k in (0, 2))
         work.state[:] = enter_again(problem, method, q, v)

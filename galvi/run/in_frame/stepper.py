@@ -283,6 +283,6 @@ class Path:
 
     def curves(self, number: int, base: Array) -> Curves:
         """See `MovingPath`."""
-        t, q, v = self.problem.t0 + number * self.step, *base[:, : self.problem.q0.size]
+        t, q, v = self.problem.t0 + number * self.step, *base[:2, : self.problem.q0.size]
         found: Curves = self.elsewhere(self.problem, self.step, t, q, v)
         return found

@@ -192,10 +192,11 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
 
 @jit_inline
 def keep_curve(state, fit, k, base, curve):
-    """The state at the step's centre before it, and the coefficients of its curve."""
+    """The state at the step's centre before it, its low parts, and its curve's coefficients."""
     m = state.shape[1]
     for i in range(m):
         base[i], base[m + i] = state[4, i], state[6, i]
+        base[2 * m + i], base[3 * m + i] = state[5, i], state[7, i]
     for i in range(curve.shape[0]):
         for l in range(curve.shape[1]):
             total = 0.0

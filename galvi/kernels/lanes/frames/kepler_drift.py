@@ -4,11 +4,14 @@ Numbers as in `galvi.kernels.lanes.frames.kepler_motion`; then the places of the
 frame's order among the problem's bodies (n + 1,). In rows 4 to 7 of the state: D times n entries, Q
 by coordinates, then D of the barycentre; likewise their low parts, the velocities and theirs. Rows
 have at least LANES entries more.
+
+Planets that start or end near the pericentre of an eccentric orbit, those whose motion was not
+solved, and two bodies alone, of which nothing else errs, are done one by one, by
+`galvi.kernels.lanes.frames.near_parabola`.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from llvmlite import ir
@@ -19,22 +22,39 @@ from numba.extending import intrinsic
 from galvi.kernels.compile.jit import jit_inline
 from galvi.kernels.lanes.frames import universal
 from galvi.kernels.lanes.frames.kepler_motion import BLOCKS, HEAD, MASS, MOST, STEP, dot
+from galvi.kernels.lanes.frames.near_parabola import follow_near_parabola
 from galvi.kernels.lanes.functions import square_root, two_product, two_sum
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import LANES, NOTHING, Lanes, spread
 
 TERMS = 10  # of a series
-SMALL = 2e-6  # share of a step up to which a correction of X is the last one
-FARTHEST = 64.0  # largest |beta X^2| for which the series are accurate: 1.27 revolutions
-NAN = math.nan
+SMALL = 2e-6  # share of X up to which a correction of it is the last one
+FARTHEST = 64.0  # largest |beta X^2| for which the series are accurate
+NEAR = 0.5  # distance over the semi-major axis, below which doubles lose too much
 
 
-@intrinsic
-def kepler_drift(typingctx, axes, numbers, share, state):
+@jit_inline
+def kepler_drift(axes, numbers, share, state):
     """The planets of rows 4 to 7 of the state, in as many dimensions as ``axes`` has entries.
 
     The steps of Q and v are added with their rounding errors.
     """
+    n = planets_of(numbers)
+    for first in range(0, n, LANES):
+        left = planets_in_lanes(axes, numbers, share, state, first) if n > 1 else 1
+        while left > 0:
+            planet = 0
+            while left >> planet & 1 == 0:
+                planet += 1
+            left ^= 1 << planet
+            planet += first
+            mu = numbers[HEAD + n * MASS + planet]
+            follow_near_parabola(mu, share * numbers[STEP], state, planet, n, len(axes))
+
+
+@intrinsic
+def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
+    """Moves a vector of planets; those that it leaves are the bits of the result."""
     D = axes.count
 
     def generate(context, builder, signature, values):
@@ -45,46 +65,46 @@ def kepler_drift(typingctx, axes, numbers, share, state):
         row = width.type
         size = builder.extract_value(known.shape, 0)
         n = builder.udiv(builder.sub(size, row(HEAD + 1)), row(BLOCKS + 1))
-        chunks = builder.udiv(builder.add(n, row(LANES - 1)), row(LANES))
         h = builder.load(builder.gep(known.data, [row(STEP)]))
-        with cgutils.for_range(builder, chunks, intp=row) as loop:
-            first = builder.mul(loop.index, row(LANES))
-            left = builder.sub(n, first)
-            lanes = Lanes(context, builder, width, row(0))
+        first = values[4]
+        left = builder.sub(n, first)
+        lanes = Lanes(context, builder, width, row(0))
 
-            def address(data, place):
-                place = builder.gep(data, [place])
-                return builder.bitcast(place, NOTHING.type.as_pointer())
+        def address(data, place):
+            place = builder.gep(data, [place])
+            return builder.bitcast(place, NOTHING.type.as_pointer())
 
-            def load(data, place):
-                value = builder.load(address(data, place))
-                value.align = 8
-                return Lane(builder, value)
+        def load(data, place):
+            value = builder.load(address(data, place))
+            value.align = 8
+            return Lane(builder, value)
 
-            def entry(r, x):
-                begin = builder.add(builder.mul(width, row(r)), first)
-                return builder.add(begin, builder.mul(n, row(x)))
+        def entry(r, x):
+            begin = builder.add(builder.mul(width, row(r)), first)
+            return builder.add(begin, builder.mul(n, row(x)))
 
-            mask = _below(builder, left)
-            t = Lane(builder, lanes.spread(builder.fmul(values[2], h)))
-            masses = builder.add(row(HEAD), builder.mul(n, row(MASS)))
-            mu = load(known.data, builder.add(first, masses))
-            parts = [[load(rows.data, entry(r, x)) for x in range(D)] for r in range(4, 8)]
-            moved = _moved(builder, lanes, mask, mu, t, *parts)
-            whole = builder.icmp_unsigned(">=", left, row(LANES))
-            for r, vector in zip(range(4, 8), moved, strict=True):
-                for x, lane in enumerate(vector):
-                    with builder.if_else(whole) as (together, one_by_one):
-                        with together:
-                            store = builder.store(lane.value, address(rows.data, entry(r, x)))
-                            store.align = 8
-                        with one_by_one, cgutils.for_range(builder, left, intp=row) as inner:
-                            number = builder.extract_element(lane.value, inner.index)
-                            place = builder.add(entry(r, x), inner.index)
-                            builder.store(number, builder.gep(rows.data, [place]))
-        return context.get_dummy_value()
+        mask = _below(builder, left)
+        t = Lane(builder, lanes.spread(builder.fmul(values[2], h)))
+        masses = builder.add(row(HEAD), builder.mul(n, row(MASS)))
+        mu = load(known.data, builder.add(first, masses))
+        parts = [[load(rows.data, entry(r, x)) for x in range(D)] for r in range(4, 8)]
+        moved, done = _moved(builder, lanes, mask, mu, t, *parts)
+        every = builder.icmp_unsigned(">=", left, row(LANES))
+        for r, before, vector in zip(range(4, 8), parts, moved, strict=True):
+            for x, (old, new) in enumerate(zip(before, vector, strict=True)):
+                lane = new.where(done, old)
+                with builder.if_else(every) as (together, one_by_one):
+                    with together:
+                        store = builder.store(lane.value, address(rows.data, entry(r, x)))
+                        store.align = 8
+                    with one_by_one, cgutils.for_range(builder, left, intp=row) as inner:
+                        number = builder.extract_element(lane.value, inner.index)
+                        place = builder.add(entry(r, x), inner.index)
+                        builder.store(number, builder.gep(rows.data, [place]))
+        others = builder.bitcast(builder.and_(mask, builder.not_(done)), ir.IntType(LANES))
+        return builder.zext(others, row)
 
-    return types.void(axes, numbers, share, state), generate
+    return types.intp(axes, numbers, share, state, types.intp), generate
 
 
 def _below(builder, count):
@@ -94,21 +114,23 @@ def _below(builder, count):
 
 
 def _moved(builder, lanes, mask, mu, t, q, q_low, v, v_low):
-    """q, its low part, v and its low part after the time t."""
-    square = dot(q, q)
-    r0 = square.call("sqrt")
+    """q, its low part, v and its low part after the time t, and where they are good."""
+    r0 = dot(q, q).call("sqrt")
     inverse_0, eta = 1.0 / r0, dot(q, v)
     beta = 2.0 * mu / r0 - dot(v, v)
     zeta = mu - beta * r0
-    X, G = _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t)
+    limit = NEAR * mu
+    usual = abs(beta) * r0 >= limit
+    mask = builder.and_(mask, usual)
+    X, G, solved = _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t)
     r = r0 + (eta * G[0] + zeta * G[1])
+    usual = builder.and_(usual, abs(beta) * r >= limit)
     inverse = 1.0 / r
     f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
     rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
-    lost = 0.0 * X  # NaN where there is no X
     ways, turns = [], []
     for x, x_low, y, y_low in zip(q, q_low, v, v_low, strict=True):
-        ways.append((f * x + g * y + lost, f * x_low + g * y_low))
+        ways.append((f * x + g * y, f * x_low + g * y_low))
         turns.append((rate_f * x + rate_g * y, rate_f * x_low + rate_g * y_low))
     places, place_change = _added(q, q_low, ways)
     speeds, speed_change = _added(v, v_low, turns)
@@ -117,10 +139,11 @@ def _moved(builder, lanes, mask, mu, t, q, q_low, v, v_low):
     fast = [high for high, _ in speeds]
     back = gained / dot(fast, fast)
     speeds = [(high, low - back * high) for high, low in speeds]
-    return [
+    ends = [
         [high for high, _ in places], [low for _, low in places],
         fast, [low for _, low in speeds],
     ]  # fmt: skip
+    return ends, builder.and_(usual, solved)
 
 
 def _added(start, start_low, changes):
@@ -144,10 +167,9 @@ def _added(start, start_low, changes):
 
 
 def _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t):
-    """X and G1 to G5 after the time t; X is NaN where it was not found, or is too large."""
+    """X and G1 to G5 after the time t, and where it was found and is not too large."""
     place, changed = lanes.variable((t * beta / mu).value), lanes.variable(NOTHING)
     found = [lanes.variable(NOTHING) for _ in range(5)]
-    limit = abs(t) * SMALL
     with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST)) as loop:
         X = Lane(builder, builder.load(place))
         G = universal.universal(beta, X, TERMS, exact=True)
@@ -155,7 +177,7 @@ def _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t):
         for variable, value in zip(found, G, strict=True):
             builder.store(value.value, variable)
         builder.store(step.value, changed)
-        small = builder.or_(abs(step) * r0 <= limit, builder.not_(mask))
+        small = builder.or_(abs(step) <= SMALL * abs(X), builder.not_(mask))
         every = builder.icmp_unsigned(
             "==", builder.bitcast(small, ir.IntType(LANES)), ir.IntType(LANES)(-1)
         )
@@ -166,10 +188,9 @@ def _solved(builder, lanes, mask, mu, beta, r0, eta, zeta, t):
         )
         builder.store((X + far).value, place)
     X, step = (Lane(builder, builder.load(one)) for one in (place, changed))
-    X = X + step
+    solved = builder.and_(abs(step) <= SMALL * abs(X), abs(beta) * X * X <= FARTHEST)
     G = universal.moved(beta, [Lane(builder, builder.load(one)) for one in found], step)
-    solved = builder.and_(abs(step) * r0 <= limit, abs(beta) * X * X <= FARTHEST)
-    return X.where(solved, NAN), G
+    return X + step, G, solved
 
 
 @jit_inline

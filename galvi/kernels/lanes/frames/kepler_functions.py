@@ -101,6 +101,12 @@ def nested_rates_in_plane(numbers, nodes, W, work, guess, k, number):
 
 
 @jit_noalloc
+def rates_of_two(numbers, nodes, W, work, guess, k, number):
+    """RATES of two bodies, of whose attraction the frame leaves nothing."""
+    k[:, :] = 0.0
+
+
+@jit_noalloc
 def drift_in_space(numbers, share, state):
     """DRIFT."""
     kepler_drift(SPACE, numbers, share, state)

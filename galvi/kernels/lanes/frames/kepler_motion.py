@@ -2,7 +2,7 @@
 
 Orbits 1 to n, in the order in which the frame keeps them; those of two are done at a time.
 
-numbers  h, pairs of near orbits, for which |beta X^2| may exceed 0.9, one more for an odd one, and
+numbers  h, pairs of orbits for which |beta X^2| may exceed 0.9, one more for an odd one, and
          the first body's mass times G; then n each: those of the other bodies, M, numbers of the
          frame's own, and last 1 / M
 W, k     (2 D n, P)  D rows of n places Q, D rows of n velocities
@@ -34,7 +34,7 @@ OWN, MASS, SHARE, INVERSE = 0, 1, 2, 7  # blocks of numbers, whatever the frame'
 BLOCKS = INVERSE + 1
 KEPT = 6  # blocks of one row, after those of Q and Q'
 TERMS = 6  # of a series
-# Share of a step up to which a correction of X, of third order, is the last one of a pass.
+# Share of a step's X up to which a correction of it, of third order, is the last one of a pass.
 FIRST, SECOND, LATER = 2e-2, 5e-4, 3e-5
 MOST = 12  # corrections
 NAN = math.nan
@@ -199,6 +199,11 @@ class Orbits:
         )
         place, changed, *found = self.variables(lanes, [begin] + [begin * 0.0] * 6)
         limit = h * Lane(builder, lanes.spread(self.tolerance))
+        since = abs(t)
+
+        def small(step, x, time):
+            return abs(step) * time <= limit * abs(x)
+
         with cgutils.for_range(builder, self.row(MOST)) as loop:
             X = self.kept(place)
             G = universal.universal(beta, X, TERMS, halvings)
@@ -206,9 +211,8 @@ class Orbits:
             for variable, value in zip(found, G, strict=True):
                 self.keep(value, variable)
             self.keep(step, changed)
-            small = (abs(step) * r0).each(lambda a: a <= limit).lanes
-            every = small[0]
-            for one in small[1:]:
+            every, *others = step.each(small, X, since).lanes
+            for one in others:
                 every = builder.and_(every, one)
             every = builder.icmp_unsigned(
                 "==", builder.bitcast(every, ir.IntType(LANES)), ir.IntType(LANES)(-1)
@@ -220,15 +224,15 @@ class Orbits:
                 lambda a, b: a.each(lambda x, y: x / y, b), lambda a: a.each(square_root),
             )  # fmt: skip
             self.keep(X + far, place)
-        step = self.kept(changed)
-        X = self.kept(place) + step
+        before, step = self.kept(place), self.kept(changed)
+        X = before + step
         G = universal.moved(beta, [self.kept(one) for one in found], step)
 
-        def checked(x, far, r, b):
+        def checked(x, step, known, time, b):
             inside = abs(b) * x * x <= 4.0**halvings * universal.FARTHEST
-            return x.where(builder.and_(abs(far) * r <= limit, inside), NAN)
+            return x.where(builder.and_(small(step, known, time), inside), NAN)
 
-        return X.each(checked, step, r0, beta), G
+        return X.each(checked, step, before, since, beta), G
 
     def pull_back(self, lanes, planets, a):
         """Store the slopes of orbits whose velocities at the stages change by a."""
