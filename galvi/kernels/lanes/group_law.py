@@ -81,7 +81,7 @@ from galvi.kernels.nystrom.solve import (
     SOLVED,
 )
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR, copy_into
-from galvi.kernels.on_group.scale import grow_scale
+from galvi.kernels.on_group.scale import LEAST, grow_scale
 from galvi.kernels.run_record import KEPT as KEPT_ARRAYS
 from galvi.kernels.run_record import PLAN, PROGRESS, Kept, Plan, record
 
@@ -101,7 +101,8 @@ def measure(layout, g, h, p0, work, numbers):
 
     Rotations have size 1. All translations of a factor share a size, that of its positions and
     displacements, and so do the momenta of its translations and of its rotations. An angular
-    momentum is at least as large as what the displacements make of a momentum.
+    momentum is at least as large as what the displacements make of a momentum. No momentum is below
+    LEAST of the largest one: it may be round-off of it.
     """
     d = p0.size
     sizes, forces = numbers[d : 2 * d], work[rows(F, d)]
@@ -124,10 +125,14 @@ def measure(layout, g, h, p0, work, numbers):
                 moving = max(moving, size)
         moment = max(moment, moving * way)
         for i in range(start, end):
-            size = moment if i < turns else moving
-            numbers[2 * d + i] = 1.0 / size if size > 0.0 else 0.0
+            numbers[2 * d + i] = moment if i < turns else moving
             numbers[d + i] = 1.0 / sizes[i] if sizes[i] > 0.0 else 0.0
         start = end
+    most = 0.0
+    for i in range(2 * d, 3 * d):
+        most = max(most, numbers[i])
+    for i in range(2 * d, 3 * d):
+        numbers[i] = 1.0 / max(numbers[i], LEAST * most) if most > 0.0 else 0.0
 
 
 @jit_inline

@@ -1,7 +1,8 @@
 """Scales of the motion in one step on a group; notation of galvi.kernels.on_group.stages.
 
 scale  (d,)  of each component: 1 for rotations, one for all positions of a factor, 0 if unknown;
-             at least the smallest normal number, below which no change is small beside a motion
+             at least the smallest normal number, below which no change is small beside a motion, and
+             LEAST of the largest motion of all: what moves less may be round-off of the others
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from galvi.kernels.lie.product import DIMENSION, ROTATIONS
 
 QUIET = 2.0**-47  # share of the largest rate below which changes may be round-off
 FAR = 16.0  # ratio of scales above which the larger one was a bad guess
+LEAST = 2.0**-12  # of it, round-off is well below FLOOR of galvi.kernels.nystrom.solve
 SMALLEST = 2.0**-1022
 ROUGH = 0.1  # share of its last Legendre terms from which on a motion is not resolved
 
@@ -20,10 +22,10 @@ ROUGH = 0.1  # share of its last Legendre terms from which on a motion is not re
 @jit_noalloc
 def grow_scale(layout, place, rate, h, scale):
     """Increase scale (d,) of translations to the factor's largest place and h rate, (d, s)."""
-    start = 0
+    start, least = 0, LEAST * abs(h) * largest(rate)
     for factor in range(layout.shape[0]):
         first, end = start + layout[factor, ROTATIONS], start + layout[factor, DIMENSION]
-        size = 0.0
+        size = least
         for i in range(first, end):
             for j in range(place.shape[1]):
                 size = max(size, abs(place[i, j]), abs(h * rate[i, j]))

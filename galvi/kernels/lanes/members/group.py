@@ -33,6 +33,7 @@ from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import NOTHING
 from galvi.kernels.lie.arithmetic import larger_size
 from galvi.kernels.lie.chart_functions import REACHES
+from galvi.kernels.on_group.scale import LEAST
 
 ITERATED = (XI, ETA, F, DEFECT, N, VELOCITY)  # blocks of work
 PARTS = ("q", "memory", "low", "p", "nu", "nu_low")
@@ -124,6 +125,8 @@ class MemberGroup(MemberSteps, GroupPass):
         """1 over the sizes of xi and pi, as galvi.kernels.lanes.group_law.measure; low parts."""
         d, step = self.d, self.field("step")
         g = [self.field("q", i) for i in range(self.chart.entries)]
+        least = LEAST * abs(self.largest_of([ETA * d + i for i in range(d)]) * step)
+        momenta = []
         for group, own, entries, rotations in self.chart.factors:
             turns = range(own.start, own.start + rotations)
             ways = range(own.start + rotations, own.stop)
@@ -137,13 +140,19 @@ class MemberGroup(MemberSteps, GroupPass):
             if ways:
                 way = abs(self.largest_of([ETA * d + i for i in ways]) * step)
                 moment = larger_size(moment, moving * way)
-                far = larger_size(way, way.same(group.position_scale(g[entries])))
+                far = larger_size(least, way.same(group.position_scale(g[entries])))
+                far = larger_size(far, way)
                 far = larger_size(far, self.largest_of([XI * d + i for i in ways]))
                 for i in ways:
                     self.keep("xi_sizes", (1.0 / far).where(far > 0.0, 0.0), i)
-                    self.keep("pi_sizes", (1.0 / moving).where(moving > 0.0, 0.0), i)
-            for i in turns:
-                self.keep("pi_sizes", (1.0 / moment).where(moment > 0.0, 0.0), i)
+            momenta += [(moment, turns), (moving, ways)]
+        most = momenta[0][0]
+        for size, _ in momenta:
+            most = larger_size(most, size)
+        for size, part in momenta:
+            size = larger_size(LEAST * most, size)
+            for i in part:
+                self.keep("pi_sizes", (1.0 / size).where(size > 0.0, 0.0), i)
         self.add_low_parts()
 
     def step(self, number):

@@ -1,0 +1,83 @@
+"""Trees of which some coordinates rest: relative equilibria, as of wheels, panels and hanging arms.
+
+A coordinate that rests is round-off, whose changes are not small beside itself.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import galvi
+
+TINY = (0.0, 1e-300, 1e-16, 1e-9)
+CHARTS = (galvi.Cayley(), galvi.Exponential(), galvi.ModifiedRodrigues())
+STEP, STEPS, NEAR = 0.02, 15, 1e-6
+
+
+@cache
+def tree(kind: str) -> galvi.Multibody:
+    """A spinning hub with panels on springs, or a body in flight with an arm and a wheel."""
+    hub = galvi.Link(galvi.Joint("ball" if kind == "hub" else "free"), 1.0, (0, 0, 0), (2, 2, 2))
+    hinge = galvi.Joint("hinge", axis=(0, 1, 0), stiffness=0.5 if kind == "hub" else 0.0)
+    outer = galvi.Joint("slide", axis=(1, 0, 0), stiffness=3.0)
+    panel = galvi.Link(hinge, 1.0, (0.25, 0, 0), (0.03, 0.02, 0.05), parent=0, place=(0.5, 0, 0))
+    tip = galvi.Link(outer, 0.2, (0.1, 0, 0), (1e-3, 1e-3, 1e-3), parent=1, place=(0.5, 0, 0))
+    return galvi.Multibody([hub, panel, tip], gravity=(0, 0, -9.81 if kind == "flight" else 0.0))
+
+
+def start(kind: str, small: Any, turning: Any) -> galvi.Problem:
+    """Both joints' angles and rates are ``small`` (4,), the hub turns."""
+    system = tree(kind)
+    first = [1.0, 0.0, 0.0, 0.0] if kind == "hub" else [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+    moving = list(turning) if kind == "hub" else [0.0, 0.0, 0.0, *turning]
+    q, v = system.from_mujoco(np.array([*first, *small[:2]]), np.array([*moving, *small[2:]]))
+    return galvi.Problem(system, q, v)
+
+
+def method(chart: Any, degree: int = 8) -> galvi.Galerkin:
+    return galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree), chart=chart)
+
+
+def gap(one: Any, other: Any) -> float:
+    return float(max(np.max(np.abs(one.q - other.q)), np.max(np.abs(one.v - other.v))))
+
+
+SMALL = st.tuples(*[st.sampled_from(TINY)] * 4)
+TURNING = st.tuples(*[st.sampled_from((*TINY, 0.3, -1.0))] * 3)
+
+
+@settings(max_examples=12)
+@example("hub", (0.0, 0.0, 0.0, 0.0), (0.0, 0.3, 0.0), CHARTS[0], 8, "auto")
+@example("flight", (0.0, 1e-16, 1e-300, 0.0), (0.0, 0.3, 0.0), CHARTS[1], 4, "newton")
+@given(
+    kind=st.sampled_from(("hub", "flight")), small=SMALL, turning=TURNING,
+    chart=st.sampled_from(CHARTS), degree=st.sampled_from((2, 4, 8, 12)),
+    solver=st.sampled_from(("auto", "newton")),
+)  # fmt: skip
+def test_what_rests_is_stepped_and_agrees_with_a_start_nearby(
+    kind: str, small: Any, turning: Any, chart: Any, degree: int, solver: str
+) -> None:
+    run = galvi.integrate(start(kind, small, turning), method(chart, degree), STEP, STEPS,
+                          solver=solver)  # fmt: skip
+    assert run.status == "Completed.", run.status
+    moved = start(kind, np.array(small) + NEAR, turning)
+    near = galvi.integrate(moved, method(chart, degree), STEP, STEPS, solver=solver)
+    assert near.success and gap(run, near) < 10.0 * NEAR
+
+
+@settings(max_examples=4)
+@given(
+    kind=st.sampled_from(("hub", "flight")),
+    turning=TURNING,
+    members=st.lists(SMALL, min_size=3, max_size=9),
+)
+def test_what_rests_is_stepped_in_ensembles(kind: str, turning: Any, members: list[Any]) -> None:
+    problems = [start(kind, small, turning) for small in members]
+    q, v = (np.array([getattr(p, name) for p in problems]) for name in ("q0", "v0"))
+    found = galvi.integrate_ensemble(problems[0], q, v, method(CHARTS[0]), STEP, STEPS)
+    assert set(found.status) == {"Completed."}
