@@ -1,8 +1,8 @@
 """Scales of the motion in one step on a group; notation of galvi.kernels.on_group.stages.
 
 scale  (d,)  of each component: 1 for rotations, one for all positions of a factor, 0 if unknown;
-             at least the smallest normal number, below which no change is small beside a motion, and
-             LEAST of the largest motion of all: what moves less may be round-off of the others
+             at least the smallest normal number, below which no change is small beside a motion,
+             and LEAST of the largest motion: what moves less may be round-off of the others
 """
 
 from __future__ import annotations
