@@ -13,7 +13,7 @@ from galvi.problem import Problem
 from galvi.recommend.extrapolation_check import extrapolation_objection
 from galvi.recommend.recommendation import Candidate, Recommendation
 from galvi.recommend.scan import EVALUATIONS, TIME, WITH_CHECK, Scan, collocation
-from galvi.recommend.step_search import BUDGET_ENDED, fewest_steps
+from galvi.recommend.step_search import BUDGET_ENDED, PART, fewest_steps
 
 DEGREES = (8, 12, 6, 16, 4)
 ALLOWED = {TIME: 10.0, EVALUATIONS: 2e7}
@@ -87,6 +87,8 @@ def recommend(
         steps, why = fewest_steps(scan, s, start, MARGIN * asked)
         if why:
             whys.setdefault(why, []).append(s)
+        if why == PART:  # of any degree
+            break
     scan.budget = room
     if not scan.tried:
         nothing = Candidate(
@@ -98,7 +100,7 @@ def recommend(
     if not good:
         return _not_reached(scan, asked, whys)
     few = [
-        min((one for one in good if one.degree == s), key=lambda one: one.evaluations)
+        min((one for one in good if one.degree == s), key=lambda one: one.cost(by))
         for s in {one.degree: None for one in good}
     ]
     best = min(_timed(scan, few) if by == TIME else few, key=lambda one: one.cost(by))
@@ -194,11 +196,23 @@ def _named(degrees: list[int]) -> str:
     return f"degree{'s' * (len(degrees) > 1)} {', '.join(map(str, degrees))}"
 
 
+def _parting(scan: Scan) -> str:
+    """Until when any run predicts a motion on which neighbouring starts part."""
+    until = max(one.parted for one in scan.tried if math.isfinite(one.parted))
+    return (
+        f"Neighbouring starts part: rounding alone decides where bodies are after a time of about "
+        f"{until:.3g}, whichever integrator is used. Ask for a shorter duration; galvi.judge says "
+        f"how far a start predicts the motion."
+    )
+
+
 def _answer(scan: Scan, best: Candidate, asked: float, why: str) -> Recommendation:
     reached, error, whole = best.error <= asked, best.error, best.measured >= scan.duration
     doubts = "" if whole or not math.isfinite(error) else extrapolation_objection(scan, best)
     status = "" if reached else f"An error of {asked:g} was not reached: {why}. "
-    if not math.isfinite(error):
+    if PART in why and not reached:
+        status = f"An error of {asked:g} was not reached. {_parting(scan)}"
+    elif not math.isfinite(error):
         said = best.status or "With half the step its result is entirely different."
         status = f"No run tried is usable: {why}. The last one: {said}"
     elif doubts:
@@ -209,10 +223,8 @@ def _answer(scan: Scan, best: Candidate, asked: float, why: str) -> Recommendati
             f"or measured, or ask for a shorter duration."
         )
     elif not reached:
-        status += (
-            f"The smallest error found is {error:.1e}. Ask for a larger error or a shorter "
-            f"duration, or raise budget."
-        )
+        status += f"The smallest error found is {error:.1e}. "
+        status += "Ask for a larger error or a shorter duration, or raise budget."
     elif whole:
         status = "Its error was measured over the whole duration."
     else:

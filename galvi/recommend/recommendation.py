@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from galvi.method import Galerkin
@@ -20,6 +21,8 @@ class Candidate:
     seconds      time of one run; for possible choices, measured again in interleaved runs
     evaluations  of the force; one of its Jacobian counts as many as there are coordinates
     status       empty, or the reason why the error is unknown
+    newton       share of the steps that only Newton's method solved: smaller ones may cost less
+    parted       time after which the two runs were of no use to each other; infinite if never
     """
 
     degree: int
@@ -31,6 +34,8 @@ class Candidate:
     seconds: float
     evaluations: float
     status: str = ""
+    newton: float = 0.0
+    parted: float = math.inf
 
     def cost(self, by: str) -> float:
         """Seconds when ``by`` is "time", else evaluations."""

@@ -163,15 +163,16 @@ class Scan:
         """Try a degree and a number of steps in the duration."""
         part, before = self.part(degree, steps), self.spent
         run, seconds, evaluations = self.run(degree, steps, part)
-        error, growth, status = math.inf, math.nan, _failure(run)
+        error, growth, status, parted = math.inf, math.nan, _failure(run), math.inf
         if not status:
             check, _, _ = self.run(degree + MORE, steps, part)
-            error, growth, status = self._error(run, check)
+            error, growth, status, parted = self._error(run, check)
         self._per_step[degree] = (self.spent - before) / part
         whole = steps / part
         found = Candidate(
             degree, steps, self.duration / steps, error, self.length(degree, steps), growth,
             whole * seconds, whole * evaluations, status,
+            run.counts.get("newton_steps", 0) / part, parted,
         )  # fmt: skip
         self.tried.append(found)
         return found
@@ -183,10 +184,11 @@ class Scan:
         half, _, _ = self.run(found.degree, found.steps, part, finer=2)
         return self._error(run, half)[0]
 
-    def _error(self, run: Trajectory, better: Trajectory) -> tuple[float, float, str]:
-        """The error over the duration, the power of time it grew with, and why it is unusable."""
+    def _error(self, run: Trajectory, better: Trajectory) -> tuple[float, float, str, float]:
+        """The error over the duration, the power of time it grew with, why it is unusable, and
+        from when on."""
         if wrong := _failure(better):
-            return math.inf, math.nan, f"The run to compare with failed. {wrong}"
+            return math.inf, math.nan, f"The run to compare with failed. {wrong}", math.inf
         apart = np.maximum.accumulate(distances(run.q, better.q))
         extent = float(np.max(distances(better.q, np.broadcast_to(better.q[:1], better.q.shape))))
         self.size = max(self.size, float(np.max(np.abs(better.q))))
@@ -196,13 +198,14 @@ class Scan:
         growth = math.nan
         if 0.0 < early <= error and last > quarter:
             growth = math.log(error / early) / math.log(t[last] / t[quarter])
-        if error > max(USELESS * extent, ROUNDED * self.size):
+        useless = max(USELESS * extent, ROUNDED * self.size)
+        if error > useless:
             sentence = f"It is off by {error:.1e}, where bodies move by {extent:.1e}."
-            return math.inf, growth, sentence
+            return math.inf, growth, sentence, float(t[np.argmax(apart > useless)])
         if run.counts["steps"] * abs(run.step or 0.0) < (1.0 - 1e-9) * self.duration:
             power = min(max(growth, POWERS[0]), POWERS[1]) if growth == growth else POWERS[0]
             error *= min(FAR, self.duration / float(t[last])) ** power
-        return error, growth, ""
+        return error, growth, "", math.inf
 
 
 def _failure(run: Trajectory) -> str:

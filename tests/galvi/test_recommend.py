@@ -265,3 +265,32 @@ def test_what_a_degree_costs_is_told_from_the_nearest_known_in_proportion():
     known = scan.Scan(problem, 10.0, 10.0, "evaluations", 2000.0, _per_step={4: 10.0, 20: 1.0})
     assert known.affords(8, 100) and not known.affords(8, 101)  # 20 evaluations a step
     assert known.affords(2, 400) and not known.affords(2, 401)
+
+
+def resting_ball() -> galvi.Problem:
+    """A sphere on a spring at a ball joint, let go at 2.5 radians."""
+    joint = galvi.Joint("ball", stiffness=1.0)
+    ball = galvi.Multibody([galvi.Link(joint, 1.0, (0, 0, 0), (0.004,) * 3)], gravity=(0, 0, 0))
+    axis = np.array([1.0, 2.0, -1.0]) / np.sqrt(6.0)
+    q, v = ball.from_mujoco(np.append(np.cos(1.25), np.sin(1.25) * axis), np.zeros(3))
+    return galvi.Problem(ball, q, v)
+
+
+def test_smaller_steps_are_tried_where_larger_ones_need_newtons_method() -> None:
+    """Fewer steps cost ten times the time there, though not so many evaluations."""
+    choice = recommend(resting_ball(), 1e-9, 10.0)
+    good = [one for one in choice.scanned if one.error <= 0.7e-9]
+    degrees = {one.degree for one in good if one.newton > 0.5}
+    assert choice.reached and len(degrees) >= 3
+    assert {one.degree for one in good if one.newton == 0.0} >= degrees
+    assert choice.evaluations == min(one.evaluations for one in good)
+
+
+@pytest.mark.parametrize("duration", [40.0, 100.0])
+def test_of_a_chaotic_motion_it_says_that_neighbouring_starts_part(duration) -> None:
+    choice = recommend(galvi.problems.double_pendulum(), 1e-8, duration)
+    assert not choice.reached and choice.error == np.inf
+    assert "was not reached. Neighbouring starts part: rounding alone decides" in choice.status
+    assert "raise budget" not in choice.status.lower()
+    until = float(choice.status.split("a time of about ")[1].split(",")[0])
+    assert 15.0 < until < 40.0, until
