@@ -58,7 +58,10 @@ def orbits(
     places = states[:, 4]
     if np.iscomplexobj(Q):
         since = np.imag(t[k])
-        places = places + 1j * (np.imag(Q[k, :, i]) + (states[:, 6] - np.real(V[k, :, i])) * since)
+        turned = states[:, 6] * since
+        if mu.size > 1:  # others change the start too
+            turned += np.imag(Q[k, :, i]) - np.real(V[k, :, i]) * since
+        places = places + 1j * turned
     Q[k, :, i] = places
     return Orbits(Q, V, (G2, universal.lag(mu, X, G, t), mu * G3 - t, r / mu, 1.0 / r0))
 

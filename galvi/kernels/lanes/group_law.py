@@ -109,7 +109,7 @@ def measure(layout, g, h, p0, work, numbers):
     xi, eta = work[rows(XI, d)], work[rows(ETA, d)]
     product.position_scale(layout, g, sizes)
     grow_scale(layout, xi, eta, h, sizes)
-    start = 0
+    start, most = 0, 0.0
     for factor in range(layout.shape[0]):
         turns, end = start + layout[factor, ROTATIONS], start + layout[factor, DIMENSION]
         moving, moment, way = 0.0, 0.0, 0.0
@@ -124,15 +124,14 @@ def measure(layout, g, h, p0, work, numbers):
             else:
                 moving = max(moving, size)
         moment = max(moment, moving * way)
+        most = max(most, moment, moving)
         for i in range(start, end):
             numbers[2 * d + i] = moment if i < turns else moving
             numbers[d + i] = 1.0 / sizes[i] if sizes[i] > 0.0 else 0.0
         start = end
-    most = 0.0
     for i in range(2 * d, 3 * d):
-        most = max(most, numbers[i])
-    for i in range(2 * d, 3 * d):
-        numbers[i] = 1.0 / max(numbers[i], LEAST * most) if most > 0.0 else 0.0
+        size = max(numbers[i], LEAST * most)
+        numbers[i] = 1.0 / size if size > 0.0 else 0.0
 
 
 @jit_inline

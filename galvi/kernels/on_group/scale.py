@@ -22,9 +22,16 @@ ROUGH = 0.1  # share of its last Legendre terms from which on a motion is not re
 @jit_noalloc
 def grow_scale(layout, place, rate, h, scale):
     """Increase scale (d,) of translations to the factor's largest place and h rate, (d, s)."""
-    start, least = 0, LEAST * abs(h) * largest(rate)
+    start, least = 0, -1.0
     for factor in range(layout.shape[0]):
         first, end = start + layout[factor, ROTATIONS], start + layout[factor, DIMENSION]
+        start = end
+        if first == end:
+            continue
+        if least < 0.0:
+            for a in range(rate.shape[0]):
+                least = max(least, abs(rate[a, 0]), abs(rate[a, rate.shape[1] - 1]))
+            least *= LEAST * abs(h)
         size = least
         for i in range(first, end):
             for j in range(place.shape[1]):
@@ -33,7 +40,6 @@ def grow_scale(layout, place, rate, h, scale):
             scale[i] = max(scale[i], size)
             if 0.0 < scale[i] < SMALLEST:
                 scale[i] = SMALLEST
-        start = end
 
 
 @jit_noalloc

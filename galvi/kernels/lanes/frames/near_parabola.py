@@ -156,6 +156,16 @@ def anomaly(mu, beta, r0, eta, zeta, t):
     return X
 
 
+@jit_inline
+def scale_rows(state, place, stride, D, length, pace):
+    """Places times a length and velocities times a pace, both of them powers of two."""
+    for k in range(D):
+        i = place + k * stride
+        for row in range(2):
+            state[4 + row, i] *= length
+            state[6 + row, i] *= pace
+
+
 @jit_noalloc
 def follow_near_parabola(mu, t, state, place, stride, D):
     """Move an orbit by the time t: (q, its low part, v, its low part) in rows 4 to 7 of the state.
@@ -163,8 +173,15 @@ def follow_near_parabola(mu, t, state, place, stride, D):
     place, stride  of its coordinates in a row
 
     NaN where its mean anomaly changes by more than FARTHEST, or where an orbit that is not bound
-    moves as far.
+    moves as far. Computed with distance and mass near 1, so that powers do not overflow.
     """
+    size = 0.0
+    for k in range(D):
+        size = max(size, abs(state[4, place + k * stride]))
+    length = 2.0 ** -math.frexp(size)[1]
+    pace = 2.0 ** (math.frexp(size / mu)[1] // 2)
+    mu, t = mu * length * pace * pace, t / pace * length
+    scale_rows(state, place, stride, D, length, pace)
     q, q_low, v, v_low = state[4], state[5], state[6], state[7]
     mass = (mu, 0.0)
     r0 = root(dot(q, q_low, q, q_low, place, stride, D))
@@ -205,6 +222,7 @@ def follow_near_parabola(mu, t, state, place, stride, D):
             i = place + k * stride
             y = (v[i], v_low[i])
             v[i], v_low[i] = added(y, times(share, y))
+    scale_rows(state, place, stride, D, 1.0 / length, 1.0 / pace)
 
 
 @jit
