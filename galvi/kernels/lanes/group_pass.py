@@ -135,7 +135,7 @@ class GroupPass(GroupRows):
         """mu0 and the impulse of the whole step, the same in all lanes."""
         momenta = [self.number(lanes, i).fused for i in range(self.d)]
         if self.pulls:
-            kicks = self.spread_sums([N * self.d + i for i in range(self.d)], self.kicks)
+            kicks = self.over_step(N)
             momenta = [momenta[i] + kicks[i] for i in range(self.d)]
         return momenta
 
@@ -201,7 +201,7 @@ class GroupPass(GroupRows):
         with cgutils.for_range(builder, self.extra, intp=self.row) as loop:
             weights = builder.add(self.extra, loop.index)
             lost = self.spread_sums(
-                [ETA * self.d + i for i in range(self.d)], weights, self.complement
+                [ETA * self.d + i for i in range(self.d)], weights, matrix=self.complement
             )
 
             def subtract(lanes):
@@ -248,8 +248,7 @@ class GroupPass(GroupRows):
     def keep_end(self):
         """xi at the step's end, where no lane has it."""
         with self.builder.if_then(self.full):
-            found = self.spread_sums([ETA * self.d + i for i in range(self.d)], self.kicks)
-            self.stored(self.first_lanes(), found, END)
+            self.stored(self.first_lanes(), self.over_step(ETA), END)
 
     def pulled_end(self, ended):
         """Q at the step's end, the same in all lanes."""
@@ -355,10 +354,7 @@ class GroupPass(GroupRows):
         """xi(1) in ``end`` and the impulse in ``pulled``."""
         for block, found in ((ETA, END), (N, PULLED)):
             if block == ETA or self.pulls:
-                rows = [block * self.d + i for i in range(self.d)]
-                small = self.spread_sums(rows, self.builder.add(self.kicks, self.row(1)))
-                large = self.spread_sums(rows, self.kicks)
-                sums = [large[i] + small[i] for i in range(self.d)]
+                sums = self.over_step(block)
             else:
                 sums = [Lane(self.builder, self.first_lanes().nothing)] * self.d
             self.stored(self.first_lanes(), sums, found)

@@ -160,23 +160,33 @@ class GroupRows(Pass):
                 totals[j % 2][i] = lanes.add(totals[j % 2][i], term)
         return [Lane(self.builder, lanes.add(*pair), ()) for pair in zip(*totals, strict=True)]
 
-    def spread_sums(self, rows, weights, matrix=None):
-        """sum_j weights_j x_j for some rows x of work, the same in all lanes.
+    def spread_sums(self, rows, *weights, matrix=None):
+        """sum_j w_j x_j for some rows x of work, the same in all lanes.
 
-        weights  a row of the tables, or of ``matrix``
+        weights  a row w of the tables, or of ``matrix``; of several, the sum, added in their order
         """
         builder, sums = self.builder, [self.place() for _ in rows]
         for place in sums:
             builder.store(everywhere(place.type.pointee, 0.0), place)
 
-        def add(lanes):
-            factor = lanes.factor(self.tables if matrix is None else matrix, weights)
+        def add(lanes, weight):
+            factor = lanes.factor(self.tables if matrix is None else matrix, weight)
             for row, place in zip(rows, sums, strict=True):
                 value = lanes.load(self.work, self.row(row))
                 builder.store(lanes.add(builder.load(place), lanes.mul(value, factor)), place)
 
-        self.chunks(add)
+        for weight in weights:
+            self.chunks(lambda lanes, weight=weight: add(lanes, weight))
         return [self.spread_sum(builder.load(place)) for place in sums]
+
+    def over_step(self, block):
+        """h sum_j b_j x_j for a block of work.
+
+        What the low part of h b adds is less than half an ulp of the sum, and always of the same
+        sign: added to the sum it would be lost, so the sum begins with it.
+        """
+        rows = [block * self.d + i for i in range(self.d)]
+        return self.spread_sums(rows, self.builder.add(self.kicks, self.row(1)), self.kicks)
 
     def means(self, rows):
         """The means of some rows, with the weights b Y^2."""

@@ -18,6 +18,8 @@ from galvi.kernels.lie.chart_functions import (
     tangent_radial,
 )
 
+LAST_BIT = 1.5 * 2.0**26  # added to a number below 1, leaves a multiple of 2^-26
+
 
 @generic
 def rotation(chart, xi):
@@ -159,7 +161,11 @@ def orthonormal(R, out):
 
 @generic
 def turn_quaternion(chart, xi, q, low):
-    """q (4,) <- q times the quaternion of xi, by a change whose rounding errors low (4,) keeps."""
+    """q (4,) <- q times the quaternion of xi, by a change whose rounding errors low (4,) keeps.
+
+    q + low is a unit quaternion to about 1e-32. Else the rounding of |q| near 1, the same for many
+    steps, would make matrices slightly larger or smaller than rotations, and energies drift.
+    """
     along, less = half_turn(chart, dot(xi, xi))
     a, b, c = along * xi[0], along * xi[1], along * xi[2]
     w, x, y, z = q[0], q[1], q[2], q[3]
@@ -169,13 +175,29 @@ def turn_quaternion(chart, xi, q, low):
     )  # fmt: skip
     for i in range(4):
         q[i], low[i] = two_sum(q[i], low[i] + steps[i])
+    half = 0.5 * defect(q, low)
+    for i in range(4):
+        low[i] = low[i] + half * q[i]
+
+
+@generic
+def defect(q, low):
+    """1 - |q + low|^2, small.
+
+    Multiples of 2^-26 have squares whose sum is exact; what is left of q is at most 2^-27.
+    """
+    large, small = 1.0, 0.0
+    for i in range(4):
+        near = (q[i] + LAST_BIT) - LAST_BIT
+        large = large - near * near
+        small = small + ((q[i] - near) * (q[i] + near) + 2.0 * (q[i] * low[i]))
+    return large - small
 
 
 @generic
 def matrix_of(q):
-    """The rotation of a quaternion (w, x, y, z), which need not be normalised, three rows."""
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    two = 2.0 / (w * w + x * x + y * y + z * z)
+    """The rotation of a unit quaternion (w, x, y, z), three rows."""
+    w, x, y, z, two = q[0], q[1], q[2], q[3], 2.0
     return (
         (1.0 - two * (y * y + z * z), two * (x * y - w * z), two * (x * z + w * y)),
         (two * (x * y + w * z), 1.0 - two * (x * x + z * z), two * (y * z - w * x)),

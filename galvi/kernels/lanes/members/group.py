@@ -68,12 +68,12 @@ class MemberGroup(MemberSteps, GroupPass):
         """As that of one member."""
         return Countdown(builder, self.row)
 
-    def spread_sums(self, rows, weights, matrix=None):
+    def spread_sums(self, rows, *weights, matrix=None):
         """As those of one member; with the tables, for a step of 1."""
         if matrix is not None:
-            return [x.fused for x in self.weighted(rows, weights, matrix)]
+            return [x.fused for x in self.weighted(rows, *weights, matrix=matrix)]
         step = self.field("step")
-        return [(x * step).fused for x in self.weighted(rows, weights)]
+        return [(x * step).fused for x in self.weighted(rows, *weights)]
 
     def means(self, rows):
         """As those of one member."""

@@ -115,10 +115,9 @@ class MemberLaw(MemberSteps):
         total = Lane(builder, NOTHING, ())
         for block, name in ((V, "q"), (F, "p")):
             rows = [block * d + i for i in range(d)]
-            large = self.weighted(rows, self.tabled.kicks)
-            small = self.weighted(rows, self.tabled.low_kicks)
+            ways = self.weighted(rows, self.tabled.low_kicks, self.tabled.kicks)
             for i in range(d):
-                way = (large[i] + small[i]) * step
+                way = ways[i] * step
                 high, low = two_sum(self.field(name, i), self.field(f"{name}_low", i) + way)
                 ends.append((name, i, high, low))
                 total = total + abs(high)

@@ -179,17 +179,21 @@ class MemberSteps(Pass):
             totals = [self.load(lanes, start, i).exact + total for i, total in enumerate(totals)]
         return totals
 
-    def weighted(self, rows, weights, matrix=None):
-        """sum_j w_j x_j for some rows x of work, where w is a row of the tables or of a matrix."""
+    def weighted(self, rows, *weights, matrix=None):
+        """sum_j w_j x_j for some rows x of work, where w is a row of the tables or of a matrix.
+
+        With several rows w, those of the smallest first, the sum of all these.
+        """
         matrix = self.tables if matrix is None else matrix
         sums = [Variable(self.builder) for _ in rows]
 
-        def add(lanes):
-            factor = Lane(self.builder, lanes.factor(matrix, weights))
+        def add(lanes, weight):
+            factor = Lane(self.builder, lanes.factor(matrix, weight))
             for row, total in zip(rows, sums, strict=True):
                 total.set(total.lane.fused + self.load_row(lanes, row) * factor)
 
-        self.chunks(add)
+        for weight in weights:
+            self.chunks(lambda lanes, weight=weight: add(lanes, weight))
         return [total.lane for total in sums]
 
     def advance(self):

@@ -9,6 +9,7 @@ In lanes, c6 and c7 are polynomials, and the others follow from them.
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 
@@ -20,6 +21,9 @@ REACH_IN_LANES = 2.0  # up to which the series for lanes have full accuracy
 TERMS = 12  # terms of the series of c6 and c7, for u up to SMALL
 SMALL = 9.0
 ONE_OVER = np.array([1.0 / math.factorial(k) for k in range(10 + 2 * TERMS)])
+# What rounding lost of 1 / k!, always of the same sign: without it, energies drift.
+LOST = np.array([float(1 / Fraction(math.factorial(k)) - Fraction(x))
+                 for k, x in enumerate(ONE_OVER[:6].tolist())])  # fmt: skip
 LANE_SERIES = [[(-1.0) ** j / math.factorial(2 * j + k) for j in range(11)] for k in (6, 7)]
 
 
@@ -35,9 +39,9 @@ def stumpff_of_number(u):
             c6 += power * ONE_OVER[6 + 2 * j]
             c7 += power * ONE_OVER[7 + 2 * j]
             power *= -u
-        c5 = ONE_OVER[5] - u * c7
-        c4 = ONE_OVER[4] - u * c6
-        c3 = ONE_OVER[3] - u * c5
+        c5 = ONE_OVER[5] + (LOST[5] - u * c7)
+        c4 = ONE_OVER[4] + (LOST[4] - u * c6)
+        c3 = ONE_OVER[3] + (LOST[3] - u * c5)
         c2 = ONE_OVER[2] - u * c4
         return 1.0 - u * c3, c2, c3, c4, c5, c6, c7
     angle = np.sqrt(u)
@@ -56,9 +60,9 @@ def stumpff(u):
     if isinstance(u, float):
         return stumpff_of_number(u)
     c6, c7 = (polynomial(series, u) for series in LANE_SERIES)
-    c5 = 1.0 / 120.0 - u * c7
-    c4 = 1.0 / 24.0 - u * c6
-    c3 = 1.0 / 6.0 - u * c5
+    c5 = ONE_OVER[5] + (LOST[5] - u * c7)
+    c4 = ONE_OVER[4] + (LOST[4] - u * c6)
+    c3 = ONE_OVER[3] + (LOST[3] - u * c5)
     c2 = 0.5 - u * c4
     return 1.0 - u * c3, c2, c3, c4, c5, c6, c7
 
