@@ -169,7 +169,8 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
 
     Returns whether the equations could be solved.
     Residual r = x - h v velocity_coefficients - h^2 C a(q + psi x); derivative
-    I - h^2 C diag_j(da_j) psi.
+    I - h^2 C diag_j(da_j) psi. The stages are those of the accelerations, A a, and psi (x - r),
+    small in the end: rounding in psi C, unlike that in A, is not symplectic.
     """
     psi, C = tableau.psi, tableau.C
     d, m = x.shape
@@ -195,12 +196,13 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
         for i in range(width):
             for l in range(m):
                 x[first + i, l] += step[i * m + l]
+    place_stages(tableau, h, state, a, Q)
     for i in range(d):
         for k in range(stages):
             total = 0.0
             for l in range(m):
-                total += psi[l, k] * x[i, l]
-            Q[i, k] = state[0, i] + (state[1, i] + total)
+                total += psi[l, k] * (x[i, l] - residual[i, l])
+            Q[i, k] += total
     return True
 
 
