@@ -54,7 +54,8 @@ class Tableau:
     projection             (m, s)  K^-1 slope^T diag(b), coefficients of the curve nearest to given
                                    slopes
     integral               (s, s)  curve at the stages from its slopes there, psi projection
-    low_parts              rounding errors of c, b, beta, A and integral, in their shapes
+    low_parts              rounding errors of c, b, beta, A, integral, psi, C and
+                           velocity_coefficients, in their shapes
     """
 
     c: Array
@@ -137,7 +138,8 @@ def assemble(space: Space, rule: Rule) -> Assembled:
             projection, integral,
         )  # fmt: skip
         low_parts = tuple(
-            rounded(exact - decimals(rounded(exact))) for exact in (c, b, beta, A, integral)
+            rounded(exact - decimals(rounded(exact)))
+            for exact in (c, b, beta, A, integral, psi, C, lead)
         )
     arrays: list[Any] = [*(rounded(number) for number in numbers), low_parts]
     return Assembled(Tableau(*arrays), defect)

@@ -136,12 +136,13 @@ def kernel_tableau(table: Tableau) -> NystromTableau:
     def transposed(matrix: Array) -> Array:
         return read_only(matrix.T)
 
-    c_low, b_low, beta_low, *_ = table.low_parts
+    c_low, b_low, beta_low, *_, psi_low, C_low, line_low = table.low_parts
     beta_low = read_only(beta_low + table.b * c_low)
     return NystromTableau(
         table.c, table.b, table.beta, b_low, beta_low, transposed(table.A),
         transposed(table.psi), table.velocity_coefficients, table.C, transposed(table.C),
         transposed(table.analysis), transposed(table.extrapolation), table.growth,
+        transposed(psi_low), C_low, line_low, c_low,
     )  # fmt: skip
 
 

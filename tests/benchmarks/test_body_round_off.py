@@ -1,8 +1,7 @@
-"""The energy of bodies walks at random where rounding is all that changes it, and a drift is seen."""
+"""The energy of bodies walks at random where only rounding changes it, and a drift is seen."""
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 import galvi

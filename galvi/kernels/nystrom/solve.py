@@ -18,7 +18,7 @@ from galvi.kernels.nystrom.jacobians import jacobians
 from galvi.kernels.nystrom.step import (
     all_finite,
     copy_into,
-    curve_coefficients,
+    exact_coefficients,
     largest_change,
     measure_scale,
     newton_update,
@@ -120,7 +120,7 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
     """
     (d, s), width = Q.shape, force.width
     x = np.empty((d, tableau.velocity_coefficients.size))
-    curve_coefficients(tableau, h, state, a, x)
+    exact_coefficients(tableau, h, state, a, x)
     jacobian = np.empty((d, width, s))
     moved = np.empty((d, s))
     previous = np.inf
