@@ -27,7 +27,7 @@ def encounter(problem: Problem, system: NBody, stages: int, step: float, state: 
     """
     q, v = (state[row].reshape(problem.q0.shape) for row in (0, 2))
     masses, G = system.masses, system.G
-    names = _names(problem, len(masses))
+    names = body_names(problem, len(masses))
     distance = np.max(np.abs(q), axis=1)
     lost = int(np.argmax(distance))
     if abs(step) > FAR or np.max(np.abs(v)) > FAR:
@@ -82,7 +82,7 @@ def unresolved_passage(problem: Problem, step: float, passage: Array) -> str:
     if passage.size == 0 or not passage[0] > UNRESOLVED:
         return ""
     error, one, other, distance, number = passage
-    names, t = _names(problem, problem.q0.shape[0]), problem.t0 + (number - 0.5) * step
+    names, t = body_names(problem, problem.q0.shape[0]), problem.t0 + (number - 0.5) * step
     return (
         f"bodies {names[int(one)]} and {names[int(other)]} passed at a distance of about "
         f"{distance:.1e} near t = {t:.10g}, which left an error of "
@@ -90,7 +90,7 @@ def unresolved_passage(problem: Problem, step: float, passage: Array) -> str:
     )
 
 
-def _names(problem: Problem, bodies: int) -> Sequence[Any]:
+def body_names(problem: Problem, bodies: int) -> Sequence[Any]:
     names = problem.parameters.get("bodies")
     if not isinstance(names, (tuple, list)) or len(names) != bodies:
         return range(bodies)

@@ -18,6 +18,7 @@ from galvi.run.energy_check import Judgement
 from galvi.run.engine import Engine, RunCurves
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
+from galvi.run.massless import MasslessError, massless_error
 from galvi.run.run_arrays import COUNTED, RunArrays
 from galvi.run.status import ending, judged
 from galvi.systems.nbody import NBody
@@ -72,7 +73,8 @@ def run_steps(
 
     call = engine.stepper(*arguments)
     known, apart = [start], 0
-    if rescue and not start.keeps_curves:
+    massless = watched and rescue and _has_massless(problem)
+    if rescue and (massless or not start.keeps_curves):
         apart = max(APART, -(-steps // MOST_KNOWN))
     with defer_interrupts() as pressed:
         code = step_in_batches(
@@ -80,7 +82,9 @@ def run_steps(
             lambda: known.append(_checkpoint(start, work)),
         )  # fmt: skip
         found, unheard = judged(engine, *arguments, pressed)
-        run = _trajectory(engine, *arguments, code, found, known)
+        states = [*known, _checkpoint(start, work)] if massless and work.done else []
+        light = partial(_massless_error, engine, problem, method, step, states)
+        run = _trajectory(engine, *arguments, code, found, light, known)
         if (pressed() or unheard) and not run.interrupted:
             raise Interrupted(run)
     return run
@@ -88,11 +92,12 @@ def run_steps(
 
 def _trajectory(
     engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
-    start: Checkpoint, work: RunArrays, code: int, found: Judgement, known: list[Checkpoint],
+    start: Checkpoint, work: RunArrays, code: int, found: Judgement,
+    light: Callable[[], MasslessError | None], known: list[Checkpoint],
 ) -> Trajectory:  # fmt: skip
     """The trajectory of a run whose last kernel call returned ``code``."""
     done, shape = work.done, problem.q0.shape
-    end = ending(engine, problem, method, step, steps, start, work, code, found)
+    end = ending(engine, problem, method, step, steps, start, work, code, found, light)
     times: Array = problem.t0 + (start.first + work.saved_steps) * step
     curves = None
     if start.keeps_curves:
@@ -125,6 +130,23 @@ def _trajectory(
     )  # fmt: skip
 
 
+def _has_massless(problem: Problem) -> bool:
+    return isinstance(problem.system, NBody) and problem.system.has_massless
+
+
+def _massless_error(
+    engine: Engine, problem: Problem, method: Galerkin, step: float, states: list[Checkpoint]
+) -> MasslessError | None:
+    """The estimate for the bodies without mass from some states of a run; None without states."""
+    _, stages, solver_state = engine.start(problem, method)
+
+    def steps_from(state: Checkpoint, n: int) -> Trajectory:
+        there = replace(state, stages=stages, solver_state=solver_state)
+        return run_steps(engine, problem, method, step / n, n, there, rescue=False)
+
+    return massless_error(steps_from, states) if states else None
+
+
 def _checkpoint(start: Checkpoint, work: RunArrays) -> Checkpoint:
     """The current state of a run."""
     state = (work.state.copy(), work.stages.copy(), work.solver_state.copy())
@@ -149,7 +171,7 @@ def curves_of_steps(
 
 def _kept_velocities(problem: Problem, work: RunArrays) -> Array | None:
     """The velocities at the saved states, where momenta do not determine them."""
-    if isinstance(problem.system, NBody) and problem.system.has_massless:
+    if _has_massless(problem):
         return read_only(work.saved_v.reshape(-1, *problem.v0.shape))
     return None
 

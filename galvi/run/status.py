@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -12,10 +13,11 @@ from galvi.kernels.energy_errors import SMALL, WORST
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.encounters import ADAPT, adapting_steps, unresolved_passage
+from galvi.run.encounters import ADAPT, adapting_steps, body_names, unresolved_passage
 from galvi.run.energy_check import Judgement, judge
 from galvi.run.engine import Engine
 from galvi.run.interruption import Interrupts
+from galvi.run.massless import COARSE, MasslessError
 from galvi.run.run_arrays import CALLED, LEFT_OVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED
@@ -53,16 +55,18 @@ def judged(
 def ending(
     engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
     start: Checkpoint, work: RunArrays, code: int, found: Judgement,
+    light: Callable[[], MasslessError | None],
 ) -> Ending:  # fmt: skip
     """The end of a run of ``steps`` steps whose last kernel call returned ``code``.
 
     found  what its energies say
+    light  what a step does to bodies without mass
     """
     done = work.done
     ruined = None if found.ruined is None else max(found.ruined - start.first, 1)
     failed = ruined if done == steps else done + 1
     if done == steps:
-        status = _completed(engine, problem, step, steps, work, found, ruined)
+        status = _completed(engine, problem, step, steps, work, found, ruined, light)
     else:
         t = problem.t0 + (start.first + done) * step
         where = f"at step {done + 1} of {steps}, from t = {t:.10g}"
@@ -80,9 +84,9 @@ def ending(
 
 def _completed(
     engine: Engine, problem: Problem, step: float, steps: int, work: RunArrays, found: Judgement,
-    ruined: int | None,
+    ruined: int | None, light: Callable[[], MasslessError | None],
 ) -> str:  # fmt: skip
-    """COMPLETED, or what the energy and the passages of point masses say against it."""
+    """COMPLETED, or what the energy, the passages of point masses and those without mass say."""
     passage = unresolved_passage(problem, step, work.passage)
     reasons = [_off(found)] if found.error > SMALL else []
     if found.unknown:
@@ -92,6 +96,8 @@ def _completed(
         reasons.append(undefined)
     if passage:
         reasons.append(passage)
+    if not reasons:
+        reasons = _off_without_mass(problem, light())
     if not reasons:
         if found.unjudged:
             return f"Completed, but the energy {_unjudged(found)}."
@@ -121,6 +127,17 @@ def _off(found: Judgement) -> str:
     if np.isfinite(found.error):
         return f"the energy changed by {found.error:.2g} times {MEASURE}"
     return f"the energy changed by {found.energies[WORST]:.2g}, while {MEASURE} was 0"
+
+
+def _off_without_mass(problem: Problem, found: MasslessError | None) -> list[str]:
+    """That steps change the energy of a body without mass, or nothing."""
+    if found is None or not found.share > COARSE:
+        return []
+    body = body_names(problem, len(problem.q0))[found.body]
+    return [
+        f"a step changes the energy of the massless body {body} by about {found.share:.1g} of "
+        f"itself (an estimate, from {found.states} of the steps)"
+    ]
 
 
 def _given(problem: Problem) -> bool:
