@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import hashlib
 import io
-import os
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
+
+from galvi.atomic import write_whole
 
 MARK = "# sha256 "
 DAMAGED = ".damaged"
@@ -40,15 +40,8 @@ class RowFiles:
         """Write the frame, replacing an earlier one."""
         text = frame[list(self.columns)].to_csv(index=False, lineterminator="\n")
         self.folder.mkdir(parents=True, exist_ok=True)
-        handle, partial = tempfile.mkstemp(prefix=f".{name}.", dir=self.folder)
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-                file.write(f"{text}{MARK}{_digest(text)}\n")
-            os.chmod(partial, 0o644)
-            os.replace(partial, self.path(name))
-        except BaseException:
-            os.unlink(partial)
-            raise
+        content = f"{text}{MARK}{_digest(text)}\n".encode()
+        write_whole(self.path(name), lambda partial: partial.write_bytes(content))
 
     def read(self, name: str) -> pd.DataFrame | None:
         """The rows with all digits; None when the file is missing or damaged."""
@@ -85,7 +78,7 @@ class RowFiles:
         aside, k = path.with_name(path.name + DAMAGED), 1
         while aside.exists():
             aside, k = path.with_name(f"{path.name}{DAMAGED}.{k}"), k + 1
-        os.replace(path, aside)
+        path.replace(aside)
         self.report(f"{path.name} is set aside as {aside.name}: {why}.")
 
 

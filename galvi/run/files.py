@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import os
 import sys
-import tempfile
 import tokenize
 import zipfile
 from dataclasses import fields, is_dataclass
@@ -21,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import read_only
+from galvi.atomic import write_whole
 from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
 from galvi.curves.redone_curves import RedoneCurves
@@ -81,16 +81,13 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
             arrays[f"known_{name}"] = np.stack([getattr(one, name) for one in run.again.known])
     if run.curves is not None:
         arrays |= {"bases": run.curves.bases, "coefficients": run.curves.coefficients}
-    handle, partial = tempfile.mkstemp(dir=target.parent, suffix=".partial")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            contents: dict[str, Any] = {"facts": np.array(json.dumps(facts)), **arrays}
+    contents: dict[str, Any] = {"facts": np.array(json.dumps(facts)), **arrays}
+
+    def write(partial: Path) -> None:
+        with partial.open("wb") as stream:
             np.savez(stream, **contents)
-        os.chmod(partial, 0o644)
-        os.replace(partial, target)
-    except BaseException:
-        os.unlink(partial)
-        raise
+
+    write_whole(target, write)
 
 
 def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajectory:

@@ -122,7 +122,15 @@ def test_failures_and_functions_are_kept_in_a_folder(tmp_path):
 
     def ends(size):
         return galvi.integrate_ensemble(
-            problem, q, v, FOUR, 0.2, 5, folder=tmp_path, keep=lambda run: run.q[-1] * size
+            problem,
+            q,
+            v,
+            FOUR,
+            0.2,
+            5,
+            folder=tmp_path,
+            keep=lambda run: run.q[-1] * size,
+            version=str(size),
         )
 
     first = ends(1.0)
@@ -131,10 +139,10 @@ def test_failures_and_functions_are_kept_in_a_folder(tmp_path):
 
 
 def test_half_a_file_is_never_left(tmp_path, monkeypatch):
-    def interrupted(self, path):
+    def interrupted(*paths):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Path, "replace", interrupted)
+    monkeypatch.setattr(os, "replace", interrupted)
     with pytest.raises(KeyboardInterrupt):
         run(folder=tmp_path)
     assert list(tmp_path.iterdir()) == []

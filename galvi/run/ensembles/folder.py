@@ -7,7 +7,6 @@ import json
 import math
 import os
 import platform
-import tempfile
 from collections.abc import Mapping
 from functools import cached_property
 from importlib.metadata import version
@@ -17,24 +16,31 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
+from galvi.atomic import write_whole
 from galvi.input_checks import shown
-from galvi.run.ensembles.identity import identity
+from galvi.run.ensembles.identity import digest_of_galvi, identity
 
-FORMAT = 2
-VERSIONS = ("galvi", "numba", "llvmlite", "numpy")
+FORMAT = 3
+VERSIONS = ("numba", "llvmlite", "numpy")
+Rows = tuple[tuple[Array, ...], Any, Any, dict[int, str]]  # values, failed, passes and messages
 
 
 class Folder:
     """The files of one ensemble.
 
-    facts  what all its members share: law, method, times and what is kept
+    facts    what all its members share: law, method, times and what is kept
+    version  of the caller's functions among the facts
+    loaded, damaged  numbers of files that `load` found, and that it found damaged
 
     A file holds the members of one chunk and is written as a whole under another name, then
-    renamed. Raises ImportError without pyarrow, TypeError or ValueError for another path than that
-    of a folder, and ValueError for facts that cannot be told from others.
+    renamed. It says what it was computed from, and has a digest of its numbers; without both it is
+    not believed. Raises ImportError without pyarrow, TypeError or ValueError for another path than
+    that of a folder, and ValueError for facts that cannot be told from others.
     """
 
-    def __init__(self, path: Any, facts: Any, starts: Mapping[str, Array]) -> None:
+    def __init__(
+        self, path: Any, facts: Any, starts: Mapping[str, Array], version_of_functions: str | None
+    ) -> None:
         try:
             import pyarrow.parquet  # noqa: F401
         except ImportError as error:
@@ -46,14 +52,26 @@ class Folder:
                 f"folder must be the path of a folder, or None; received {shown(path)}."
             )
         self.path, self.starts = Path(path), dict(starts)
-        versions = [platform.python_version(), *(version(name) for name in VERSIONS)]
-        self.shared = hashlib.sha256(repr((FORMAT, versions, identity(facts))).encode()).digest()
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-        except (FileExistsError, NotADirectoryError) as error:
+        self.loaded = self.damaged = 0
+        versions = [platform.python_version(), *map(version, VERSIONS), version_of_functions]
+        known = FORMAT, digest_of_galvi(), versions, identity(facts, version_of_functions)
+        self.shared = hashlib.sha256(repr(known).encode()).digest()
+        if self.path.exists() and not self.path.is_dir():
             raise ValueError(
                 f"folder must be the path of a folder; received {str(path)!r}, where a file is. "
                 f"Give another path."
+            )
+
+    def make_writable(self) -> None:
+        """Create the folder; ValueError where no file can be written."""
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            write_whole(self.path / ".tried", lambda target: target.touch())
+            (self.path / ".tried").unlink()
+        except OSError as error:
+            raise ValueError(
+                f"folder must be one that can be written; received {str(self.path)!r}: "
+                f"{error.strerror}. Give another path."
             ) from error
 
     @property
@@ -72,41 +90,55 @@ class Folder:
         if known is not None:
             return known
         text = json.dumps({"members": found})
-        self._write(self._about, lambda target: target.write_text(text))
+        self.make_writable()
+        write_whole(self._about, lambda target: target.write_text(text))
         return found
 
     def _known_members(self) -> int | None:
         try:
             known = json.loads(self._about.read_text())["members"]
-        except (FileNotFoundError, KeyError, TypeError, ValueError):
+        except (OSError, KeyError, TypeError, ValueError):
             return None  # missing or damaged: written again
         return known if type(known) is int and known > 0 else None
 
-    def load(self, members: slice) -> tuple[tuple[Array, ...], Any, Any, dict[int, str]] | None:
-        """What `save` wrote of these members: values, failed, passes and messages; None where
-        nothing is, or it cannot be read."""
-        import pyarrow as pa
-        import pyarrow.parquet as pq
+    def summary(self, computed: int) -> str:
+        """What was loaded and computed, in words."""
+        again = f", {self.damaged} of them damaged and computed again" if self.damaged else ""
+        return f"{self.loaded} files loaded, {computed} computed{again}"
 
+    def load(self, members: slice) -> Rows | None:
+        """What `save` wrote of these members; None where nothing is, or it is damaged."""
         path = self._file(members)
-        if not path.exists():
+        if not os.path.lexists(path):
             return None
         try:
-            table = pq.read_table(path)
-            shapes = json.loads(table.schema.metadata[b"shapes"])
-            messages = json.loads(table.schema.metadata[b"messages"])
-        except (pa.ArrowInvalid, OSError, KeyError, TypeError, ValueError):
-            return None  # not a file of ours, or damaged: it is computed again
+            found = self._read(path, members)
+        except Exception:  # damaged data can raise any exception
+            self.damaged += 1
+            return None
+        self.loaded += 1
+        return found
+
+    def _read(self, path: Path, members: slice) -> Rows:
+        """The rows of a file; an exception where they are not those of these members."""
+        import pyarrow.parquet as pq
+
+        table = pq.read_table(path, page_checksum_verification=True)
+        facts = json.loads(table.schema.metadata[b"facts"])
         count = members.stop - members.start
+        columns = {name: table[name].combine_chunks() for name in table.column_names}
         values = tuple(
-            table[f"value{k}"]
-            .combine_chunks()
-            .values.to_numpy()[: count * math.prod(shape)]
-            .reshape(count, *shape)
-            for k, shape in enumerate(shapes)
+            np.asarray(columns.pop(f"value{k}").flatten())[: count * math.prod(shape)].reshape(
+                count, *shape
+            )
+            for k, shape in enumerate(facts["shapes"])
         )
-        columns = (table[name].to_numpy() for name in ("failed", "passes"))
-        return values, *columns, {int(member): text for member, text in messages.items()}
+        failed, passes = (np.asarray(columns.pop(name)) for name in ("failed", "passes"))
+        messages = {int(member): str(text) for member, text in facts["messages"].items()}
+        rows = values, failed, passes, messages
+        if facts["digest"] != self._digest_of(members, rows) or columns:
+            raise ValueError("not what was written")
+        return rows
 
     def save(
         self, members: slice, values: tuple[Array, ...], failed: Any, passes: Any,
@@ -129,10 +161,34 @@ class Folder:
                 pa.array(flat.ravel()), flat.shape[1]
             )
         columns |= {"failed": pa.array(failed), "passes": pa.array(passes)}
-        shapes = json.dumps([list(value.shape[1:]) for value in values])
-        about = {"shapes": shapes, "messages": json.dumps(messages)}
-        table = pa.table(columns).replace_schema_metadata(about)
-        self._write(self._file(members), lambda target: pq.write_table(table, target))
+        facts = {
+            "shapes": [list(value.shape[1:]) for value in values],
+            "messages": messages,
+            "digest": self._digest_of(members, (values, failed, passes, messages)),
+        }
+        table = pa.table(columns).replace_schema_metadata({"facts": json.dumps(facts)})
+        path = self._file(members)
+        try:
+            write_whole(path, lambda to: pq.write_table(table, to, write_page_checksum=True))
+        except IsADirectoryError:
+            return  # computed again by each call, which says so
+        except OSError as error:
+            raise OSError(
+                error.errno,
+                f"{error.strerror}: a file of the ensemble could not be written. Make room; the "
+                f"next call goes on from what is in the folder",
+                str(path),
+            ) from error
+
+    def _digest_of(self, members: slice, rows: Rows) -> str:
+        """A digest of what a file was computed from, and of all that it holds."""
+        values, failed, passes, messages = rows
+        digest = hashlib.sha256(self._digest(members).encode())
+        for array in (*values, failed, passes):
+            digest.update(f"{array.dtype.str}{array.shape}".encode())
+            digest.update(np.ascontiguousarray(array).tobytes())
+        digest.update(repr(sorted(messages.items())).encode())
+        return digest.hexdigest()
 
     def _file(self, members: slice) -> Path:
         return self.path / f"{self._digest(members)}.parquet"
@@ -143,15 +199,3 @@ class Folder:
             part = np.ascontiguousarray(values[members])
             digest.update(f"{name}{part.shape}".encode() + part.tobytes())
         return digest.hexdigest()[:32]
-
-    def _write(self, path: Path, write: Any) -> None:
-        handle, partial_name = tempfile.mkstemp(dir=self.path, suffix=".partial")
-        os.close(handle)
-        target = Path(partial_name)
-        try:
-            write(target)
-            target.chmod(0o644)
-            target.replace(path)
-        except BaseException:
-            target.unlink(missing_ok=True)
-            raise

@@ -49,6 +49,7 @@ def integrate_ensemble(
     progress: bool | None = None,
     *,
     tolerance: float | None = None,
+    version: str | None = None,
 ) -> Ensemble:
     """Integrate n members of ``problem`` from their own starts, as `galvi.integrate` would.
 
@@ -68,6 +69,9 @@ def integrate_ensemble(
                 computes only what is not there; needs pyarrow
     progress    True shows a progress bar of members
     tolerance   as for `galvi.integrate`
+    version     of your functions, for a folder: a text that you change with their code. Asked for
+                where a function is called (``keep``, or one of the system that could not be
+                traced), since what it calls in turn cannot be known
 
     Returns an `Ensemble`. A member is equal to a run of `galvi.integrate` up to round-off, and has
     the same bits in every ensemble, order, thread and process on one kind of processor. One whose
@@ -82,7 +86,9 @@ def integrate_ensemble(
     shows = progress is not None and input_checks.flag("progress", progress)
     work = _Work(problem, q0, v0, method, step, steps, parameters, keep, tolerance)
     workers = workers_of(executor, processors())
-    store = None if folder is None else Folder(folder, *work.identity())
+    if version is not None and not isinstance(version, str):
+        raise TypeError(f"version must be a text, or None; received {shown(version)}.")
+    store = None if folder is None else Folder(folder, *work.identity(), version)
     with ExitStack() as stack:
         bar = None
         if shows:
@@ -139,11 +145,10 @@ class _Work:
     def identity(self) -> tuple[Any, dict[str, Array]]:
         """What files are named by: what all members share, and what each has."""
         kept = self.function if self.keep is None else self.keep
-        numbers = (self.own.constants, self.own.mass) if self.law is not None else ()
-        facts = (
-            self.problem.system, self.law, numbers, self.method, self.plan.steps, self.plan.t0,
-            self.tolerance, kept,
-        )  # fmt: skip
+        system: Any = self.problem.system
+        if self.law is not None:  # its text says all of a function that was traced
+            system = self.law, self.own.constants, self.own.mass
+        facts = system, self.method, self.plan.steps, self.plan.t0, self.tolerance, kept
         given = {f"parameters/{name}": array for name, array in self.parameters.values.items()}
         return facts, {"q": self.q, "v": self.v, "step": self.step, **given}
 
@@ -161,13 +166,16 @@ class _Work:
                 missing.append(members)
             else:
                 count(members.stop - members.start)
+        if missing and store is not None:
+            store.make_writable()
         for members, kept in self.computed(missing, executor, workers):
             self.take(members, kept)
             if store is not None:
                 self.saved(store, members)
             count(members.stop - members.start)
         values = tuple(read_only(value) for value in self.values)
-        return Ensemble(values, self.failed, self.messages, self.passes)
+        files = "" if store is None else store.summary(len(missing))
+        return Ensemble(values, self.failed, self.messages, self.passes, files)
 
     def first_size(
         self, executor: Any, workers: int, store: Folder | None, count: Callable[[int], Any]
@@ -176,8 +184,10 @@ class _Work:
         self.begun = 0
         if self.law is None:
             return PROBE if store is None else store.members_of_a_file(PROBE)
-        if store is not None and store.known:
-            return store.members_of_a_file(PROBE)
+        if store is not None:
+            if store.known:
+                return store.members_of_a_file(PROBE)
+            store.make_writable()
         probe = slice(0, min(PROBE, self.members))
         ((_, kept),) = self.computed([probe], executor, workers)
         assert kept is not None

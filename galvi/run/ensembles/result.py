@@ -20,6 +20,7 @@ class Ensemble:
     failed_step  (n,) the step that failed, from 1; 0 for none
     messages     member -> how it ended, where that is not just "Completed."
     iterations   (n,) passes of the iterations of all steps
+    files        how many files of a folder were loaded, computed or damaged; "" without a folder
 
     ``np.asarray(result)`` is the array that was kept, with the members in front; several are put
     side by side, along a second axis if they have the same shape. ``result[k]`` is the k-th of
@@ -30,6 +31,7 @@ class Ensemble:
     failed_step: Any
     messages: dict[int, str]
     iterations: Any
+    files: str = ""
 
     def __len__(self) -> int:
         return len(self.kept) if len(self.kept) > 1 else self.members
@@ -64,4 +66,6 @@ class Ensemble:
 
     def __repr__(self) -> str:
         shapes = ", ".join(str(part.shape) for part in self.kept)
-        return f"Ensemble({self.members} members, {int(self.success.sum())} completed: {shapes})"
+        files = f"; {self.files}" if self.files else ""
+        done = int(self.success.sum())
+        return f"Ensemble({self.members} members, {done} completed: {shapes}{files})"
