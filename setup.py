@@ -3,22 +3,35 @@
 An editable install finds all of them where they are.
 """
 
+import re
+import runpy
 import sys
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
 SUITE = ("references", "benchmarks", "reports")
 DATA = ("py.typed", "*.csv", "*.bib", "*.css", "*.js", "*.j2", "*.mplstyle", "*.png", "data/*.csv")
 
+TOP = Path(__file__).parent
+INFO = TOP / "PKG-INFO"  # of an unpacked sdist, which git does not know
+
+release = runpy.run_path(str(TOP / "galvi" / "release.py"))
+version = release["version_in_git"](TOP) or (
+    re.search(r"^Version: (.*)$", INFO.read_text(encoding="utf-8"), re.MULTILINE)[1]
+    if INFO.is_file() else f"{release['RELEASE']}+unknown"
+)  # fmt: skip
+
 everything = find_packages(include=[f"{name}{rest}" for name in ("galvi", *SUITE)
                                     for rest in ("", ".*")])  # fmt: skip
 if "editable_wheel" in sys.argv:
-    setup(packages=everything, package_dir={"": "."})
+    setup(version=version, packages=everything, package_dir={"": "."})
 else:
     names = {
         name: name if name.startswith("galvi") else f"galvi._suite.{name}" for name in everything
     }
     setup(
+        version=version,
         packages=list(names.values()),
         package_dir={new: name.replace(".", "/") for name, new in names.items()},
         package_data={new: list(DATA) for new in names.values()},

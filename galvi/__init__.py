@@ -15,7 +15,6 @@ from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elem
 from galvi.diagnostics.round_trip import round_trip_error
 from galvi.diagnostics.symplecticity import step_derivative, symplecticity_defect
 from galvi.doors.citations import Citation, cite
-from galvi.doors.citations import galvi_version as _version
 from galvi.doors.from_mujoco import from_mujoco
 from galvi.doors.judge import Judged, judge
 from galvi.doors.plots import plot as _plot
@@ -35,6 +34,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.recommend.recommend import recommend
 from galvi.recommend.recommendation import Recommendation
+from galvi.release import galvi_version as _version
 from galvi.rules.clenshaw_curtis import clenshaw_curtis
 from galvi.rules.composite import composite
 from galvi.rules.gauss import gauss

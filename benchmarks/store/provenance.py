@@ -13,8 +13,9 @@ from pathlib import Path
 from llvmlite import binding
 from numba import config
 
+from galvi.release import galvi_version
+
 ENGINES = (
-    "galvi",
     "numpy",
     "scipy",
     "numba",
@@ -50,7 +51,7 @@ def provenance(command: str | None = None) -> dict[str, str]:
 
 def versions() -> dict[str, str]:
     """The installed version of each engine, or 'not installed'."""
-    found = {}
+    found = {"galvi": galvi_version()}
     for name in ENGINES:
         try:
             found[name] = metadata.version(name)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 
 from galvi.input_checks import shown
 from galvi.method import Galerkin
+from galvi.release import galvi_version
 from galvi.trajectory import Trajectory
 
 # The words in the name of a method or the source of a problem, and what they call for.
@@ -44,14 +44,6 @@ class Citation:
 
     def __str__(self) -> str:
         return f"{self.sentence}\n\n{self.bibtex}"
-
-
-def galvi_version() -> str:
-    """The version that is installed; "unknown" in a folder that was not installed."""
-    try:
-        return version("galvi")
-    except PackageNotFoundError:
-        return "unknown"
 
 
 def cite(run: Trajectory) -> Citation:

@@ -5,13 +5,16 @@ r"""The numbers of README and pages as macros of LaTeX: numbers.tex.
 
 from __future__ import annotations
 
+import datetime
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
 
-from galvi.doors.citations import entries, galvi_version
+from benchmarks.store.provenance import commit
+from galvi.doors.citations import entries
+from galvi.release import galvi_version
 from reports.results.origins import read_origins
 from reports.tables.latex import escape, number
 from reports.tables.number_format import known
@@ -46,7 +49,9 @@ def numbers(out: Path) -> str:
 def bibliography() -> str:
     """cite.bib: galvi, both papers, and every code that takes part, for any style of BibTeX."""
     found = "\n\n".join(entries().values()).replace("VERSION", galvi_version())
-    return found.replace("@software{", "@misc{") + "\n"
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    entry = f"@misc{{galvi,\n  date = {{{today}}},\n  note = {{commit {commit()[:12]}}},"
+    return found.replace("@software{galvi,", entry).replace("@software{", "@misc{") + "\n"
 
 
 Line = tuple[str, str, str]  # name, value, what it is

@@ -8,6 +8,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
 import zipfile
 from pathlib import Path
@@ -15,7 +16,11 @@ from pathlib import Path
 import pytest
 import yaml
 
+import galvi
+from benchmarks.store.provenance import provenance
 from galvi.kernels.compile.cache import FOLDER
+from galvi.release import RELEASE, version_in_git
+from reports.tables.macros import bibliography
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = {".py", ".typed", ".csv", ".bib", ".css", ".js", ".j2", ".mplstyle", ".png"}
@@ -33,13 +38,9 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
         return built & set(names) | ignored
 
     shutil.copytree(ROOT, folder / "source", ignore=leave_out)
-    build = "from setuptools.build_meta import build_wheel; build_wheel('..')"
-    result = subprocess.run(
-        [sys.executable, "-c", build], cwd=folder / "source", capture_output=True, text=True
-    )
-    assert result.returncode == 0, result.stdout + result.stderr
-    (built,) = folder.glob("*.whl")
-    zipfile.ZipFile(built).extractall(folder / "unpacked")
+    built(folder / "source", "build_wheel", folder)
+    (path,) = folder.glob("*.whl")
+    zipfile.ZipFile(path).extractall(folder / "unpacked")
     return folder / "unpacked"
 
 
@@ -223,9 +224,75 @@ def test_every_requirement_has_a_pinned_version() -> None:
 
 
 def test_the_version_is_the_same_wherever_it_is_written() -> None:
-    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
-    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
-    assert f"\n## {version}" in (ROOT / "CHANGELOG.md").read_text()
+    assert f"\nversion: {RELEASE}\n" in (ROOT / "CITATION.cff").read_text()
+    assert f"\n## {RELEASE}" in (ROOT / "CHANGELOG.md").read_text()
+    now = galvi.__version__
+    assert now.startswith(RELEASE) and provenance()["galvi"] == now
+    run = galvi.integrate(
+        galvi.problems.kepler(), galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2)), 0.1, 1
+    )
+    assert f"galvi {now} " in galvi.cite(run).sentence and f"{{{now}}}" in bibliography()
+
+
+@pytest.mark.parametrize(
+    ("commands", "version"),
+    [
+        ([], "{release}.dev0+g{commit}"),
+        (["tag v2.3.4"], "2.3.4"),
+        (["tag v2.3.4", "tag other"], "2.3.4"),
+        (["tag v2.3.4", "commit --allow-empty -m more"], "{release}.dev0+g{commit}"),
+        (["tag v2.3.4", None], "2.3.4+dirty"),
+        ([None], "{release}.dev0+g{commit}.dirty"),
+    ],
+)
+def test_the_version_is_that_of_the_tag_or_the_commit(
+    commands: list[str | None], version: str, tmp_path: Path
+) -> None:
+    git(tmp_path, "init", "-q")
+    (tmp_path / "file").write_text("1")
+    git(tmp_path, "add", "file")
+    git(tmp_path, "commit", "-q", "-m", "first")
+    for command in commands:
+        if command is None:
+            (tmp_path / "file").write_text("2")
+        else:
+            git(tmp_path, *command.split())
+    said = subprocess.run(
+        ["git", "-C", str(tmp_path), "rev-parse", "HEAD"], capture_output=True, text=True
+    ).stdout[:12]
+    assert version_in_git(tmp_path) == version.format(release=RELEASE, commit=said)
+    assert version_in_git(tmp_path / "file") == ""
+
+
+def test_an_sdist_builds_the_same_wheel(tmp_path: Path, wheel: Path) -> None:
+    """Its version is that of the commit, although no git is there; wheels of both are equal."""
+    clone = tmp_path / "clone"
+    git(ROOT, "clone", "-q", "--no-hardlinks", str(ROOT), str(clone))
+    expected = version_in_git(clone)
+    assert "+g" in expected and "dirty" not in expected
+    built(clone, "build_sdist", tmp_path)
+    (archive,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(archive) as packed:
+        packed.extractall(tmp_path / "sdist", filter="data")
+    (source,) = (tmp_path / "sdist").iterdir()
+    built(source, "build_wheel", tmp_path)
+    (path,) = tmp_path.glob("*.whl")
+    assert expected.replace("+", "-") in path.name.replace("+", "-")
+    names = {name for name in zipfile.ZipFile(path).namelist() if ".dist-info/" not in name}
+    built(clone, "build_wheel", tmp_path / "other")
+    (other,) = (tmp_path / "other").glob("*.whl")
+    assert names == {x for x in zipfile.ZipFile(other).namelist() if ".dist-info/" not in x}
+    assert other.name == path.name
+
+
+def built(source: Path, what: str, folder: Path) -> None:
+    """Build an sdist or a wheel of a source tree into a folder."""
+    folder.mkdir(exist_ok=True)
+    build = f"from setuptools.build_meta import {what}; {what}({str(folder)!r})"
+    result = subprocess.run(
+        [sys.executable, "-c", build], cwd=source, capture_output=True, text=True
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
 
 
 def normal(requirement: str) -> str:
