@@ -10,7 +10,7 @@ from importlib import metadata
 from pathlib import Path
 
 RELEASE = "0.1.0"
-DESCRIBE = ("describe", "--always", "--dirty", "--abbrev=12", "--match=v[0-9]*")
+DESCRIBE = ("describe", "--tags", "--always", "--dirty", "--abbrev=12", "--match=v[0-9]*")
 
 
 def galvi_version() -> str:
