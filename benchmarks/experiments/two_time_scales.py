@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 import pandas as pd
 
@@ -22,6 +21,7 @@ import galvi
 from galvi import Problem
 from galvi.arrays import Array
 from references import DOP853, KEPLER
+from references.compiled import njit
 from references.scipy.ivp import TIGHT
 
 OMEGA = 50.0
@@ -32,12 +32,12 @@ ORBITS = 2.0
 WAVES, AS_MANY_UNKNOWNS, AS_MANY_POINTS = "waves", "as many unknowns", "as many points"
 
 
-@numba.njit(cache=True)
+@njit()
 def _potential(q: Array) -> float:
     return 0.5 * OMEGA**2 * q[1] ** 2 + 0.25 * ((q[0] - q[1]) ** 4 + (q[0] + q[1]) ** 4)
 
 
-@numba.njit(cache=True)
+@njit()
 def _gradient(q: Array) -> Array:
     out = np.empty(2)
     less, more = (q[0] - q[1]) ** 3, (q[0] + q[1]) ** 3

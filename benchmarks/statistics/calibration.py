@@ -10,13 +10,14 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from numba import njit
+
+from references.compiled import njit
 
 NAME = "pulls of 24 points, 1"  # changes with the work
 POINTS, PASSES = 24, 400
 
 
-@njit(cache=True)
+@njit()
 def work(x, passes):  # type: ignore[no-untyped-def]
     """Sum the inverse-square attractions of all pairs and move the points slightly, `passes` times.
 

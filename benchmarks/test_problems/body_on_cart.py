@@ -6,11 +6,11 @@ L = w . J w / 2 + m x'^2 / 2 + x' w . (c x R^T e1) - k x^2 / 2 + W e3 . R c,  ve
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 import galvi
 from galvi import Problem
 from galvi.arrays import Array
+from references.compiled import njit
 
 GROUP = galvi.Product((galvi.SO3(), galvi.Rn(1)))
 INERTIA = np.diag([4.8, 3.0, 3.8])
@@ -18,7 +18,7 @@ CENTRE = np.array([0.1, -0.2, 0.8])
 MASS, SPRING, WEIGHT = 3.0, 2.0, 9.81
 
 
-@njit(cache=True)
+@njit()
 def lagrangian(q: Array, v: Array) -> float:
     """L of (R by rows, x) and (w, x')."""
     w, rate = v[:3], v[3]
@@ -27,7 +27,7 @@ def lagrangian(q: Array, v: Array) -> float:
     return float(kinetic - 0.5 * SPRING * q[9] ** 2 + WEIGHT * np.sum(q[6:9] * CENTRE))
 
 
-@njit(cache=True)
+@njit()
 def slopes(q: Array, v: Array) -> Array:
     """dL/dv, then dL/dq by rows, (14,)."""
     w, rate = v[:3], v[3]

@@ -10,13 +10,13 @@ which is 0 where the frame's origin is the centre.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 import galvi
 from benchmarks.test_problems.coupled import Coupled
 from benchmarks.test_problems.newton_euler import NewtonEuler, cross
 from galvi import Problem
 from galvi.arrays import Array
+from references.compiled import njit
 
 MASS, SPRING = 2.0, 8.0
 INERTIA = np.diag([1.0, 2.0, 2.8])  # about the centre; L is of its diagonal alone
@@ -30,7 +30,7 @@ SETUP = (
 )
 
 
-@njit(cache=True)
+@njit()
 def lagrangian(q: Array, v: Array) -> float:
     """T - V of a configuration (4, 4) and (w, v)."""
     twice = weight = 0.0
@@ -44,7 +44,7 @@ def lagrangian(q: Array, v: Array) -> float:
     return 0.5 * twice + weight
 
 
-@njit(cache=True)
+@njit()
 def slopes(q: Array, v: Array) -> Array:
     """dL/dv (6,), then dL/dq (16,)."""
     out = np.zeros(22)

@@ -8,13 +8,13 @@ pivots.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 import galvi
 from benchmarks.test_problems.coupled import Coupled
 from benchmarks.test_problems.newton_euler import NewtonEuler, cross
 from galvi import Problem
 from galvi.arrays import Array
+from references.compiled import njit
 
 GROUP = galvi.Product((galvi.SO3(), galvi.SO3()))
 INERTIAS = np.array([np.diag([4.8, 3.0, 3.8]), np.diag([2.0, 2.4, 1.6])])
@@ -30,7 +30,7 @@ SETUP = (
 )
 
 
-@njit(cache=True)
+@njit()
 def lagrangian(q: Array, v: Array) -> float:
     """T - V of both attitudes by rows (18,) and both body velocities (6,)."""
     total, y = 0.0, APART.copy()
@@ -41,7 +41,7 @@ def lagrangian(q: Array, v: Array) -> float:
     return float(total - 0.5 * SPRING * np.sum(y * y))
 
 
-@njit(cache=True)
+@njit()
 def slopes(q: Array, v: Array) -> Array:
     """dL/dv (6,), then dL/dq (18,)."""
     out, y = np.zeros(24), APART.copy()

@@ -6,11 +6,11 @@ It rotates steadily, and its centre of mass falls on a parabola.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 import galvi
 from galvi import Problem
 from galvi.arrays import Array
+from references.compiled import njit
 
 MASS, INERTIA = 2.0, 1.5  # about the centre
 CENTRE = np.array([0.3, -0.2])  # from the frame's origin, in the frame
@@ -23,7 +23,7 @@ SETUP = (
 )
 
 
-@njit(cache=True)
+@njit()
 def lagrangian(q: Array, v: Array) -> float:
     """T - V for q = [[R, x], [0, 1]], (3, 3).
 
@@ -36,7 +36,7 @@ def lagrangian(q: Array, v: Array) -> float:
     return float(kinetic + MASS * (G[0] * x + G[1] * y))
 
 
-@njit(cache=True)
+@njit()
 def slopes(q: Array, v: Array) -> Array:
     """dL/dv (3,), then dL/dq (9,)."""
     out = np.zeros(12)

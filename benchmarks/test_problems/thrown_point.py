@@ -7,12 +7,12 @@ centre of mass moves on a parabola.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 import galvi
 from galvi import Problem, RigidBody
 from galvi.arrays import Array
 from references.closed_forms.free_top import FREE_TOP
+from references.compiled import njit
 
 MASS = 2.0
 INERTIA = np.diag([1.0, 2.0, 2.8])  # about the centre
@@ -27,7 +27,7 @@ SETUP = (
 )
 
 
-@njit(cache=True)
+@njit()
 def lagrangian(q: Array, v: Array) -> float:
     """T - V for q = (R by rows, position y of the point), v = (w, y'); the centre is y - R POINT.
 
@@ -41,7 +41,7 @@ def lagrangian(q: Array, v: Array) -> float:
     )  # fmt: skip
 
 
-@njit(cache=True)
+@njit()
 def slopes(q: Array, v: Array) -> Array:
     """dL/dv (6,), then dL/dq (12,)."""
     out = np.empty(18)

@@ -13,6 +13,7 @@ from numba.core.errors import NumbaError
 from numba.core.registry import CPUDispatcher
 
 from galvi.arrays import Array
+from references.compiled import njit as cached
 
 Function = Callable[..., Any]
 
@@ -109,7 +110,7 @@ def _sum(first: Function, second: Function) -> Function:
 
 @lru_cache(maxsize=64)
 def _compiled(formula: Function, signature: Any) -> Function:
-    compiled: Function = njit(signature, cache=True, _nrt=False, **OPTIONS)(formula)
+    compiled: Function = cached(signature, _nrt=False, **OPTIONS)(formula)
     return compiled
 
 

@@ -12,11 +12,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
+from references.compiled import njit
 from references.forces.force import FUNCTION, OPTIONS
 
-jit: Any = njit(cache=True, **OPTIONS)
+jit: Any = njit(**OPTIONS)
 ROW, ROWS = types.float64[::1], types.float64[:, ::1]
 STAGES = 12
 SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
@@ -123,4 +124,4 @@ SIGNATURE = types.void(
 
 def compiled() -> Any:
     """``fall``, compiled once and kept on disk."""
-    return njit(SIGNATURE, cache=True, **OPTIONS)(fall)
+    return njit(SIGNATURE, **OPTIONS)(fall)

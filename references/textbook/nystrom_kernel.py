@@ -19,8 +19,9 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from numba import njit, types
+from numba import types
 
+from references.compiled import njit
 from references.forces.force import FUNCTION, OPTIONS, VECTOR
 
 MATRIX, WHOLE, REAL = types.float64[:, ::1], types.int64, types.float64
@@ -82,5 +83,5 @@ def advance(
 @cache
 def compiled() -> Callable[..., Any]:
     """One compilation, kept on disk, for every formula and every user's jitted functions."""
-    kernel: Callable[..., Any] = njit(SIGNATURE, cache=True, _nrt=False, **OPTIONS)(advance)
+    kernel: Callable[..., Any] = njit(SIGNATURE, _nrt=False, **OPTIONS)(advance)
     return kernel

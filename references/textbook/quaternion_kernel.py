@@ -17,11 +17,12 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
+from references.compiled import njit
 from references.forces.force import OPTIONS
 
-jit: Any = njit(cache=True, **OPTIONS)
+jit: Any = njit(**OPTIONS)
 WHOLE, REAL = types.int64, types.float64
 ROW, ROWS = types.float64[::1], types.float64[:, ::1]
 TURNING = (ROW, ROW, ROW, types.boolean, ROW)
@@ -194,5 +195,5 @@ def compiled(name: str) -> Callable[..., Any]:
     """'rk4' or 'dop853', compiled once and kept on disk."""
     sources: dict[str, Any] = {"rk4": (rk4, RK4_SIGNATURE), "dop853": (dop853, DOP853_SIGNATURE)}
     source, signature = sources[name]
-    kernel: Callable[..., Any] = njit(signature, cache=True, **OPTIONS)(source.py_func)
+    kernel: Callable[..., Any] = njit(signature, **OPTIONS)(source.py_func)
     return kernel
