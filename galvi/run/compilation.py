@@ -10,7 +10,7 @@ from typing import Any
 
 from numba.core import event
 
-from galvi.kernels.compile.cache import use_locks
+from galvi.kernels.compile.cache import KernelCache, use_locks
 
 PATIENCE = 180.0  # seconds: more than the longest compilation takes on a busy machine
 # Processor time in seconds to compile each entry point of a kernel and all it calls, measured with
@@ -25,6 +25,10 @@ SECONDS = {
     "galvi.kernels.on_group.advance.advance_group": 21,
     "galvi.kernels.on_group.solve.guess_curve": 12,  # the rest of it is interpreted
 }
+ONCE = "once; later runs load it"
+IN_EACH_PROCESS = (
+    "in each process, since no folder for it can be written; set NUMBA_CACHE_DIR to one that can"
+)
 LOG = logging.getLogger("galvi")
 
 
@@ -45,10 +49,12 @@ class CompilationNotice(event.Listener):
         name = f"{function.__module__}.{function.__qualname__}"
         if self._depth == 0 and name in SECONDS and name not in self._said:
             self._said.add(name)
+            kept = isinstance(event.data["dispatcher"]._cache, KernelCache)
             LOG.warning(
                 "galvi is compiling a kernel for this kind of system: about %d s of processor "
-                "time, once; later runs load it.",
+                "time, %s.",
                 SECONDS[name],
+                ONCE if kept else IN_EACH_PROCESS,
             )
         self._depth += 1
 
