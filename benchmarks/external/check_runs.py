@@ -10,7 +10,8 @@ OFF       largest error of q, and of p, there, at half time and at the end, rela
 CLAIMED   the error it claims there
 ORDER     the same errors at intermediate steps, where it declares its order and offers steps
 energy, angular momentum
-          relative changes from the problem's start at times t of a long run, at its finest setting
+          relative changes from the problem's start at times t of a long run, at its finest setting,
+          at random steps, twice (n = 1, 2): evenly spaced ones may beat with the motion
 FAILED    number of failed runs and answers; status names them
 """
 
@@ -28,13 +29,20 @@ from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.external.worker import equal_steps
 from benchmarks.measures import independent_invariants
 from benchmarks.store.frames import frame, row
-from benchmarks.work_precision.participants import FEWEST, finest, readable_setting, sampled
+from benchmarks.work_precision.participants import (
+    FEWEST,
+    offered_settings,
+    readable_setting,
+    sampled,
+)
 from galvi import NBody, Problem, Trajectory
 from galvi.arrays import Array
 
 ERROR, CLAIMED, ORDER, FAILED = "error", "claimed error", "error in between", "failed"
 OFF = {"configuration": "share of the way, q", "momenta": "share of the way, p"}
-PARTS = 200  # equal parts of a long run
+PARTS = 200  # equal parts of a long run, or up to OVER times as many
+OVER, CHOICE = 20, 4  # one in CHOICE of their ends is looked at
+SEEDS = (1, 2)
 POINTS, LEAST, MOST = 9, 4.0, 2.0  # step sizes: number, least overall factor, largest ratio
 COARSE, FEW = 1e-2, 10  # largest error and least number of steps in the search for longer steps
 
@@ -143,9 +151,12 @@ def _changes(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict
     if not check.kept:
         return
     problem = check.watched or check.problem
-    setting = finest(external, problem, check.long, PARTS)
-    if setting is None:
+    offered = offered_settings(external, problem, check.long, PARTS)
+    if not offered:
         return
+    steps = round(check.long / offered[-1]["step"]) if "step" in offered[-1] else PARTS * OVER
+    parts = PARTS * max(1, min(OVER, steps // PARTS))
+    setting = sampled(check.long, offered[-1], parts)
     label = readable_setting(setting)
     run = _run(external, problem, check.long, setting)
     q, p = (
@@ -156,11 +167,25 @@ def _changes(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict
     for name in check.kept:
         start, *values = formulas[name](problem, q, p).reshape(len(q), -1)
         change, size = np.linalg.norm(values - start, axis=-1), np.linalg.norm(start)
-        for t, error in zip(run.t, change / size, strict=True):
-            yield row(
-                study=check.problem.name, quantity=name, label=label, t=t, value=error,
-                status=_status(run),
-            )  # fmt: skip
+        for seed in SEEDS:
+            t, seen = at_random(run.t, change / size, seed)
+            for time, error in zip(t, seen, strict=True):
+                yield row(
+                    study=check.problem.name, quantity=name, label=label, t=time, value=error,
+                    n=seed, status=_status(run),
+                )  # fmt: skip
+
+
+def at_random(t: Array, values: Array, seed: int) -> tuple[Array, Array]:
+    """One of each CHOICE successive values at random, and the middle of their times; all values
+    where there are fewer than CHOICE in a part."""
+    groups = (t.size - 1) // CHOICE  # the first is the start
+    if groups * CHOICE <= PARTS:
+        return t, values
+    chosen = np.random.default_rng(seed).integers(CHOICE, size=groups)
+    first = 1 + CHOICE * np.arange(groups)
+    middle = np.mean(t[1 : 1 + CHOICE * groups].reshape(groups, CHOICE), axis=1)
+    return middle, values[first + chosen]
 
 
 def _run(

@@ -1,10 +1,10 @@
 """Trend and growth of an error over a long run.
 
 An error that neither drifts nor grows is a stationary series: its mean and its maxima over a period
-stay. Both are taken over short segments and fitted by a line in time. The fit's weights vanish
-smoothly at the ends of the run, so that an oscillation hardly leaks into the slope. The standard
-error comes from the tapered block bootstrap of the residuals (Paparoditis and Politis 2001): its
-variance over all resamples is known in closed form, so that nothing is drawn.
+stay. Both are smoothed over some periods and fitted by a line in time. The weights of both vanish
+smoothly, so that an oscillation hardly leaks into the slope, nor its beat with the segments. The
+standard error comes from the tapered block bootstrap of the residuals (Paparoditis and Politis
+2001): its variance over all resamples is known in closed form, so that nothing is drawn.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from galvi.arrays import Array
 
 LEAST = 40  # fewest times, and fewest segments where there are as many
 SEGMENT = 10  # fewest times in a segment where there are as many
+WIDTH = 4  # segments over which means are taken
 BLOCKS = 10  # consecutive blocks of the bootstrap in a run
 EVEN = 1e-6  # relative tolerance for equal distances of times
 
@@ -61,10 +62,17 @@ def drift(t: Array, errors: Array) -> Drift:
     segment = min(max(math.ceil(period(y)), SEGMENT), t.size // LEAST)
     maxima = maximum_filter1d(np.abs(y), segment)
     trend, growth = (
-        change(np.mean(one[t.size % segment :].reshape(-1, segment), axis=1))
-        for one in (y, maxima / np.mean(maxima))
+        [t.size / (segment * means.size) * x for x in change(means)]
+        for means in (smooth(y, segment), smooth(maxima / np.mean(maxima), segment))
     )
     return Drift(*trend, *growth, largest)
+
+
+def smooth(y: Array, segment: int) -> Array:
+    """Means of y, one for each segment, with weights that reach over WIDTH of them."""
+    weights = np.hanning(WIDTH * segment + 2)[1:-1]
+    means = np.convolve(y, weights / np.sum(weights), "valid")
+    return means[(means.size - 1) % segment :: segment]
 
 
 def period(y: Array) -> float:
