@@ -16,6 +16,7 @@ from galvi.kernels.on_group.advance import STREAK, advance_group, compiled_advan
 from galvi.kernels.on_group.stages import Basis
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.run.coupling import coupled_layout
 from galvi.run.engine import Call
 from galvi.run.group_system import group_system
 from galvi.run.law_stepper import group_law_stepper, has_group_law, has_law, law_stepper
@@ -41,7 +42,7 @@ def general_stepper(
     system: Any = group_system(problem, method)
     field, law = _law(system, traces(system))
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
-    layout, chart = system.group.layout, method.group_chart
+    layout, chart = coupled_layout(system, problem), method.group_chart
     basis = _basis(method.table, degrees_of(method, system.group.dimension))
     plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
 

@@ -23,6 +23,7 @@ from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom.solve import FORCES
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.run.coupling import coupled_layout
 from galvi.run.engine import Call
 from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
 from galvi.run.run_arrays import CALLED, FORCES_IN_LANES, RunArrays, run_plan
@@ -238,7 +239,7 @@ def group_law_stepper(
 ) -> Call:  # fmt: skip
     """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
     system: Any = problem.system
-    layout, chart = system.group.layout, method.group_chart.number
+    layout, chart = coupled_layout(system, problem), method.group_chart.number
     lanes = lanes_for(method.stages)
     tables, complement, others = group_law_tables(method.table, step, lanes)
     d, padded, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2

@@ -9,10 +9,12 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import galvi
+from galvi.run import coupling
 
 TINY = (0.0, 1e-300, 1e-16, 1e-9)
 CHARTS = (galvi.Cayley(), galvi.Exponential(), galvi.ModifiedRodrigues())
@@ -81,3 +83,36 @@ def test_what_rests_is_stepped_in_ensembles(kind: str, turning: Any, members: li
     q, v = (np.array([getattr(p, name) for p in problems]) for name in ("q0", "v0"))
     found = galvi.integrate_ensemble(problems[0], q, v, method(CHARTS[0]), STEP, STEPS)
     assert set(found.status) == {"Completed."}
+
+
+@pytest.mark.parametrize("size", [1e6, 1e12])
+@pytest.mark.parametrize("solver", ["auto", "newton", "ensemble"])
+def test_what_no_mass_couples_is_solved_as_if_alone(size: float, solver: str) -> None:
+    """Beside a motion that is larger by any factor, in other units, say."""
+    line = galvi.Rn(1)
+
+    def both(q: Any, v: Any) -> Any:
+        return 0.5 * v[0] ** 2 - 0.5 * q[0] ** 2 + small(q[1:], v[1:])
+
+    def small(q: Any, v: Any) -> Any:
+        return 0.5 * v[0] ** 2 - 0.25 * q[0] ** 4
+
+    alone = galvi.Problem(galvi.Lagrangian(small, line), [1.0], [0.0])
+    system = galvi.Lagrangian(both, galvi.Product((line, line)))
+    beside = galvi.Problem(system, [size, 1.0], [0.0, 0.0])
+    six = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
+    truth = galvi.integrate(alone, six, 0.5, 200).q[-1, 0]
+    if solver == "ensemble":
+        found = galvi.integrate_ensemble(beside, beside.q0, beside.v0, six, 0.5, 200)[0][0, 1]
+    else:
+        found = galvi.integrate(beside, six, 0.5, 200, solver=solver).q[-1, 1]
+    assert abs(found - truth) < 1e-12
+
+
+def test_the_floor_is_what_makes_them_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Planted: all factors are taken for coupled."""
+    monkeypatch.setattr(coupling, "SOME", -1.0)
+    coupling._coupled_layout.cache_clear()
+    with pytest.raises(AssertionError):
+        test_what_no_mass_couples_is_solved_as_if_alone(1e12, "newton")
+    coupling._coupled_layout.cache_clear()

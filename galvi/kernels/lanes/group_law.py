@@ -69,7 +69,7 @@ from galvi.kernels.lanes.law import TERMS, curve_of, terms_of, watch_stages
 from galvi.kernels.lanes.nbody import RECONSIDER, copy_rows
 from galvi.kernels.lie import product
 from galvi.kernels.lie.chart_functions import REACHES
-from galvi.kernels.lie.product import DIMENSION, ROTATIONS
+from galvi.kernels.lie.product import COUPLED, DIMENSION, ROTATIONS
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.solve import (
     DIVERGED,
@@ -102,14 +102,14 @@ def measure(layout, g, h, p0, work, numbers):
     Rotations have size 1. All translations of a factor share a size, that of its positions and
     displacements, and so do the momenta of its translations and of its rotations. An angular
     momentum is at least as large as what the displacements make of a momentum. No momentum is below
-    LEAST of the largest one: it may be round-off of it.
+    LEAST of the largest one that a mass couples to it: it may be round-off of that.
     """
     d = p0.size
     sizes, forces = numbers[d : 2 * d], work[rows(F, d)]
     xi, eta = work[rows(XI, d)], work[rows(ETA, d)]
     product.position_scale(layout, g, sizes)
     grow_scale(layout, xi, eta, h, sizes)
-    start, most = 0, 0.0
+    start = 0
     for factor in range(layout.shape[0]):
         turns, end = start + layout[factor, ROTATIONS], start + layout[factor, DIMENSION]
         moving, moment, way = 0.0, 0.0, 0.0
@@ -124,14 +124,32 @@ def measure(layout, g, h, p0, work, numbers):
             else:
                 moving = max(moving, size)
         moment = max(moment, moving * way)
-        most = max(most, moment, moving)
         for i in range(start, end):
             numbers[2 * d + i] = moment if i < turns else moving
             numbers[d + i] = 1.0 / sizes[i] if sizes[i] > 0.0 else 0.0
         start = end
-    for i in range(2 * d, 3 * d):
-        size = max(numbers[i], LEAST * most)
-        numbers[i] = 1.0 / size if size > 0.0 else 0.0
+    start, known, least = 0, -1, 0.0
+    for factor in range(layout.shape[0]):
+        if layout[factor, COUPLED] != known:
+            known = layout[factor, COUPLED]
+            least = LEAST * largest_momentum(layout, known, numbers[2 * d :])
+        for i in range(start, start + layout[factor, DIMENSION]):
+            size = max(numbers[2 * d + i], least)
+            numbers[2 * d + i] = 1.0 / size if size > 0.0 else 0.0
+        start += layout[factor, DIMENSION]
+
+
+@jit_noalloc
+def largest_momentum(layout, number, sizes):
+    """The largest size (d,) of factors that share this number, before it is inverted."""
+    start, size = 0, 0.0
+    for factor in range(layout.shape[0]):
+        end = start + layout[factor, DIMENSION]
+        if layout[factor, COUPLED] == number:
+            for i in range(start, end):
+                size = max(size, sizes[i])
+        start = end
+    return size
 
 
 @jit_inline

@@ -33,7 +33,7 @@ from numba.core import cgutils
 from galvi.kernels.lanes.law_pass import Pass, is_zero
 from galvi.kernels.lanes.values import Lane
 from galvi.kernels.lanes.vectors import DOUBLE, everywhere
-from galvi.kernels.lie.product import DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
+from galvi.kernels.lie.product import COUPLED, DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
 
 (XI, ETA, F, DEFECT, LOW_XI, LOW_F, LOW_N, BEFORE, N, VELOCITY, MU, PULLED, END,
  TIMES) = range(14)  # fmt: skip  # times d
@@ -218,6 +218,7 @@ class Chart:
 
     def __init__(self, layout, chart):
         self.number, self.factors, start, first = chart, [], 0, 0
+        self.coupled = [(*row, 0)[COUPLED] for row in layout]
         for row in layout:
             here = slice(start, start + row[DIMENSION])
             entries = slice(first, first + row[ENTRIES])

@@ -18,6 +18,7 @@ from galvi.kernels.lie.dispatch import by_number, modules_of
 
 GROUPS = modules_of(groups)
 NUMBER, DIMENSION, ENTRIES, ROTATIONS = 0, 1, 2, 3
+COUPLED = 4  # a further column in kernels of steps: factors that a mass couples share a number
 
 _place = by_number("place", GROUPS)
 _velocity = by_number("velocity", GROUPS)

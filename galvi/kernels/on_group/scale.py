@@ -2,7 +2,8 @@
 
 scale  (d,)  of each component: 1 for rotations, one for all positions of a factor, 0 if unknown;
              at least the smallest normal number, below which no change is small beside a motion,
-             and LEAST of the largest motion: what moves less may be round-off of the others
+             and LEAST of the largest motion that a mass couples to it: what moves less may be
+             round-off of that
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.compile.jit import jit_noalloc
-from galvi.kernels.lie.product import DIMENSION, ROTATIONS
+from galvi.kernels.lie.product import COUPLED, DIMENSION, ROTATIONS
 
 QUIET = 2.0**-47  # share of the largest rate below which changes may be round-off
 FAR = 16.0  # ratio of scales above which the larger one was a bad guess
@@ -20,18 +21,30 @@ ROUGH = 0.1  # share of its last Legendre terms from which on a motion is not re
 
 
 @jit_noalloc
+def fastest(layout, number, rate):
+    """The largest rate (d, s) at the first and last stage of factors that share this number."""
+    start, size = 0, 0.0
+    for factor in range(layout.shape[0]):
+        end = start + layout[factor, DIMENSION]
+        if layout[factor, COUPLED] == number:
+            for a in range(start, end):
+                size = max(size, abs(rate[a, 0]), abs(rate[a, rate.shape[1] - 1]))
+        start = end
+    return size
+
+
+@jit_noalloc
 def grow_scale(layout, place, rate, h, scale):
     """Increase scale (d,) of translations to the factor's largest place and h rate, (d, s)."""
-    start, least = 0, -1.0
+    start, known, least = 0, -1, 0.0
     for factor in range(layout.shape[0]):
         first, end = start + layout[factor, ROTATIONS], start + layout[factor, DIMENSION]
         start = end
         if first == end:
             continue
-        if least < 0.0:
-            for a in range(rate.shape[0]):
-                least = max(least, abs(rate[a, 0]), abs(rate[a, rate.shape[1] - 1]))
-            least *= LEAST * abs(h)
+        if layout[factor, COUPLED] != known:
+            known = layout[factor, COUPLED]
+            least = LEAST * abs(h) * fastest(layout, known, rate)
         size = least
         for i in range(first, end):
             for j in range(place.shape[1]):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from galvi.arrays import Array, read_only
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.run.coupling import coupled_layout
 from galvi.run.ensemble import processors
 from galvi.run.ensembles.chunk import Chunk, Kept
 from galvi.run.ensembles.folder import Folder
@@ -131,6 +133,9 @@ class _Work:
             self.why_alone = NO_LAW if found is None else NOT_ITERATED
         if found is not None and self.keep is not None and runs_in_lanes(*found, method):
             self.law, self.own = found
+            if self.law.layout:
+                layout = coupled_layout(problem.system, first).tolist()
+                self.law = replace(self.law, layout=tuple(map(tuple, layout)))
             self.numbers = self.parameters.numbers(self.law, self.own, slice(0, self.members))
         else:
             self.parameters.check()

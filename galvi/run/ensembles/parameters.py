@@ -127,7 +127,7 @@ class Parameters:
         for k in first:
             member = (members.start or 0) + int(k)
             made = law_of(self._checked_system(member), law.dimension)
-            if made is None or made[0] != law:
+            if made is None or made[0].lines != law.lines:
                 raise ValueError(
                     f"the parameters of member {member} give another law than the problem's; "
                     f"received {[values[k].tolist() for values in given.values()]}."

@@ -7,6 +7,7 @@ of galvi.kernels.lanes.members.steps.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils
@@ -125,9 +126,14 @@ class MemberGroup(MemberSteps, GroupPass):
         """1 over the sizes of xi and pi, as galvi.kernels.lanes.group_law.measure; low parts."""
         d, step = self.d, self.field("step")
         g = [self.field("q", i) for i in range(self.chart.entries)]
-        least = LEAST * abs(self.largest_of([ETA * d + i for i in range(d)]) * step)
-        momenta = []
-        for group, own, entries, rotations in self.chart.factors:
+        momenta: list[Any] = []
+        coupled: dict[int, list[int]] = {number: [] for number in self.chart.coupled}
+        for number, (_, own, _, _) in zip(self.chart.coupled, self.chart.factors, strict=True):
+            coupled[number] += [ETA * d + i for i in range(own.start, own.stop)]
+        least = {number: LEAST * abs(self.largest_of(rows) * step)
+                 for number, rows in coupled.items()}  # fmt: skip
+        for number, factor in zip(self.chart.coupled, self.chart.factors, strict=True):
+            group, own, entries, rotations = factor
             turns = range(own.start, own.start + rotations)
             ways = range(own.start + rotations, own.stop)
             sizes = []
@@ -140,17 +146,17 @@ class MemberGroup(MemberSteps, GroupPass):
             if ways:
                 way = abs(self.largest_of([ETA * d + i for i in ways]) * step)
                 moment = larger_size(moment, moving * way)
-                far = larger_size(least, way.same(group.position_scale(g[entries])))
+                far = larger_size(least[number], way.same(group.position_scale(g[entries])))
                 far = larger_size(far, way)
                 far = larger_size(far, self.largest_of([XI * d + i for i in ways]))
                 for i in ways:
                     self.keep("xi_sizes", (1.0 / far).where(far > 0.0, 0.0), i)
-            momenta += [(moment, turns), (moving, ways)]
-        most = momenta[0][0]
-        for size, _ in momenta:
-            most = larger_size(most, size)
-        for size, part in momenta:
-            size = larger_size(LEAST * most, size)
+            momenta += [(number, moment, turns), (number, moving, ways)]
+        most: dict[int, Any] = {}
+        for number, size, _ in momenta:
+            most[number] = larger_size(most.get(number, 0.0), size)
+        for number, size, part in momenta:
+            size = larger_size(LEAST * most[number], size)
             for i in part:
                 self.keep("pi_sizes", (1.0 / size).where(size > 0.0, 0.0), i)
         self.add_low_parts()
