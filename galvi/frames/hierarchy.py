@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -11,6 +12,8 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.problem import Problem
+
+NOTHING = Decimal("1e-800")  # in place of a mass or a distance of 0, which has no orbit
 
 Nested = Any  # a body's number or name, or a tuple of such parts, inner ones first
 
@@ -158,8 +161,8 @@ def hierarchy_of(problem: Problem, nested: Nested) -> Hierarchy:
         masses = np.concatenate([rounded(m), rounded(np.array(whole)), rounded(np.array(share))])
     places, speeds = (jacobi(problem, bodies, pairs, x) for x in (problem.q0, problem.v0))
     with extended_precision():  # near a parabola, 2 / r - v.v / mu cancels
-        Q, V, mu = places[1:], speeds[1:], np.array(whole)
-        r = np.array([x.sqrt() for x in np.sum(Q * Q, axis=1)])
+        Q, V, mu = places[1:], speeds[1:], np.array([max(x, NOTHING) for x in whole])
+        r = np.array([max(x.sqrt(), NOTHING) for x in np.sum(Q * Q, axis=1)])
         inverse = 2 / r - np.sum(V * V, axis=1) / mu
         cosine, sine = 1 - r * inverse, np.sum(Q * V, axis=1)  # e cos u, and e sin u times a root
         square = cosine * cosine + sine * sine * abs(inverse) / mu

@@ -57,8 +57,8 @@ class KeplerFrame:
             it leaves out move about the first part. None: the heaviest body and its planets
 
     Every body needs a bound orbit, and a step at most 1.27 revolutions of the fastest one, or 0.7
-    where that is nearly a parabola and a third body pulls. Two bodies alone are exact to rounding,
-    for any eccentricity below 1.
+    where that is nearly a parabola and there is a third body. Two bodies alone are exact to
+    rounding, that of the sum of their masses too, for any eccentricity below 1.
     """
 
     passes: int | None = None
@@ -125,13 +125,14 @@ class KeplerFrame:
                 f"the orbit of {bodies} is not bound any more, which the Kepler frame does not "
                 f"cover. Use another chart from there on."
             )
-        k = found.fastest
-        turns = abs(step) * math.sqrt(found.whole[k] / found.axes[k] ** 3) / (2.0 * math.pi)
-        far = float(np.max(_farthest(found, step)))
-        if turns < FARTHEST / (2.0 * math.pi) and (len(found.axes) == 1 or far < MOST):
-            return ""
+        turns = abs(step) * np.sqrt(found.whole / found.axes**3) / (2.0 * math.pi)
+        k, far = found.fastest, _farthest(found, step)
+        if turns[k] < FARTHEST / (2.0 * math.pi):
+            k = int(np.argmax(far))
+            if len(found.axes) == 1 or far[k] < MOST:
+                return ""
         return (
-            f"the step is {turns:.3g} revolutions of {_named(problem, found, k)}, more than the "
+            f"the step is {turns[k]:.3g} revolutions of {_named(problem, found, k)}, more than the "
             f"Kepler frame covers, which are 1.27, or 0.7 near a parabola. Use a smaller step."
         )
 

@@ -59,7 +59,7 @@ def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str
             low, before = steps, found
             if flat == FLAT and found.error < PERHAPS_ROUNDING * scan.size:
                 return high or steps, "" if high else "rounding decides"
-            if flat and math.isfinite(found.parted):
+            if flat and math.isfinite(found.parted) and not high:
                 return steps, PART
         if high and (high <= CLOSE * low or high - low <= 1):
             break

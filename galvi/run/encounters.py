@@ -15,13 +15,18 @@ from galvi.systems.nbody import NBody
 FAR = 1e100  # largest length whose square is safe from overflow
 SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
 MANY = 1e5  # parts of a step that nobody would wait for
-ADAPT = "Use chart=galvi.KeplerFrame(), or an integrator that adapts its steps"
+FRAME = "Use chart=galvi.KeplerFrame(), or "
+ADAPT = f"{FRAME}an integrator that adapts its steps"
 MEETING = 1e-12  # of their distance, at which bodies meet as far as rounding tells
 
 
 @np.errstate(all="ignore")
-def encounter(problem: Problem, system: NBody, stages: int, step: float, state: Array) -> str:
+def encounter(
+    problem: Problem, system: NBody, stages: int, step: float, state: Array, framed: bool = False
+) -> str:
     """The bodies for which the step from ``state`` failed, and the remedy, as a sentence.
+
+    framed  whether the run is in a frame already
 
     Either a body that is too far away, or the pair with the shortest time scale.
     """
@@ -35,6 +40,7 @@ def encounter(problem: Problem, system: NBody, stages: int, step: float, state: 
     if not distance[lost] < FAR:
         return f"body {names[lost]} is {distance[lost]:.1e} away. Remove it, or stop before then."
     i, j = np.triu_indices(len(masses), 1)
+    i, j = (x[masses[i] + masses[j] > 0.0] for x in (i, j))
     gap, speed = q[j] - q[i], v[j] - v[i]
     rate = np.sum(speed**2, axis=1)
     nearest = -np.sum(gap * speed, axis=1) / np.where(rate > 0.0, rate, 1.0)
@@ -49,7 +55,10 @@ def encounter(problem: Problem, system: NBody, stages: int, step: float, state: 
     bodies = f"bodies {names[i[pair]]} and {names[j[pair]]}"
     if not closest[pair] > MEETING * apart[pair]:
         return f"{bodies} collide. Stop before then, or merge them."
-    remedy = "Use a smaller step or a higher degree" if solvable > abs(step) / MANY else ADAPT
+    remedy = "Use a smaller step or a higher degree"
+    if not solvable > abs(step) / MANY:
+        energy = 0.5 * rate[pair] - mu[pair] / apart[pair]
+        remedy = ADAPT if energy < 0.0 and not framed else ADAPT.replace(FRAME, "Use ")
     return (
         f"{bodies} pass at a distance of about {closest[pair]:.1e}, where steps of up to about "
         f"{solvable:.1e} can be solved; received {abs(step):g}. {remedy}."

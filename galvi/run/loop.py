@@ -17,7 +17,7 @@ from galvi.run.batches import step_in_batches
 from galvi.run.energy_check import Judgement
 from galvi.run.engine import Engine, RunCurves
 from galvi.run.engine_choice import engine_for
-from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
+from galvi.run.interruption import Interrupted, Interrupts, defer_interrupts, uninterrupted
 from galvi.run.massless import MasslessError, massless_error
 from galvi.run.run_arrays import COUNTED, RunArrays
 from galvi.run.status import ending, judged
@@ -82,8 +82,10 @@ def run_steps(
             lambda: known.append(_checkpoint(start, work)),
         )  # fmt: skip
         found, unheard = judged(engine, *arguments, pressed)
-        states = [*known, _checkpoint(start, work)] if massless and work.done else []
-        light = partial(_massless_error, engine, problem, method, step, states)
+        light = None
+        if massless and work.done and not (unheard or pressed()):
+            states = [*known, _checkpoint(start, work)]
+            light, unheard = _massless_error(engine, problem, method, step, states, pressed)
         run = _trajectory(engine, *arguments, code, found, light, known)
         if (pressed() or unheard) and not run.interrupted:
             raise Interrupted(run)
@@ -93,7 +95,7 @@ def run_steps(
 def _trajectory(
     engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
     start: Checkpoint, work: RunArrays, code: int, found: Judgement,
-    light: Callable[[], MasslessError | None], known: list[Checkpoint],
+    light: MasslessError | None, known: list[Checkpoint],
 ) -> Trajectory:  # fmt: skip
     """The trajectory of a run whose last kernel call returned ``code``."""
     done, shape = work.done, problem.q0.shape
@@ -135,16 +137,25 @@ def _has_massless(problem: Problem) -> bool:
 
 
 def _massless_error(
-    engine: Engine, problem: Problem, method: Galerkin, step: float, states: list[Checkpoint]
-) -> MasslessError | None:
-    """The estimate for the bodies without mass from some states of a run; None without states."""
+    engine: Engine, problem: Problem, method: Galerkin, step: float, states: list[Checkpoint],
+    pressed: Interrupts,
+) -> tuple[MasslessError | None, bool]:  # fmt: skip
+    """The estimate for bodies without mass, and whether Ctrl-C ended it."""
     _, stages, solver_state = engine.start(problem, method)
 
     def steps_from(state: Checkpoint, n: int) -> Trajectory:
-        there = replace(state, stages=stages, solver_state=solver_state)
-        return run_steps(engine, problem, method, step / n, n, there, rescue=False)
+        there = Checkpoint(
+            -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
+        )
+        return run_steps(engine, problem, method, -step / n, n, there, watched=False)
 
-    return massless_error(steps_from, states) if states else None
+    try:
+        pressed.at_once = True
+        return massless_error(steps_from, states), False
+    except KeyboardInterrupt:
+        return None, True
+    finally:
+        pressed.at_once = False
 
 
 def _checkpoint(start: Checkpoint, work: RunArrays) -> Checkpoint:
@@ -160,11 +171,13 @@ def curves_of_steps(
     engine = engine_for(problem, method)
     if skipped:
         there = replace(start, save_every=skipped, curves=False)
-        before = uninterrupted(run_steps(engine, problem, method, step, skipped, there))
+        before = uninterrupted(
+            run_steps(engine, problem, method, step, skipped, there, watched=False)
+        )
         assert before.checkpoint is not None
         start = before.checkpoint
     begin = replace(start, save_every=1, curves=True)
-    run = uninterrupted(run_steps(engine, problem, method, step, count, begin))
+    run = uninterrupted(run_steps(engine, problem, method, step, count, begin, watched=False))
     assert run.curves is not None
     return run.curves
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -55,12 +54,12 @@ def judged(
 def ending(
     engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
     start: Checkpoint, work: RunArrays, code: int, found: Judgement,
-    light: Callable[[], MasslessError | None],
+    light: MasslessError | None,
 ) -> Ending:  # fmt: skip
     """The end of a run of ``steps`` steps whose last kernel call returned ``code``.
 
     found  what its energies say
-    light  what a step does to bodies without mass
+    light  what a step does to bodies without mass, where it was looked at
     """
     done = work.done
     ruined = None if found.ruined is None else max(found.ruined - start.first, 1)
@@ -84,7 +83,7 @@ def ending(
 
 def _completed(
     engine: Engine, problem: Problem, step: float, steps: int, work: RunArrays, found: Judgement,
-    ruined: int | None, light: Callable[[], MasslessError | None],
+    ruined: int | None, light: MasslessError | None,
 ) -> str:  # fmt: skip
     """COMPLETED, or what the energy, the passages of point masses and those without mass say."""
     passage = unresolved_passage(problem, step, work.passage)
@@ -97,7 +96,7 @@ def _completed(
     if passage:
         reasons.append(passage)
     if not reasons:
-        reasons = _off_without_mass(problem, light())
+        reasons = _off_without_mass(problem, light)
     if not reasons:
         if found.unjudged:
             return f"Completed, but the energy {_unjudged(found)}."
@@ -136,7 +135,7 @@ def _off_without_mass(problem: Problem, found: MasslessError | None) -> list[str
     body = body_names(problem, len(problem.q0))[found.body]
     return [
         f"a step changes the energy of the massless body {body} by about {found.share:.1g} of "
-        f"itself (an estimate, from {found.states} of the steps)"
+        f"v^2 / 2 + G M / r (an estimate, from {found.states} of the steps)"
     ]
 
 

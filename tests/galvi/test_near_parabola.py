@@ -182,3 +182,39 @@ def test_bodies_that_pass_are_not_said_to_collide() -> None:
         assert "collide" not in said and "at a distance of about 1.0e-07" in said, said
         assert adapt in said and "smaller step" not in said, said
     assert "Use a smaller step or a higher degree." in status(1e-2, 0.0, 0.1)
+
+
+@pytest.mark.parametrize("masses", [[1.0, 1.0, 1e-3], [1.0, 1.0, 0.0]])
+def test_a_body_on_a_barycentre_has_no_orbit_and_is_named(masses: list[float]) -> None:
+    q, v = np.zeros((3, 3)), np.zeros((3, 3))
+    q[:2, 0], v[:2, 1] = (-1.0, 1.0), (-0.5, 0.5)
+    problem = galvi.Problem(galvi.NBody(masses), q, v)
+    frame = galvi.Galerkin(
+        galvi.Polynomials(4), galvi.gauss(4), chart=galvi.KeplerFrame(hierarchy=((0, 1), 2))
+    )
+    with pytest.raises(ValueError, match="needs bound orbits"):
+        galvi.integrate(problem, frame, 0.1, 3)
+
+
+def test_the_body_that_is_too_near_a_parabola_for_a_step_is_named() -> None:
+    """Body 1 goes round in 2 pi, on a circle; body 2 is at a pericentre of 0.0012."""
+    q, v = np.zeros((3, 2)), np.zeros((3, 2))
+    q[1, 0], v[1, 1] = 1.0, 1.0
+    q[2, 1], v[2, 0] = 1.2 * (1.0 - 0.999), np.sqrt(1.999 / 0.001 / 1.2)
+    problem = galvi.Problem(galvi.NBody([1.0, 1e-9, 1e-9]), q, v)
+    said = galvi.KeplerFrame().leaves(problem, 1.1 * 2.0 * np.pi)
+    assert "revolutions of body 2" in said, said
+
+
+def test_massless_bodies_do_not_collide_and_unbound_ones_are_not_sent_to_the_frame() -> None:
+    q = np.array([[0.0, 0.0], [1.0, 0.0], [3.0, 2.0]])
+    v = np.array([[0.0, 0.0], [0.0, 1.0], [0.5, 0.0]])
+    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    run = galvi.integrate(galvi.Problem(galvi.NBody([1.0, 0.0, 0.0]), q, v), two, 10.0, 5)
+    assert "bodies 0 and 1" in run.status, run.status
+    passing = galvi.Problem(
+        galvi.NBody([1.0, 0.1]), [[0.0, 0.0], [-10.0, 1e-3]], [[0.0, 0.0], [1.0, 0.0]]
+    )
+    six = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
+    run = galvi.integrate(passing, six, 0.3, 60)
+    assert "KeplerFrame" not in run.status and "an integrator that adapts" in run.status, run.status

@@ -47,7 +47,12 @@ def _failure(
     )
     if isinstance(problem.system, NBody):
         where = encounter(
-            problem, problem.system, method.stages, step, work.state[:4, : problem.q0.size]
+            problem,
+            problem.system,
+            method.stages,
+            step,
+            work.state[:4, : problem.q0.size],
+            framed=True,
         )
         return f"{why}. In the inertial frame, {where}"
     return f"{why}. Use a smaller step, or another chart."
