@@ -45,11 +45,12 @@ class CompilationNotice(event.Listener):
 
     def on_start(self, event: Any) -> None:
         """Called before a function is compiled; those that it calls are compiled inside."""
-        function = event.data["dispatcher"].py_func
+        dispatcher = event.data["dispatcher"]
+        function = dispatcher.py_func
         name = f"{function.__module__}.{function.__qualname__}"
         if self._depth == 0 and name in SECONDS and name not in self._said:
             self._said.add(name)
-            kept = isinstance(event.data["dispatcher"]._cache, KernelCache)
+            kept = isinstance(getattr(dispatcher, "_cache", None), KernelCache)
             LOG.warning(
                 "galvi is compiling a kernel for this kind of system: about %d s of processor "
                 "time, %s.",

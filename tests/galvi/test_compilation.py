@@ -13,7 +13,7 @@ from galvi.run.compilation import LOG, SECONDS, CompilationNotice
 
 def called(name):
     module, _, function = name.rpartition(".")
-    return SimpleNamespace(py_func=getattr(importlib.import_module(module), function).py_func)
+    return getattr(importlib.import_module(module), function)
 
 
 def compiled(notice, *nested):
