@@ -2,7 +2,8 @@
 
 In a wheel the suite's folders lie in ``galvi/_suite``, in a checkout beside ``galvi``. That place
 comes first on the path, so that a user's own folders of these names are not imported instead, and
-the current folder last, for integrators and problems named on the command line.
+last the current folder, the root of its repository and a ``src`` in either, for integrators and
+problems named on the command line.
 """
 
 from __future__ import annotations
@@ -47,6 +48,14 @@ def unpickled_call(work: bytes) -> Any:
 
 
 def put_suite_first() -> None:
-    """The suite's place comes first on the path, the current folder last."""
-    place, here = str(SUITE if SUITE.is_dir() else HERE.parent), str(Path.cwd())
-    sys.path[:] = [place, *(one for one in sys.path if one not in (place, "", here)), here]
+    """The suite's place comes first on the path, last those of the caller's own modules."""
+    place, here = str(SUITE if SUITE.is_dir() else HERE.parent), Path.cwd()
+    top = next((one for one in (here, *here.parents) if (one / ".git").exists()), here)
+    found = places_in(top, here.relative_to(top))
+    own = [str(one) for one in found if one.is_dir() and str(one) != place]
+    sys.path[:] = [place, *(one for one in sys.path if one not in (place, "", *own)), *own]
+
+
+def places_in(top: Path, inner: Path) -> tuple[Path, ...]:
+    """Where modules of a repository are looked for, called from a folder in it."""
+    return tuple(dict.fromkeys((top / inner, top / inner / "src", top, top / "src")))

@@ -74,6 +74,32 @@ def samples_needed(benchmarks: int, level: float = LEVEL) -> int:
     return count
 
 
+def smallest_visible(
+    base: Sequence[float], benchmarks: int, size: float, level: float = LEVEL
+) -> float:
+    """The least relative growth of all times that would count beside this scatter of the base.
+
+    benchmarks  how many are compared
+    size        growth of the median that is also required
+
+    To a hundredth; infinite where a growth by 300 % would not be seen.
+    """
+
+    def seen(growth: float) -> bool:
+        head = [(1.0 + growth) * time for time in base]
+        return p_value(base, head) < level / max(1, benchmarks)
+
+    low, high = size, 3.0
+    if not seen(high):
+        return math.inf
+    if seen(low):
+        return low
+    while high - low > 0.01:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if seen(middle) else (middle, high)
+    return high
+
+
 def slower(
     samples: Mapping[str, tuple[Sequence[float], Sequence[float]]],
     sizes: Mapping[str, float],

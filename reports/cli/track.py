@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from pathlib import Path
 
 import typer
@@ -22,7 +22,7 @@ from reports.tracking.against import compare
 from reports.tracking.checkouts import CannotCompare, Checkout, checkouts
 from reports.tracking.isolation import isolated
 from reports.tracking.outcome import as_json, summary
-from reports.tracking.project import contender_cases, project_checkouts
+from reports.tracking.project import absent, contender_cases, project_checkouts
 from reports.tracking.record import track
 
 Sides = AbstractContextManager[tuple[Checkout, Checkout]]
@@ -56,16 +56,32 @@ def track_command(
         if contenders:
             if only or isolate:
                 raise typer.BadParameter("--only and --isolate are not for a --contender.")
-            sides, cases = project_checkouts(against, Path.cwd()), contender_cases(contenders)
-        else:
-            cases = choose_cases(only, quick)
-            sides = checkouts(against, ROOT)
-        return track_against(sides, cases, out, provenance, isolate)
+            return track_project(
+                project_checkouts(against, Path.cwd()), contenders, out, provenance
+            )
+        return track_against(
+            checkouts(against, ROOT), choose_cases(only, quick), out, provenance, isolate
+        )
     except ContenderError as error:
         raise typer.BadParameter(f"--contender: {error}") from None
     except CannotCompare as error:
         print(error, file=sys.stderr)
         return 2
+
+
+def track_project(
+    both: Sides, contenders: Sequence[str], out: Path, provenance: Mapping[str, str]
+) -> int:
+    """As `track_against` for a repository's integrators; those that the base has not are new."""
+    with both as sides:
+        cases = contender_cases(contenders)
+        new = absent(sides[0], contenders)
+        for path in new:
+            print(f"{path} is new: {sides[0].name} has nothing to compare it with.")
+        known = tuple(case for case in cases if case.contender not in new)
+        if not known:
+            return 0
+        return track_against(nullcontext(sides), known, out, provenance, isolate=False)
 
 
 def choose_cases(only: Sequence[str], quick: bool) -> tuple[Case, ...]:

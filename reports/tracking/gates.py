@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.statistics.rank_test import p_value, relative_growth, slower
+from benchmarks.statistics.rank_test import p_value, relative_growth, slower, smallest_visible
 from benchmarks.timings.truth import error_of
 from reports.tables.number_format import capital, plain
 from reports.tracking.rounds import SIDES, Pair
 
 FAILS, PROBLEM, COUNTS, ERROR, TIME = "status", "problem", "counts", "error", "time"
+REPEATS = "not deterministic"
 NOTE = ""  # not a gate: its sentences are not alarms
 SAME_WORK = ("steps",)  # counts of the requested work, not of its cost
 # Tolerances for rounding in a problem's functions: relative to a number, and to the largest one.
@@ -33,6 +34,7 @@ class Finding:
     moved   largest difference of a coordinate at the end; 0 when bit-identical
     growth  relative growth of the median time in the first round
     p       probability that equal code looks this much slower
+    visible smallest relative growth of times that would have counted in the first round
     alarms  gate -> sentence
     notes   sentences that are not alarms
     """
@@ -42,6 +44,7 @@ class Finding:
     moved: float
     growth: float
     p: float
+    visible: float
     alarms: Mapping[str, str]
     notes: tuple[str, ...]
 
@@ -71,14 +74,16 @@ def judge(
     truths  by benchmark: the exact end states, or the reason why they are unknown
     """
     slow = (suspects(pairs, 0), suspects(pairs, 1))
-    return tuple(_finding(pair, truths[pair.case.name], slow) for pair in pairs)
+    timed = sum(bool(pair.rounds) and not pair.why for pair in pairs)
+    return tuple(_finding(pair, truths[pair.case.name], slow, timed) for pair in pairs)
 
 
 def _finding(
-    pair: Pair, truth: Sequence[np.ndarray] | str, slow: tuple[set[str], set[str]]
+    pair: Pair, truth: Sequence[np.ndarray] | str, slow: tuple[set[str], set[str]], timed: int
 ) -> Finding:
     errors, moved, growth, p = (math.nan, math.nan), math.nan, math.nan, math.nan
-    said = list(_failures(pair))
+    visible = math.nan
+    said = [*_failures(pair), *_repeats(pair)]
     if len(pair.reached) == len(SIDES):
         base, head = (pair.reached[side] for side in SIDES)
         changed = _changed(base["problem"], head["problem"])
@@ -101,9 +106,10 @@ def _finding(
     if pair.rounds and not pair.why:
         growth, p = (how(*_samples(pair, 0)) for how in (relative_growth, p_value))
         said += _times(pair, growth, p, slow)
+        visible = smallest_visible(pair.rounds[0]["base"], timed, pair.case.slower)
     alarms = {gate: sentence for gate, sentence in said if gate != NOTE}
     notes = tuple(sentence for gate, sentence in said if gate == NOTE)
-    return Finding(pair, errors, moved, growth, p, alarms, notes)
+    return Finding(pair, errors, moved, growth, p, visible, alarms, notes)
 
 
 def _samples(pair: Pair, at: int) -> tuple[list[float], list[float]]:
@@ -116,6 +122,15 @@ def _failures(pair: Pair) -> Iterator[tuple[str, str]]:
     elif pair.why:
         reasons = "; ".join(f"the {side}: {why}" for side, why in sorted(pair.why.items()))
         yield NOTE, f"Not compared, as it cannot be run. {capital(reasons)}"
+
+
+def _repeats(pair: Pair) -> Iterator[tuple[str, str]]:
+    first = {side: pair.reached[side]["ends"] for side in pair.again}
+    apart = [side for side in first if not np.array_equal(first[side], pair.again[side], True)]
+    for side in apart:
+        far = plain(_moved(first[side], pair.again[side]), 2) or "a number that is not finite"
+        gate = REPEATS if side == "head" and "base" not in apart else NOTE
+        yield gate, f"Two runs of the {side} differ by {far}: it is not deterministic."
 
 
 def _changed(base: Mapping[str, Any], head: Mapping[str, Any]) -> list[str]:

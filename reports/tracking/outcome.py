@@ -19,8 +19,9 @@ LEGEND = (
     "Times are processor time, base and head interleaved; p is the probability that equal code "
     f"looks so (Mann-Whitney; below {LEVEL} after Holm's correction it counts), and a time is "
     "worse when its median also grew by the benchmark's threshold, in two rounds of fresh "
-    "processes. Counts are summed for the table and compared one by one. Ends moved: the largest "
-    "difference of a coordinate; 0 means bit-identical."
+    "processes. Visible from: the least growth of all times that would have counted. Counts are "
+    "summed for the table and compared one by one. Ends moved: the largest difference of a "
+    "coordinate; 0 means bit-identical."
 )
 
 
@@ -48,10 +49,22 @@ class Outcome:
         if not self.worse:
             return (
                 f"{head} is not worse than {self.base} in {many}: no count or error grew beyond "
-                f"its tolerance, and no time by rank and size.{rest}"
+                f"its tolerance, and no time by rank and size{self._power()}.{rest}"
             )
         named = ", ".join(f"{one.name} ({', '.join(one.alarms)})" for one in self.worse)
         return f"{head} is worse than {self.base} in {len(self.worse)} of {many}: {named}.{rest}"
+
+    def _power(self) -> str:
+        """What growth of times could have been seen, as a clause."""
+        sizes = [one.visible for one in self.findings if not math.isnan(one.visible)]
+        if not sizes:
+            return ""
+        least, most = (f"{100 * x:.0f} %" for x in (min(sizes), max(sizes)))
+        if math.isinf(max(sizes)):
+            most = "more than 300 %"
+        return (
+            f" (smallest growth visible here: {least if least == most else f'{least} to {most}'})"
+        )
 
     def table(self) -> pd.DataFrame:
         """A row of text for each benchmark, the worse ones first."""
@@ -90,6 +103,7 @@ def _row(one: Finding) -> dict[str, str]:
         "benchmark": one.name,
         "time": f"{100 * one.growth:+.1f} %" if known(one.growth) else "-",
         "p": plain(one.p, 2) or "-",
+        "visible from": f"{100 * one.visible:.0f} %" if known(one.visible) else "-",
         "counts": _change(*_sums(*(run["counts"] for run in one.pair.reached.values()))),
         "error": _change(*one.errors),
         "ends moved": plain(one.moved, 2) or "-",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -12,6 +14,7 @@ import galvi
 from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.timings.case import TRAJECTORY, Case
 from benchmarks.timings.worker import problem_of
+from galvi.command import places_in
 from reports.tracking.checkouts import CannotCompare, Checkout, commit_of, extract, git, top_of
 
 PROBLEMS = {  # of galvi: arguments, duration, and the reference that is the truth
@@ -24,6 +27,19 @@ PROBLEMS = {  # of galvi: arguments, duration, and the reference that is the tru
     "double_pendulum": ({}, 1.0, "stored truth, chains"),
 }
 FEWEST = 100  # steps of an integrator that offers no settings
+LOOK = """
+import importlib, sys
+for path in sys.argv[1:]:
+    module, _, name = path.partition(":")
+    try:
+        if not hasattr(importlib.import_module(module), name):
+            print("absent", path, flush=True)
+    except ModuleNotFoundError as error:
+        if f"{module}.".startswith(f"{error.name}."):
+            print("absent", path, flush=True)
+    except BaseException:  # it is there, and what it raises is told by its run
+        pass
+"""
 
 
 @contextmanager
@@ -31,9 +47,9 @@ def project_checkouts(revision: str, here: Path) -> Iterator[tuple[Checkout, Che
     """The revision and the working tree of the repository around a folder; both are removed
     afterwards.
 
-    Python imports from this folder, the repository's root and a ``src`` in either, as copied, and
-    galvi from where it is. Files that git ignores are not copied. Raises CannotCompare outside of a
-    repository, and for a revision that git does not know.
+    Python imports galvi from where it is, and else from this folder, the repository's root and a
+    ``src`` in either, as copied. Files that git ignores are not copied. Raises CannotCompare
+    outside of a repository, and for a revision that git does not know.
     """
     top = top_of(here)
     if top is None:
@@ -47,8 +63,11 @@ def project_checkouts(revision: str, here: Path) -> Iterator[tuple[Checkout, Che
         changed = git(top, "status", "--porcelain")
         name = git(top, "rev-parse", "HEAD").decode().strip()[:12]
         names = (commit[:12], f"the working tree ({name} with changes)" if changed else name)
+        ours = Path(place) / "ours"  # galvi alone, before a file of that name in the repository
+        ours.mkdir()
+        (ours / "galvi").symlink_to(Path(galvi.__file__).parent, target_is_directory=True)
         sides = [
-            Checkout(folder, name, places=_places(folder, inner))
+            Checkout(folder, name, places=(ours, *places_in(folder, inner)))
             for folder, name in zip(folders, names, strict=True)
         ]
         yield sides[0], sides[1]
@@ -87,9 +106,14 @@ def contender_cases(paths: Sequence[str]) -> tuple[Case, ...]:
     return tuple(found)
 
 
-def _places(folder: Path, inner: Path) -> tuple[Path, ...]:
-    own = [folder / inner, folder / inner / "src", folder, folder / "src"]
-    return (*dict.fromkeys(own), Path(galvi.__file__).parents[1])
+def absent(checkout: Checkout, paths: Sequence[str]) -> tuple[str, ...]:
+    """The paths "package.module:Class" whose module, or class in it, a checkout does not have."""
+    places = [str(one) for one in checkout.places]
+    answer = subprocess.run(
+        [checkout.python, "-P", "-c", LOOK, *paths], capture_output=True, text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(places)},
+    )  # fmt: skip
+    return tuple(path for path in paths if f"absent {path}" in answer.stdout.splitlines())
 
 
 def _copy(top: Path, folder: Path) -> None:

@@ -25,12 +25,14 @@ class Pair:
     """A benchmark on both sides; each mapping is by side.
 
     reached  results of the first calls, see the worker's program; without a side that failed
+    again    the ends of a second run, where it takes little time
     why      the reasons of failed sides
     rounds   for each round, the samples in seconds
     """
 
     case: Case
     reached: dict[str, dict[str, Any]] = field(default_factory=dict)
+    again: dict[str, Any] = field(default_factory=dict)
     why: dict[str, str] = field(default_factory=dict)
     rounds: list[dict[str, list[float]]] = field(default_factory=list)
 
@@ -44,6 +46,8 @@ def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Re
         for side in SIDES:
             try:
                 pair.reached[side] = workers[side].run(case)
+                if case.kind != ROUND_OFF:
+                    pair.again[side] = workers[side].run(case)["ends"]
             except Failed as error:
                 pair.why[side] = str(error)
         pairs.append(pair)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -16,6 +18,7 @@ import pytest
 
 from benchmarks.timings.case import TRAJECTORY, Case
 from benchmarks.timings.catalogue import CASES
+from galvi.command import put_suite_first
 from galvi.kernels.compile.cache import FOLDER
 from reports.cli import track as command
 from reports.cli.commands import run
@@ -324,3 +327,45 @@ def test_what_cannot_be_tracked_in_another_project_is_a_sentence(
     assert run(make_suite, ["track", *words, "--out", str(project / "out")]) == 2
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1
+
+
+def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
+    make_suite: Any, project: Path, capsys: pytest.CaptureFixture
+) -> None:
+    (project / "moved_to_track.py").write_text(MINE.format(rate=1.0, count=7))
+    asked = ["track", "--against", "HEAD", "--contender", "moved_to_track:Mine"]
+    assert run(make_suite, [*asked, "--out", str(project / "out")]) == 0
+    said = capsys.readouterr().out
+    assert re.search(r"moved_to_track:Mine is new: \w{12} has nothing to compare it with\.", said)
+    both = [*asked, "--contender", "mine_to_track:Mine", "--out", str(project / "out")]
+    assert run(make_suite, both) == 0
+    assert "is new" in (said := capsys.readouterr().out) and "not worse than" in said
+
+
+def test_a_file_of_the_name_of_galvi_is_not_taken_for_it(
+    make_suite: Any, project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    others = [one for one in sys.path if one != str(project)]
+    monkeypatch.setattr(sys, "path", [*others, str(project)])  # as the command has it
+    (project / "galvi.py").write_text("raise ImportError('not this one')")
+    git(project.parent, "add", ".")
+    git(project.parent, "commit", "--quiet", "-m", "a file named galvi.py")
+    asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine"]
+    assert run(make_suite, [*asked, "--out", str(project / "out")]) == 0
+
+
+@pytest.mark.parametrize("place", ["src", ""])
+def test_modules_of_the_repository_are_found_from_any_folder(
+    place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    below = tmp_path / "project" / "docs" / "deep"
+    below.mkdir(parents=True)
+    home = tmp_path / "project" / place
+    home.mkdir(exist_ok=True)
+    git(tmp_path / "project", "init", "--quiet")
+    (home / "only_here.py").write_text("")
+    monkeypatch.chdir(below)
+    put_suite_first()
+    assert str(home) in sys.path and sys.path.index(str(home)) > 0
+    assert importlib.util.find_spec("only_here") is not None

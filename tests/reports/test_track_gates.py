@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -86,6 +87,8 @@ def test_equal_sides_are_green_in_one_sentence(compared: Any) -> None:
     assert not outcome.worse
     assert str(outcome).startswith("head is not worse than base in 1 benchmark: ")
     assert outcome.findings[0].moved == 0.0
+    assert "(smallest growth visible here: 10 %)" in str(outcome)
+    assert outcome.table()["visible from"].tolist() == ["10 %"]
 
 
 @pytest.mark.parametrize("factor", [1.15, 1.3, 2.0])
@@ -94,6 +97,34 @@ def test_a_slower_head_is_red_at_the_gate_of_time_alone(compared: Any, factor: f
     assert set(alarms(outcome)) == {"time"}
     assert "slower by" in alarms(outcome)["time"] and "second round" in alarms(outcome)["time"]
     assert str(outcome) == "head is worse than base in 1 of 1 benchmark: orbit (time)."
+
+
+class Unseeded(Fake):
+    """Its ends differ from run to run."""
+
+    def run(self, case: Case) -> dict[str, Any]:
+        reached = super().run(case)
+        return reached | {"ends": [[1.0 + 1e-13 * self.random.standard_normal(), 0.0]]}
+
+
+def test_a_head_whose_runs_differ_is_red_unless_those_of_the_base_do(compared: Any) -> None:
+    outcome = compared(Fake(), Unseeded())
+    assert "not deterministic" in str(outcome)
+    said = alarms(outcome)["not deterministic"]
+    assert re.match(r"Two runs of the head differ by \d\S*e-1[34]: it is not determ", said), said
+    both = compared(Unseeded(), Unseeded())
+    assert not both.worse and "Two runs of the base differ" in " ".join(both.findings[0].notes)
+
+
+def test_what_could_have_been_seen_is_said(compared: Any) -> None:
+    """With times that scatter by a third, a growth of a tenth is below what they show."""
+
+    class Noisy(Fake):
+        def time(self, case: Case, repeats: int, attempts: int) -> float:
+            return float(np.exp(0.33 * self.random.standard_normal()))
+
+    seen = compared(Noisy(), Noisy()).findings[0].visible
+    assert 0.2 < seen < 3.0
 
 
 def test_five_percent_slower_is_below_the_size_and_runs_no_second_round(compared: Any) -> None:
@@ -209,24 +240,8 @@ def test_markdown_has_the_sentence_the_table_and_the_alarms(compared: Any) -> No
     text = summary(compared(Fake(), Fake(1.3), cases=(CASE, OTHER)), {"commit": "c"})
     lines = text.splitlines()
     assert lines[0].startswith("**head is worse than base in 2 of 2 benchmarks: orbit (time)")
-    assert lines[2].split() == [
-        "|",
-        "benchmark",
-        "|",
-        "time",
-        "|",
-        "p",
-        "|",
-        "counts",
-        "|",
-        "error",
-        "|",
-        "ends",
-        "moved",
-        "|",
-        "verdict",
-        "|",
-    ]
+    columns = "benchmark | time | p | visible from | counts | error | ends moved | verdict"
+    assert lines[2].split() == ["|", *columns.split(), "|"]
     assert sum(line.startswith("| orbit ") for line in lines) == 1
     assert any(line.startswith("- orbit: slower by ") for line in lines)
     assert lines[-1] == "commit: c"
