@@ -6,8 +6,9 @@ start-up and compilation are outside every sample. Requests and answers are dict
 values:
 
 {"do": "run", "case"}                          the end states, counts, status, seconds of the
-                                               first call, numbers that identify the problem, and
-                                               the file of galvi or of the integrator
+                                               first call, numbers that identify the problem, the
+                                               file of galvi or of the integrator, and the most
+                                               memory that the process has had, in bytes
 {"do": "time", "case", "repeats", "attempts"}   seconds of one call, see `sample`
 any                                            "raised": the exception, when there was one
 """
@@ -155,7 +156,17 @@ def run(case: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[st
     times = {"first_call": first, "warm": sample(call, 1)["wall"]}
     module = sys.modules[case["contender"].partition(":")[0] if case.get("contender") else "galvi"]
     origin = {"code": module.__file__, "problem": probed(problem_of(case))}
-    return described(runs) | times | origin
+    return described(runs) | times | origin | {"memory": most_memory()}
+
+
+def most_memory() -> float:
+    """The most memory that this process has had, in bytes; NaN where the system does not say."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return math.nan
+    unit = 1 if sys.platform == "darwin" else 1024
+    return float(unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
 def answer(order: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[str, Any]:

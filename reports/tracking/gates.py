@@ -1,4 +1,5 @@
-"""Gates of a comparison: failed runs, grown counts or errors, times slower by rank and size.
+"""Gates of a comparison: failed runs, other bits in a second one, grown counts, errors or memory,
+times slower by rank and size.
 
 A problem that differs between the sides is an alarm too: references solve the head's problem, so a
 wrong force in it would be in the truth as well, and the base would look wrong.
@@ -19,9 +20,10 @@ from reports.tables.number_format import capital, plain
 from reports.tracking.rounds import SIDES, Pair
 
 FAILS, PROBLEM, COUNTS, ERROR, TIME = "status", "problem", "counts", "error", "time"
-REPEATS = "not deterministic"
+REPEATS, MEMORY = "not deterministic", "memory"
 NOTE = ""  # not a gate: its sentences are not alarms
 SAME_WORK = ("steps",)  # counts of the requested work, not of its cost
+MORE, MUCH = 1.05, 16e6  # factor, and bytes besides, of memory that counts
 # Tolerances for rounding in a problem's functions: relative to a number, and to the largest one.
 ROUNDED, CANCELLED = 1e-9, 1e-13
 
@@ -83,7 +85,7 @@ def _finding(
 ) -> Finding:
     errors, moved, growth, p = (math.nan, math.nan), math.nan, math.nan, math.nan
     visible = math.nan
-    said = [*_failures(pair), *_repeats(pair)]
+    said = [*_failures(pair), *_repeats(pair), *_memory(pair)]
     if len(pair.reached) == len(SIDES):
         base, head = (pair.reached[side] for side in SIDES)
         changed = _changed(base["problem"], head["problem"])
@@ -126,11 +128,19 @@ def _failures(pair: Pair) -> Iterator[tuple[str, str]]:
 
 def _repeats(pair: Pair) -> Iterator[tuple[str, str]]:
     first = {side: pair.reached[side]["ends"] for side in pair.again}
-    apart = [side for side in first if not np.array_equal(first[side], pair.again[side], True)]
+    second = {side: again["ends"] for side, again in pair.again.items()}
+    apart = [side for side in first if not np.array_equal(first[side], second[side], True)]
     for side in apart:
-        far = plain(_moved(first[side], pair.again[side]), 2) or "a number that is not finite"
+        far = plain(_moved(first[side], second[side]), 2) or "a number that is not finite"
         gate = REPEATS if side == "head" and "base" not in apart else NOTE
         yield gate, f"Two runs of the {side} differ by {far}: it is not deterministic."
+
+
+def _memory(pair: Pair) -> Iterator[tuple[str, str]]:
+    """After two runs, so that what leaks in each step counts twice."""
+    base, head = (pair.again.get(side, {}).get("memory", math.nan) for side in SIDES)
+    if head > MORE * base + MUCH:
+        yield MEMORY, f"memory {base / 1e6:.0f} MB became {head / 1e6:.0f} MB."
 
 
 def _changed(base: Mapping[str, Any], head: Mapping[str, Any]) -> list[str]:

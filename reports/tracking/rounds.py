@@ -25,7 +25,7 @@ class Pair:
     """A benchmark on both sides; each mapping is by side.
 
     reached  results of the first calls, see the worker's program; without a side that failed
-    again    the ends of a second run, where it takes little time
+    again    results of a second run, where it takes little time
     why      the reasons of failed sides
     rounds   for each round, the samples in seconds
     """
@@ -47,7 +47,7 @@ def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Re
             try:
                 pair.reached[side] = workers[side].run(case)
                 if case.kind != ROUND_OFF:
-                    pair.again[side] = workers[side].run(case)["ends"]
+                    pair.again[side] = workers[side].run(case)
             except Failed as error:
                 pair.why[side] = str(error)
         pairs.append(pair)

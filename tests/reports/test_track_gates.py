@@ -116,6 +116,13 @@ def test_a_head_whose_runs_differ_is_red_unless_those_of_the_base_do(compared: A
     assert not both.worse and "Two runs of the base differ" in " ".join(both.findings[0].notes)
 
 
+def test_a_leak_is_red_by_its_memory(compared: Any) -> None:
+    small, large = (Fake(memory=size) for size in (200e6, 260e6))
+    assert alarms(compared(small, large)) == {"memory": "memory 200 MB became 260 MB."}
+    assert not compared(small, Fake(memory=220e6)).worse and not compared(large, small).worse
+    assert not compared(Fake(), large).worse  # of a base that does not tell
+
+
 def test_what_could_have_been_seen_is_said(compared: Any) -> None:
     """With times that scatter by a third, a growth of a tenth is below what they show."""
 
