@@ -19,6 +19,7 @@ from galvi.doors.from_mujoco import from_mujoco
 from galvi.doors.judge import Judged, judge
 from galvi.doors.plots import plot as _plot
 from galvi.doors.rebound import from_rebound, to_rebound
+from galvi.doors.release import galvi_version as _version
 from galvi.doors.scipy import to_scipy
 from galvi.doors.xarray import to_xarray
 from galvi.frames.harmonic_frame import HarmonicFrame
@@ -34,7 +35,6 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.recommend.recommend import recommend
 from galvi.recommend.recommendation import Recommendation
-from galvi.release import galvi_version as _version
 from galvi.rules.clenshaw_curtis import clenshaw_curtis
 from galvi.rules.composite import composite
 from galvi.rules.gauss import gauss
@@ -47,9 +47,9 @@ from galvi.run.ensemble import integrate_many
 from galvi.run.ensembles.integrate_ensemble import integrate_ensemble
 from galvi.run.ensembles.keep import Extrema, FinalStates, Histogram, StatesAt
 from galvi.run.ensembles.result import Ensemble
-from galvi.run.files import load, save
 from galvi.run.integrate import integrate, resume
 from galvi.run.loop import curves_of_steps
+from galvi.run.saving.files import load, save
 from galvi.spaces.component_polynomials import ComponentPolynomials
 from galvi.spaces.fourier import Fourier
 from galvi.spaces.piecewise_hermite import PiecewiseHermite

@@ -8,6 +8,7 @@ ERROR     largest component of the configuration's error at the end, at the coar
 OFF       largest error of q, and of p, there, at half time and at the end, relative to the largest
           distance of the truth from the start; for N bodies that of the worst body
 CLAIMED   the error it claims there
+REPEAT    largest difference of any number of two runs at the coarsest
 ORDER     the same errors at intermediate steps, where it declares its order and offers steps
 energy, angular momentum
           relative changes from the problem's start at times t of a long run, at its finest setting,
@@ -39,6 +40,7 @@ from galvi import NBody, Problem, Trajectory
 from galvi.arrays import Array
 
 ERROR, CLAIMED, ORDER, FAILED = "error", "claimed error", "error in between", "failed"
+REPEAT = "difference of two equal runs"
 OFF = {"configuration": "share of the way, q", "momenta": "share of the way, p"}
 PARTS = 200  # equal parts of a long run, or up to OVER times as many
 OVER, CHOICE = 20, 4  # one in CHOICE of their ends is looked at
@@ -86,6 +88,10 @@ def _errors(
     for label, setting in {readable_setting(one): one for one in halved}.items():
         run = _run(external, check.problem, check.duration, setting)
         known = {"study": check.problem.name, "label": label, "t": check.duration}
+        if setting is halved[0] and run.success:
+            again = _run(external, check.problem, check.duration, setting)
+            apart = [np.max(np.abs(x - y)) for x, y in ((run.q, again.q), (run.p, again.p))]
+            yield row(quantity=REPEAT, value=np.max(apart), status=_status(again), **known)
         yield row(quantity=ERROR, value=_error(run, truth.q[-1]), status=_status(run), **known)
         for quantity, found, exact in zip(
             OFF.values(), (run.q, run.p), (truth.q, truth.p), strict=True

@@ -21,7 +21,7 @@ from benchmarks.checks import bounds
 from benchmarks.checks.claim import AGREEMENT as SOURCE
 from benchmarks.checks.claim import Claim, Row
 from benchmarks.external.check_problems import CHECK_PROBLEMS, CheckProblem
-from benchmarks.external.check_runs import CLAIMED, ERROR, FAILED, OFF, ORDER, check_runs
+from benchmarks.external.check_runs import CLAIMED, ERROR, FAILED, OFF, ORDER, REPEAT, check_runs
 from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.external.loading import CONSERVED
 from benchmarks.statistics.convergence_fits import algebraic, window
@@ -76,7 +76,8 @@ class Judge:
             seen = pick(table, study=check.problem.name)
             if seen.empty:
                 continue
-            rows += [self._failures(check, seen), *self._errors(check, seen)]
+            rows += [self._failures(check, seen), *self._repeated(check, seen)]
+            rows += self._errors(check, seen)
             ordered = self._order(check, seen)
             orders += sum(row.verdict != bounds.NOT_RUN for row in ordered)
             rows += [*ordered, *self._conserved(check, seen)]
@@ -127,6 +128,17 @@ class Judge:
             claimed="runs as they were asked for", bound="at most 0", reference="the protocol",
             reason=why or "Each setting that it offers must run to its end.",
         )  # fmt: skip
+
+    def _repeated(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+        return [
+            self._row(
+                check, REPEAT, float(one["value"]), bounds.AtMost(0.0).verdict(float(one["value"])),
+                claimed="the same numbers", bound="at most 0", reference="the first run",
+                reason="Two runs that were asked for alike must have the same bits; else it is not "
+                "deterministic, and no later comparison says what changed.",
+            )
+            for _, one in pick(seen, quantity=REPEAT).iterrows()
+        ]  # fmt: skip
 
     def _errors(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         rows, errors = [], pick(seen, quantity=ERROR)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
+from galvi.doors.release import galvi_version
 from galvi.input_checks import shown
 from galvi.method import Galerkin
-from galvi.release import galvi_version
 from galvi.trajectory import Trajectory
 
 # The words in the name of a method or the source of a problem, and what they call for.

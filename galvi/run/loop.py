@@ -18,7 +18,7 @@ from galvi.run.energy_check import Judgement
 from galvi.run.engine import Engine, RunCurves
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import Interrupted, Interrupts, defer_interrupts, uninterrupted
-from galvi.run.massless import MasslessError, massless_error
+from galvi.run.point_masses.massless import MasslessError, massless_error
 from galvi.run.run_arrays import COUNTED, RunArrays
 from galvi.run.status import ending, judged
 from galvi.systems.nbody import NBody

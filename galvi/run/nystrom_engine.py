@@ -14,9 +14,9 @@ from galvi.kernels.nystrom.advance import GUESS, NOTHING
 from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.encounters import encounter
 from galvi.run.engine import Engine, Start, Substeps, curves_in, fixed
 from galvi.run.nystrom_steppers import compiled_stepper
+from galvi.run.point_masses.encounters import encounter
 from galvi.run.run_arrays import RunArrays
 from galvi.systems.nbody import NBody
 from galvi.systems.system import VectorSystem

@@ -12,11 +12,11 @@ from galvi.kernels.energy_errors import SMALL, WORST
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.encounters import ADAPT, adapting_steps, body_names, unresolved_passage
 from galvi.run.energy_check import Judgement, judge
 from galvi.run.engine import Engine
 from galvi.run.interruption import Interrupts
-from galvi.run.massless import COARSE, MasslessError
+from galvi.run.point_masses.encounters import ADAPT, adapting_steps, body_names, unresolved_passage
+from galvi.run.point_masses.massless import COARSE, MasslessError
 from galvi.run.run_arrays import CALLED, LEFT_OVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 from galvi.trajectory import COMPLETED

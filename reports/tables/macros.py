@@ -14,7 +14,7 @@ import pandas as pd
 
 from benchmarks.store.provenance import commit
 from galvi.doors.citations import entries
-from galvi.release import galvi_version
+from galvi.doors.release import galvi_version
 from reports.results.origins import read_origins
 from reports.tables.latex import escape, number
 from reports.tables.number_format import known

@@ -18,8 +18,8 @@ import yaml
 
 import galvi
 from benchmarks.store.provenance import provenance
+from galvi.doors.release import RELEASE, version_in_git
 from galvi.kernels.compile.cache import FOLDER
-from galvi.release import RELEASE, version_in_git
 from reports.tables.macros import bibliography
 
 ROOT = Path(__file__).parents[2]

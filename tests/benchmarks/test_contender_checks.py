@@ -77,6 +77,26 @@ def test_a_wrong_order_is_caught_from_both_sides():
     assert checked(contender, SWING)[1] == []
 
 
+class Unseeded(Gauss):
+    """Its ends differ from run to run by 1e-13."""
+
+    random = np.random.default_rng(5)
+
+    def run(self, problem, duration, setting):
+        run = super().run(problem, duration, setting)
+        return replace(
+            run, q=run.q * (1.0 + 1e-13 * self.random.standard_normal() * (run.t > 0)[:, None])
+        )
+
+
+def test_noise_without_a_seed_is_called_not_deterministic():
+    caught = checked(Unseeded(), ORBIT)[1]
+    assert {row.quantity.partition(",")[0] for row in caught} == {"difference of two equal runs"}
+    assert all("it is not deterministic" in row.reason and row.measured < 1e-11 for row in caught)
+    rows, differing, _ = checked(Gauss(), ORBIT)
+    assert differing == [] and any(row.quantity.startswith("difference of two") for row in rows)
+
+
 class Drifting(Leapfrog):
     """The explicit Euler method, which wins energy, and says that it does not."""
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import ellipk
 
 import galvi
-import galvi.run.files
+import galvi.run.saving.files
 from galvi.charts import CHARTS
 from galvi.groups import GROUPS
 from tests.galvi.group_matrices import title
@@ -37,7 +37,7 @@ def test_every_problem_says_what_it_is_and_can_be_integrated_saved_and_resumed(p
     energy = galvi.energy(run)
     assert np.allclose(energy, energy[0], rtol=1e-6, atol=1e-6)
     assert run.to_frame().shape[1] == 1 + problem.q0.size + problem.p0.size
-    known = galvi.run.files.is_storable(problem.system)
+    known = galvi.run.saving.files.is_storable(problem.system)
     galvi.save(run, tmp_path / "run.npz")
     loaded = galvi.load(tmp_path / "run.npz", *([] if known else [problem]))
     assert np.array_equal(galvi.resume(loaded, 3).q, galvi.resume(run, 3).q)
@@ -64,7 +64,7 @@ def test_every_system_and_every_group_has_a_run_in_the_tests():
 
 
 def test_every_system_but_functions_can_be_stored():
-    stored = set(galvi.run.files.storable_values().values())
+    stored = set(galvi.run.saving.files.storable_values().values())
     systems = {type(problem.system) for problem in EVERY}
     assert systems <= stored and {type(chart) for chart in CHARTS} <= stored
     potentials = {type(getattr(p.system, "potential", None)) for p in EVERY}
@@ -78,8 +78,8 @@ def test_a_value_of_somebody_else_is_not_stored_as_one_of_galvi():
     class Polynomials(galvi.Polynomials):
         pass
 
-    assert galvi.run.files.is_storable(galvi.Polynomials(3))
-    assert not galvi.run.files.is_storable(Polynomials(3))
+    assert galvi.run.saving.files.is_storable(galvi.Polynomials(3))
+    assert not galvi.run.saving.files.is_storable(Polynomials(3))
 
 
 def test_the_top_keeps_its_energy_and_its_momenta_about_the_vertical_and_the_axis():

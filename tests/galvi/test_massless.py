@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.run import loop, massless
+from galvi.run import loop
+from galvi.run.point_masses import massless
 from galvi.trajectory import COMPLETED
 
 PERIOD = 2.0 * np.pi * 2.0**1.5

@@ -20,7 +20,7 @@ from galvi.charts import CHARTS
 from galvi.charts.maps import coordinates, place, tangent_slope
 from galvi.groups import GROUPS
 from galvi.kernels.lie.chart_functions import CHARTS as MODULES
-from galvi.run.files import storable_values
+from galvi.run.saving.files import storable_values
 
 assert [MODULES[chart.number].__name__.rpartition(".")[2] for chart in CHARTS] == {charts}
 chart, like = CHARTS[-1], CHARTS[{like}]

@@ -9,9 +9,9 @@ import galvi
 from galvi.kernels.forces.passages import NEAR
 from galvi.kernels.lanes.nbody import near_limit
 from galvi.run import engine_choice
-from galvi.run.encounters import encounter
 from galvi.run.nystrom_engine import NYSTROM
 from galvi.run.nystrom_steppers import general_stepper
+from galvi.run.point_masses.encounters import encounter
 
 KEPLER = galvi.problems.kepler(0.6)
 HENON = galvi.problems.henon_heiles()

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.atomic import write_whole
 from galvi.input_checks import shown
 from galvi.run.ensembles.identity import digest_of_galvi, identity
+from galvi.run.saving.atomic import write_whole
 
 FORMAT = 3
 VERSIONS = ("numba", "llvmlite", "numpy")

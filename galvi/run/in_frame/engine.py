@@ -9,10 +9,10 @@ from galvi.curves.frame_curves import FrameCurves
 from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.encounters import encounter
 from galvi.run.engine import Engine
 from galvi.run.in_frame.fallback import allowed, inertial_curves, inertial_stepper
 from galvi.run.in_frame.stepper import Path, frame_of, frame_start, frame_stepper, motion_of
+from galvi.run.point_masses.encounters import encounter
 from galvi.run.run_arrays import RunArrays
 from galvi.systems.nbody import NBody
 

@@ -16,7 +16,7 @@ DESCRIBE = ("describe", "--tags", "--always", "--dirty", "--abbrev=12", "--match
 def galvi_version() -> str:
     """The version of a checkout, of an installed wheel, or RELEASE without git and installation."""
     try:
-        return version_in_git(Path(__file__).parents[1]) or metadata.version("galvi")
+        return version_in_git(Path(__file__).parents[2]) or metadata.version("galvi")
     except metadata.PackageNotFoundError:
         return f"{RELEASE}+unknown"
 

@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import read_only
-from galvi.atomic import write_whole
 from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
 from galvi.curves.redone_curves import RedoneCurves
@@ -28,6 +27,7 @@ from galvi.groups import GROUPS
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
+from galvi.run.saving.atomic import write_whole
 from galvi.trajectory import Trajectory
 
 VERSION = 2

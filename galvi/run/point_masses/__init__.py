@@ -1,0 +1,1 @@
+"""Point masses: which step fails or errs, and where."""
