@@ -1,6 +1,6 @@
 """A cache of the results of an interrupted run, for the next run of the same sources.
 
-Stored with diskcache: atomic, and safe for several processes.
+Files are written as a whole and renamed, so that several processes may write at a time.
 """
 
 from __future__ import annotations
@@ -8,21 +8,20 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import shutil
-import sqlite3
+import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from diskcache import Cache
-
+from benchmarks.store.atomic import write
 from benchmarks.store.provenance import ROOT, cpu, versions
 
 FOLDER = "unfinished"  # subfolder of the output folder
 WEEK = 7 * 86_400  # seconds after which a result expires
 SOURCES = ("galvi", "references", "benchmarks")
+ENDING = ".json"
 KINDS = (".py", ".csv")  # code, and data of initial states and truths
 
 
@@ -53,56 +52,53 @@ class ResultCache:
 
     storage  the output folder; results are stored below it, in FOLDER
     state    a digest of everything that the results depend on
+
+    A result is what JSON holds, one file each with a digest of its text. Nothing that lies in the
+    folder is ever run.
     """
 
     storage: Path
     state: str
 
     def results(self) -> dict[str, Any]:
-        """All stored results by name; unreadable ones are omitted."""
-        if not (self.storage / FOLDER).exists():
-            return {}
+        """All stored results by name; damaged and expired ones are omitted."""
         found = {}
-        with self._opened() as cache:
-            for key in cache:
-                state, _, name = key.partition(" ")
-                if state != self.state:
-                    continue
-                try:
-                    found[name] = cache[key]
-                except Exception:  # expired, damaged, or pickled by something else
-                    continue
+        for path in self._files():
+            try:
+                digest, _, text = path.read_text(encoding="utf-8").partition("\n")
+                if digest == _digest(text) and not _expired(path):
+                    name, result = json.loads(text)
+                    found[name] = result
+            except (OSError, ValueError):
+                continue
         return found
 
     def keep(self, name: str, result: Any) -> None:
-        """Store a result. Raises OSError or sqlite3.Error when that fails."""
-        with self._opened() as cache:
-            cache.set(f"{self.state} {name}", result, expire=WEEK, tag=self.state)
+        """Store a result. Raises OSError when that fails."""
+        text = json.dumps([name, result])
+        write(self._path(name), f"{_digest(text)}\n{text}")
 
     def forget(self, names: Iterable[str] | None = None) -> None:
         """Delete these results (None: all of this state), and the folder when it is empty."""
-        if not (self.storage / FOLDER).exists():
-            return
-        with self._opened() as cache:
-            if names is None:
-                cache.evict(self.state)
-            for name in names or ():
-                cache.delete(f"{self.state} {name}")
-            cache.expire()
-            empty = len(cache) == 0
-        if empty:
-            shutil.rmtree(self.storage / FOLDER, ignore_errors=True)
-
-    @contextmanager
-    def _opened(self) -> Iterator[Cache]:
-        """The open cache; a damaged database is replaced by an empty one."""
+        gone = list(self._files()) if names is None else [self._path(name) for name in names]
         folder = self.storage / FOLDER
-        try:
-            cache = Cache(str(folder))
-        except sqlite3.OperationalError:  # the disk is full, or another process holds it
-            raise
-        except sqlite3.DatabaseError:
-            shutil.rmtree(folder)
-            cache = Cache(str(folder))
-        with cache:
-            yield cache
+        gone += [path for path in folder.glob(f"*/*{ENDING}") if _expired(path)]
+        for path in gone:
+            path.unlink(missing_ok=True)
+        for empty in (*folder.glob("*"), folder):
+            with suppress(OSError):  # it is not empty, or another process was faster
+                empty.rmdir()
+
+    def _path(self, name: str) -> Path:
+        return self.storage / FOLDER / self.state / f"{_digest(name)[:32]}{ENDING}"
+
+    def _files(self) -> Iterator[Path]:
+        yield from (self.storage / FOLDER / self.state).glob(f"*{ENDING}")
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _expired(path: Path) -> bool:
+    return time.time() - path.stat().st_mtime > WEEK

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import sqlite3
 import sys
 import time
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import pandas as pd
 
@@ -32,6 +32,21 @@ class CachedResult:
     frame: pd.DataFrame
     seconds: float
     run: str = ""
+
+    def as_json(self) -> list[Any]:
+        """Its numbers and texts, exactly; the index is not kept."""
+        columns = [
+            (name, str(column.dtype), column.astype(object).tolist())
+            for name, column in self.frame.items()
+        ]
+        return [self.seconds, self.run, columns]
+
+    @classmethod
+    def from_json(cls, kept: list[Any]) -> CachedResult:
+        """From what `as_json` gave."""
+        seconds, run, columns = kept
+        named = {name: pd.Series(values, dtype=kind) for name, kind, values in columns}
+        return cls(pd.DataFrame(named), seconds, run)
 
 
 @dataclass(eq=False)
@@ -74,8 +89,8 @@ class BuildCache:
         why = "the sources changed since the build began" if self.edited else ""
         try:
             if not why:
-                self.store.keep(name, result)
-        except (OSError, sqlite3.Error) as error:
+                self.store.keep(name, result.as_json())
+        except OSError as error:
             why = " ".join(str(error).split())
         if why:
             print(f"{name} is not kept for a build that is resumed: {why}.", file=sys.stderr)
@@ -128,7 +143,8 @@ def open_cache(suite: Suite, options: Options) -> BuildCache:
     if options.anew:
         cache.forget()
     elif cache.store is not None:
-        cache.taken = cache.store.results()
+        kept = cache.store.results()
+        cache.taken = {name: CachedResult.from_json(one) for name, one in kept.items()}
     return cache
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import inspect
 import os
+import pickle
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
@@ -25,7 +25,7 @@ from benchmarks.store.result_cache import FOLDER, ResultCache
 from reports.build.verify import verify
 from reports.build.workers import WORKERS, processors, study_in_workers
 from reports.contents import CHECKS, SECTIONS, load
-from reports.results.cache import BuildCache
+from reports.results.cache import BuildCache, CachedResult
 from reports.results.claim_results import check
 from reports.results.external import joined
 from reports.results.options import Options
@@ -46,7 +46,7 @@ FRAMES = (
 def test_a_kept_frame_is_the_same_to_the_last_bit(tmp_path, frame):
     store = ResultCache(tmp_path, "state")
     BuildCache(store, "monday").keep("V1", frame, 0.1 + 0.2)
-    back = store.results()["V1"]
+    back = CachedResult.from_json(store.results()["V1"])
     assert (back.seconds, back.run) == (0.1 + 0.2, "monday")
     pd.testing.assert_frame_equal(back.frame, frame, check_exact=True)
     for name in frame.select_dtypes("float"):
@@ -69,20 +69,35 @@ def test_results_of_other_sources_are_neither_seen_nor_removed(tmp_path):
 
 def test_a_damaged_result_is_measured_again(tmp_path):
     store = ResultCache(tmp_path, "state")
-    store.keep("V1", pd.DataFrame({"x": np.zeros(100_000)}))
-    store.keep("V3", "small")
-    for path in (tmp_path / FOLDER).rglob("*.val"):
-        path.write_bytes(path.read_bytes()[:-1000])
-    assert store.results() == {"V3": "small"}
-    (tmp_path / FOLDER / "cache.db").write_bytes(b"no database" * 1000)
-    for more in ("cache.db-wal", "cache.db-shm"):
-        (tmp_path / FOLDER / more).unlink(missing_ok=True)
-    assert store.results() == {}
-    store.keep("V1", 3)
-    assert store.results() == {"V1": 3}
+    for name in ("V1", "V2", "V3", "V4"):
+        store.keep(name, ["a", 0.1])
+    one, two, three, _ = sorted((tmp_path / FOLDER).rglob("*.json"))
+    one.write_bytes(one.read_bytes()[:-3])
+    two.write_text(two.read_text().replace("0.1", "0.2"))
+    os.utime(three, (0, 0))  # expired
+    assert len(store.results()) == 1
+    store.forget()
+    assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("error", [OSError("No space left"), sqlite3.OperationalError("is full")])
+class Evil:
+    """Runs a command where it is unpickled."""
+
+    def __reduce__(self):
+        return os.system, ("touch ran",)
+
+
+def test_nothing_that_lies_in_the_folder_is_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    store = ResultCache(tmp_path, "state")
+    store.keep("V1", 1)
+    place = tmp_path / FOLDER / "state"
+    for name in ("cache.db", "0.json", "x.val", "x.pickle"):
+        (place / name).write_bytes(pickle.dumps((Evil(), "V1")))
+    assert store.results() == {"V1": 1} and not (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize("error", [OSError("No space left"), PermissionError("is read only")])
 def test_a_result_that_cannot_be_kept_is_used_all_the_same(tmp_path, monkeypatch, capsys, error):
     def full(*more: object) -> None:
         raise error

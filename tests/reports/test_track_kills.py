@@ -18,7 +18,6 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from diskcache import Cache
 
 from benchmarks.store.provenance import ROOT
 from benchmarks.store.result_cache import FOLDER
@@ -47,8 +46,7 @@ def results_kept(folder: Path) -> int:
     """How many results of runs that were stopped lie in this folder."""
     if not (folder / FOLDER).exists():
         return 0
-    with Cache(str(folder / FOLDER)) as cache:
-        return len(cache)
+    return len(list((folder / FOLDER).rglob("*.json")))
 
 
 def whole(path: Path) -> bool:
