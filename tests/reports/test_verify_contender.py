@@ -64,9 +64,20 @@ def test_the_example_of_the_page_passes_and_its_rows_are_those_of_a_claim(
     order = mine.loc["order in the step, kepler e=0.3"]
     assert order["verdict"] == "attained"
     assert float(order["measured"]) == pytest.approx(2.0, abs=0.1)
+    assert mine.loc["relative change of energy, kepler e=0.3"]["verdict"] == "holds"
     assert (tmp_path / "verify.xml").read_text().count("agreement.A-my-leapfrog") == len(mine)
     assert run(make_suite, ["verify", "--out", str(tmp_path)]) == 0
     assert "leapfrog" not in (tmp_path / "claims.csv").read_text()
+
+
+def test_the_adaptive_example_of_the_page_passes(verify, capsys):
+    page = (ROOT / "docs" / "suite.md").read_text()
+    (example,) = re.findall(r"^```python\n(# adaptive\.py\n.*?)^```$", page, re.M | re.S)
+    names: dict[str, type] = {}
+    exec(compile(example, "adaptive.py", "exec"), names)
+    status, rows = verify(Inside.of(names["Adaptive"]()), "--claims", "A-my-adaptive-method")
+    assert status == 0, capsys.readouterr()
+    assert rows["quantity"].str.contains("error at .*1e-12").any(), rows["quantity"].tolist()
 
 
 @pytest.mark.parametrize("broken", BROKEN, ids=lambda kind: kind.__name__)
