@@ -218,8 +218,16 @@ def application(load: Load, command: str) -> typer.Typer:
     )
     def export_table(
         name: str = typer.Argument(
-            ..., metavar="NAME", help="E.g. work_precision, ratios, numbers, fig-3-02."
+            "", metavar="NAME", help="E.g. work_precision, ratios, numbers, fig-3-02."
         ),
+        listed: bool = typer.Option(False, "--list", help="Say what there is, instead of NAME."),
+        every: bool = typer.Option(
+            False, "--all", help="All tables, or all figures, instead of NAME."
+        ),
+        where: list[str] = typer.Option(
+            [], "--where", metavar="problem=kepler", help="Rows to take; several narrow it down."
+        ),
+        columns: str = typer.Option("", "--columns", metavar="error,seconds", help="To take."),
         form: str = typer.Option(
             "csv", "--format", metavar="parquet|latex|csv|markdown|pdf|svg|png"
         ),
@@ -232,13 +240,11 @@ def application(load: Load, command: str) -> typer.Typer:
         width: str = typer.Option("page", "--width", metavar="column|page", help="Of a figure."),
         out: Path = FOLDER,
     ) -> int:
-        from reports.cli.export import PICTURES, export, export_figure
+        from reports.cli.export import Choice, exported
 
-        if form in PICTURES:
-            print(export_figure(load(), out, name, form, width, to))
-            return 0
-        columns = [word.strip() for word in sort.split(",") if word.strip()]
-        print(export(out, name, form, columns, to))
+        choice = Choice(*(_words(text) for text in (sort, columns)), tuple(where))
+        for line in exported(load, out, name, form, width, to, choice, listed, every):
+            print(line)
         return 0
 
     @app.command(
@@ -317,6 +323,11 @@ def application(load: Load, command: str) -> typer.Typer:
         return 0
 
     return app
+
+
+def _words(text: str) -> tuple[str, ...]:
+    """The words of a list with commas."""
+    return tuple(word.strip() for word in text.split(",") if word.strip())
 
 
 def check_folder(out: Path) -> None:

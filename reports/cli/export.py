@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
@@ -15,9 +17,10 @@ from reports.build.kept import kept_claims, kept_comparison, kept_sections
 from reports.figures.drawing import drawable
 from reports.figures.sized import WIDTHS, sized
 from reports.figures.style.no_data import NoData
+from reports.results.figure import Figure
 from reports.results.origins import read_origins
 from reports.results.suite import Suite
-from reports.tables.latex import as_latex, caption_of
+from reports.tables.latex import as_latex, caption_of, escape
 from reports.tables.macros import CLAIMS, numbers
 from reports.tables.writing import as_csv, as_markdown
 
@@ -29,13 +32,65 @@ WITHOUT_PARQUET = (
 )
 
 
-def export(out: Path, name: str, form: str, sort: Sequence[str], to: Path | None) -> Path:
+@dataclass(frozen=True)
+class Choice:
+    """What of a table is exported.
+
+    sort     columns, most significant first; "-seconds" sorts in descending order
+    columns  those to take, in this order; () for all
+    where    "column=value": rows to take, which have the value, a text or a number
+    """
+
+    sort: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    where: tuple[str, ...] = ()
+
+
+def exported(
+    load: Callable[[], Suite], out: Path, name: str, form: str, width: str, to: Path | None,
+    choice: Choice, listed: bool, every: bool,
+) -> Iterator[str | Path]:  # fmt: skip
+    """Lines of a list, or the paths of files written: one table or figure, or all of them.
+
+    Raises typer.BadParameter as `export` and `export_figure`, and without a name.
+    """
+    one_table = form not in PICTURES and name in (*tables(out), NUMBERS)
+    if one_table and not (listed or every):
+        yield export(out, name, form, choice, to)
+        return
+    suite = load()
+    figures = _figures(suite, out)
+    if listed:
+        yield from (f"{table}  table" for table in tables(out))
+        yield from (f"{one}  figure: {figure.title}" for one, (figure, _) in figures.items())
+    elif every:
+        if to is not None or name:
+            raise typer.BadParameter("--all takes neither a NAME nor --to.")
+        for one in figures if form in PICTURES else tables(out):
+            if form not in PICTURES:
+                yield export(out, one, form, Choice(), None)
+            elif figures[one][1] is not None:
+                with suppress(typer.BadParameter):  # of rows that cannot be drawn
+                    yield export_figure(suite, out, one, form, width, None)
+    elif not name:
+        raise typer.BadParameter("export expects a NAME, --list or --all.")
+    elif form in PICTURES:
+        yield export_figure(suite, out, name, form, width, to)
+    elif name in figures:
+        raise typer.BadParameter(
+            f"{name!r} is a figure, in the formats {', '.join(PICTURES)}; received --format {form}."
+        )
+    else:
+        yield export(out, name, form, choice, to)
+
+
+def export(out: Path, name: str, form: str, choice: Choice, to: Path | None) -> Path:
     """Write the table `name` of the report in `out`; returns the path of the file.
 
-    name  a table, or NUMBERS for the numbers of the report as LaTeX macros
-    form  one of FORMATS
-    sort  columns, most significant first; "-seconds" sorts in descending order
-    to    the output file; None for tables/NAME.SUFFIX in `out`, which a build overwrites
+    name    a table, or NUMBERS for the numbers of the report as LaTeX macros
+    form    one of FORMATS
+    choice  of rows and columns
+    to      the output file; None for tables/NAME.SUFFIX in `out`, which a build overwrites
 
     Numbers have all digits in CSV and Parquet, few in LaTeX and Markdown. Missing values sort last.
     Raises typer.BadParameter for an unknown table, column or format.
@@ -52,7 +107,7 @@ def export(out: Path, name: str, form: str, sort: Sequence[str], to: Path | None
         if not (out / CLAIMS).is_file():
             raise typer.BadParameter(f"{out} holds no {CLAIMS} yet; run verify or build first.")
         return write(path, numbers(out))
-    table = ordered(_read(out, name), sort)
+    table = chosen(_read(out, name), choice)
     origin = read_origins(out)
     known = origin.get(f"{name}.csv") or origin.get("work_precision.csv") or {}
     return write(path, _written(table, form, name, caption_of(name, known)))
@@ -69,12 +124,7 @@ def export_figure(
     """
     if width not in WIDTHS:
         raise typer.BadParameter(f"--width expects {' or '.join(WIDTHS)}; received {width!r}.")
-    known = {
-        figure.name: (figure, frame)
-        for figure, frame in drawable(
-            kept_claims(out, suite.claims), kept_comparison(out), kept_sections(out, suite.sections)
-        )
-    }
+    known = _figures(suite, out)
     if name not in known:
         raise typer.BadParameter(
             f"there is no figure {name!r}; did you mean {nearest(name, known)!r}?"
@@ -86,9 +136,19 @@ def export_figure(
     if frame is None:
         raise typer.BadParameter(f"the rows of {name!r} are not kept in {out}; run build first.")
     try:
-        return write(path, sized(figure, frame, form, WIDTHS[width]))
+        written = write(path, sized(figure, frame, form, WIDTHS[width]))
     except NoData as error:
         raise typer.BadParameter(f"{name!r} cannot be drawn: {error}") from None
+    said = f"{figure.title}. {figure.caption}".strip()
+    write(path.with_suffix(".txt"), f"{said}\n")
+    write(path.with_suffix(".tex"), f"\\caption{{{escape(said)}}}\\label{{fig:{name}}}\n")
+    return written
+
+
+def _figures(suite: Suite, out: Path) -> dict[str, tuple[Figure, pd.DataFrame | None]]:
+    """All figures of a report by name, each with its rows, None where these are not kept."""
+    kept = kept_claims(out, suite.claims), kept_comparison(out), kept_sections(out, suite.sections)
+    return {figure.name: (figure, frame) for figure, frame in drawable(*kept)}
 
 
 def tables(out: Path) -> dict[str, Path]:
@@ -97,22 +157,46 @@ def tables(out: Path) -> dict[str, Path]:
     return {path.stem: path for path in sorted((out / "tables").glob("*.csv"))} | beside
 
 
+def chosen(table: pd.DataFrame, choice: Choice) -> pd.DataFrame:
+    """The rows and columns of a choice; BadParameter for a column or a value that is not there."""
+    for condition in choice.where:
+        column, equals, value = condition.partition("=")
+        _known_columns(table, [column])
+        text = table[column].astype(str)
+        same = text == value
+        with suppress(ValueError):
+            same |= pd.to_numeric(table[column], errors="coerce") == float(value)
+        if not equals or not same.any():
+            raise typer.BadParameter(
+                f"--where expects COLUMN=VALUE with a value of the table; received {condition!r}; "
+                f"did you mean {column}={nearest(value, sorted(set(text)))}?"
+            )
+        table = table[same]
+    _known_columns(table, choice.columns)
+    table = ordered(table, choice.sort)
+    return table[list(choice.columns)] if choice.columns else table
+
+
 def ordered(table: pd.DataFrame, sort: Sequence[str]) -> pd.DataFrame:
     """The rows sorted by these columns, numbers by value; a stable sort."""
     falling = [word.startswith("-") for word in sort]
     columns = [word.removeprefix("-") for word in sort]
-    for column in columns:
-        if column not in table:
-            raise typer.BadParameter(
-                f"the table has no column {column!r}; did you mean "
-                f"{nearest(column, table.columns)!r} (it has {', '.join(table.columns)})?"
-            )
+    _known_columns(table, columns)
     if not columns:
         return table
     return table.sort_values(
         columns, ascending=[not down for down in falling], kind="stable", na_position="last",
         ignore_index=True,
     )  # fmt: skip
+
+
+def _known_columns(table: pd.DataFrame, columns: Sequence[str]) -> None:
+    for column in columns:
+        if column not in table:
+            raise typer.BadParameter(
+                f"the table has no column {column!r}; did you mean "
+                f"{nearest(column, table.columns)!r} (it has {', '.join(table.columns)})?"
+            )
 
 
 def _read(out: Path, name: str) -> pd.DataFrame:

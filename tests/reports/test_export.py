@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -88,12 +89,46 @@ def test_without_pyarrow_parquet_says_what_to_install(make_suite, out, capsys, m
         (["ratios", "--format", "tex"], "did you mean 'latex'"),
         (["ratios", "--sort", "eror"], "did you mean 'error'"),
         (["ratios", "--to", "."], "--to expects a file"),
+        (["ratios", "--where", "problem=keppler"], "did you mean problem="),
+        (["ratios", "--where", "problme=a"], "did you mean 'problem'"),
+        (["ratios", "--where", "problem"], "expects COLUMN=VALUE"),
+        (["ratios", "--columns", "problem,eror"], "did you mean 'error'"),
+        ([], "expects a NAME, --list or --all"),
+        (["ratios", "--all"], "--all takes neither a NAME nor --to"),
     ],
 )
 def test_what_was_mistyped_is_answered_in_a_sentence(make_suite, out, capsys, words, said):
     assert run(make_suite, ["export", *words, "--out", str(out)]) == 2
     told = capsys.readouterr().err
     assert said in told and len(told.splitlines()) == 1
+
+
+def test_rows_and_columns_are_chosen(make_suite, out, tmp_path):
+    to = tmp_path / "few.csv"
+    words = ["export", "work_precision", "--where", "error=0.001", "--columns", "error,contender"]
+    assert run(make_suite, [*words, "--to", str(to), "--out", str(out)]) == 0
+    few = pd.read_csv(to)
+    assert list(few) == ["error", "contender"] and set(few["error"]) == {1e-3} and len(few)
+    narrow = [*words, "--where", f"contender={few['contender'][0]}", "--to", str(to)]
+    assert run(make_suite, [*narrow, "--out", str(out)]) == 0
+    assert set(pd.read_csv(to)["contender"]) == {few["contender"][0]}
+
+
+def test_what_there_is_is_listed_and_all_of_it_is_written(make_suite, out, capsys):
+    assert run(make_suite, ["export", "--list", "--out", str(out)]) == 0
+    listed = capsys.readouterr().out.splitlines()
+    assert "work_precision  table" in listed and any("  figure: " in line for line in listed)
+    figure = next(line.split()[0] for line in listed if "  figure: " in line)
+    assert run(make_suite, ["export", figure, "--out", str(out)]) == 2
+    said = f"{figure!r} is a figure, in the formats pdf, svg, png; received --format csv."
+    assert said in " ".join(capsys.readouterr().err.split())
+    assert run(make_suite, ["export", "--all", "--format", "markdown", "--out", str(out)]) == 0
+    written = capsys.readouterr().out.splitlines()
+    assert len(written) == sum(line.endswith("  table") for line in listed)
+    assert run(make_suite, ["export", "--all", "--format", "svg", "--out", str(out)]) == 0
+    for path in map(Path, capsys.readouterr().out.split()):
+        assert path.suffix == ".svg" and path.with_suffix(".txt").read_text().strip()
+        assert path.with_suffix(".tex").read_text().startswith("\\caption{")
 
 
 def test_an_empty_folder_and_a_damaged_table_are_told(make_suite, tmp_path, capsys):
