@@ -53,7 +53,8 @@ def put_suite_first() -> None:
     top = next((one for one in (here, *here.parents) if (one / ".git").exists()), here)
     found = places_in(top, here.relative_to(top))
     own = [str(one) for one in found if one.is_dir() and str(one) != place]
-    sys.path[:] = [place, *(one for one in sys.path if one not in (place, "", *own)), *own]
+    others = [one for one in sys.path if one not in (place, "", str(here))]
+    sys.path[:] = [place, *others, *(one for one in own if one not in others)]
 
 
 def places_in(top: Path, inner: Path) -> tuple[Path, ...]:

@@ -90,8 +90,10 @@ def _errors(
         known = {"study": check.problem.name, "label": label, "t": check.duration}
         if setting is halved[0] and run.success:
             again = _run(external, check.problem, check.duration, setting)
-            apart = [np.max(np.abs(x - y)) for x, y in ((run.q, again.q), (run.p, again.p))]
-            yield row(quantity=REPEAT, value=np.max(apart), status=_status(again), **known)
+            apart = np.inf
+            if again.success and again.q.shape == run.q.shape:
+                apart = max(np.max(np.abs(run.q - again.q)), np.max(np.abs(run.p - again.p)))
+            yield row(quantity=REPEAT, value=apart, status=_status(again), **known)
         yield row(quantity=ERROR, value=_error(run, truth.q[-1]), status=_status(run), **known)
         for quantity, found, exact in zip(
             OFF.values(), (run.q, run.p), (truth.q, truth.p), strict=True

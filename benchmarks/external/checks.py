@@ -234,8 +234,10 @@ class Judge:
             if limit is not None:
                 expected, verdict, why = bounds.HOLDS, bounds.HOLDS, DECLARED
                 faults = [_growth(limit, one) for one in both]
-                if all(faults):  # one alone may beat with the motion
-                    verdict, why = bounds.CONTRADICTED, f"{DECLARED} {faults[0]}"
+                found = max(both, key=lambda one: one.largest)
+                if all(faults) or found.largest > limit:  # a drift alone may be a beat
+                    fault = _growth(limit, found) or faults[0]
+                    verdict, why = bounds.CONTRADICTED, f"{DECLARED} {fault}"
             if not np.isfinite(found.largest):
                 verdict = bounds.CONTRADICTED
             label, why = series["label"].iloc[0], series["status"].iloc[0] or why

@@ -69,7 +69,7 @@ class ResultCache:
                 if digest == _digest(text) and not _expired(path):
                     name, result = json.loads(text)
                     found[name] = result
-            except (OSError, ValueError):
+            except (OSError, ValueError, RecursionError):
                 continue
         return found
 
@@ -101,4 +101,7 @@ def _digest(text: str) -> str:
 
 
 def _expired(path: Path) -> bool:
-    return time.time() - path.stat().st_mtime > WEEK
+    try:
+        return time.time() - path.stat().st_mtime > WEEK
+    except OSError:  # another process was faster
+        return False

@@ -7,8 +7,8 @@ values:
 
 {"do": "run", "case"}                          the end states, counts, status, seconds of the
                                                first call, numbers that identify the problem, the
-                                               file of galvi or of the integrator, and the most
-                                               memory that the process has had, in bytes
+                                               file of galvi or of the integrator, and the memory
+                                               of the process afterwards, in bytes
 {"do": "time", "case", "repeats", "attempts"}   seconds of one call, see `sample`
 any                                            "raised": the exception, when there was one
 """
@@ -156,14 +156,15 @@ def run(case: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[st
     times = {"first_call": first, "warm": sample(call, 1)["wall"]}
     module = sys.modules[case["contender"].partition(":")[0] if case.get("contender") else "galvi"]
     origin = {"code": module.__file__, "problem": probed(problem_of(case))}
-    return described(runs) | times | origin | {"memory": most_memory()}
+    return described(runs) | times | origin | {"memory": memory()}
 
 
-def most_memory() -> float:
-    """The most memory that this process has had, in bytes; NaN where the system does not say."""
-    try:  # not getrusage, which on Linux begins with the memory of the parent process
+def memory() -> float:
+    """The memory of this process in bytes; NaN where the system does not say."""
+    gc.collect()
+    try:
         with open("/proc/self/status", encoding="ascii") as file:
-            return 1024.0 * int(file.read().partition("VmHWM:")[2].split()[0])
+            return 1024.0 * int(file.read().partition("VmRSS:")[2].split()[0])
     except (OSError, IndexError):
         return math.nan
 

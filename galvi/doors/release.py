@@ -5,12 +5,14 @@
 
 from __future__ import annotations
 
+import os
+import re
 import subprocess
 from importlib import metadata
 from pathlib import Path
 
 RELEASE = "0.1.0"
-DESCRIBE = ("describe", "--tags", "--always", "--dirty", "--abbrev=12", "--match=v[0-9]*")
+RELEASED = r"v(\d+(?:\.\d+)*(?:(?:a|b|rc)\d+)?)(-dirty)?"  # a tag of a release, as PEP 440 has it
 
 
 def galvi_version() -> str:
@@ -25,14 +27,20 @@ def version_in_git(top: Path) -> str:
     """The version of a git checkout with this top folder; "" where git does not tell."""
     if not (top / ".git").exists():
         return ""
-    command = ("git", "-C", str(top), *DESCRIBE)
+    said = _git(top, "--tags", "--match=v[0-9]*", "--exact-match")
+    tag = re.fullmatch(RELEASED, said)
+    if tag:
+        return tag[1] + ("+dirty" if tag[2] else "")
+    commit, *changed = _git(top, "--exclude=*").split("-dirty")
+    return f"{RELEASE}.dev0+g{commit}{'.dirty' if changed else ''}" if commit else ""
+
+
+def _git(top: Path, *words: str) -> str:
+    """What ``git describe`` says of this checkout, whatever repository the environment names."""
+    command = ("git", "-C", str(top), "describe", "--always", "--dirty", "--abbrev=12", *words)
+    own = {name: text for name, text in os.environ.items() if not name.startswith("GIT_")}
     try:
-        said = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
+        said = subprocess.run(command, capture_output=True, text=True, timeout=10, env=own)
     except (OSError, subprocess.SubprocessError):
         return ""
-    # v0.1.0, v0.1.0-7-g1234567890ab so many commits after it, or 1234567890ab; and then -dirty
-    name, *changed = said.stdout.strip().split("-dirty")
-    tag, _, commit = name.rpartition("-g")
-    if name.startswith("v") and not tag:
-        return name[1:] + ("+dirty" if changed else "")
-    return f"{RELEASE}.dev0+g{commit}{'.dirty' if changed else ''}"
+    return said.stdout.strip() if said.returncode == 0 else ""

@@ -42,7 +42,9 @@ def _coupled_layout(problem: Problem, found: Any) -> npt.NDArray[np.int64]:
         numbers[:] = 0
         masses = np.zeros((owner.size, owner.size))
     size = np.sqrt(np.abs(np.diag(masses)))
-    for i, j in np.argwhere(masses > SOME * np.outer(size, size)):
+    with np.errstate(invalid="ignore"):
+        coupled = ~np.isfinite(masses) | (masses > SOME * np.outer(size, size))
+    for i, j in np.argwhere(coupled):
         one, other = numbers[owner[i]], numbers[owner[j]]
         numbers[numbers == max(one, other)] = min(one, other)
     return np.column_stack([layout, numbers])

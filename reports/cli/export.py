@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import typer
@@ -54,8 +55,12 @@ def exported(
 
     Raises typer.BadParameter as `export` and `export_figure`, and without a name.
     """
-    one_table = form not in PICTURES and name in (*tables(out), NUMBERS)
-    if one_table and not (listed or every):
+    _check_form(form)
+    if (bool(name) + listed + every) != 1:
+        raise typer.BadParameter("export expects a NAME, --list or --all, and one of these.")
+    if choice != Choice() and (not name or form in PICTURES):
+        raise typer.BadParameter("--sort, --where and --columns are for one table.")
+    if form not in PICTURES and name in (*tables(out), NUMBERS):
         yield export(out, name, form, choice, to)
         return
     suite = load()
@@ -64,16 +69,9 @@ def exported(
         yield from (f"{table}  table" for table in tables(out))
         yield from (f"{one}  figure: {figure.title}" for one, (figure, _) in figures.items())
     elif every:
-        if to is not None or name:
-            raise typer.BadParameter("--all takes neither a NAME nor --to.")
-        for one in figures if form in PICTURES else tables(out):
-            if form not in PICTURES:
-                yield export(out, one, form, Choice(), None)
-            elif figures[one][1] is not None:
-                with suppress(typer.BadParameter):  # of rows that cannot be drawn
-                    yield export_figure(suite, out, one, form, width, None)
-    elif not name:
-        raise typer.BadParameter("export expects a NAME, --list or --all.")
+        if to is not None:
+            raise typer.BadParameter("--all does not take --to.")
+        yield from _all(suite, out, form, width, figures)
     elif form in PICTURES:
         yield export_figure(suite, out, name, form, width, to)
     elif name in figures:
@@ -82,6 +80,38 @@ def exported(
         )
     else:
         yield export(out, name, form, choice, to)
+
+
+def _all(
+    suite: Suite, out: Path, form: str, width: str, figures: Mapping[str, Any]
+) -> Iterator[Path]:
+    """Write all tables, or all figures whose rows are kept."""
+    if form in PICTURES:
+        kept = [name for name, (_, frame) in figures.items() if frame is not None]
+        if not kept:
+            raise typer.BadParameter(f"the rows of no figure are kept in {out}; run build first.")
+        for name in kept:
+            try:
+                yield export_figure(suite, out, name, form, width, None)
+            except NotDrawn:
+                continue  # its rows show nothing
+        return
+    if not tables(out):
+        raise typer.BadParameter(f"{out} holds no table yet; run compare or build first.")
+    for name in tables(out):
+        yield export(out, name, form, Choice(), None)
+
+
+class NotDrawn(typer.BadParameter):
+    """The rows of a figure are there, and show nothing."""
+
+
+def _check_form(form: str) -> None:
+    if form not in (*FORMATS, *PICTURES):
+        raise typer.BadParameter(
+            f"--format expects {', '.join((*FORMATS, *PICTURES))}; received {form!r}; "
+            f"did you mean {nearest(form, (*FORMATS, *PICTURES))!r}?"
+        )
 
 
 def export(out: Path, name: str, form: str, choice: Choice, to: Path | None) -> Path:
@@ -95,11 +125,6 @@ def export(out: Path, name: str, form: str, choice: Choice, to: Path | None) -> 
     Numbers have all digits in CSV and Parquet, few in LaTeX and Markdown. Missing values sort last.
     Raises typer.BadParameter for an unknown table, column or format.
     """
-    if form not in FORMATS:
-        raise typer.BadParameter(
-            f"--format expects {', '.join((*FORMATS, *PICTURES))}; received {form!r}; "
-            f"did you mean {nearest(form, (*FORMATS, *PICTURES))!r}?"
-        )
     path = to or out / "tables" / f"{name}{FORMATS[form]}"
     if path.is_dir():
         raise typer.BadParameter(f"--to expects a file; received the folder {path}.")
@@ -138,10 +163,11 @@ def export_figure(
     try:
         written = write(path, sized(figure, frame, form, WIDTHS[width]))
     except NoData as error:
-        raise typer.BadParameter(f"{name!r} cannot be drawn: {error}") from None
+        raise NotDrawn(f"{name!r} cannot be drawn: {error}") from None
     said = f"{figure.title}. {figure.caption}".strip()
-    write(path.with_suffix(".txt"), f"{said}\n")
-    write(path.with_suffix(".tex"), f"\\caption{{{escape(said)}}}\\label{{fig:{name}}}\n")
+    beside = path.with_name(f"{path.stem}-caption")
+    write(beside.with_suffix(".txt"), f"{said}\n")
+    write(beside.with_suffix(".tex"), f"\\caption{{{escape(said)}}}\\label{{fig:{name}}}\n")
     return written
 
 
@@ -162,14 +188,15 @@ def chosen(table: pd.DataFrame, choice: Choice) -> pd.DataFrame:
     for condition in choice.where:
         column, equals, value = condition.partition("=")
         _known_columns(table, [column])
-        text = table[column].astype(str)
-        same = text == value
+        text = [str(cell) for cell in table[column]]
+        same = pd.Series([one == value for one in text], index=table.index, dtype=bool)
         with suppress(ValueError):
             same |= pd.to_numeric(table[column], errors="coerce") == float(value)
         if not equals or not same.any():
+            near = f"; did you mean {column}={nearest(value, sorted(set(text)))}?" if text else "."
             raise typer.BadParameter(
-                f"--where expects COLUMN=VALUE with a value of the table; received {condition!r}; "
-                f"did you mean {column}={nearest(value, sorted(set(text)))}?"
+                f"--where expects COLUMN=VALUE with a value of the table; received "
+                f"{condition!r}{near}"
             )
         table = table[same]
     _known_columns(table, choice.columns)

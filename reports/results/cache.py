@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from benchmarks.store.result_cache import ResultCache, digest_of_sources
@@ -36,7 +37,7 @@ class CachedResult:
     def as_json(self) -> list[Any]:
         """Its numbers and texts, exactly; the index is not kept."""
         columns = [
-            (name, str(column.dtype), column.astype(object).tolist())
+            (name, str(column.dtype), [_native(cell) for cell in column.astype(object)])
             for name, column in self.frame.items()
         ]
         return [self.seconds, self.run, columns]
@@ -47,6 +48,11 @@ class CachedResult:
         seconds, run, columns = kept
         named = {name: pd.Series(values, dtype=kind) for name, kind, values in columns}
         return cls(pd.DataFrame(named), seconds, run)
+
+
+def _native(cell: Any) -> Any:
+    """A cell as JSON has it."""
+    return cell.item() if isinstance(cell, np.generic) else cell
 
 
 @dataclass(eq=False)

@@ -23,7 +23,7 @@ FAILS, PROBLEM, COUNTS, ERROR, TIME = "status", "problem", "counts", "error", "t
 REPEATS, MEMORY = "not deterministic", "memory"
 NOTE = ""  # not a gate: its sentences are not alarms
 SAME_WORK = ("steps",)  # counts of the requested work, not of its cost
-MORE, MUCH = 1.05, 16e6  # factor, and bytes besides, of memory that counts
+MUCH = 8e6  # bytes more that a second run leaves in memory, which count
 # Tolerances for rounding in a problem's functions: relative to a number, and to the largest one.
 ROUNDED, CANCELLED = 1e-9, 1e-13
 
@@ -137,10 +137,14 @@ def _repeats(pair: Pair) -> Iterator[tuple[str, str]]:
 
 
 def _memory(pair: Pair) -> Iterator[tuple[str, str]]:
-    """After two runs, so that what leaks in each step counts twice."""
-    base, head = (pair.again.get(side, {}).get("memory", math.nan) for side in SIDES)
-    if head > MORE * base + MUCH:
-        yield MEMORY, f"memory {base / 1e6:.0f} MB became {head / 1e6:.0f} MB."
+    """What a second run leaves in memory: neither compilation nor what other benchmarks took."""
+    left = {
+        side: again.get("memory", math.nan) - pair.reached[side].get("memory", math.nan)
+        for side, again in pair.again.items()
+    }
+    base, head = (left.get(side, math.nan) for side in SIDES)
+    if head > max(base, 0.0) + MUCH:
+        yield MEMORY, f"a run leaves {head / 1e6:.0f} MB in memory, where it left {base / 1e6:.0f}."
 
 
 def _changed(base: Mapping[str, Any], head: Mapping[str, Any]) -> list[str]:

@@ -48,8 +48,8 @@ class Outcome:
             return f"Nothing of {self.head} could be compared with {self.base}.{rest}"
         if not self.worse:
             return (
-                f"{head} is not worse than {self.base} in {many}: no count or error grew beyond "
-                f"its tolerance, and no time by rank and size{self._power()}.{rest}"
+                f"{head} is not worse than {self.base} in {many}: no count, error or memory grew "
+                f"beyond its tolerance, and no time by rank and size{self._power()}.{rest}"
             )
         named = ", ".join(f"{one.name} ({', '.join(one.alarms)})" for one in self.worse)
         return f"{head} is worse than {self.base} in {len(self.worse)} of {many}: {named}.{rest}"
@@ -59,12 +59,9 @@ class Outcome:
         sizes = [one.visible for one in self.findings if not math.isnan(one.visible)]
         if not sizes:
             return ""
-        least, most = (f"{100 * x:.0f} %" for x in (min(sizes), max(sizes)))
-        if math.isinf(max(sizes)):
-            most = "more than 300 %"
-        return (
-            f" (smallest growth visible here: {least if least == most else f'{least} to {most}'})"
-        )
+        least, most = (_growth(size) for size in (min(sizes), max(sizes)))
+        several = least if least == most else f"{least} to {most}"
+        return f" (smallest growth visible here: {several})"
 
     def table(self) -> pd.DataFrame:
         """A row of text for each benchmark, the worse ones first."""
@@ -103,12 +100,16 @@ def _row(one: Finding) -> dict[str, str]:
         "benchmark": one.name,
         "time": f"{100 * one.growth:+.1f} %" if known(one.growth) else "-",
         "p": plain(one.p, 2) or "-",
-        "visible from": f"{100 * one.visible:.0f} %" if known(one.visible) else "-",
+        "visible from": "-" if math.isnan(one.visible) else _growth(one.visible),
         "counts": _change(*_sums(*(run["counts"] for run in one.pair.reached.values()))),
         "error": _change(*one.errors),
         "ends moved": plain(one.moved, 2) or "-",
         "verdict": f"worse: {', '.join(one.alarms)}" if one.alarms else outcome,
     }
+
+
+def _growth(size: float) -> str:
+    return "more than 300 %" if math.isinf(size) else f"{100 * size:.0f} %"
 
 
 def _sums(*counts: Mapping[str, int]) -> tuple[float, float]:

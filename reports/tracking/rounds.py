@@ -25,7 +25,7 @@ class Pair:
     """A benchmark on both sides; each mapping is by side.
 
     reached  results of the first calls, see the worker's program; without a side that failed
-    again    results of a second run, where it takes little time
+    again    results of a second run of those that are no round-off runs
     why      the reasons of failed sides
     rounds   for each round, the samples in seconds
     """
@@ -50,6 +50,7 @@ def first_calls(workers: Mapping[str, Worker], cases: Sequence[Case], report: Re
                     pair.again[side] = workers[side].run(case)
             except Failed as error:
                 pair.why[side] = str(error)
+                pair.reached.pop(side, None)
         pairs.append(pair)
     return pairs
 

@@ -242,6 +242,9 @@ def test_the_version_is_the_same_wherever_it_is_written() -> None:
         (["tag v2.3.4", "tag other"], "2.3.4"),
         (["tag v2.3.4", "commit --allow-empty -m more"], "{release}.dev0+g{commit}"),
         (["tag v2.3.4", None], "2.3.4+dirty"),
+        (["tag v2.3.4rc1"], "2.3.4rc1"),
+        (["tag v2.3.4-paper"], "{release}.dev0+g{commit}"),
+        (["tag v1-gamma"], "{release}.dev0+g{commit}"),
         ([None], "{release}.dev0+g{commit}.dirty"),
     ],
 )

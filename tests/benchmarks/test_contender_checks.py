@@ -89,6 +89,24 @@ class Unseeded(Gauss):
         )
 
 
+class Moody(Gauss):
+    """Every second run of a step fails early."""
+
+    count = 0
+
+    def run(self, problem, duration, setting):
+        run = super().run(problem, duration, setting)
+        self.count += 1
+        if self.count % 2:
+            return run
+        return replace(run, t=run.t[:2], q=run.q[:2], p=run.p[:2], success=False, status="Tired.")
+
+
+def test_a_second_run_that_fails_is_no_exception():
+    differing = checked(Moody(), ORBIT)[1]
+    assert any(row.quantity.startswith("difference of two") for row in differing)
+
+
 def test_noise_without_a_seed_is_called_not_deterministic():
     caught = checked(Unseeded(), ORBIT)[1]
     assert {row.quantity.partition(",")[0] for row in caught} == {"difference of two equal runs"}

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import concurrent.futures
+import dataclasses
+import fractions
+import functools
 import json
 import os
 import shutil
@@ -94,18 +98,78 @@ def test_so_does_a_potential_that_was_not_traced(tmp_path):
         galvi.integrate_ensemble(*arguments, folder=tmp_path)
     first = galvi.integrate_ensemble(*arguments, folder=tmp_path, version="1")
     again = galvi.integrate_ensemble(*arguments, folder=tmp_path, version="1")
-    assert np.array_equal(first, again) and again.files == "1 files loaded, 0 computed"
+    assert np.array_equal(first, again) and again.files == "files: 1 loaded, 0 computed"
 
 
 def test_the_version_is_part_of_the_name(tmp_path):
     for version, files in (
-        ("1", "0 files loaded, 1 c"),
-        ("1", "1 f"),
-        ("2", "0 files loaded, 1 c"),
+        ("1", "files: 0 l"),
+        ("1", "files: 1 l"),
+        ("2", "files: 0 l"),
     ):
         assert ensemble(tmp_path, 5, keep=end, version=version).files.startswith(files)
     with pytest.raises(TypeError, match="version must be a text, or None; received 3"):
         ensemble(tmp_path, version=3)
+
+
+@dataclasses.dataclass
+class Scaled:
+    """The last state times a number; ``other`` is what a class of the caller's may hold."""
+
+    by: float
+
+    def __call__(self, run):
+        return self.by * run.q[-1]
+
+
+class Plain:
+    def __init__(self, by):
+        self.by = by
+
+    def __call__(self, run):
+        return self.by * run.q[-1]
+
+
+def scaled(run, by=1.0):
+    return by * run.q[-1]
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda a: lambda run: a * run.q[-1],
+        lambda a: functools.partial(scaled, by=a),
+        Scaled,
+        Plain,
+        lambda a: Plain(np.array([a], dtype=object)),
+        lambda a: Plain(fractions.Fraction(a)).__call__,
+        lambda a: lambda run, by=a: by * run.q[-1],
+    ],
+)
+def test_what_a_function_holds_is_told_apart_beside_its_version(make, tmp_path):
+    one, other = (
+        np.asarray(ensemble(tmp_path, 3, keep=make(a), version="1"), dtype=float)
+        for a in (1.0, 100.0)
+    )
+    assert np.allclose(other, 100.0 * one) and np.any(one)
+    assert ensemble(tmp_path, 3, keep=make(1.0), version="1").files == "files: 1 loaded, 0 computed"
+
+
+def test_code_that_was_changed_while_this_process_runs_is_not_believed(tmp_path, monkeypatch):
+    monkeypatch.setattr(identities, "IMPORTED", 0.0)
+    monkeypatch.setattr(folders, "digest_of_galvi", digest_of_galvi.__wrapped__)
+    with pytest.raises(ValueError, match=r"was changed after this process had imported galvi"):
+        ensemble(tmp_path)
+
+
+def test_many_threads_may_begin_one_folder(tmp_path):
+    def begin(_):
+        for _ in range(50):
+            folders.Folder(tmp_path / "new", (), {"q": np.zeros(1)}, None).make_writable()
+
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        list(pool.map(begin, range(4)))
+    assert not list((tmp_path / "new").iterdir())
 
 
 def test_the_text_of_a_traced_law_is_part_of_its_work(tmp_path, monkeypatch):
@@ -121,6 +185,7 @@ def test_the_code_of_galvi_is_part_of_the_name_but_not_its_words(tmp_path, monke
     (top / "doors").mkdir()
     place, door = top / "place.py", top / "doors" / "door.py"
     monkeypatch.setattr(identities, "__file__", str(top / "run" / "ensembles" / "identity.py"))
+    monkeypatch.setattr(identities, "IMPORTED", np.inf)
 
     def digest(code, other="y = 1"):
         place.write_text(code)
@@ -136,7 +201,7 @@ def test_the_code_of_galvi_is_part_of_the_name_but_not_its_words(tmp_path, monke
 def test_results_of_other_code_of_galvi_are_not_believed(tmp_path, monkeypatch):
     ensemble(tmp_path)
     monkeypatch.setattr(folders, "digest_of_galvi", lambda: "other")
-    assert ensemble(tmp_path).files == "0 files loaded, 1 computed"
+    assert ensemble(tmp_path).files == "files: 0 loaded, 1 computed"
 
 
 def test_parameters_with_the_names_of_starts_hide_none(tmp_path):
@@ -208,8 +273,8 @@ def test_a_file_that_is_not_what_was_written_is_computed_again(damage, tmp_path,
     rewritten(path, ODD[damage])
     again = ensemble(tmp_path)
     assert np.array_equal(np.asarray(again), np.asarray(first))
-    assert "4 files loaded, 1 computed, 1 of them damaged and computed again" in repr(again)
-    assert ensemble(tmp_path).files == "5 files loaded, 0 computed"
+    assert "files: 4 loaded, 1 computed, 1 of them again, since a file was damaged" in repr(again)
+    assert ensemble(tmp_path).files == "files: 5 loaded, 0 computed"
 
 
 def damaged(path, others, chance):
@@ -257,7 +322,7 @@ def test_a_folder_in_place_of_a_file_is_named(tmp_path, small_files):
     path = sorted(tmp_path.glob("*.parquet"))[2]
     path.unlink()
     (path / "inside").mkdir(parents=True)
-    assert ensemble(tmp_path).files.endswith("1 of them damaged and computed again")
+    assert ensemble(tmp_path).files.endswith("1 of them again, since a file was damaged")
 
 
 def test_a_folder_that_cannot_be_written_is_refused_before_any_work(tmp_path, monkeypatch):

@@ -94,7 +94,13 @@ def test_without_pyarrow_parquet_says_what_to_install(make_suite, out, capsys, m
         (["ratios", "--where", "problem"], "expects COLUMN=VALUE"),
         (["ratios", "--columns", "problem,eror"], "did you mean 'error'"),
         ([], "expects a NAME, --list or --all"),
-        (["ratios", "--all"], "--all takes neither a NAME nor --to"),
+        (["ratios", "--all"], "a NAME, --list or --all, and one of these"),
+        (["--list", "ratios"], "and one of these"),
+        (["--all", "--to", "x"], "--all does not take --to"),
+        (["--all", "--where", "a=b"], "are for one table"),
+        (["fig-3-02", "--format", "pdf", "--columns", "a"], "are for one table"),
+        (["--all", "--format", "pfd"], "did you mean 'pdf'"),
+        (["--all", "--format", "pdf", "--width", "colum"], "--width expects column or page"),
     ],
 )
 def test_what_was_mistyped_is_answered_in_a_sentence(make_suite, out, capsys, words, said):
@@ -114,6 +120,18 @@ def test_rows_and_columns_are_chosen(make_suite, out, tmp_path):
     assert set(pd.read_csv(to)["contender"]) == {few["contender"][0]}
 
 
+def test_an_empty_table_and_one_with_gaps_have_rows_to_choose_from(make_suite, tmp_path, capsys):
+    pd.DataFrame({"who": ["a", None], "x": [1.0, np.nan]}).to_csv(
+        tmp_path / "gaps.csv", index=False
+    )
+    pd.DataFrame({"who": []}).to_csv(tmp_path / "none.csv", index=False)
+    for name in ("gaps", "none"):
+        words = ["export", name, "--where", "who=b", "--out", str(tmp_path)]
+        assert run(make_suite, words) == 2
+        assert "with a value of the table" in " ".join(capsys.readouterr().err.split())
+    assert run(make_suite, ["export", "--all", "--format", "svg", "--out", str(tmp_path)]) == 2
+
+
 def test_what_there_is_is_listed_and_all_of_it_is_written(make_suite, out, capsys):
     assert run(make_suite, ["export", "--list", "--out", str(out)]) == 0
     listed = capsys.readouterr().out.splitlines()
@@ -127,8 +145,9 @@ def test_what_there_is_is_listed_and_all_of_it_is_written(make_suite, out, capsy
     assert len(written) == sum(line.endswith("  table") for line in listed)
     assert run(make_suite, ["export", "--all", "--format", "svg", "--out", str(out)]) == 0
     for path in map(Path, capsys.readouterr().out.split()):
-        assert path.suffix == ".svg" and path.with_suffix(".txt").read_text().strip()
-        assert path.with_suffix(".tex").read_text().startswith("\\caption{")
+        beside = path.with_name(f"{path.stem}-caption")
+        assert path.suffix == ".svg" and beside.with_suffix(".txt").read_text().strip()
+        assert beside.with_suffix(".tex").read_text().startswith("\\caption{")
 
 
 def test_an_empty_folder_and_a_damaged_table_are_told(make_suite, tmp_path, capsys):

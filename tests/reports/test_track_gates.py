@@ -116,11 +116,24 @@ def test_a_head_whose_runs_differ_is_red_unless_those_of_the_base_do(compared: A
     assert not both.worse and "Two runs of the base differ" in " ".join(both.findings[0].notes)
 
 
+class Growing(Fake):
+    """Each run leaves so many bytes."""
+
+    def __init__(self, bytes_: float) -> None:
+        super().__init__()
+        self.bytes_, self.whole = bytes_, 2e8
+
+    def run(self, case: Case) -> dict[str, Any]:
+        self.whole += self.bytes_
+        return super().run(case) | {"memory": self.whole}
+
+
 def test_a_leak_is_red_by_its_memory(compared: Any) -> None:
-    small, large = (Fake(memory=size) for size in (200e6, 260e6))
-    assert alarms(compared(small, large)) == {"memory": "memory 200 MB became 260 MB."}
-    assert not compared(small, Fake(memory=220e6)).worse and not compared(large, small).worse
-    assert not compared(Fake(), large).worse  # of a base that does not tell
+    said = alarms(compared(Growing(0.0), Growing(60e6)))
+    assert said == {"memory": "a run leaves 60 MB in memory, where it left 0."}
+    assert not compared(Growing(0.0), Growing(5e6)).worse
+    assert not compared(Growing(60e6), Growing(60e6)).worse
+    assert not compared(Fake(), Growing(60e6)).worse  # the base does not tell
 
 
 def test_what_could_have_been_seen_is_said(compared: Any) -> None:

@@ -134,14 +134,15 @@ def measure(layout, g, h, p0, work, numbers):
             known = layout[factor, COUPLED]
             least = LEAST * largest_momentum(layout, known, numbers[2 * d :])
         for i in range(start, start + layout[factor, DIMENSION]):
-            size = max(numbers[2 * d + i], least)
-            numbers[2 * d + i] = 1.0 / size if size > 0.0 else 0.0
+            numbers[2 * d + i] = max(numbers[2 * d + i], least)
         start += layout[factor, DIMENSION]
+    for i in range(2 * d, 3 * d):
+        numbers[i] = 1.0 / numbers[i] if numbers[i] > 0.0 else 0.0
 
 
 @jit_noalloc
 def largest_momentum(layout, number, sizes):
-    """The largest size (d,) of factors that share this number, before it is inverted."""
+    """The largest size (d,) of factors that share this number."""
     start, size = 0, 0.0
     for factor in range(layout.shape[0]):
         end = start + layout[factor, DIMENSION]

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import platform
+import uuid
 from collections.abc import Mapping
 from functools import cached_property
 from importlib.metadata import version
@@ -30,7 +31,7 @@ class Folder:
 
     facts    what all its members share: law, method, times and what is kept
     version  of the caller's functions among the facts
-    loaded, damaged  numbers of files that `load` found, and that it found damaged
+    loaded, damaged  how many files `load` has read, and how many of them it did not believe
 
     A file holds the members of one chunk and is written as a whole under another name, then
     renamed. It says what it was computed from, and has a digest of its numbers; without both it is
@@ -66,8 +67,9 @@ class Folder:
         """Create the folder; ValueError where no file can be written."""
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            write_whole(self.path / ".tried", lambda target: target.touch())
-            (self.path / ".tried").unlink()
+            tried = self.path / f".tried-{uuid.uuid4().hex}"
+            write_whole(tried, lambda target: target.touch())
+            tried.unlink()
         except OSError as error:
             raise ValueError(
                 f"folder must be one that can be written; received {str(self.path)!r}: "
@@ -97,14 +99,14 @@ class Folder:
     def _known_members(self) -> int | None:
         try:
             known = json.loads(self._about.read_text())["members"]
-        except (OSError, KeyError, TypeError, ValueError):
+        except (OSError, KeyError, TypeError, ValueError, RecursionError):
             return None  # missing or damaged: written again
         return known if type(known) is int and known > 0 else None
 
     def summary(self, computed: int) -> str:
         """What was loaded and computed, in words."""
-        again = f", {self.damaged} of them damaged and computed again" if self.damaged else ""
-        return f"{self.loaded} files loaded, {computed} computed{again}"
+        again = f", {self.damaged} of them again, since a file was damaged" if self.damaged else ""
+        return f"files: {self.loaded} loaded, {computed} computed{again}"
 
     def load(self, members: slice) -> Rows | None:
         """What `save` wrote of these members; None where nothing is, or it is damaged."""
@@ -175,7 +177,7 @@ class Folder:
         except OSError as error:
             raise OSError(
                 error.errno,
-                f"{error.strerror}: a file of the ensemble could not be written. Make room; the "
+                f"a file of the ensemble could not be written ({error.strerror or error}). The "
                 f"next call goes on from what is in the folder",
                 str(path),
             ) from error

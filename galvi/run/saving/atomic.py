@@ -15,7 +15,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
     Its permissions are those of any new file, as the user's umask has them.
     """
-    partial = path.with_name(f".{path.name}.{uuid.uuid4().hex[:12]}.partial")
+    partial = path.with_name(f".{uuid.uuid4().hex}.partial")
     try:
         write(partial)
         os.replace(partial, path)
