@@ -15,7 +15,7 @@ from galvi.arrays import Array
 COLUMNS: Mapping[str, tuple[str, str]] = {
     "study": ("name of a group of series, e.g. 'n-refinement'", "object"),
     "quantity": ("what `value` is, e.g. 'one-step error'", "object"),
-    "n": ("number of basis functions, degree + 1; or of a sampling", "float64"),
+    "n": ("number of basis functions, degree + 1; or the seed of a sampling", "float64"),
     "step": ("step size, in the problem's unit of time", "float64"),
     "steps": ("number of steps", "float64"),
     "t": ("time, for histories and orbits", "float64"),

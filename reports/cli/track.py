@@ -76,10 +76,14 @@ def track_project(
     with both as sides:
         cases = contender_cases(contenders)
         new = absent(sides[0], contenders)
-        for path in new:
-            print(f"{path} is new: {sides[0].name} has nothing to compare it with.")
+        said = [f"{path} is new: {sides[0].name} has nothing to compare it with." for path in new]
+        for sentence in said:
+            print(sentence)
         known = tuple(case for case in cases if case.contender not in new)
         if not known:
+            (out / "against.json").unlink(missing_ok=True)
+            write(out / "against.md", "\n".join(said) + "\n")
+            write_job_summary("\n".join(said) + "\n")
             return 0
         return track_against(nullcontext(sides), known, out, provenance, isolate=False)
 

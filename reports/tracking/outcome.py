@@ -21,7 +21,8 @@ LEGEND = (
     "worse when its median also grew by the benchmark's threshold, in two rounds of fresh "
     "processes. Visible from: the least growth of all times that would have counted. Counts are "
     "summed for the table and compared one by one. Ends moved: the largest difference of a "
-    "coordinate; 0 means bit-identical."
+    "coordinate; 0 means bit-identical. Each side runs twice: both runs must have the same bits, "
+    "and the second leave no more in memory than the base's."
 )
 
 

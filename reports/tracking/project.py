@@ -26,6 +26,7 @@ PROBLEMS = {  # of galvi: arguments, duration, and the reference that is the tru
     "pendulum_3d": ({}, 5.0, "stored truth, rigid bodies"),
     "double_pendulum": ({}, 1.0, "stored truth, chains"),
 }
+PATIENCE = 60.0  # seconds for an import
 FEWEST = 100  # steps of an integrator that offers no settings
 LOOK = """
 import importlib, sys
@@ -109,10 +110,13 @@ def contender_cases(paths: Sequence[str]) -> tuple[Case, ...]:
 def absent(checkout: Checkout, paths: Sequence[str]) -> tuple[str, ...]:
     """The paths "package.module:Class" whose module, or class in it, a checkout does not have."""
     places = [str(one) for one in checkout.places]
-    answer = subprocess.run(
-        [checkout.python, "-P", "-c", LOOK, *paths], capture_output=True, text=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(places)},
-    )  # fmt: skip
+    try:
+        answer = subprocess.run(
+            [checkout.python, "-P", "-c", LOOK, *paths], capture_output=True, text=True,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(places)}, timeout=PATIENCE,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return ()  # it is there, and hangs, which is told by its run
     return tuple(path for path in paths if f"absent {path}" in answer.stdout.splitlines())
 
 
