@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 import subprocess
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -15,6 +16,7 @@ RELEASE = "0.1.0"
 RELEASED = r"v(\d+(?:\.\d+)*(?:(?:a|b|rc)\d+)?)(-dirty)?"  # a tag of a release, as PEP 440 has it
 
 
+@cache
 def galvi_version() -> str:
     """The version of a checkout, of an installed wheel, or RELEASE without git and installation."""
     try:

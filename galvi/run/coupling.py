@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from galvi.arrays import Array
 from galvi.charts.exponential import Exponential
-from galvi.kernels.lie.product import DIMENSION, place
+from galvi.kernels.lie.product import COUPLED, DIMENSION, place
 from galvi.problem import Problem
 from galvi.symbolic.traces import traces
 
@@ -26,7 +26,9 @@ def coupled_layout(system: Any, problem: Problem) -> npt.NDArray[np.int64]:
     factors share, 0 for all where the mass is not known."""
     layout = system.group.layout
     if len(layout) == 1 or not hasattr(system, "mass"):
-        return np.column_stack([layout, np.zeros(len(layout), dtype=np.int64)])
+        alone = np.zeros((len(layout), COUPLED + 1), dtype=np.int64)
+        alone[:, :COUPLED] = layout
+        return alone
     return _coupled_layout(problem, traces(system))
 
 

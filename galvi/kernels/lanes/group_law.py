@@ -81,7 +81,7 @@ from galvi.kernels.nystrom.solve import (
     SOLVED,
 )
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR, copy_into
-from galvi.kernels.on_group.scale import LEAST, grow_scale
+from galvi.kernels.on_group.scale import LEAST, grow_scale, largest_coupled
 from galvi.kernels.run_record import KEPT as KEPT_ARRAYS
 from galvi.kernels.run_record import PLAN, PROGRESS, Kept, Plan, record
 
@@ -132,25 +132,12 @@ def measure(layout, g, h, p0, work, numbers):
     for factor in range(layout.shape[0]):
         if layout[factor, COUPLED] != known:
             known = layout[factor, COUPLED]
-            least = LEAST * largest_momentum(layout, known, numbers[2 * d :])
+            least = LEAST * largest_coupled(layout, known, numbers[2 * d :])
         for i in range(start, start + layout[factor, DIMENSION]):
             numbers[2 * d + i] = max(numbers[2 * d + i], least)
         start += layout[factor, DIMENSION]
     for i in range(2 * d, 3 * d):
         numbers[i] = 1.0 / numbers[i] if numbers[i] > 0.0 else 0.0
-
-
-@jit_noalloc
-def largest_momentum(layout, number, sizes):
-    """The largest size (d,) of factors that share this number."""
-    start, size = 0, 0.0
-    for factor in range(layout.shape[0]):
-        end = start + layout[factor, DIMENSION]
-        if layout[factor, COUPLED] == number:
-            for i in range(start, end):
-                size = max(size, sizes[i])
-        start = end
-    return size
 
 
 @jit_inline

@@ -21,14 +21,14 @@ ROUGH = 0.1  # share of its last Legendre terms from which on a motion is not re
 
 
 @jit_noalloc
-def fastest(layout, number, rate):
-    """The largest rate (d, s) at the first and last stage of factors that share this number."""
+def largest_coupled(layout, number, sizes):
+    """The largest |size|, (d,), of factors that share this number."""
     start, size = 0, 0.0
     for factor in range(layout.shape[0]):
         end = start + layout[factor, DIMENSION]
         if layout[factor, COUPLED] == number:
-            for a in range(start, end):
-                size = max(size, abs(rate[a, 0]), abs(rate[a, rate.shape[1] - 1]))
+            for i in range(start, end):
+                size = max(size, abs(sizes[i]))
         start = end
     return size
 
@@ -44,7 +44,9 @@ def grow_scale(layout, place, rate, h, scale):
             continue
         if layout[factor, COUPLED] != known:
             known = layout[factor, COUPLED]
-            least = LEAST * abs(h) * fastest(layout, known, rate)
+            first_rate = largest_coupled(layout, known, rate[:, 0])
+            last_rate = largest_coupled(layout, known, rate[:, rate.shape[1] - 1])
+            least = LEAST * abs(h) * max(first_rate, last_rate)
         size = least
         for i in range(first, end):
             for j in range(place.shape[1]):

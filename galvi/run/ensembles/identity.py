@@ -62,7 +62,10 @@ def identity(value: Any, version: str | None) -> Any:
 
 
 def _values(value: Any) -> Any:
-    """What a function or an object holds, besides the code that a version stands for."""
+    """What a function or an object holds, which its version does not tell.
+
+    Its own bytecode is among that, since two functions may have one name, such as <lambda>.
+    """
     if isinstance(value, type | BuiltinFunctionType | np.ufunc):
         return None
     if isinstance(value, Dispatcher):

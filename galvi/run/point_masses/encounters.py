@@ -15,8 +15,8 @@ from galvi.systems.nbody import NBody
 FAR = 1e100  # largest length whose square is safe from overflow
 SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
 MANY = 1e5  # parts of a step that nobody would wait for
-FRAME = "Use chart=galvi.KeplerFrame(), or "
-ADAPT = f"{FRAME}an integrator that adapts its steps"
+OTHER = "an integrator that adapts its steps"
+ADAPT = f"Use chart=galvi.KeplerFrame(), or {OTHER}"
 MEETING = 1e-12  # of their distance, at which bodies meet as far as rounding tells
 
 
@@ -58,7 +58,7 @@ def encounter(
     remedy = "Use a smaller step or a higher degree"
     if not solvable > abs(step) / MANY:
         energy = 0.5 * rate[pair] - mu[pair] / apart[pair]
-        remedy = ADAPT if energy < 0.0 and not framed else ADAPT.replace(FRAME, "Use ")
+        remedy = ADAPT if energy < 0.0 and not framed else f"Use {OTHER}"
     return (
         f"{bodies} pass at a distance of about {closest[pair]:.1e}, where steps of up to about "
         f"{solvable:.1e} can be solved; received {abs(step):g}. {remedy}."
