@@ -20,7 +20,7 @@ def describe(canvas: Canvas) -> str:
     """Sentences on axes, ranges, lines and labels of every panel with data; no mathematics."""
     panels = [one for one in canvas.axes if (one.axison and one.has_data()) or _curves(one)]
     said = [sentence for panel in panels if (sentence := _panel(panel))]
-    texts = list(dict.fromkeys(text for one in canvas.axes for text in _texts(one)))
+    texts = list(dict.fromkeys(text for one in (canvas, *canvas.axes) for text in _texts(one)))
     said += [f"Lines: {_listed(texts)}."] if texts else []
     many = f"{len(panels)} panels. " if len(panels) > 1 else ""
     return many + " ".join(said)
@@ -66,10 +66,10 @@ def _curves(axes: Axes) -> list:
     return [one for one in axes.get_lines() if one.get_transform() == axes.transData]
 
 
-def _texts(axes: Axes) -> Iterator[str]:
-    """Entries of the legend, and labels at lines."""
-    legend = axes.get_legend()
-    for text in (*(legend.get_texts() if legend else ()), *axes.texts):
+def _texts(part: Canvas | Axes) -> Iterator[str]:
+    """Entries of legends, and labels at lines."""
+    legends = part.legends if isinstance(part, Canvas) else [part.get_legend()]
+    for text in (*(text for one in legends if one for text in one.get_texts()), *part.texts):
         words = plain(text.get_text())
         if re.search(r"[A-Za-z]{2}|=", words):
             yield words

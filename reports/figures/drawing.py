@@ -143,13 +143,21 @@ def drawable(
 
 
 def save(gallery: Gallery, folder: Path) -> None:
-    """Write NAME.svg and NAME.png, and remove the earlier files of figures that are missing now."""
-    for name, one in gallery.pictures.items():
-        write(folder / f"{name}.svg", one.svg)
-        write(folder / f"{name}.png", one.png)
+    """Write NAME.svg, NAME.png and NAME-narrow.svg, and remove the earlier files of figures that
+    are missing now."""
+    for one in gallery.pictures.values():
+        write_files(one, folder)
     for name in gallery.missing:
-        for kind in ("svg", "png"):
-            (folder / f"{name}.{kind}").unlink(missing_ok=True)
+        for end in (".svg", ".png", "-narrow.svg"):
+            (folder / f"{name}{end}").unlink(missing_ok=True)
+
+
+def write_files(one: Picture, folder: Path) -> None:
+    """Write the files of a picture."""
+    write(folder / f"{one.name}.svg", one.svg)
+    write(folder / f"{one.name}.png", one.png)
+    if one.narrow:
+        write(folder / f"{one.name}-narrow.svg", one.narrow)
 
 
 def _drawn(job: tuple[Figure, pd.DataFrame]) -> Picture | str:

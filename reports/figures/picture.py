@@ -10,11 +10,11 @@ from pathlib import Path
 import matplotlib
 import matplotlib.style
 import pandas as pd
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure as Canvas
 
 from reports.figures.describe import describe
 from reports.figures.moving import animated, hide_all_but_last
+from reports.figures.style.layout import Canvas, finish
+from reports.figures.style.no_data import NoData
 from reports.results.figure import Figure
 
 matplotlib.use("Agg")
@@ -25,11 +25,15 @@ METADATA = {
     "pdf": dict.fromkeys(("Creator", "Producer", "CreationDate")),
 }
 PIXELS = 96 / 72  # of CSS, per point
+NARROW = 3.75  # inches, on a telephone of 400 pixels with its margins
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A drawn figure: its name, title, caption, alternative text, and its two files' bytes."""
+    """A drawn figure: its name, title, caption and alternative text, and the bytes of its files.
+
+    narrow  the SVG for a telephone, of the width NARROW; empty where the figure needs more
+    """
 
     name: str
     title: str
@@ -37,32 +41,51 @@ class Picture:
     svg: bytes
     png: bytes
     alternative: str = ""
+    narrow: bytes = b""
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in pixels of CSS, from the SVG; (0, 0) where it has none."""
-        found = re.search(rb'<svg[^>]*?width="([\d.]+)pt" height="([\d.]+)pt"', self.svg)
-        width, height = (float(part) for part in found.groups()) if found else (0.0, 0.0)
-        return round(PIXELS * width), round(PIXELS * height)
+        """Width and height in pixels of CSS."""
+        return pixels(self.svg)
+
+    @property
+    def narrow_size(self) -> tuple[int, int]:
+        """Likewise of the narrow SVG."""
+        return pixels(self.narrow)
+
+
+def pixels(svg: bytes) -> tuple[int, int]:
+    """Width and height in pixels of CSS; (0, 0) where it has none."""
+    found = re.search(rb'<svg[^>]*?width="([\d.]+)pt" height="([\d.]+)pt"', svg)
+    width, height = (float(part) for part in found.groups()) if found else (0.0, 0.0)
+    return round(PIXELS * width), round(PIXELS * height)
 
 
 def picture(figure: Figure, frame: pd.DataFrame) -> Picture:
     """Draw a figure from its claim's or its study's frame."""
     with matplotlib.style.context(STYLE):
-        canvas = drawn(figure, frame, figure.size)
+        canvas = drawn(figure, frame)
         svg = animated(saved(canvas, "svg"))
         hide_all_but_last(canvas)
         png = saved(canvas, "png")
         words = describe(canvas)
+        narrow = b""
+        if figure.least < NARROW:
+            narrow = animated(saved(drawn(figure, frame, NARROW), "svg"))
     title = f"{figure.source}: {figure.title}" if figure.source else figure.title
-    return Picture(figure.name, title, figure.caption, svg, png, f"{figure.title}. {words}".strip())
+    return Picture(figure.name, title, figure.caption, svg, png,
+                   f"{figure.title}. {words}".strip(), narrow)  # fmt: skip
 
 
-def drawn(figure: Figure, frame: pd.DataFrame, size: tuple[float, float]) -> Canvas:
-    """The canvas of a figure, of this size in inches; call it in the style's context."""
-    canvas = Canvas(figsize=size)
-    FigureCanvasAgg(canvas)
+def drawn(figure: Figure, frame: pd.DataFrame, width: float = 0.0) -> Canvas:
+    """The canvas of a figure, so many inches wide, its own size for 0; call it in the style's
+    context."""
+    width = width or figure.size[0]
+    if width < figure.least:
+        raise NoData(f"it needs {figure.least:g} inches; {width:g} were asked for.")
+    canvas = Canvas(figure.size, width)
     figure.draw(canvas.add_subplot(), frame, **figure.options)
+    finish(canvas)
     return canvas
 
 

@@ -18,7 +18,8 @@ class Figure:
     claims   ids of claims; the frame of the first that was measured is drawn
     options  further arguments of `draw`: quantities, labels, claimed rates
     caption  explanation for the reader
-    size     width and height in inches
+    size     width and height in inches, where there is room
+    least    inches, below which it cannot be read and is not drawn
     """
 
     name: str
@@ -29,3 +30,4 @@ class Figure:
     options: Mapping[str, Any] = field(default_factory=dict)
     caption: str = ""
     size: tuple[float, float] = (6.4, 4.0)
+    least: float = 0.0

@@ -88,6 +88,7 @@ TAXONOMY = Section(
             "SV Stormer-Verlet, SE symplectic Euler, G Gauss collocation, L Lobatto IIIA-IIIB, R "
             "Radau IIA-II; 3IM, 3G: three steps of it in one.",
             size=(11.0, 5.8),
+            least=6.9,
         ),
     ),
     table=taxonomy_table,

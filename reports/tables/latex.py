@@ -1,4 +1,4 @@
-r"""Tables for a paper: booktabs rules, siunitx columns, longtable beyond one page.
+r"""Tables for a paper by pandas: booktabs rules, siunitx columns, longtable beyond one page.
 
 A document needs ``\usepackage{booktabs,longtable,siunitx}`` and
 ``\sisetup{table-align-text-pre=false}`` at most; without them nothing compiles.
@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from numbers import Real
 
 import pandas as pd
@@ -16,7 +17,10 @@ import pandas as pd
 from reports.tables.number_format import known
 
 PAGE = 45  # table rows that fit on a page
-WIDE = 34  # letters from which a column of text is a paragraph
+LETTERS = 76  # of \footnotesize side by side in a line of `article`
+SPACE = 1.5  # letters between two columns
+WIDE = {"M": 0.9, "W": 1.1, "m": 0.7, "w": 0.5, "%": 0.7}  # letters that these take more than one
+BREAKS = re.compile(r"(?<=[/_=(,;:-])(?=\w)|(?<=\S{24})(?=\S)")  # where a line may end in a word
 PAIRS = {"measured": "uncertainty"}  # number: its uncertainty, shown with it
 DIGITS = 3  # significant ones of a number without uncertainty
 OF_ORIGIN = ("python", "numpy", "scipy", "numba", "rebound", "mujoco-core", "heyoka")
@@ -37,35 +41,93 @@ def as_latex(frame: pd.DataFrame, caption: str = "", label: str = "") -> str:
     """The table with few digits; numbers with an uncertainty have two digits of it.
 
     A column with a number is an S column of siunitx, in which texts stand in braces; one of long
-    texts is a paragraph.
+    texts is a paragraph. What is wider than a page of `article` is several tables, each with the
+    columns by which its rows are told apart.
     """
     shown = _joined(frame)
-    columns = {str(name): [_cell(value) for value in shown[name]] for name in shown}
-    numeric = {str(name): any(map(_is_number, shown[name])) for name in shown}
-    kinds = [_numbers(cells) if numeric[n] else _texts(cells) for n, cells in columns.items()]
-    heads = [f"{{{escape(name)}}}" if numeric[name] else escape(name) for name in columns]
-    lines = [
-        " & ".join(_set(cell, numeric[name]) for name, cell in zip(columns, line, strict=True))
-        for line in zip(*columns.values(), strict=True)
-    ]
-    body = " \\\\\n".join(lines) + (" \\\\\n" if lines else "")
-    head = f"{' & '.join(heads)} \\\\\n"
-    title = f"\\caption{{{escape(caption)}}}" if caption else ""
-    title += f"\\label{{{label}}}" if label and caption else ""
-    if len(frame) > PAGE:
-        first = f"{title} \\\\\n" if title else ""
-        return (
-            f"\\begin{{longtable}}{{{''.join(kinds)}}}\n{first}\\toprule\n{head}\\midrule\n"
-            f"\\endfirsthead\n\\toprule\n{head}\\midrule\n\\endhead\n{body}"
-            "\\bottomrule\n\\end{longtable}\n"
-        )
-    table = (
-        f"\\begin{{tabular}}{{{''.join(kinds)}}}\n\\toprule\n{head}\\midrule\n{body}"
-        "\\bottomrule\n\\end{tabular}\n"
+    columns = [_Column.of(str(name), shown[name]) for name in shown]
+    parts = list(_parts(columns, shown))
+    tables = []
+    for k, part in enumerate(parts, 1):
+        of = f"Part {k} of {len(parts)}. " if len(parts) > 1 else ""
+        tables.append(_table(part, len(frame), f"{caption} {of}".strip() if caption else "",
+                             f"{label}-{k}" if k > 1 else label))  # fmt: skip
+    return "\n".join(tables)
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A column as TeX.
+
+    number       of siunitx, as wide as its numbers; "" for texts
+    least, most  letters: its width with every line broken where it can be, and with none
+    """
+
+    head: str
+    cells: list[str]
+    number: str
+    least: float
+    most: float
+
+    @staticmethod
+    def of(name: str, values: pd.Series) -> _Column:
+        texts = [_cell(value) for value in values]
+        words = re.split("[ _]", name)
+        longest = max(map(_letters, words))
+        if any(map(_is_number, values)):
+            head = "\\\\".join(map(escape, words))
+            wide = max(longest, _reserved(texts), *map(_letters, texts))
+            return _Column(f"{{\\shortstack{{{head}}}}}", texts, _numbers(texts), wide, wide)
+        pieces = [word for one in texts for part in BREAKS.split(one) for word in part.split()]
+        least, most = max([longest, *map(_letters, pieces)]), max(map(_letters, [name, *texts]))
+        return _Column(" ".join(map(escape, words)), texts, "", least, most)
+
+
+def _parts(columns: Sequence[_Column], frame: pd.DataFrame) -> Iterator[list[_Column]]:
+    """Columns side by side that fit on a page; from the second part on after the keys."""
+    keys = _keys(columns, frame)
+    part: list[_Column] = []
+    for column in columns:
+        if part and sum(one.least + SPACE for one in (*part, column)) > LETTERS:
+            yield part
+            part = list(keys)
+        part.append(column)
+    yield part
+
+
+def _keys(columns: Sequence[_Column], frame: pd.DataFrame) -> list[_Column]:
+    """The first columns, as many as tell rows apart, in less than half of the width."""
+    for count in range(1, len(columns)):
+        first = list(columns[:count])
+        if sum(one.least + SPACE for one in (*first, columns[count])) > LETTERS / 2:
+            return first
+        if not frame.iloc[:, :count].astype(str).duplicated().any():
+            return first
+    return list(columns[:1])
+
+
+def _table(part: Sequence[_Column], rows: int, caption: str, label: str) -> str:
+    texts = [one for one in part if not one.number]
+    room = LETTERS - sum(one.least + SPACE for one in part)
+    wish = sum(one.most - one.least for one in texts)
+    share = min(1.0, max(room, 0.0) / wish) if wish else 0.0
+    widths = [one.least + share * (one.most - one.least) for one in part]
+    kinds = "".join(
+        one.number or _texts(width, one.most) for one, width in zip(part, widths, strict=True)
     )
-    if not title:
-        return table
-    return f"\\begin{{table}}\n\\centering\n{title}\n{table}\\end{{table}}\n"
+    cells = [
+        [_set(cell, one, width) for cell in one.cells]
+        for one, width in zip(part, widths, strict=True)
+    ]
+    lines = rows * max(one.most / width for one, width in zip(part, widths, strict=True) if width)
+    table = pd.DataFrame(list(zip(*cells, strict=True)), columns=[one.head for one in part])
+    latex: str = table.style.hide(axis="index").to_latex(
+        column_format=kinds, hrules=True, caption=escape(caption) or None,
+        label=(label if caption else "") or None,
+        **({"environment": "longtable"} if lines > PAGE else {"position_float": "centering"}),
+    )  # fmt: skip
+    latex = latex.replace("\\centering\n", "\\centering\\footnotesize\n", 1)  # a float sets its own
+    return f"\\begingroup\\footnotesize\\setlength{{\\tabcolsep}}{{3pt}}\n{latex}\\endgroup\n"
 
 
 def caption_of(name: str, origin: Mapping[str, str]) -> str:
@@ -165,28 +227,44 @@ def _cell(value: object) -> str:
 NUMBER = re.compile(r"(-?)(\d+)(?:\.(\d+))?(?:\((\d+)\))?(?:e(-?)(\d+))?")
 
 
-def _set(cell: str, numeric: bool) -> str:
-    if numeric and NUMBER.fullmatch(cell):
-        return cell
+def _set(cell: str, column: _Column, width: float) -> str:
+    """A text may break within a long word in a paragraph; in an S column it stands in braces."""
+    if not column.number:
+        parts = BREAKS.split(cell) if width < column.most else [cell]
+        return r"\allowbreak{}".join(map(escape, parts))
     text = escape(cell)
-    return f"{{{text}}}" if numeric and text else text
+    return f"{{{text}}}" if text and not NUMBER.fullmatch(cell) else text
 
 
 def _numbers(cells: Sequence[str]) -> str:
     """An S column as wide as its numbers."""
+    sign, digits, decimals, error, below, power = _widths(cells)
+    places = f".{decimals}" if decimals else ""
+    places += f"({error})" if error else ""
+    exponent = f"e{'-' * below}{power}" if power else ""
+    return f"S[table-format={'-' * sign}{digits}{places}{exponent}]"
+
+
+def _widths(cells: Sequence[str]) -> tuple[int, ...]:
+    """Letters of each group of NUMBER, the longest of the cells."""
     found = [match for cell in cells if (match := NUMBER.fullmatch(cell))]
-
-    def longest(group: int) -> int:
-        return max((len(match[group] or "") for match in found), default=0)
-
-    sign = "-" if any(match[1] for match in found) else ""
-    places = f".{longest(3)}" if longest(3) else ""
-    error = f"({longest(4)})" if longest(4) else ""
-    below = "-" if any(match[5] for match in found) else ""
-    power = f"e{below}{longest(6)}" if longest(6) else ""
-    return f"S[table-format={sign}{longest(2)}{places}{error}{power}]"
+    return tuple(max((len(match[k] or "") for match in found), default=0) for k in range(1, 7))
 
 
-def _texts(cells: Sequence[str]) -> str:
+def _reserved(cells: Sequence[str]) -> float:
+    """Letters that an S column keeps for its numbers."""
+    sign, digits, decimals, error, below, power = _widths(cells)
+    fixed = 1.5 * sign + digits + (decimals and decimals + 0.6) + (error and error + 1.6)
+    return fixed + (power and 4.2 + 0.8 * (power + 1.5 * below))
+
+
+def _letters(text: str) -> float:
+    """Its width in letters, of which capitals and others count more."""
+    return len(text) + sum(WIDE.get(one, 0.5 * one.isupper()) for one in text)
+
+
+def _texts(letters: float, most: float) -> str:
     """A column of texts: as wide as they are, or a paragraph."""
-    return "p{0.25\\linewidth}" if max(map(len, cells), default=0) > WIDE else "l"
+    if letters >= most:
+        return "l"
+    return f">{{\\raggedright\\arraybackslash}}p{{{letters / LETTERS:.3f}\\linewidth}}"

@@ -14,7 +14,7 @@ import pandas as pd
 from benchmarks.statistics import change_points
 from benchmarks.statistics.smallest_change import POWER, smallest_change
 from benchmarks.store.atomic import write
-from reports.figures.drawing import slug
+from reports.figures.drawing import slug, write_files
 from reports.figures.picture import Picture, picture
 from reports.figures.study_plots.track_record import track_record
 from reports.figures.style.no_data import NoData
@@ -91,8 +91,7 @@ def history(out: Path) -> History | None:
         )
     for place in places:
         for one in place.pictures:
-            write(out / "figures" / f"{one.name}.svg", one.svg)
-            write(out / "figures" / f"{one.name}.png", one.png)
+            write_files(one, out / "figures")
     return History(TEXT + change_points.TEXT, places, tuple(said), visible)
 
 

@@ -33,7 +33,7 @@ from reports.results.figure import Figure
 def lay_out(figure: Figure, frame: pd.DataFrame) -> None:
     """Draw a figure without writing its files, which is most of the time; raises NoData."""
     with matplotlib.style.context(STYLE):
-        drawn(figure, frame, figure.size).draw_without_rendering()
+        drawn(figure, frame)
 
 
 def frame_for(figure: Figure) -> pd.DataFrame:

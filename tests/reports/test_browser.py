@@ -102,6 +102,19 @@ def test_nothing_is_too_wide_and_the_console_is_silent(opened, out, name):
         assert page.said == []
 
 
+def test_a_telephone_is_shown_the_narrow_figures(opened):
+    for width, narrow in ((max(WIDTHS), False), (400, True)):
+        page = opened("claims", width)
+        page.evaluate(OPEN)
+        sources = page.evaluate(
+            "[...document.querySelectorAll('.picture img')]"
+            ".map(one => { one.loading = 'eager'; return one.decode().then(() => one.currentSrc) })"
+            ".reduce((all, one) => all.then(list => one.then(it => [...list, it])),"
+            " Promise.resolve([]))"
+        )
+        assert sources and all(one.endswith("-narrow.svg") == narrow for one in sources)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_no_table_scrolls_sideways_in_a_wide_window(opened, name):
     page = opened(name, max(WIDTHS))

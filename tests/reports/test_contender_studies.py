@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from benchmarks.studies import (
@@ -23,6 +22,7 @@ from benchmarks.work_precision.participants import ensemble, finest, label_besid
 from galvi.problems import free_rigid_body
 from references.jpl import states as jpl
 from reports.contents import SECTIONS
+from reports.figures.picture import drawn
 from reports.sections.ephemeris import EPHEMERIS
 from tests.benchmarks.contenders_at_hand import BROKEN, Failing, Gauss, Inside, Raising
 
@@ -38,9 +38,7 @@ def externals():
 
 def written_in(figure, frame):
     """Every text of a figure, and of its legends."""
-    canvas = Figure()
-    figure.draw(canvas.add_subplot(), frame, **figure.options)
-    return [text.get_text() for text in canvas.findobj(Text)]
+    return [text.get_text() for text in drawn(figure, frame).findobj(Text)]
 
 
 def test_what_is_closed_to_external_integrators_is_about_galvi_or_an_engine_alone():

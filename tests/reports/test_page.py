@@ -13,7 +13,7 @@ import pytest
 from reports.cli.commands import run
 from reports.page.render import PARTS, spent
 
-VOID = ("meta", "link", "img", "br", "input", "circle", "path", "ellipse")
+VOID = ("meta", "link", "img", "source", "br", "input", "circle", "path", "ellipse")
 
 
 @pytest.fixture(scope="module")

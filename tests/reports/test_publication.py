@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.font_manager import get_font
 
 from reports.cli.commands import run
 from reports.figures.catalogue.all import FIGURES
@@ -75,6 +78,61 @@ def test_a_long_table_repeats_its_head_and_pairs_its_uncertainty():
     parsed(latex)
     assert "0.5534(12)" in latex and "uncertainty" not in latex
     assert latex.count("{measured}") == 2 and "S[table-format=1.4(2)]" in latex
+
+
+FONT = get_font(Path(mpl.get_data_path()) / "fonts" / "ttf" / "cmr10.ttf")  # TeX's own
+BLOCK, BETWEEN = 345.0, 6.0  # points: a line of `article`, and the space between two columns
+
+
+def points(text: str) -> float:
+    """Width of a text in \\footnotesize."""
+    FONT.set_size(8.0, 72.0)
+    FONT.set_text(text)
+    return FONT.get_width_height()[0] / 64.0
+
+
+def widths(latex: str) -> list[float]:
+    """Width in points of each table of a text."""
+    found = []
+    for table in latex.split("\\begingroup")[1:]:
+        kinds = COLUMN.findall(KINDS.search(table)[1])
+        body = re.split(r"\\endlastfoot\n|\\midrule\n", table)[-1]
+        body = re.split(r"\\bottomrule|\\end\{longtable", body)[0]
+        lines = [re.split(r"(?<!\\)&", one) for one in body.split("\\\\\n")[:-1]]
+        total = BETWEEN * len(kinds)
+        for (part, numeric), *cells in zip(kinds, *lines, strict=True):
+            plain = [re.sub(r"\\allowbreak\{\}|[{}\\]", "", one).strip() for one in cells]
+            if numeric:
+                plain = [one.replace("e", " x 10") for one in plain]
+            total += BLOCK * float(part) if part else max(map(points, plain))
+            if part:
+                words = [w for one in cells for w in re.split(r" |\\allowbreak\{\}", one.strip())]
+                assert max(map(points, words)) <= BLOCK * float(part) + 1.0
+        found.append(total)
+    return found
+
+
+COLUMN = re.compile(r">\{.*?\}p\{([\d.]+)\\linewidth\}|(S)\[[^]]*\]|l")
+KINDS = re.compile(r"\\begin\{(?:tabular|longtable)\}\{(.*)\}\n")
+WORDS = st.text("abcdefghij MWX_m0123456789", max_size=90)
+
+
+@settings(max_examples=60)
+@given(st.lists(st.lists(WORDS, min_size=2, max_size=2) | st.lists(SIZES, min_size=2, max_size=2),
+                min_size=1, max_size=14))  # fmt: skip
+def test_a_table_fits_into_the_text_and_what_is_wider_is_several(columns):
+    frame = pd.DataFrame({f"a_column_{k}": one for k, one in enumerate(columns)})
+    latex = as_latex(frame, "What", "tab:q")
+    parsed(latex)
+    found = widths(latex)
+    assert max(found) <= BLOCK + 1.0, found
+    for k in range(len(columns)):
+        assert re.search(rf"column(?:\\\\|\\_| ){k}\b", latex)
+
+
+def test_a_table_that_is_too_wide_is_seen():
+    wide = as_latex(pd.DataFrame({"x": ["M" * 40], "y": ["W" * 20]}))
+    assert widths(wide.replace("p{", "p{1"))[0] > BLOCK
 
 
 def test_a_brace_that_is_not_closed_would_be_found():

@@ -13,10 +13,12 @@ from benchmarks.store.frames import pick
 from galvi.arrays import Array
 from galvi.kernels.forces.rotor_wind import R, rotor_height
 from reports.figures.moving import in_frame
+from reports.figures.style.layout import WIDE, legend, panels
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE
 
 WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
+FLAT, TITLE = 0.28, 0.24  # height over width of a panel; inches of its title
 
 
 def clouds(
@@ -25,22 +27,26 @@ def clouds(
     """x and z of the grains in the air, seen from the side: a row for each label, a column for each
     time. The rotor is a line, the ray along which the optical depth is taken is dashed."""
     _known(frame, study)
-    grid = axes.get_subplotspec().subgridspec(len(labels), len(times), wspace=0.06, hspace=0.12)
-    axes.set_axis_off()
-    axes.text(0.5, -0.07, "$x$ [m]", transform=axes.transAxes, ha="center", va="top")
-    axes.text(-0.1, 0.5, "$z$ [m]", transform=axes.transAxes, ha="right", va="center", rotation=90)
+    canvas = axes.figure
+    columns = len(times) if canvas.get_figwidth() > WIDE else len(times) // 2
+    high = TITLE + FLAT * canvas.get_figwidth() / columns
+    canvas.set_figheight(high * len(labels) * len(times) / columns + 2.0 * TITLE)
+    places = iter(panels(axes, len(labels) * len(times), columns=columns))
     for i, label in enumerate(labels):
         for k, t in enumerate(times):
-            one = axes.figure.add_subplot(grid[i, k])
+            one = next(places)
             x, z = _places(frame, study, label, t)
             one.plot(x, z, ".", color=COLOURS[i], markersize=1.6, markeredgewidth=0.0,
                      rasterized=True)  # fmt: skip
             _scene(one, t)
-            if i == 0:
-                one.set_title(f"{t:g} s", fontsize=8, pad=3)
+            first, last = k % columns == 0, i == len(labels) - 1 and k >= len(times) - columns
+            if i == 0 or columns < len(times):
+                one.set_title(f"{t:g} s", pad=3, fontweight="normal")
             if k == 0:
-                one.set_ylabel(label.replace("micrometres", "µm"), color=COLOURS[i], fontsize=8)
-            one.tick_params(labelbottom=i == len(labels) - 1, labelleft=k == 0)
+                one.plot([], [], "o", color=COLOURS[i], label=label.replace("micrometres", "µm"))
+                legend(one)
+            one.set(xlabel="$x$ [m]" if last else "", ylabel="$z$ [m]" if first else "")
+            one.tick_params(labelbottom=last, labelleft=first)
 
 
 def moving_cloud(axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequence[str]) -> None:
@@ -56,7 +62,7 @@ def moving_cloud(axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequenc
         in_frame(axes.text(-19.0, 10.8, f"{t:.2f} s"), k, len(times))
     for i, label in enumerate(labels):
         axes.plot([], [], "o", color=COLOURS[i], label=label.replace("micrometres", "µm"))
-    axes.legend(loc="upper right", ncols=len(labels), columnspacing=1.0, handletextpad=0.2)
+    legend(axes)
     axes.set(xlim=(-WIDTH, WIDTH), ylim=(0.0, HEIGHT), aspect="equal",
              xlabel="$x$ [m]", ylabel="$z$ [m]")  # fmt: skip
 
@@ -77,4 +83,4 @@ def _scene(axes: Axes, t: float) -> None:
     axes.plot([-R, R], [rotor_height(t)] * 2, color="#222222", linewidth=1.2)
     axes.plot(*zip(PILOT, SEEN, strict=True), color=GUIDE, linewidth=0.7, linestyle=(0, (4, 3)))
     axes.set(xlim=(-WIDTH, WIDTH), ylim=(0.0, HEIGHT), aspect="equal")
-    axes.set(xticks=[-10, 0, 10], yticks=[0, 5, 10])
+    axes.locator_params(nbins=3)

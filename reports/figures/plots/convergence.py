@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from benchmarks.statistics.convergence_fits import Fit
 from reports.figures.plots.rate import Rate, inside
 from reports.figures.style.decades import decades, readable
-from reports.figures.style.end_labels import Label, label_ends
+from reports.figures.style.layout import Label, label_ends, legend
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE, MARKERS
 from reports.tables.number_format import concise, known
@@ -62,7 +63,7 @@ def _lines(
     top: float,
 ) -> None:
     """Draw every series, then claimed rates and labels, which need the limits of the axes."""
-    labels, fitted = [], []
+    labels, fitted, hollow = [], [], False
     for k, rate in enumerate(rates):
         x, error = rate.measured(frame)
         positive = np.flatnonzero(error > 0)
@@ -71,6 +72,7 @@ def _lines(
         fit = rate.fit(frame)
         color = COLOURS[k % len(COLOURS)]
         _series(axes, x, np.where(error > 0, error, np.nan), fit, color, MARKERS[k], top)
+        hollow |= bool(np.any(~inside(fit, x)[positive]))
         text = rate.label
         if known(fit.rate):
             text += f"  ${power.format(concise(fit.rate, fit.uncertainty))}{_factor(fit.power)}$"
@@ -79,7 +81,7 @@ def _lines(
             used = inside(fit, x) & (error > 0)
             fitted.append((fit, rate.claimed, x[used], error[used]))
         right = positive[np.argmax(x[positive])]
-        labels.append(Label(float(x[right]), float(min(error[right], top)), text, color))
+        labels.append(Label(float(min(error[right], top)), text, color, MARKERS[k]))
     if not labels:
         raise NoData("no run has a finite error.")
     decades(axes.yaxis)
@@ -88,6 +90,11 @@ def _lines(
     for one in fitted:
         _claimed(axes, *one)
     label_ends(axes, labels)
+    if hollow:
+        point = Line2D([], [], color=GUIDE, marker="o", markerfacecolor="white", linestyle="none")
+        legend(axes, [point], ["not in the fit"])
+    if fitted:
+        legend(axes, [Line2D([], [], color=GUIDE, linestyle=DASHES)], ["claimed rate"])
 
 
 def _series(
@@ -107,8 +114,11 @@ def _series(
     axes.plot(x[used], shown[used], marker, color=color)
     for there in np.flatnonzero(error > top):
         axes.plot(x[there], top, "^", color=color, markerfacecolor="white", clip_on=False)
+        size = f"$10^{{{np.log10(error[there]):.0f}}}$"
+        if any(one.get_text() == size and one.xy == (x[there], top) for one in axes.texts):
+            continue  # of another line
         axes.annotate(
-            f"$10^{{{np.log10(error[there]):.0f}}}$",
+            size,
             (x[there], top),
             xytext=(5, -2),
             textcoords="offset points",

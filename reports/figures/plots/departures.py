@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades
-from reports.figures.style.end_labels import Label, label_ends
 from reports.figures.style.identities import line_color
+from reports.figures.style.layout import Label, label_ends, panels
 from reports.figures.style.no_data import NoData
 
 SMALLEST = 1e-17  # drawn in place of 0
@@ -27,10 +27,7 @@ def departures(
 ) -> None:
     """A line for each study in `labels`, labelled at its end, in a panel for each quantity; both
     axes logarithmic, times from the second sample on."""
-    grid = axes.get_subplotspec().subgridspec(1, len(quantities), wspace=0.75)
-    axes.set_axis_off()
-    for column, quantity in enumerate(quantities):
-        one = axes.figure.add_subplot(grid[column])
+    for one, quantity in zip(panels(axes, len(quantities), least=3.0), quantities, strict=True):
         one.set(xscale="log", yscale="log", xlabel=xlabel, title=quantity)
         ends = []
         for k, (study, text) in enumerate(labels.items()):
@@ -41,7 +38,7 @@ def departures(
                 raise NoData(f"{study}: no step has a finite {quantity}.")
             t, away, color = t[seen], np.maximum(away[seen], SMALLEST), line_color(study, k)
             one.plot(t, away, color=color, linewidth=1.0)
-            ends.append(Label(t[-1], away[-1], text, color))
+            ends.append(Label(away[-1], text, color))
         decades(one.xaxis)
         decades(one.yaxis)
         label_ends(one, ends)

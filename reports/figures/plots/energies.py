@@ -11,8 +11,8 @@ from matplotlib.ticker import FixedLocator
 
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import powers, readable
-from reports.figures.style.end_labels import Label, label_ends
 from reports.figures.style.identities import line_color
+from reports.figures.style.layout import Label, label_ends
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import BAND
 
@@ -34,7 +34,7 @@ def energies(
 
     unit  unit of the time axis, in the frame's unit of time
     """
-    ends, last = [], 0.0
+    ends = []
     axes.axhspan(-LINEAR, LINEAR, color=BAND, zorder=0)
     for k, (study, text) in enumerate(labels.items()):
         rows = pick(frame, study=study, quantity=quantity).sort_values("t")
@@ -44,15 +44,15 @@ def energies(
             raise NoData(f"{study}: no step has a finite {quantity}.")
         t, change, color = t[seen], change[seen], line_color(study, k)
         axes.plot(t, change, color=color, linewidth=1.0)
-        ends.append(Label(t[-1], change[-1], text, color))
-        last = max(last, t[-1])
-    for end in ends:
-        if end.x < last:
-            axes.plot(end.x, end.y, "X", color=end.color, markersize=7)
+        ends.append((t[-1], Label(change[-1], text, color)))
+    last = max(t for t, _ in ends)
+    for t, end in ends:
+        if t < last:
+            axes.plot(t, end.y, "X", color=end.color, markersize=7)
     axes.set(xscale="log", xlabel=xlabel, ylabel=ylabel)
     axes.set_yscale("symlog", linthresh=LINEAR, linscale=0.8)
     axes.yaxis.set_major_locator(FixedLocator(TICKS))
     powers(axes.yaxis)
     axes.set_ylim(TICKS[0], TICKS[-1])
     readable(axes.xaxis)
-    label_ends(axes, ends)
+    label_ends(axes, [end for _, end in ends])

@@ -6,8 +6,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from benchmarks.store.frames import pick
+from reports.figures.style.layout import legend
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import BAND, COLOURS, GUIDE
+from reports.figures.style.palette import BAND, COLOURS
 
 TIME = "time $t$ [unit of time; the period is $2\\pi$]"
 MANY = 300  # above this many, points are not joined
@@ -26,17 +27,7 @@ def history(
         raise NoData(f"no step has a finite {quantity}.")
     t, value = rows["t"].to_numpy(float), rows["value"].to_numpy(float)
     first = value[t <= 0.5 * (t[0] + t[-1])]
-    axes.axhspan(first.min(), first.max(), color=BAND, zorder=0)
-    axes.annotate(
-        "range over\nthe first half",
-        (1.0, 0.5 * (first.min() + first.max())),
-        xycoords=("axes fraction", "data"),
-        xytext=(4, 0),
-        textcoords="offset points",
-        va="center",
-        fontsize=8,
-        color=GUIDE,
-    )
+    axes.axhspan(first.min(), first.max(), color=BAND, zorder=0, label="range over the first half")
     many = len(t) > MANY
     axes.plot(
         t,
@@ -51,3 +42,4 @@ def history(
     axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.ticklabel_format(axis="x", style="plain")
     axes.margins(x=0.01, y=0.15)
+    legend(axes)

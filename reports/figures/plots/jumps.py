@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades
-from reports.figures.style.end_labels import Label, label_ends
+from reports.figures.style.layout import Label, label_ends, legend, panels
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE, MARKERS
 
@@ -35,9 +35,7 @@ def jumps(
 
     limit  the angle to mark: the limit of the first chart
     """
-    axes.set_axis_off()
-    left, right = (axes.figure.add_subplot(place) for place in
-                   axes.get_subplotspec().subgridspec(1, 2, wspace=0.75))  # fmt: skip
+    left, right = panels(axes, 2, least=3.0)
     colours = {text.split()[0]: COLOURS[k] for k, text in enumerate(steps.values())}
     _histories(left, frame, quantity, runs, colours)
     widest = limit
@@ -49,11 +47,14 @@ def jumps(
         style = {"color": COLOURS[k], "marker": MARKERS[k], "markersize": 3.5}
         right.plot(found[turn], np.maximum(found[change], LEAST), linestyle="none", label=text,
                    **style)  # fmt: skip
-    right.axvline(limit, color=GUIDE, linestyle=(0, (4, 2)), linewidth=1.1)
+    right.axvline(
+        limit, color=GUIDE, linestyle=(0, (4, 2)), linewidth=1.1,
+        label=f"limit of the {next(iter(colours))} chart",
+    )  # fmt: skip
     right.set(yscale="log", xlabel="rotation angle of the step [rad]", ylabel=change)
     right.set_xlim(0.0, AHEAD * widest)
     decades(right.yaxis)
-    right.legend(loc="upper left")
+    legend(right)
 
 
 def _histories(
@@ -72,7 +73,7 @@ def _histories(
         axes.plot(t, error, ".-", color=color, linewidth=0.6, markersize=3.0)
         if rows["status"].iloc[-1]:
             axes.plot(t[-1], error[-1], "X", color=color, markersize=7)
-        ends.append(Label(float(t[-1]), float(error[-1]), text, color))
+        ends.append(Label(float(error[-1]), text, color))
     axes.set(yscale="log", xlabel="time $t$", ylabel=f"relative {quantity}")
     decades(axes.yaxis)
     label_ends(axes, ends)

@@ -7,13 +7,16 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades
+from reports.figures.style.layout import legend
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import COLOURS, GUIDE, MARKERS, darker
+from reports.figures.style.palette import COLOURS, GUIDE, MARKERS
 
 LEAST, TOP = 1e-17, 10.0  # where an error of 0 is drawn, and the end of the axis
+DASHES = ((0, (4, 2)), (0, (1, 1.5)), (0, (5, 1.5, 1, 1.5)))
 ABOVE = 1.03  # of the crosses of the first chart, relative to the height of the axes
 
 
@@ -37,16 +40,11 @@ def limits(
             height = ABOVE + 0.035 * k
             axes.plot(turn[ended], np.full(ended.sum(), height), "x", color=color, markersize=3.5,
                       transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
-            axes.annotate("failed", (turn[ended][0], height), xytext=(-5, 0), ha="right",
-                          va="center", fontsize=7, xycoords=axes.get_xaxis_transform(),
-                          textcoords="offset points", color=darker(color))  # fmt: skip
-    for limit, words in dict.fromkeys(charts.values()):
-        axes.axvline(limit, color=GUIDE, linestyle=(0, (4, 2)), linewidth=1.1)
-        axes.annotate(
-            words, (limit, 0.0), xycoords=("data", "axes fraction"), xytext=(3, 3),
-            textcoords="offset points", color=darker(GUIDE), fontsize=8,
-        )  # fmt: skip
+            failed = Line2D([], [], color=GUIDE, marker="x", linestyle="none")
+            legend(axes, [failed], ["failed"])
+    for (limit, words), dash in zip(dict.fromkeys(charts.values()), DASHES, strict=False):
+        axes.axvline(limit, color=GUIDE, linestyle=dash, linewidth=1.1, label=words)
     axes.set(xlabel="rotation angle of one step [rad]", ylabel="error of the attitude [1]")
     axes.set_ylim(LEAST, TOP)
     decades(axes.yaxis)
-    axes.legend(title="chart", loc="upper left", bbox_to_anchor=(0.02, 0.95))
+    legend(axes)

@@ -12,6 +12,7 @@ from matplotlib.colors import to_rgba
 
 from benchmarks.store.frames import pick
 from reports.figures.style.identities import line_color
+from reports.figures.style.layout import panels as side_by_side
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE
 
@@ -47,14 +48,12 @@ def momentum_spheres(
     axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Sphere], inertia: Sequence[float]
 ) -> None:
     """The unit sphere in each panel; exact curves in grey, faint where they are hidden."""
-    grid = axes.get_subplotspec().subgridspec(1, len(panels), wspace=0.02)
-    axes.set_axis_off()
-    for column, panel in enumerate(panels):
+    places = side_by_side(axes, len(panels), projection="3d", computed_zorder=False)
+    for one, panel in zip(places, panels, strict=True):
         rows = pick(frame, study=panel.study, quantity="momentum")
         rows = rows[np.isfinite(rows["x"]) & np.isfinite(rows["y"]) & np.isfinite(rows["z"])]
         if rows.empty:
             raise NoData(f"{panel.title}: no momentum is known.")
-        one = axes.figure.add_subplot(grid[column], projection="3d", computed_zorder=False)
         paths = [
             path[["x", "y", "z"]].to_numpy(float)
             for _, path in rows.sort_values("t").groupby("label", sort=True)

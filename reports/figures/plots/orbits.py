@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from reports.figures.style.layout import legend
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import COLOURS, SUN, darker
+from reports.figures.style.palette import COLOURS, SUN
 
 
 def orbits(
@@ -30,19 +31,7 @@ def orbits(
         if not np.any(np.isfinite(y)):
             raise NoData(f"the positions of {body} are not known.")
         axes.plot(x, y, color=color, linewidth=0.7, alpha=0.6)
-        axes.plot(*_places(frame, ends, body), ".", color=color, markersize=4.0)
-        top = int(np.nanargmax(y))
-        axes.annotate(
-            body,
-            (x[top], y[top]),
-            xytext=(0, 4),
-            textcoords="offset points",
-            ha="center",
-            va="bottom",
-            color=darker(color),
-            fontsize=8,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85},
-        )
+        axes.plot(*_places(frame, ends, body), ".", color=color, markersize=4.0, label=body)
     axes.plot(
         *(np.nanmean(part) for part in _places(frame, ends, centre)),
         "o",
@@ -53,6 +42,7 @@ def orbits(
     )
     axes.set(xlabel=f"$x$ [{unit}]", ylabel=f"$y$ [{unit}]", aspect="equal")
     axes.margins(0.06)
+    legend(axes)
 
 
 def _places(frame: pd.DataFrame, quantity: str, body: str) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from benchmarks.store.frames import pick
+from reports.figures.style.layout import legend
+from reports.figures.style.layout import panels as side_by_side
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE, SUN
 
@@ -36,10 +38,8 @@ def paths(
 
     A path with a continuation ends in a cross; continuations are thin.
     """
-    grid = axes.get_subplotspec().subgridspec(1, len(panels), wspace=0.3)
-    axes.set_axis_off()
-    for column, panel in enumerate(panels):
-        one = axes.figure.add_subplot(grid[column])
+    places = side_by_side(axes, len(panels))
+    for one, panel in zip(places, panels, strict=True):
         for k, body in enumerate(bodies):
             color, parts = COLOURS[k % len(COLOURS)], [_path(frame, s, body) for s in panel.studies]
             if not parts[0][0].size:
@@ -54,14 +54,13 @@ def paths(
                  markersize=5)  # fmt: skip
         one.set(xlabel=f"$x$ [{unit}]", aspect="equal", title=panel.title)
         one.set(xlim=(-panel.half, panel.half), ylim=(-panel.half, panel.half))
-        if column == 0:
-            one.set_ylabel(f"$y$ [{unit}]")
+        one.set_ylabel(f"$y$ [{unit}]")
     lines = [Line2D([], [], color=COLOURS[k % len(COLOURS)]) for k, _ in enumerate(bodies)]
     names = list(bodies)
     if any(len(panel.studies) > 1 for panel in panels):
         lines.append(Line2D([], [], color=GUIDE, marker="X", linestyle="none", markersize=6))
         names.append("the solver stops")
-    axes.legend(lines, names, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=len(names))
+    legend(one, lines, names)
 
 
 def _path(frame: pd.DataFrame, study: str, body: str) -> tuple[np.ndarray, np.ndarray]:

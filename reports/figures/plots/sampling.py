@@ -11,10 +11,12 @@ from matplotlib.axes import Axes
 from benchmarks.brownout.step_errors import OF_STEP, SAMPLING, WORK, sampling_error
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades, readable
+from reports.figures.style.layout import legend
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE, MARKERS
 
-GRAINS = {1e4: "10,000 grains", 1e6: "a million grains"}
+GRAINS = {1e4: "error of 10,000 grains", 1e6: "error of a million grains"}
+DASHES = ((0, (5, 3)), (0, (1, 2)))
 
 
 def sampling(axes: Axes, frame: pd.DataFrame, *, quantity: str, degrees: Mapping[int, str]) -> None:
@@ -41,15 +43,12 @@ def sampling(axes: Axes, frame: pd.DataFrame, *, quantity: str, degrees: Mapping
                           marker=MARKERS[k], mfc="white", linestyle="none")  # fmt: skip
     if not drawn:
         raise NoData("no run of the cloud was solved.")
-    for grains, text in GRAINS.items():
+    for (grains, text), dash in zip(GRAINS.items(), DASHES, strict=True):
         level = sampling_error(frame, quantity, grains)
         if level > 0.0:
-            axes.axhline(level, color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0)
-            axes.annotate(text, (1.0, level), xycoords=("axes fraction", "data"), xytext=(-2, 2),
-                          textcoords="offset points", ha="right", fontsize=8,
-                          color=GUIDE)  # fmt: skip
+            axes.axhline(level, color=GUIDE, linestyle=dash, linewidth=1.0, label=text)
     axes.set(xscale="log", yscale="log", xlabel="evaluations of the wind for a grain",
              ylabel=f"error of the {quantity}")  # fmt: skip
     decades(axes.yaxis)
     readable(axes.xaxis)
-    axes.legend(loc="lower left")
+    legend(axes)

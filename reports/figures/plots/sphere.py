@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from benchmarks.store.frames import pick
+from reports.figures.style.layout import panels as side_by_side
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import BAND, COLOURS, GUIDE
 
@@ -22,13 +23,11 @@ def sphere(
 
     curve, ends  quantities with points x, y, z on the unit sphere
     """
-    axes.set_axis_off()
-    grid = axes.get_subplotspec().subgridspec(1, len(panels), wspace=0.0)
-    for column, (study, title) in enumerate(panels.items()):
+    places = side_by_side(axes, len(panels), projection="3d")
+    for one, (study, title) in zip(places, panels.items(), strict=True):
         along, stops = (_places(frame, study, quantity) for quantity in (curve, ends))
         if not (len(along) and len(stops)):
             raise NoData(f"{study}: no position is known.")
-        one = axes.figure.add_subplot(grid[column], projection="3d")
         one.view_init(**VIEW)
         _globe(one)
         x, y, z = along.T

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 
 from benchmarks.store.frames import pick
 from reports.figures.style.decades import decades, readable
-from reports.figures.style.end_labels import Label, label_ends
 from reports.figures.style.identities import line_color
+from reports.figures.style.layout import Label, label_ends, legend
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import MARKERS
 
@@ -44,7 +44,7 @@ def traces(
         axes.plot(x, error, color=color, marker=MARKERS[k], markersize=4.0, linewidth=1.0,
                   label=text)  # fmt: skip
         last = int(np.argmin(x))
-        ends.append(Label(float(x[last]), float(error[last]), text, color))
+        ends.append(Label(float(error[last]), text, color, MARKERS[k]))
     if not ends:
         raise NoData(f"no run has a finite {quantity}.")
     axes.set(xscale="log", yscale="log", xlabel=xlabel, ylabel=ylabel)
@@ -56,7 +56,7 @@ def traces(
     if falling:
         label_ends(axes, ends)
     else:
-        axes.legend()
+        legend(axes)
 
 
 def _line(

@@ -11,7 +11,7 @@ from benchmarks.statistics.growth import rms
 from benchmarks.studies.round_off import ensembles, reading_floor
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import identity, in_order
-from reports.figures.style.legends import outside
+from reports.figures.style.layout import legend
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import GUIDE
 
@@ -43,7 +43,7 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
     ]
     for ensemble, t, errors in seen:
         axes.plot(t, rms(errors), markersize=3.5, **styles[ensemble["contender"]])
-    _guides(axes, seen, reading_floor(frame))
+    handles += _guides(axes, seen, reading_floor(frame))
     axes.set(
         xscale="log", yscale="log", xlabel="time [years]", ylabel="relative energy error, RMS [1]"
     )
@@ -52,18 +52,19 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
     axes.set_ylim(0.2 * bottom, 2.0 * top)
     decades(axes.xaxis)
     decades(axes.yaxis)
-    outside(axes, handles, [str(one.get_label()) for one in handles], labelspacing=0.9)
+    legend(axes, handles, [str(one.get_label()) for one in handles])
 
 
-def _guides(axes: Axes, seen: list, floor: float) -> None:
+def _guides(axes: Axes, seen: list, floor: float) -> list[Line2D]:
     """Below the data: t^1/2 from the lowest first point, and the rounding error of one state."""
     first = min(t[0] for _, t, _ in seen)
     last = max(t[-1] for _, t, _ in seen)
     low = 0.5 * min(float(np.nanmin(rms(errors) / np.sqrt(t))) for _, t, errors in seen)
     ends = np.array([first, last])
-    axes.plot(ends, low * np.sqrt(ends), color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0)
-    text = {"fontsize": 8, "color": GUIDE, "textcoords": "offset points", "ha": "right"}
-    axes.annotate("$t^{1/2}$", (last, low * np.sqrt(last)), xytext=(4, -3), **text | {"ha": "left"})
+    lines = axes.plot(ends, low * np.sqrt(ends), color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0,
+                      label="$t^{1/2}$")  # fmt: skip
     if floor > 0.0:
-        axes.axhline(floor, color=GUIDE, linestyle=(0, (1, 2)), linewidth=0.9, zorder=1)
-        axes.annotate("rounding of one state", (last, floor), xytext=(-2, 3), **text)
+        rounding = axes.axhline(floor, color=GUIDE, linestyle=(0, (1, 2)), linewidth=0.9, zorder=1)
+        rounding.set_label("rounding of one state")
+        lines.append(rounding)
+    return lines

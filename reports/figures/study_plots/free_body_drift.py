@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import identity, in_order
+from reports.figures.style.layout import panels
 from reports.figures.style.legends import contender_legend
 from reports.figures.style.no_data import NoData
 
@@ -30,13 +31,9 @@ def errors_over_turns(axes: Axes, frame: pd.DataFrame, *, problem: str) -> None:
         raise NoData("no body turned.")
     shown = pd.concat([_run(part) for _, part in rows.groupby("contender", sort=False)])
     names = in_order(known["contender"])
-    grid = axes.get_subplotspec().subgridspec(1, len(PANELS), wspace=0.3)
-    axes.set_axis_off()
-    for column, (name, title) in enumerate(PANELS.items()):
-        one = axes.figure.add_subplot(grid[column])
+    for one, (name, title) in zip(panels(axes, len(PANELS)), PANELS.items(), strict=True):
         one.set(xscale="log", yscale="log", xlabel="turns", title=title)
-        if column == 0:
-            one.set_ylabel("largest error since the last mark [1]")
+        one.set_ylabel("largest error since the last mark [1]")
         for contender in names:
             look = identity(contender)
             run = shown[shown["contender"] == contender]

@@ -13,7 +13,8 @@ from matplotlib.lines import Line2D
 from benchmarks.work_precision.fronts import front
 from reports.figures.style.decades import decades, readable
 from reports.figures.style.identities import OURS, blue, identity
-from reports.figures.style.legends import NARROW
+from reports.figures.style.layout import legend
+from reports.figures.style.layout import panels as side_by_side
 from reports.figures.style.no_data import NoData
 from reports.figures.style.units import error_label
 
@@ -44,16 +45,13 @@ def headline(
     known = [name for name in panels if (frame["problem"] == name).any()]
     if not known:
         raise NoData("its problems were not compared.")
-    narrow = axes.figure.get_figwidth() < NARROW
-    shape = (len(known), 1) if narrow else (1, len(known))
-    grid = axes.get_subplotspec().subgridspec(*shape, wspace=0.2, hspace=0.5)
-    axes.set_axis_off()
-    first: Axes | None = None
     drawn: dict[str, Line2D] = {}
-    for column, name in enumerate(known):
+    places = side_by_side(axes, len(known))
+    for one in places[1:]:
+        one.sharey(places[0])
+    for one, name in zip(places, known, strict=True):
         rows = frame[frame["problem"] == name]
-        one = axes.figure.add_subplot(grid[column], sharey=first)
-        ylabel = error_label(name, rows["quantity"].iloc[0]) if column == 0 or narrow else ""
+        ylabel = error_label(name, rows["quantity"].iloc[0])
         one.set(xscale="log", yscale="log", xlabel="time to solution [s]", ylabel=ylabel)
         one.set_title(panels[name])
         lines = {line.label: found for line in shown if (found := _line(one, rows, line))}
@@ -61,16 +59,12 @@ def headline(
             raise NoData(f"{name}: no contender has both an error and a time.")
         if marked is not None:
             lines |= _mark(one, rows, *marked)
-        first = first or one
-        decades(one.yaxis, 7)
+        decades(one.yaxis)
         readable(one.xaxis)
         drawn = lines | drawn
     labels = [line.label for line in shown] + ([marked[2]] if marked else [])
     names = [name for name in labels if name in drawn]
-    axes.legend(
-        [drawn[name] for name in names], names, loc="upper center",
-        bbox_to_anchor=(0.5, -0.08 if narrow else -0.16), ncols=2 if narrow else 4,
-    )  # fmt: skip
+    legend(one, [drawn[name] for name in names], names)
 
 
 def _line(axes: Axes, rows: pd.DataFrame, line: Shown) -> Line2D | None:

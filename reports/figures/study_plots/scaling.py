@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from benchmarks.studies.scaling import FEW_HEAVY
 from reports.figures.style.decades import decades, round_numbers
 from reports.figures.style.identities import identity, in_order
+from reports.figures.style.layout import legend
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import GUIDE
 
@@ -33,7 +34,7 @@ def seconds_per_orbit(axes: Axes, frame: pd.DataFrame) -> None:
     )  # fmt: skip
     round_numbers(axes.xaxis)
     decades(axes.yaxis)
-    axes.legend(loc="upper left")
+    legend(axes)
 
 
 def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
@@ -43,17 +44,15 @@ def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
         runs = rows[rows["contender"] == name]
         axes.plot(runs["bodies"], runs["share"], label=name, **_style(name))
     limit = rows["limit_pairs_per_second"].max()
-    axes.axhline(1.0, color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0)
-    axes.annotate(
-        f"divisions and square roots alone: {limit / 1e9:.2f} billion pairs per second",
-        (0.01, 1.0), xycoords=("axes fraction", "data"), xytext=(0, -4),
-        textcoords="offset points", va="top", fontsize=8, color=GUIDE,
+    axes.axhline(
+        1.0, color=GUIDE, linestyle=(0, (5, 3)), linewidth=1.0,
+        label=f"divisions and square roots alone: {limit / 1e9:.2f} billion pairs per second",
     )  # fmt: skip
     axes.set(
         xscale="log", xlabel="number of bodies", ylabel="share of the limit [1]", ylim=(0.0, 1.08)
     )
     round_numbers(axes.xaxis)
-    axes.legend(loc="lower right")
+    legend(axes)
 
 
 def _style(name: str) -> dict[str, Any]:

@@ -11,12 +11,12 @@ from benchmarks.statistics.growth import rms
 from benchmarks.studies.so3_drift import QUANTITIES, ensembles
 from reports.figures.style.decades import decades, whole_decades
 from reports.figures.style.identities import identity, in_order
-from reports.figures.style.legends import contender_handles, outside
+from reports.figures.style.layout import legend, panels
+from reports.figures.style.legends import contender_legend
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import GUIDE
 
 DASHES = (0, (5, 3))
-BELOW = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "ncols": 2}
 TITLES = {
     "orthogonality": "off SO(3): $|R^T R - I|$",
     "momentum": r"momentum: $|R\mu - R_0\mu_0| / |\mu_0|$",
@@ -30,13 +30,10 @@ def so3_drift_growth(axes: Axes, frame: pd.DataFrame) -> None:
     if not found:
         raise NoData("no ensemble of runs is complete.")
     names = in_order(ensemble["contender"] for ensemble, _, _, _ in found)
-    grid = axes.get_subplotspec().subgridspec(1, len(QUANTITIES), wspace=0.3)
-    axes.set_axis_off()
-    for column, (name, text) in enumerate(QUANTITIES.items()):
-        one = axes.figure.add_subplot(grid[column])
+    places = panels(axes, len(QUANTITIES))
+    for one, (name, text) in zip(places, QUANTITIES.items(), strict=True):
         one.set(xscale="log", yscale="log", xlabel="steps", title=TITLES.get(name, text))
-        if column == 0:
-            one.set_ylabel("RMS over the runs [1]")
+        one.set_ylabel("RMS over the runs [1]")
         least, first, last = np.inf, np.inf, 0.0
         for ensemble, quantity, done, errors in found:
             if quantity != name:
@@ -49,9 +46,7 @@ def so3_drift_growth(axes: Axes, frame: pd.DataFrame) -> None:
         one.autoscale(False)  # the guide, which begins at the data, widens no axis
         ends = np.array([first, last])
         one.plot(ends, least * np.sqrt(ends / first), color=GUIDE, linestyle=DASHES, linewidth=1.0)
-        decades(one.xaxis, 5)
-        decades(one.yaxis, 6)
-        one.title.set_fontsize(9)
-    handles, labels = contender_handles(names)
-    guide = (Line2D([], [], color=GUIDE, linestyle=DASHES),)
-    outside(axes, [*handles, guide], [*labels, "square root of the steps"], **BELOW)
+        decades(one.xaxis)
+        decades(one.yaxis)
+    contender_legend(one, names)
+    legend(one, [Line2D([], [], color=GUIDE, linestyle=DASHES)], ["square root of the steps"])

@@ -2,39 +2,38 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pandas as pd
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 
 from benchmarks.work_precision.described import described
 from reports.figures.style.identities import blue
+from reports.figures.style.layout import wrapped
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import GUIDE
-from reports.tables.number_format import readable
+
+LINE = 1.3  # distance of two lines of text, in font sizes
+LETTER = 0.56  # width of a letter, likewise
+MARGINS = 0.6  # inches above and below the rows
 
 
 def step_cost(axes: Axes, frame: pd.DataFrame) -> None:
-    """Microseconds per step as dots, each labelled with the iterations."""
+    """Microseconds per step as dots, each below its method."""
     rows = frame[frame["seconds_per_step"] > 0]
     if rows.empty:
         raise NoData("no method has a time for a step.")
-    places = -np.arange(len(rows), dtype=float)
-    for place, (_, row) in zip(places, rows.iterrows(), strict=True):
-        time = 1e6 * row["seconds_per_step"]
-        axes.plot(time, place, "o", markersize=6, color=blue(8))
-        axes.annotate(
-            f"{readable(row['iterations_per_step'], 2)} iterations, {row['solver']}",
-            (time, place),
-            xytext=(8, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=7.5,
-            color=GUIDE,
-        )
-    names = [
-        f"{described(row['problem']).title}: {row['method']}, h = {row['step']:.3g}"
-        for _, row in rows.iterrows()
-    ]
-    axes.set_yticks(places, names)
-    axes.set(xscale="log", xlabel="time for one step [µs]")
-    axes.grid(axis="y", visible=False)
+    size = float(rcParams["xtick.labelsize"]) / 72.0
+    letters = int((axes.figure.get_figwidth() - 0.3) / (LETTER * size))
+    line, guides = 0.0, []  # counted downwards
+    for _, row in rows.iterrows():
+        name = f"{described(row['problem']).title}: {row['method']}, h = {row['step']:.3g}"
+        text = wrapped(name, letters)
+        axes.text(0.0, -line, text, transform=axes.get_yaxis_transform(), va="top",
+                  fontsize=72.0 * size)  # fmt: skip
+        line += text.count("\n") + 1.4
+        axes.plot(1e6 * row["seconds_per_step"], -line, "o", markersize=5, color=blue(8))
+        guides.append(-line)
+        line += 0.5
+    axes.set(xscale="log", xlabel="time for one step [µs]", ylim=(-line, 0.3))
+    axes.set_yticks(guides, [""] * len(guides))
+    axes.tick_params(axis="y", length=0.0)
+    axes.figure.set_figheight(LINE * size * line + MARGINS)

@@ -15,6 +15,7 @@ from benchmarks.studies.moving_frames.stiff_springs import (
 )
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import identity, in_order
+from reports.figures.style.layout import legend, panels
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import GUIDE
 
@@ -24,11 +25,8 @@ def errors_and_resonances(axes: Axes, frame: pd.DataFrame) -> None:
     rows = frame[frame["study"] == RESONANCE]
     if rows.empty:
         raise NoData("no steps were measured.")
-    grid = axes.get_subplotspec().subgridspec(1, 2, wspace=0.28)
-    axes.set_axis_off()
     looks = {name: identity(name).style for name in in_order(rows["contender"])}
-    for column, quantity in enumerate((ERROR, CHANGE)):
-        one = axes.figure.add_subplot(grid[column])
+    for one, quantity in zip(panels(axes, 2), (ERROR, CHANGE), strict=True):
         for name, look in looks.items():
             runs = rows[(rows["contender"] == name) & (rows["quantity"] == quantity)]
             runs = runs.sort_values("x")
@@ -36,10 +34,8 @@ def errors_and_resonances(axes: Axes, frame: pd.DataFrame) -> None:
         for k in range(1, int(LARGEST / np.pi) + 1):
             one.axvline(k, color=GUIDE, linewidth=0.6, linestyle=(0, (1, 3)))
         one.set(yscale="log", xlabel=r"$h\omega / \pi$", title=quantity)
-        decades(one.yaxis, 6)
-        one.title.set_fontsize(9)
-    handles, labels = one.get_legend_handles_labels()
-    axes.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)
+        decades(one.yaxis)
+    legend(one)
 
 
 def energy_exchange(axes: Axes, frame: pd.DataFrame) -> None:
@@ -52,4 +48,4 @@ def energy_exchange(axes: Axes, frame: pd.DataFrame) -> None:
         axes.plot(table.index, table[name], linewidth=0.8, label=f"${name}$")
     axes.plot(table.index, table.sum(axis=1), linewidth=0.8, color=GUIDE, label="sum")
     axes.set(xlabel="t", ylabel="energy [problem's unit]")
-    axes.legend(loc="center right")
+    legend(axes)

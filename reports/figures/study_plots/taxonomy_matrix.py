@@ -12,6 +12,7 @@ from matplotlib.colors import Colormap
 from matplotlib.patches import Patch, Rectangle
 
 from benchmarks.studies.taxonomy import ILL_POSED, INCONSISTENT, METHOD
+from reports.figures.style.layout import legend, panels
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import GUIDE
 
@@ -24,18 +25,46 @@ CODES = {
     "symplectic Euler": "SE",
 }
 GAP = 0.6  # between families, in cells
+CELL, LABELS, ABOVE_AND_BELOW = 0.3, 2.4, 0.9  # inches: of a cell, and around them
 HATCHES = {ILL_POSED: ("xxxx", "#f3f3f3"), INCONSISTENT: ("////", "#ffffff")}
 HIGHEST = 10.0  # order that has the darkest colour
 
 
 def taxonomy_matrix(axes: Axes, frame: pd.DataFrame) -> None:
-    """A row for each space, a column for each rule, in groups by family.
+    """A row for each space, a column for each rule, in groups by family; several such tables below
+    one another where the columns do not fit.
 
     Colour and number are the measured order; letters below it the classical name.
     """
     if frame.empty or not np.any(np.isfinite(frame["measured"].to_numpy(float))):
         raise NoData("no method has a measured order.")
     spaces = list(dict.fromkeys(frame["space"]))
+    blocks = _blocks(frame, axes.figure.get_figwidth())
+    axes.figure.set_figheight(len(blocks) * (CELL * len(spaces) + ABOVE_AND_BELOW))
+    for one, families in zip(panels(axes, len(blocks), columns=1), blocks, strict=True):
+        _block(one, frame[frame["family"].isin(families)], spaces)
+    handles = [
+        Patch(facecolor=color, hatch=hatch, edgecolor=GUIDE, linewidth=0.4, label=verdict)
+        for verdict, (hatch, color) in HATCHES.items()
+    ]
+    legend(one, handles, list(HATCHES))
+
+
+def _blocks(frame: pd.DataFrame, width: float) -> list[list[str]]:
+    """Families that fit beside one another, in columns of the width of a cell."""
+    blocks: list[list[str]] = []
+    room = 0.0
+    for family, rows in frame.groupby("family", sort=False):
+        need = CELL * (rows["points"].nunique() + GAP)
+        if need > room:
+            blocks.append([])
+            room = max(width - LABELS, need)
+        blocks[-1].append(str(family))
+        room -= need
+    return blocks
+
+
+def _block(axes: Axes, frame: pd.DataFrame, spaces: list[str]) -> None:
     places, middles = _columns(frame)
     colors = colormaps["Blues"]
     for _, row in frame.iterrows():
@@ -53,11 +82,6 @@ def taxonomy_matrix(axes: Axes, frame: pd.DataFrame) -> None:
         axes.spines[side].set_visible(False)
     for family, middle in middles.items():
         axes.text(middle, -0.35, family, ha="center", va="bottom", fontweight="bold")
-    handles = [
-        Patch(facecolor=color, hatch=hatch, edgecolor=GUIDE, linewidth=0.4, label=verdict)
-        for verdict, (hatch, color) in HATCHES.items()
-    ]
-    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.07), ncols=2)
 
 
 def code(name: str) -> str:

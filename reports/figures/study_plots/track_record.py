@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from reports.figures.style.layout import panels as side_by_side
 from reports.figures.style.no_data import NoData
 from reports.figures.style.palette import COLOURS, GUIDE
 
@@ -23,11 +24,11 @@ def track_record(axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Any]) -> N
     commits = list(frame["commit"])
     if not commits or not panels:
         raise NoData("it has no benchmark run.")
-    grid = axes.get_subplotspec().subgridspec(len(panels), 1, hspace=0.12)
-    axes.set_axis_off()
     places = np.arange(len(commits))
-    for row, (label, values, changes, logarithmic) in enumerate(panels):
-        one = axes.figure.add_subplot(grid[row])
+    stacked = side_by_side(axes, len(panels), columns=1)
+    for row, (one, (label, values, changes, logarithmic)) in enumerate(
+        zip(stacked, panels, strict=True)
+    ):
         one.plot(places, values, marker="o", markersize=3.5, linewidth=0.8,
                  color=COLOURS[row % len(COLOURS)])  # fmt: skip
         for change in changes:

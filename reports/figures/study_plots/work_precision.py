@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from benchmarks.work_precision.fronts import front
 from reports.figures.style.decades import decades, readable
 from reports.figures.style.identities import OURS, Identity, identity, in_order
+from reports.figures.style.layout import legend
 from reports.figures.style.legends import contender_legend
 from reports.figures.style.no_data import NoData
 
@@ -38,24 +39,16 @@ def work_precision(axes: Axes, frame: pd.DataFrame, *, ylabel: str) -> None:
         axes.plot(runs["seconds"], runs["error"], **{**style, "linestyle": "none", "mfc": "white"})
         best = fronts[fronts["contender"] == name]
         axes.plot(best["seconds"], best["error"], **style)
+    truths = {}
     for _, truth in frame[(frame["status"] == "truth") & (frame["seconds"] > 0)].iterrows():
         color = identity(truth["contender"]).color
-        axes.axvline(truth["seconds"], color=color, linestyle=(0, (1, 2)), linewidth=0.9, zorder=1)
-        axes.annotate(
-            f"truth: {truth['settings']}",
-            (truth["seconds"], 0.02),
-            xycoords=("data", "axes fraction"),
-            xytext=(-2, 0),
-            textcoords="offset points",
-            rotation=90,
-            ha="right",
-            va="bottom",
-            fontsize=7,
-            color=color,
-        )
+        line = axes.axvline(truth["seconds"], color=color, linestyle=(0, (1, 2)), linewidth=0.9,
+                            zorder=1)  # fmt: skip
+        truths[f"truth: {truth['settings']}"] = line
     decades(axes.yaxis)
     readable(axes.xaxis)
     contender_legend(axes, names)
+    legend(axes, truths.values(), truths)
 
 
 def shown(measured: pd.DataFrame) -> list[str]:

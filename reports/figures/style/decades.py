@@ -7,16 +7,24 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axis import Axis
-from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
+from matplotlib.ticker import (
+    LogLocator,
+    MaxNLocator,
+    NullFormatter,
+    NullLocator,
+    StrMethodFormatter,
+)
 
 from reports.tables.number_format import MINUS, SUPERSCRIPT
 
-ROOM = 2.9  # inches of an axis that holds the round numbers of three decades
+
+class Thirds(LogLocator):
+    """Ticks at 1 and 3 of each decade."""
 
 
-def decades(axis: Axis, most: int = 9) -> None:
-    """At most `most` ticks, each a power of ten, and no minor ticks."""
-    axis.set_major_locator(LogLocator(base=10.0, numticks=most))
+def decades(axis: Axis) -> None:
+    """At most nine ticks, each a power of ten, and no minor ticks."""
+    axis.set_major_locator(LogLocator(base=10.0, numticks=9))
     axis.set_minor_locator(NullLocator())
     powers(axis)
 
@@ -52,6 +60,26 @@ def round_numbers(axis: Axis) -> None:
 def readable(axis: Axis) -> None:
     """Round numbers where the axis spans less than three decades, powers of ten where more."""
     low, high = sorted(axis.get_view_interval())
-    inches = axis.axes.get_position().width * axis.axes.figure.get_figwidth()
-    few = high < (1000.0 if inches > ROOM else 30.0) * low
-    (round_numbers if few else decades)(axis)
+    (round_numbers if high < 1000.0 * low else decades)(axis)
+
+
+def fewer(axis: Axis) -> bool:
+    """One step fewer ticks; False where there are no fewer."""
+    low, high = sorted(axis.get_view_interval())
+    locator = axis.get_major_locator()
+    shown = int(np.sum((axis.get_majorticklocs() >= low) & (axis.get_majorticklocs() <= high)))
+    if shown <= 2:
+        return False
+    if isinstance(locator, LogLocator):
+        written_out = isinstance(axis.get_major_formatter(), StrMethodFormatter)
+        if written_out and not isinstance(locator, Thirds):
+            axis.set_major_locator(Thirds(base=10.0, subs=(1.0, 3.0), numticks=20))
+        elif written_out:
+            axis.set_major_locator(LogLocator(base=10.0, numticks=9))
+        else:
+            axis.set_major_locator(LogLocator(base=10.0, numticks=shown - 1))
+    elif isinstance(locator, MaxNLocator):
+        locator.set_params(nbins=max(1, shown - 2))
+    else:
+        return False
+    return True

@@ -1,0 +1,135 @@
+"""No figure has text on text, a legend on data, or anything beyond its edge, at any width."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import matplotlib.style
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
+from mpl_toolkits.mplot3d.art3d import Text3D
+
+from reports.contents import SECTIONS
+from reports.figures.catalogue.all import FIGURES
+from reports.figures.drawing import COST_FIGURE, comparison_figure
+from reports.figures.moving import hide_all_but_last
+from reports.figures.picture import NARROW, STYLE, drawn
+from reports.figures.sized import SMALL, WIDTHS
+from reports.figures.style.layout import Canvas, panels, spread, wrapped
+from reports.results.figure import Figure
+from tests.reports.study_frames import FRAMES
+
+ALL = {"own": 0.0, "narrow": NARROW, **WIDTHS}
+TOUCH = 1.0  # pixels, by which the boxes of letters may overlap
+STUDIED = {
+    figure.name: (figure, FRAMES[section.name])
+    for section in SECTIONS
+    if section.name in FRAMES
+    for figure in section.figures
+}
+
+
+def laid_out(figure: Figure, frame: pd.DataFrame, width: float) -> Canvas:
+    with matplotlib.style.context([STYLE, SMALL if 0.0 < width < 3.6 else {}]):
+        canvas = drawn(figure, frame, width)
+        hide_all_but_last(canvas)
+    return canvas
+
+
+def faults(canvas: Canvas) -> Iterator[str]:
+    """What is wrong with a layout."""
+    edge = canvas.bbox
+    texts = [(one, one.get_window_extent()) for one in seen_texts(canvas)]
+    for one, box in texts:
+        if not (box.x0 > edge.x0 - TOUCH and box.x1 < edge.x1 + TOUCH
+                and box.y0 > edge.y0 - TOUCH and box.y1 < edge.y1 + TOUCH):  # fmt: skip
+            yield f"{one.get_text()!r} is beyond the edge"
+    for (one, a), (other, b) in itertools.combinations(texts, 2):
+        if one.get_rotation() % 90.0 == 0.0 and overlap(a, b):
+            yield f"{one.get_text()!r} is on {other.get_text()!r}"
+    for one in canvas.legends:
+        box = one.get_window_extent()
+        for axes in canvas.axes:
+            if overlap(box, axes.get_window_extent()):
+                yield "the legend is on axes"
+    if abs(canvas.get_figwidth() - edge.width / canvas.dpi) > 1e-9:
+        yield "it is wider"
+    for axes in canvas.axes:
+        box = axes.get_window_extent()
+        if box.width < 0.3 * canvas.dpi or box.height < 0.2 * canvas.dpi:
+            yield f"axes of {box.width:.0f} by {box.height:.0f} pixels"
+
+
+def seen_texts(canvas: Canvas) -> Iterator[Text]:
+    """Those that are drawn: labels of ticks only within the range of their axis."""
+    ticks: set[int] = set()
+    for axes in canvas.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            for tick in (*axis.majorTicks, *axis.minorTicks):
+                hidden = tick.get_loc() < low or tick.get_loc() > high or not axes.axison
+                ticks |= {id(tick.label1), id(tick.label2)} if hidden else set()
+    for one in canvas.findobj(Text):
+        if isinstance(one, Text3D):  # is placed when it is drawn
+            continue
+        if one.get_visible() and one.get_text().strip() and id(one) not in ticks:
+            yield one
+
+
+def overlap(a: Bbox, b: Bbox) -> bool:
+    return (min(a.x1, b.x1) - max(a.x0, b.x0) > TOUCH
+            and min(a.y1, b.y1) - max(a.y0, b.y0) > TOUCH)  # fmt: skip
+
+
+@pytest.mark.parametrize("figure", FIGURES, ids=[figure.name for figure in FIGURES])
+def test_a_figure_of_a_claim_fits_in_any_width(figure, drawn_frames):
+    for name, width in ALL.items():
+        canvas = laid_out(figure, drawn_frames[figure.name], width)
+        assert not list(faults(canvas)), name
+        assert canvas.get_figwidth() == (width or figure.size[0])
+
+
+@pytest.mark.parametrize("name", STUDIED)
+def test_a_figure_of_a_study_fits_in_any_width(name):
+    figure, measure = STUDIED[name]
+    frame = measure(True, print)
+    for which, width in ALL.items():
+        if not 0.0 < width < figure.least:
+            assert not list(faults(laid_out(figure, frame, width))), which
+
+
+def test_comparisons_and_costs_fit_in_any_width(make_suite):
+    suite = make_suite()
+    runs = suite.work_precision(True, print)
+    for width in ALL.values():
+        for figure, frame in ((comparison_figure("kepler e=0.6", runs), runs),
+                              (COST_FIGURE, suite.cost(True, print))):  # fmt: skip
+            assert not list(faults(laid_out(figure, frame, width)))
+
+
+def careless(axes, frame):
+    left, right = panels(axes, 2, columns=2)
+    left.text(0.1, 0.5, "a text", in_layout=False)
+    left.text(0.2, 0.5, "on a text", in_layout=False)
+    right.text(0.5, 0.5, "a long text that does not end within its panel", in_layout=False)
+
+
+def test_text_on_text_and_beyond_the_edge_is_seen():
+    canvas = laid_out(Figure("f", "f", careless), pd.DataFrame(), 6.3)
+    found = list(faults(canvas))
+    assert any("is on" in one for one in found) and any("beyond" in one for one in found)
+
+
+def test_labels_do_not_overlap_and_stay_below_the_top_where_there_is_room():
+    places = spread([0.0, 1.0, 1.0, 99.0, 100.0], [10.0] * 5, 0.0, 100.0)
+    assert np.all(np.diff(places) >= 10.0 - 1e-12)
+    assert places[-1] <= 100.0
+    assert spread([10.0, 50.0], [10.0, 10.0], 0.0, 100.0) == [10.0, 50.0]
+
+
+def test_lines_break_between_words_and_not_within_mathematics():
+    assert wrapped("the error of $R - R_0$ at the end", 14) == "the error of\n$R - R_0$ at\nthe end"
