@@ -16,7 +16,7 @@ DATA = ("py.typed", "*.csv", "*.bib", "*.css", "*.js", "*.j2", "*.mplstyle", "*.
 TOP = Path(__file__).parent
 INFO = TOP / "PKG-INFO"  # of an unpacked sdist, which git does not know
 
-release = runpy.run_path(str(TOP / "galvi" / "doors" / "release.py"))
+release = runpy.run_path(str(TOP / "galvi" / "interop" / "release.py"))
 version = release["version_in_git"](TOP) or (
     re.search(r"^Version: (.*)$", INFO.read_text(encoding="utf-8"), re.MULTILINE)[1]
     if INFO.is_file() else f"{release['RELEASE']}+unknown"

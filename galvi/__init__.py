@@ -14,14 +14,6 @@ from galvi.diagnostics.momentum_balance import MomentumBalance, momentum_balance
 from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.diagnostics.round_trip import round_trip_error
 from galvi.diagnostics.symplecticity import step_derivative, symplecticity_defect
-from galvi.doors.citations import Citation, cite
-from galvi.doors.from_mujoco import from_mujoco
-from galvi.doors.judge import Judged, judge
-from galvi.doors.plots import plot as _plot
-from galvi.doors.rebound import from_rebound, to_rebound
-from galvi.doors.release import galvi_version as _version
-from galvi.doors.scipy import to_scipy
-from galvi.doors.xarray import to_xarray
 from galvi.frames.harmonic_frame import HarmonicFrame
 from galvi.frames.kepler_frame import KeplerFrame
 from galvi.groups.matrices import nearest_rotation
@@ -31,6 +23,14 @@ from galvi.groups.se2 import SE2
 from galvi.groups.se3 import SE3
 from galvi.groups.so2 import SO2
 from galvi.groups.so3 import SO3
+from galvi.interop.citations import Citation, cite
+from galvi.interop.from_mujoco import from_mujoco
+from galvi.interop.judge import Judged, judge
+from galvi.interop.plots import plot as _plot
+from galvi.interop.rebound import from_rebound, to_rebound
+from galvi.interop.release import galvi_version as _version
+from galvi.interop.scipy import to_scipy
+from galvi.interop.xarray import to_xarray
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.recommend.recommend import recommend

@@ -68,7 +68,7 @@ class Trajectory:
     velocities: Array | None = None
     again: RedoneCurves | None = None
 
-    # The doors stand above a run, which must not import them: registered by galvi/__init__.
+    # These stand above a run, which must not import them: registered by galvi/__init__.
     to_rebound_of: ClassVar[Callable[..., Any]]
     to_scipy_of: ClassVar[Callable[..., Any]]
     to_xarray_of: ClassVar[Callable[..., Any]]
@@ -99,19 +99,19 @@ class Trajectory:
         return len(self.t)
 
     def to_rebound(self, at: int = -1) -> Any:
-        """A `rebound.Simulation` at a saved state: see galvi.doors.rebound."""
+        """A `rebound.Simulation` at a saved state: see galvi.interop.rebound."""
         return self.to_rebound_of(self, at)
 
     def to_scipy(self) -> Any:
-        """The run with the fields of SciPy's solve_ivp: see galvi.doors.scipy."""
+        """The run with the fields of SciPy's solve_ivp: see galvi.interop.scipy."""
         return self.to_scipy_of(self)
 
     def to_xarray(self) -> Any:
-        """An xarray.Dataset with named dimensions: see galvi.doors.xarray."""
+        """An xarray.Dataset with named dimensions: see galvi.interop.xarray."""
         return self.to_xarray_of(self)
 
     def plot(self) -> Any:
-        """A matplotlib figure of the motion and the energy: see galvi.doors.plots."""
+        """A matplotlib figure of the motion and the energy: see galvi.interop.plots."""
         return self.plot_of(self)
 
     def to_frame(self) -> pandas.DataFrame:

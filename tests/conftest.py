@@ -94,7 +94,7 @@ def judge_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """`galvi.judge` runs its command here, without the seconds that a new process imports for."""
 
     def here(arguments: list[str]) -> str:
-        from galvi.doors.judge import PROGRESS
+        from galvi.interop.judge import PROGRESS
         from reports.cli.commands import run
 
         told = io.StringIO()
@@ -103,4 +103,4 @@ def judge_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
         lines = told.getvalue().splitlines()
         return "\n".join(line for line in lines if not line.startswith(PROGRESS))
 
-    monkeypatch.setattr("galvi.doors.judge._run", here)
+    monkeypatch.setattr("galvi.interop.judge._run", here)

@@ -22,9 +22,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 
-from galvi.doors import from_mujoco
-from galvi.doors.beyond_trees import BeyondTrees
-from galvi.doors.mujoco_model import misfits, some_states
+from galvi.interop import from_mujoco
+from galvi.interop.beyond_trees import BeyondTrees
+from galvi.interop.mujoco_model import misfits, some_states
 
 WHEELS = Path(sys.prefix) / "models"
 TABLE = Path("docs") / "public_models.csv"

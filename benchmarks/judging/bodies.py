@@ -17,7 +17,7 @@ from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import galvi_label
 from galvi import NBody, Problem, Trajectory
 from galvi.arrays import Array
-from galvi.doors.rebound import check_reading, simulation_of
+from galvi.interop.rebound import check_reading, simulation_of
 from references import Contender
 from references.heyoka.taylor import HEYOKA
 from references.rebound import bulirsch_stoer, ias15, janus, leapfrog, saba, whfast, whfast512

@@ -20,7 +20,7 @@ class Model:
 
     problem  as galvi reads it
     own      the user's own, which its engine steps: a `rebound.Simulation`, or what
-             `galvi.doors.from_mujoco.read` returns; None where there is the problem alone, from
+             `galvi.interop.from_mujoco.read` returns; None where there is the problem alone, from
              which the engine's is rebuilt
     notes    what of it was left out or is read otherwise, in sentences
     """

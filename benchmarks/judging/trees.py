@@ -14,7 +14,7 @@ from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import galvi_label
 from galvi import Multibody, Problem, Trajectory
 from galvi.arrays import Array
-from galvi.doors.mujoco_model import check_reading
+from galvi.interop.mujoco_model import check_reading
 from references import Contender
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.mujoco.steps import (

@@ -13,7 +13,7 @@ from pathlib import Path
 from llvmlite import binding
 from numba import config
 
-from galvi.doors.release import galvi_version
+from galvi.interop.release import galvi_version
 
 ENGINES = (
     "numpy",

@@ -13,9 +13,9 @@ import typer
 from benchmarks.judging.candidate import Model
 from benchmarks.judging.judgement import Judgement, judge, kind_of
 from benchmarks.store.provenance import provenance
-from galvi.doors import from_mujoco, rebound
-from galvi.doors.beyond_trees import BeyondTrees
-from galvi.doors.judge import MODELS, PROGRESS
+from galvi.interop import from_mujoco, rebound
+from galvi.interop.beyond_trees import BeyondTrees
+from galvi.interop.judge import MODELS, PROGRESS
 from reports.judge.page import write
 from reports.judge.sentences import own_run, sentences
 from reports.tables.number_format import capital

@@ -13,8 +13,8 @@ from pathlib import Path
 import pandas as pd
 
 from benchmarks.store.provenance import commit
-from galvi.doors.citations import entries
-from galvi.doors.release import galvi_version
+from galvi.interop.citations import entries
+from galvi.interop.release import galvi_version
 from reports.results.origins import read_origins
 from reports.tables.latex import escape, number
 from reports.tables.number_format import known

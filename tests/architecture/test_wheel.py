@@ -18,7 +18,7 @@ import yaml
 
 import galvi
 from benchmarks.store.provenance import provenance
-from galvi.doors.release import RELEASE, version_in_git
+from galvi.interop.release import RELEASE, version_in_git
 from galvi.kernels.compile.cache import FOLDER
 from reports.tables.macros import bibliography
 

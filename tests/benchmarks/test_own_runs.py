@@ -17,8 +17,8 @@ from benchmarks.judging import bodies, trees
 from benchmarks.judging.candidate import Model
 from benchmarks.judging.judgement import Judgement, judge, own_setting
 from galvi import Trajectory
-from galvi.doors import from_mujoco
-from galvi.doors.rebound import read
+from galvi.interop import from_mujoco
+from galvi.interop.rebound import read
 from references import as_trajectory, engine_clock
 from reports.judge.sentences import sentences
 

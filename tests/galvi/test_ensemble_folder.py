@@ -182,14 +182,14 @@ def test_the_text_of_a_traced_law_is_part_of_its_work(tmp_path, monkeypatch):
 def test_the_code_of_galvi_is_part_of_the_name_but_not_its_words(tmp_path, monkeypatch):
     top = tmp_path / "galvi"
     (top / "run" / "ensembles").mkdir(parents=True)
-    (top / "doors").mkdir()
-    place, door = top / "place.py", top / "doors" / "door.py"
+    (top / "interop").mkdir()
+    place, reader = top / "place.py", top / "interop" / "reader.py"
     monkeypatch.setattr(identities, "__file__", str(top / "run" / "ensembles" / "identity.py"))
     monkeypatch.setattr(identities, "IMPORTED", np.inf)
 
     def digest(code, other="y = 1"):
         place.write_text(code)
-        door.write_text(other)
+        reader.write_text(other)
         return digest_of_galvi.__wrapped__()
 
     before = digest('def f(x):\n    """Twice."""\n    return 2 * x\n')

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.doors import from_mujoco as door
-from galvi.doors import mujoco_model
-from galvi.doors.beyond_trees import PARTS, BeyondTrees, _pairs
+from galvi.interop import from_mujoco as reader
+from galvi.interop import mujoco_model
+from galvi.interop.beyond_trees import PARTS, BeyondTrees, _pairs
 from tests.galvi.random_trees import random_tree
 
 mujoco = pytest.importorskip("mujoco")
@@ -155,7 +155,7 @@ def test_a_field_of_a_newer_version_is_refused_by_name(monkeypatch, list_of_name
 
 
 def test_a_flag_and_a_tendons_field_of_a_newer_version_are_refused_by_name(monkeypatch):
-    monkeypatch.setattr("galvi.doors.beyond_trees.QUIET", ())
+    monkeypatch.setattr("galvi.interop.beyond_trees.QUIET", ())
     text = PLAIN.replace("<sensor>", '<tendon><fixed><joint joint="a" coef="1"/></fixed></tendon>'
                                      "<sensor>")  # fmt: skip
     with pytest.raises(BeyondTrees, match="tendons: 1 tendon"):
@@ -185,7 +185,7 @@ def test_sleep_is_named_and_switched_off_where_it_is_ignored():
     with pytest.raises(BeyondTrees, match="\n  sleep: slow trees may be put to sleep") as refused:
         galvi.from_mujoco(text)
     assert refused.value.names == ("sleep",) and isinstance(refused.value, ValueError)
-    problem, own = door.read(text, "sleep")
+    problem, own = reader.read(text, "sleep")
     assert problem.parameters["ignored"] == ("sleep",) and own.model.opt.enableflags == 0
     assert own.differences == {"sleep": "the flag sleep disabled"}
 
@@ -219,7 +219,7 @@ def test_what_is_left_out_is_switched_off_by_which_the_numbers_agree(kind):
     with pytest.raises(BeyondTrees) as refused:
         galvi.from_mujoco(BEYOND[kind])
     names = refused.value.names
-    problem, own = door.read(BEYOND[kind], names)
+    problem, own = reader.read(BEYOND[kind], names)
     assert set(own.differences) == set(names) <= set(PARTS)
     qpos, qvel = problem.system.to_mujoco(problem.q0, problem.v0)
     draw = np.random.default_rng(2)
@@ -238,7 +238,7 @@ def test_what_is_left_out_is_switched_off_by_which_the_numbers_agree(kind):
 
 def changed(**fields):
     """Planted: the links of a tree with these fields changed."""
-    sound = door._link
+    sound = reader._link
 
     def wrong(*given):
         link = sound(*given)
@@ -254,14 +254,14 @@ FAULTS = {
     "no springs": changed(joints=lambda link: [replace(j, stiffness=0.0) for j in link.joints]),
     "another anchor": changed(joints=lambda link: [
         j if j.type == "free" else replace(j, anchor=j.anchor + 1e-3) for j in link.joints]),
-    "mocap poses left out": lambda model, body, data, sound=door._link: sound(
+    "mocap poses left out": lambda model, body, data, sound=reader._link: sound(
         model, body, mujoco.MjData(model)),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_misreading_is_caught_by_the_accelerations(fault, monkeypatch):
-    monkeypatch.setattr(door, "_link", FAULTS[fault])
+    monkeypatch.setattr(reader, "_link", FAULTS[fault])
     with pytest.raises(ValueError, match=r"misreads this model: MuJoCo accelerates joint .* by"):
         galvi.from_mujoco(PLAIN, key="home")
 
@@ -269,7 +269,7 @@ def test_a_misreading_is_caught_by_the_accelerations(fault, monkeypatch):
 def test_a_dropped_option_is_caught_by_the_accelerations(monkeypatch):
     text = PLAIN.replace("<option", '<option><flag gravity="disable"/></option><option')
     assert not np.any(galvi.from_mujoco(text).system.gravity)
-    monkeypatch.setattr(door, "_disabled", lambda model, flag: False)
+    monkeypatch.setattr(reader, "_disabled", lambda model, flag: False)
     with pytest.raises(ValueError, match="misreads this model"):
         galvi.from_mujoco(text)
 
@@ -284,7 +284,7 @@ def test_constants_that_are_older_than_the_masses_are_refused_with_the_remedy():
 
 
 def off(model, *more):
-    problem, own = door.read(model, *more)
+    problem, own = reader.read(model, *more)
     states = mujoco_model.some_states(problem.system, problem.q0, problem.v0)
     return max(np.max(one) for one, _ in mujoco_model.misfits(own, problem, states))
 
@@ -339,7 +339,7 @@ def test_a_keyframe_places_mocap_bodies():
 
 def test_an_actuator_after_one_of_several_outputs_is_read():
     """Right value: MuJoCo's own masses; reading it was an IndexError."""
-    problem, own = door.read(SEVERAL, ("contacts", "actuators"))
+    problem, own = reader.read(SEVERAL, ("contacts", "actuators"))
     assert repr(problem.system) == "Multibody(links=2, velocities=4)"
     hinge = problem.system.links[1].joints[0]
     assert hinge.armature == pytest.approx(9 * 0.2) and hinge.damping == pytest.approx(9 * 0.5)
@@ -353,7 +353,7 @@ def test_the_own_model_is_the_users_but_for_what_is_left_out():
     model = compiled(SEVERAL)
     model.opt.integrator, model.opt.timestep = int(mujoco.mjtIntegrator.mjINT_IMPLICIT), 0.007
     before = copy.copy(model)
-    _, own = door.read(model, ("contacts", "actuators"))
+    _, own = reader.read(model, ("contacts", "actuators"))
     assert own.differences == {
         "contacts": "the flag contact disabled", "actuators": "the flag actuation disabled",
     }  # fmt: skip
@@ -369,19 +369,19 @@ def test_the_own_model_is_the_users_but_for_what_is_left_out():
 
 
 def test_the_own_data_begin_at_the_keyframe_or_at_what_is_given():
-    problem, own = door.read(PLAIN, (), "home")
+    problem, own = reader.read(PLAIN, (), "home")
     data = own.data()
     assert data.time == 3.0 and data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
     assert data is not own.data() and data.qvel[0] == 1.0 and problem.v0[0] == 1.0
     qpos = np.array([0.3, -0.1, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0])
-    problem, own = door.read(PLAIN, (), "home", qpos)
+    problem, own = reader.read(PLAIN, (), "home", qpos)
     data = own.data()
     assert np.array_equal(data.qpos, qpos) and data.qvel[0] == 1.0
     assert data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
     assert np.array_equal(problem.q0, problem.system.from_mujoco(qpos, data.qvel)[0])
     for name, more in (("qpos", ([1.0],)), ("qvel", (None, [1.0]))):
         with pytest.raises(ValueError, match=rf"{name} must have shape \(1[13],\)"):
-            door.read(PLAIN, (), None, *more)
+            reader.read(PLAIN, (), None, *more)
 
 
 def test_keyframes_have_numbers_and_names():

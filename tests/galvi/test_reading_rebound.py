@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.doors import rebound as door
-from galvi.doors import rebound_contents as contents
+from galvi.interop import rebound as reader
+from galvi.interop import rebound_contents as contents
 
 rebound = pytest.importorskip("rebound")
 
@@ -100,7 +100,7 @@ def test_a_misreading_is_caught_by_the_accelerations(
             return found._replace(masses=found.masses * [1.0, 1.0 + 1e-6, 1.0])
         return found._replace(q=found.q[[0, 2, 1]])
 
-    monkeypatch.setattr(door, "contents_of", wrong)
+    monkeypatch.setattr(reader, "contents_of", wrong)
     with pytest.raises(ValueError, match=r"misreads this simulation: REBOUND accelerates .* by"):
         galvi.from_rebound(planets())
 
@@ -109,14 +109,14 @@ def test_readings_agree_to_rounding_at_other_states_too(monkeypatch: pytest.Monk
     for integrator in ("whfast", "mercurius", "ias15"):
         sim = planets(integrator=integrator, dt=0.05)
         sim.steps(3)
-        problem, own = door.read(sim)
+        problem, own = reader.read(sim)
         moved = problem.q0 + np.random.default_rng(1).normal(size=problem.q0.shape)
         with monkeypatch.context() as patched:
-            patched.setattr(door, "AGREED", 1e-14)  # 4e-16
-            door.check_reading(own, problem, moved)
+            patched.setattr(reader, "AGREED", 1e-14)  # 4e-16
+            reader.check_reading(own, problem, moved)
         own.particles[0].m = 1.1
         with pytest.raises(ValueError, match="misreads"):
-            door.check_reading(own, problem, moved)
+            reader.check_reading(own, problem, moved)
 
 
 def test_an_encounter_in_mercurius_is_read() -> None:
@@ -142,7 +142,7 @@ def test_a_heartbeat_and_a_patch_version_do_not_matter(
     path = tmp_path / "run.bin"
     sim.save_to_file(str(path))
     with caplog.at_level(logging.WARNING, logger="galvi"):
-        again, own = door.read(path)
+        again, own = reader.read(path)
     assert np.array_equal(again.q0, there.q0) and own.N == 3 and not own._heartbeat
     assert "forces among them are not in it" in again.parameters["functions"]
     assert "forces among them are not in it" in caplog.text
@@ -186,5 +186,5 @@ def test_a_tree_is_read_as_point_masses_and_says_so() -> None:
     for place in np.random.default_rng(2).normal(size=(40, 3)):
         sim.add(m=0.01, x=place[0], y=place[1], z=place[2])
     sim.gravity = "tree"
-    problem, own = door.read(sim)
+    problem, own = reader.read(sim)
     assert problem.parameters["read_as"] == contents.TREE and own.gravity == "tree"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.doors.beyond_trees import PARTS, _counted
+from galvi.interop.beyond_trees import PARTS, _counted
 
 mujoco = pytest.importorskip("mujoco")
 

@@ -18,7 +18,13 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 
 ATOMS = (type(None), bool, int, float, complex, str, bytes, Decimal)
-OTHERS = {"analysis", "diagnostics", "doors", "properties", "recommend"}  # no run depends on these
+OTHERS = {
+    "analysis",
+    "diagnostics",
+    "interop",
+    "properties",
+    "recommend",
+}  # no run depends on these
 IMPORTED = time.time()
 NAMED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 

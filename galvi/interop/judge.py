@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from galvi.doors import from_mujoco as mujoco_door
-from galvi.doors import rebound as rebound_door
 from galvi.input_checks import shown
+from galvi.interop import from_mujoco as mujoco_reader
+from galvi.interop import rebound as rebound_reader
 from galvi.problem import Problem
 
 if TYPE_CHECKING:
@@ -141,20 +141,20 @@ def judge(
         elif kind == "mujoco" or (isinstance(source, str) and not is_file) or (
             is_file and Path(source).suffix in MODELS
         ):  # fmt: skip
-            mujoco_door.read(source, ignore, key, qpos, qvel)  # what it refuses is said here
+            mujoco_reader.read(source, ignore, key, qpos, qvel)  # what it refuses is said here
             if is_file:
                 file = Path(source)
             else:
                 import mujoco
 
                 file = file.with_suffix(".mjb")
-                mujoco.mj_saveModel(mujoco_door.model_of(source), str(file), None)
+                mujoco.mj_saveModel(mujoco_reader.model_of(source), str(file), None)
             arguments += ["--ignore", ",".join(ignore)] if ignore else []
             arguments += [] if key is None else ["--key", str(key)]
             for name, given in (("--qpos", qpos), ("--qvel", qvel)):
                 arguments += [] if given is None else [name, _numbers(given)]
         else:
-            _, simulation = rebound_door.read(source, snapshot)
+            _, simulation = rebound_reader.read(source, snapshot)
             if is_file:
                 file = Path(source)
             else:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-from galvi.doors.release import galvi_version
 from galvi.input_checks import shown
+from galvi.interop.release import galvi_version
 from galvi.method import Galerkin
 from galvi.trajectory import Trajectory
 
@@ -30,7 +30,7 @@ CODES = {
 @cache
 def entries() -> dict[str, str]:
     """The entries of citations.bib by their keys."""
-    text = files("galvi.doors").joinpath("citations.bib").read_text(encoding="utf-8")
+    text = files("galvi.interop").joinpath("citations.bib").read_text(encoding="utf-8")
     found = ["@" + entry.strip().lstrip("@") for entry in text.split("\n@")]
     return {entry[entry.index("{") + 1 : entry.index(",")]: entry for entry in found}
 

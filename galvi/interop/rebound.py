@@ -16,8 +16,8 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.doors import rebound_contents
-from galvi.doors.rebound_contents import (
+from galvi.interop import rebound_contents
+from galvi.interop.rebound_contents import (
     OPTIONS,
     UNITS,
     Contents,

@@ -16,7 +16,7 @@ from mpmath import mp
 
 import galvi
 from galvi.diagnostics.orbits import _anomaly
-from galvi.doors import rebound as door
+from galvi.interop import rebound as reader
 from galvi.run.integrate import steps_until
 from references.rebound.ias15 import IAS15
 
@@ -93,23 +93,23 @@ def test_a_file_is_read_in_another_process_which_may_crash(tmp_path, monkeypatch
     monkeypatch.setattr(rebound, "Simulationarchive", None)  # here nothing is read
     assert there.q0.tobytes() == galvi.from_rebound(path).q0.tobytes()
     assert pickle.loads(pickle.dumps(galvi.from_rebound(sim))).parameters == there.parameters
-    reader = Path(door.READER).read_text()
+    reader = Path(reader.READER).read_text()
     for crash in ("kill(os.getpid(), 6)", "kill(os.getpid(), 11)", "_exit(3)"):
         crashing = tmp_path / "crashing.py"
         crashing.write_text(f"{reader}\n    import os\n    os.{crash}\n")  # when all was read
-        monkeypatch.setattr(door, "READER", str(crashing))
+        monkeypatch.setattr(reader, "READER", str(crashing))
         with pytest.raises(ValueError, match="it is damaged: REBOUND crashes"):
             galvi.from_rebound(path)
     broken = tmp_path / "broken.py"
     broken.write_text(reader.replace("import pickle", "import pickle, galvi_absent"))
-    monkeypatch.setattr(door, "READER", str(broken))
+    monkeypatch.setattr(reader, "READER", str(broken))
     with pytest.raises(ValueError, match="ended with: ModuleNotFoundError: No module named"):
         galvi.from_rebound(path)
     talking = tmp_path / "talking.py"
     talking.write_text(
         reader.replace("    import rebound\n", "    print('hello')\n    import rebound\n")
     )
-    monkeypatch.setattr(door, "READER", str(talking))
+    monkeypatch.setattr(reader, "READER", str(talking))
     assert galvi.from_rebound(path).q0.tobytes() == there.q0.tobytes()
 
 
@@ -168,8 +168,8 @@ def test_an_import_needs_no_engine_and_a_missing_one_is_a_sentence():
         "import galvi\n"
         "run = galvi.integrate(galvi.problems.kepler(0.1), "
         "galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6)), 0.1, 2)\n"
-        "for door in (run.plot, lambda: galvi.from_rebound('x')):\n"
-        "    try: door()\n"
+        "for one in (run.plot, lambda: galvi.from_rebound('x')):\n"
+        "    try: one()\n"
         "    except ModuleNotFoundError as error: print(error)\n"
     )
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

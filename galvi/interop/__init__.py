@@ -1,0 +1,1 @@
+"""From and to other packages, which are imported when one of these is called and never before."""
