@@ -93,21 +93,21 @@ def test_a_file_is_read_in_another_process_which_may_crash(tmp_path, monkeypatch
     monkeypatch.setattr(rebound, "Simulationarchive", None)  # here nothing is read
     assert there.q0.tobytes() == galvi.from_rebound(path).q0.tobytes()
     assert pickle.loads(pickle.dumps(galvi.from_rebound(sim))).parameters == there.parameters
-    reader = Path(reader.READER).read_text()
+    text = Path(reader.READER).read_text()
     for crash in ("kill(os.getpid(), 6)", "kill(os.getpid(), 11)", "_exit(3)"):
         crashing = tmp_path / "crashing.py"
-        crashing.write_text(f"{reader}\n    import os\n    os.{crash}\n")  # when all was read
+        crashing.write_text(f"{text}\n    import os\n    os.{crash}\n")  # when all was read
         monkeypatch.setattr(reader, "READER", str(crashing))
         with pytest.raises(ValueError, match="it is damaged: REBOUND crashes"):
             galvi.from_rebound(path)
     broken = tmp_path / "broken.py"
-    broken.write_text(reader.replace("import pickle", "import pickle, galvi_absent"))
+    broken.write_text(text.replace("import pickle", "import pickle, galvi_absent"))
     monkeypatch.setattr(reader, "READER", str(broken))
     with pytest.raises(ValueError, match="ended with: ModuleNotFoundError: No module named"):
         galvi.from_rebound(path)
     talking = tmp_path / "talking.py"
     talking.write_text(
-        reader.replace("    import rebound\n", "    print('hello')\n    import rebound\n")
+        text.replace("    import rebound\n", "    print('hello')\n    import rebound\n")
     )
     monkeypatch.setattr(reader, "READER", str(talking))
     assert galvi.from_rebound(path).q0.tobytes() == there.q0.tobytes()

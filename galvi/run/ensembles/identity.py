@@ -24,7 +24,7 @@ OTHERS = {
     "interop",
     "properties",
     "recommend",
-}  # no run depends on these
+}  # no run needs them
 IMPORTED = time.time()
 NAMED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
