@@ -14,9 +14,9 @@ import numpy as np
 
 import galvi
 from benchmarks.brownout.emission import Emission
+from benchmarks.brownout.flights import Flights, Ground, follow
 from galvi.arrays import Array
 from galvi.problems.brownout import DRAG_COEFFICIENT, GRAVITY, SAND
-from galvi.run.grains.flights import Flights, Ground, follow
 
 DIAMETERS = (10e-6, 50e-6, 100e-6, 200e-6, 400e-6)  # m
 UNTIL = 6.0  # s; the rotor has come from 16 m down to 6.5 m

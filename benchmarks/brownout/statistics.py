@@ -16,9 +16,9 @@ import numpy as np
 
 from benchmarks.brownout.cloud import DIAMETERS, UNTIL, Cloud, optical_depth
 from benchmarks.brownout.emission import Emission
+from benchmarks.brownout.flights import FAILED, Flights
 from benchmarks.statistics.estimate import Estimate
 from galvi.arrays import Array
-from galvi.run.grains.flights import FAILED, Flights
 
 DEPTH, HEIGHT = "optical depth", "height of the centre of mass [m]"
 

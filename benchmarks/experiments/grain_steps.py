@@ -61,7 +61,7 @@ def turn():
 HERE = """
 from benchmarks.brownout.cloud import CONSTANT, Cloud
 from galvi.problems.brownout import GRAVITY
-from galvi.run.grains.flights import follow
+from benchmarks.brownout.flights import follow
 
 law, rates = Cloud(diameter, CONSTANT).rates
 q, v, rates = (np.tile(x, (grains, 1)) for x in (problem.q0, problem.v0, rates))

@@ -36,23 +36,15 @@ def law_pass_DIGEST(given):
 """
 MEMBERS = """
 
-steps_of_law = law_steps(law, {d}, {stages}{after})
+steps_of_law = law_steps(law, {d}, {stages})
 
 
 def members_DIGEST(words):
     steps_of_law(words)
 """
-GRAIN_PASS = """
-
-pass_of_grains = grain_pass(wind, drag, {s})
-
-
-def grain_pass_DIGEST(work, numbers):
-    pass_of_grains(work, numbers)
-"""
 GROUP_MEMBERS = """
 
-steps_of_law = group_steps(law, {layout}, {chart}{after})
+steps_of_law = group_steps(law, {layout}, {chart})
 
 
 def members_DIGEST(words):
@@ -74,13 +66,13 @@ def compiled_law(law: str, d: int, lanes: int) -> Callable[..., Any]:
 
 @lru_cache(maxsize=256)
 def compiled_members(law: str, d: int, stages: int = 0) -> Callable[..., Any]:
-    """The galvi.kernels.lanes.members.law on R^d of the lines that define ``law``, and may define
-    ``after``, what is done after each step; compiled at the first call.
+    """The galvi.kernels.lanes.members.law on R^d of the lines that define ``law``, compiled at
+    the first call.
 
     stages  s, for which loops are written out; 0 for any
     """
     head = "from galvi.kernels.lanes.members.law import law_steps\n"
-    tail = MEMBERS.format(d=d, stages=stages, after=_after(law))
+    tail = MEMBERS.format(d=d, stages=stages)
     source = symbolic_code.with_digest(head + law + tail)
     return cast(Callable[..., Any], symbolic_code.functions(source)["members"])
 
@@ -91,14 +83,9 @@ def compiled_group_members(law: str, layout: tuple[tuple[int, ...], ...], chart:
     `compiled_group_law`."""
     head = "from galvi.kernels.lanes.members.group import group_steps\n"
     source = symbolic_code.with_digest(
-        head + law + GROUP_MEMBERS.format(layout=layout, chart=chart, after=_after(law))
+        head + law + GROUP_MEMBERS.format(layout=layout, chart=chart)
     )
     return symbolic_code.functions(source)["members"]
-
-
-def _after(law: str) -> str:
-    """The argument for what the lines of a law do after each step."""
-    return ", after=after" if "\ndef after(" in law or " as after" in law else ""
 
 
 @lru_cache(maxsize=256)
@@ -116,15 +103,6 @@ def compiled_group_law(
     tail = GROUP_PASS.format(layout=layout, chart=chart, lanes=lanes, one=one)
     source = symbolic_code.with_digest(head + law + tail)
     return symbolic_code.functions(source)["law_pass"]
-
-
-@lru_cache(maxsize=64)
-def compiled_grain_pass(wind: str, drag: str, s: int) -> Any:
-    """The galvi.kernels.lanes.grains.iteration of s stages, of the lines that define ``wind`` and
-    ``drag``, compiled at the first call."""
-    head = "from galvi.kernels.lanes.grains.iteration import grain_pass\n"
-    source = symbolic_code.with_digest(head + wind + drag + GRAIN_PASS.format(s=s))
-    return symbolic_code.functions(source)["grain_pass"]
 
 
 def built_in(name: str, *arguments: Any) -> str:

@@ -26,8 +26,8 @@ from benchmarks.brownout.cloud import (
     optical_depth,
 )
 from benchmarks.brownout.emission import Emission, friction_speed, threshold, upward_flux
+from benchmarks.brownout.flights import follow
 from benchmarks.brownout.philox import philox, uniforms
-from galvi.run.grains.flights import follow
 
 ONES = 0xFFFFFFFF
 

@@ -11,11 +11,11 @@ import pytest
 
 from benchmarks.brownout import cloud as model
 from benchmarks.brownout.cloud import BY_REYNOLDS, DIAMETERS
+from benchmarks.brownout.flights import FAILED, WAITING, Flights
 from benchmarks.brownout.step_errors import COMPARED, UNSOLVED
 from benchmarks.checks.bounds import CONTRADICTED, FINDING, NOT_RUN
 from benchmarks.claims.vector_spaces import v25_brownout_cloud as v25
 from benchmarks.claims.vector_spaces.v25_brownout_cloud import ALONE, HIGHEST, LOST, PUSHED, V25
-from galvi.run.grains.flights import FAILED, WAITING, Flights
 from references.textbook.grain_flights import landings
 from tests.benchmarks.planted_tables import contradicted, faulty, rows
 from tests.benchmarks.quick_studies import quick

@@ -12,6 +12,7 @@ import galvi
 from benchmarks.brownout.cloud import BY_REYNOLDS, CONSTANT, DIAMETERS, UNTIL, Cloud
 from benchmarks.brownout.cost_at import over
 from benchmarks.brownout.emission import LEVEL, friction_speed
+from benchmarks.brownout.flights import ALOFT, LANDED, Flights, Ground
 from benchmarks.brownout.statistics import DEPTH, HEIGHT
 from benchmarks.brownout.step_errors import (
     COMPARED,
@@ -31,7 +32,6 @@ from benchmarks.statistics.estimate import Estimate
 from benchmarks.store.frames import frame, history, number, pick
 from benchmarks.store.frames import rows as rows_of
 from galvi.problems.brownout import GRAVITY
-from galvi.run.grains.flights import ALOFT, LANDED, Flights, Ground
 from references.textbook.grain_flights import landings
 
 STEPS = (192, 288, 384, 576, 768, 1152, 1536)

@@ -83,12 +83,13 @@ def stamp(*files):
 def sources(file):
     """The kernel sources whose functions those of a file may call: what it imports, and itself.
 
-    All of them for a file outside the kernels, such as generated code. OSError when one cannot be
-    read.
+    All of them for a file outside the kernels, such as generated code, with the files beside it
+    where it is a module of a package. OSError when one cannot be read.
     """
     path = Path(file)
     if path not in kernels():
-        return kernels()
+        beside = path.parent.glob("*.py") if (path.parent / "__init__.py").exists() else ()
+        return (*kernels(), *sorted(beside))
     found: set[Path] = set()
     left = {path}
     while left:

@@ -53,8 +53,8 @@ def group_fields(d, entries):
 class MemberGroup(MemberSteps, GroupPass):
     """Steps of eight members."""
 
-    def __init__(self, context, builder, words, law, chart, after):
-        self.open(context, builder, words, group_fields(chart.dimension, chart.entries), after)
+    def __init__(self, context, builder, words, law, chart):
+        self.open(context, builder, words, group_fields(chart.dimension, chart.entries))
         self.one, d = False, self.d
         self.examine(law, chart)
         self.lay_out()
@@ -189,7 +189,6 @@ class MemberGroup(MemberSteps, GroupPass):
         total = Lane(builder, NOTHING, ())
         for lane in (*now["q"], *now["p"]):
             total = total + abs(lane)
-        self.begun = {name: before[name] for name in ("q", "p")}
         done, lost = self.judgement.end(builder.and_(near, total < math.inf))
         for name in PARTS:
             for i, lane in enumerate(now[name]):
@@ -213,14 +212,13 @@ class MemberGroup(MemberSteps, GroupPass):
         return noted <= reach * reach
 
 
-def group_steps(law, layout, chart, after=None):
+def group_steps(law, layout, chart):
     """An intrinsic that advances members of a law on these groups in a chart, see
     galvi.kernels.lanes.members.steps.
 
     layout, chart  of galvi.kernels.lie.product
-    after          called where a step is done, see ``MemberSteps``
     """
     functions = Chart(layout, chart)
     return member_steps(
-        lambda context, builder, words: MemberGroup(context, builder, words, law, functions, after)
+        lambda context, builder, words: MemberGroup(context, builder, words, law, functions)
     )

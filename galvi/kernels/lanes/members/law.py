@@ -28,8 +28,8 @@ def law_fields(d):
 class MemberLaw(MemberSteps):
     """Steps of eight members."""
 
-    def __init__(self, context, builder, words, law, d, below, after, stages):
-        self.open(context, builder, words, law_fields(d), after, stages)
+    def __init__(self, context, builder, words, law, d, below, stages):
+        self.open(context, builder, words, law_fields(d), stages)
         self.law, self.below = law, below
         self.found, self.steps = T * d + 1, rows_of_member_work(d) - d
         self.factors, self.fixed = self.found + d, {}
@@ -121,7 +121,6 @@ class MemberLaw(MemberSteps):
                 high, low = two_sum(self.field(name, i), self.field(f"{name}_low", i) + way)
                 ends.append((name, i, high, low))
                 total = total + abs(high)
-        self.begun = {name: [self.field(name, i) for i in range(d)] for name in ("q", "p")}
         done, lost = self.judgement.end(total < math.inf)
         for name, i, high, low in ends:
             self.keep_where(done, name, high, i)
@@ -129,15 +128,12 @@ class MemberLaw(MemberSteps):
         self.conclude(number, done, lost)
 
 
-def law_steps(law, d, stages=0, after=None):
+def law_steps(law, d, stages=0):
     """An intrinsic that advances members of a law on R^d, see galvi.kernels.lanes.members.steps.
 
     stages  s, for which loops are written out; 0 for any
-    after   called where a step is done, see ``MemberSteps``
     """
     below = filled(law, d)
     return member_steps(
-        lambda context, builder, words: MemberLaw(
-            context, builder, words, law, d, below, after, stages
-        )
+        lambda context, builder, words: MemberLaw(context, builder, words, law, d, below, stages)
     )

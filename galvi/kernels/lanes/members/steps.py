@@ -94,11 +94,6 @@ class MemberSteps(Pass):
     Its attributes are those of `Pass`, or of its heirs, where a row of ``numbers`` is that of a
     record; an heir adds ``velocity_row``, ``time_row`` and ``guarded``, rows of work, ``step``,
     ``one_pass`` and ``after_first_pass``.
-
-    A law that needs more at a step's end, such as the contact of a grain with the ground, gives
-    ``after``: it is called with this object where the step is done and may use ``field``,
-    ``keep``, ``load_row`` and ``begun``, the rows before the step, and change the fields of the
-    members ``done``; one whose field ``alive`` it sets to 0 has ended.
     """
 
     velocity_row: int
@@ -108,12 +103,12 @@ class MemberSteps(Pass):
     after_first_pass: Any
     step: Any
 
-    def open(self, context, builder, words, fields, after, stages=0):
+    def open(self, context, builder, words, fields, stages=0):
         """What all members share; ``words`` is the address of these.
 
         stages  s, for which loops are written out; 0 for any
         """
-        self.context, self.builder, self.fields, self.after = context, builder, fields, after
+        self.context, self.builder, self.fields = context, builder, fields
         self.d, self.row, self.width = fields.d, words.type.pointee, LANES
         builder.reciprocals = Reciprocals(context, builder)
         found = [builder.load(builder.gep(words, [self.row(k)])) for k in range(WORDS)]
@@ -303,13 +298,10 @@ class MemberSteps(Pass):
 
     def conclude(self, number, done, lost):
         """Note which members have done the step, and which failed."""
-        self.done = done
         self.keep_where(done, "age", self.field("age") + 1.0)
         self.keep_where(lost, "alive", 0.0)
         self.keep_where(lost, "failed", whole_number(self.builder, number) + 1.0)
         self.keep_where(lost, "code", self.judgement.code.lane)
-        if self.after is not None:
-            self.after(self)
 
     def store_row(self, lanes, lane, row):
         """Store a lane; the rows that an iteration changes only for members that are active."""

@@ -13,8 +13,8 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import galvi
-from galvi.run.grains import flights
-from galvi.run.grains.flights import ALOFT, BOUNCING, FAILED, LANDED, WAITING, Ground, follow
+from benchmarks.brownout import flights
+from benchmarks.brownout.flights import ALOFT, BOUNCING, FAILED, LANDED, WAITING, Ground, follow
 
 G = 9.80665
 STILL = "def wind(q, decay):\n    return 0.0, 0.0, 0.0\n"

@@ -12,23 +12,34 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from benchmarks.brownout import flight_kernel as flight
+from benchmarks.brownout import grain_pass
+from benchmarks.brownout.grain_pass import PASS_OF_GRAINS, rows_of_grains
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.input_checks import shown
+from galvi.kernels.compile.cache import stamp
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.forces.rotor_wind import DESCENT
-from galvi.kernels.lanes.grains import flight
-from galvi.kernels.lanes.grains.iteration import PASS_OF_GRAINS, rows_of_grains
 from galvi.kernels.lanes.vectors import LANES
 from galvi.method import Galerkin
 from galvi.run.ensemble import processors
 from galvi.run.interruption import defer_interrupts
 from galvi.run.nystrom_steppers import aligned, collocation_tables
 from galvi.spaces.polynomials import Polynomials
-from galvi.symbolic.lane_law import compiled_grain_pass
+from galvi.symbolic import code
 from galvi.systems.forces.drag_laws import DragLaw
 
 Codes = npt.NDArray[np.int64]
+HEAD = "from benchmarks.brownout.grain_pass import grain_pass\n"
+GRAIN_PASS = """
+
+pass_of_grains = grain_pass(wind, drag, {s})
+
+
+def grain_pass_DIGEST(work, numbers):
+    pass_of_grains(work, numbers)
+"""
 ROTOR = "from galvi.kernels.lanes.laws import rotor_wind as wind\n"
 BATCH = 4096  # grains of one call of the kernel
 TOLERANCE = 1e-14  # change of one more pass, relative to the velocities
@@ -136,7 +147,7 @@ def follow(
     saves   places are kept at so many equal parts of ``until``, and at 0
     tolerance  of the iteration: the change of the last pass, or that expected of one more, relative
             to the velocities; it also ends where a change below 1e-11 is more than half the last
-    wind    the lines that define ``wind`` in lanes, see galvi.kernels.lanes.grains.iteration; also
+    wind    the lines that define ``wind`` in lanes, see benchmarks.brownout.grain_pass; also
             asked for below the ground, where a step leads that is done anew up to the contact
 
     A grain's numbers do not depend on the other grains, their order, lanes or threads. Raises
@@ -294,7 +305,7 @@ def _compiled(wind: str, drag: str, s: int) -> tuple[Any, Any]:
 
 @lru_cache(maxsize=32)
 def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
-    """The numbers of galvi.kernels.lanes.grains.iteration; gravity in m/s^2, downwards."""
+    """The numbers of benchmarks.brownout.grain_pass; gravity in m/s^2, downwards."""
     table, s = method.table, method.stages
     tables = collocation_tables(table, 1.0)
     A, B = tables[0][:s, :s].T, tables[1][:s, :s].T
@@ -314,3 +325,12 @@ def _extrapolation(known: Array, asked: Array) -> Array:
     n = len(known)
     values: Array = np.vander(asked, n, increasing=True)
     return values @ np.linalg.inv(np.vander(known, n, increasing=True))
+
+
+@lru_cache(maxsize=64)
+def compiled_grain_pass(wind: str, drag: str, s: int) -> Any:
+    """`benchmarks.brownout.grain_pass` of s stages, of the lines that define ``wind`` and ``drag``,
+    compiled at the first call."""
+    of_pass = f"# {stamp(grain_pass.__file__)}\n"  # which compiled code on disk depends on too
+    source = code.with_digest(of_pass + HEAD + wind + drag + GRAIN_PASS.format(s=s))
+    return code.functions(source)["grain_pass"]

@@ -15,7 +15,7 @@ velocity changes to -e times itself, and the rest of the step is done anew.
 starts     (n, 6)    q and v                      clocks  (n, 2)  time of the start, step
 constants  (n, 2)    those of the drag law        counts  (n, 2)  the first step's end, and the last
                      time, in steps from 0; a grain whose first is beyond its last does not start
-numbers              as in galvi.kernels.lanes.grains.iteration
+numbers              as in benchmarks.brownout.grain_pass
 rules      (3,)      e, below 0: grains stay; the speed up to which they stay; whether the root of
                      the step's end is found
 every                steps between saved places
@@ -33,10 +33,7 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
-from galvi.kernels.compile.function_pointers import call_void
-from galvi.kernels.compile.jit import compiled_for, jit, jit_inline
-from galvi.kernels.lanes.grains.iteration import (
+from benchmarks.brownout.grain_pass import (
     CONSTANTS,
     DECAY,
     DRAG,
@@ -62,6 +59,9 @@ from galvi.kernels.lanes.grains.iteration import (
     nodes_at,
     rate_at,
 )
+from galvi.kernels.compile.array_types import MATRIX, TENSOR3, VECTOR
+from galvi.kernels.compile.function_pointers import call_void
+from galvi.kernels.compile.jit import compiled_for, jit, jit_inline
 from galvi.kernels.lanes.vectors import LANES
 
 FLYING, ALOFT, LANDED, FAILED, BOUNCING = range(5)  # codes; 0 at the end: it has not started

@@ -1,1 +1,0 @@
-"""Many grains in the wind: they start at their own times, and land or rebound."""
