@@ -15,7 +15,7 @@ from benchmarks.statistics import readings
 from benchmarks.store.frames import failure, frame, history, number, row, rows
 from galvi import Problem
 from galvi.arrays import Array
-from galvi.problems.free_rigid_body import INERTIA
+from galvi.problems.rigid_bodies import INERTIA
 from references.closed_forms.free_top import FREE_TOP
 
 N, STEP, STEPS = 8, 0.5, 800

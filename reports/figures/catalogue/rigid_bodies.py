@@ -7,7 +7,7 @@ from benchmarks.claims.lie_groups import l02_free_body_convergence_in_n as l02
 from benchmarks.claims.lie_groups import l03_free_body_order as l03
 from benchmarks.claims.lie_groups import l04_free_body_energy as l04
 from benchmarks.claims.lie_groups.free_body import CAYLEY, FLOOR, METHODS
-from galvi.problems.free_rigid_body import INERTIA
+from galvi.problems.rigid_bodies import INERTIA
 from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
 from reports.figures.plots.departures import departures
 from reports.figures.plots.history import history

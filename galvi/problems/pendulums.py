@@ -1,0 +1,232 @@
+"""Pendulums: on a circle, on a sphere, on a spring, of several rods, and on skew hinges."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.groups.product import Product
+from galvi.groups.rn import Rn
+from galvi.input_checks import shown
+from galvi.problem import Problem
+from galvi.symbolic.from_sympy import sympy_module
+from galvi.systems.canonical import Canonical
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.multibody import Multibody
+from galvi.systems.planar_chain import PlanarChain
+from galvi.systems.potentials.cosine_potential import CosinePotential
+from galvi.systems.potentials.uniform_gravity import UniformGravity
+from galvi.systems.rigid_body import RigidBody
+from galvi.systems.trees.joint import Joint
+from galvi.systems.trees.link import Link
+
+
+def planar_pendulum(amplitude: float = 2.0) -> Problem:
+    """m = g = l = 1, released at rest at ``amplitude`` radians from the downward vertical.
+
+    Its period is 4 K(sin(amplitude / 2)). Raises ValueError for an amplitude outside (0, pi).
+    """
+    angle = input_checks.real("amplitude", amplitude)
+    if not 0.0 < angle < math.pi:
+        raise ValueError(
+            f"amplitude must be between 0 and pi radians; received {shown(amplitude)}."
+        )
+    return Problem(
+        system=Canonical(mass=1.0, potential=CosinePotential(1.0)),
+        q0=np.array([angle]),
+        v0=np.zeros(1),
+        name=f"planar pendulum, amplitude {angle:g}",
+        parameters={"amplitude": angle},
+        units="m = g = l = 1",
+    )
+
+
+AXIAL = 0.5  # moment about the rod; it has no effect, since the rod has no spin about itself
+
+
+def spherical_pendulum(angle: float = 1.0, rate: float = 0.5) -> Problem:
+    """m = g = l = 1, at ``angle`` from the downward vertical, with azimuthal ``rate``.
+
+    The rod is a symmetric rigid body that does not spin: R e3 points from the pivot to the mass.
+    Raises ValueError unless 0 < angle < pi and rate is finite.
+    """
+    theta, turning = input_checks.real("angle", angle), input_checks.real("rate", rate)
+    if not 0.0 < theta < np.pi:
+        raise ValueError(f"angle must be between 0 and pi radians; received {shown(angle)}.")
+    from scipy.spatial.transform import Rotation  # a fifth of galvi's import
+
+    R = Rotation.from_euler("y", theta).as_matrix() @ np.diag([1.0, -1.0, -1.0])
+    rod = R[:, 2]
+    sideways = np.cross(rod, np.cross([0.0, 0.0, turning], rod))
+    return Problem(
+        system=RigidBody((1.0, 1.0, AXIAL), UniformGravity(1.0, (0.0, 0.0, 1.0), 1.0)),
+        q0=R,
+        v0=R.T @ sideways,
+        name="spherical pendulum",
+        parameters={"angle": theta, "rate": turning},
+        units="m = g = l = 1",
+    )
+
+
+def elastic_pendulum(
+    mass: float = 1.0,
+    stiffness: float = 40.0,
+    length: float = 1.0,
+    gravity: float = 9.81,
+    extended: float = 1.3,
+    angle: float = 1.5,
+) -> Problem:
+    """A mass on a spring of this length at rest, hung from a point, in a plane; needs SymPy.
+
+    L = m (r'^2 + r^2 theta'^2) / 2 - k (r - l)^2 / 2 + m g r cos theta
+
+    extended, angle  r and theta at the start, at rest; theta in radians from the downward vertical
+
+    Raises ImportError without SymPy, ValueError for a mass,
+    stiffness, length or start r that is not positive.
+    """
+    numbers = [
+        input_checks.positive(name, value)
+        for name, value in (("mass", mass), ("stiffness", stiffness), ("length", length))
+    ]
+    numbers.append(input_checks.real("gravity", gravity))
+    start = [input_checks.positive("extended", extended), input_checks.real("angle", angle)]
+    return Problem(
+        system=_system(*numbers),
+        q0=np.array(start),
+        v0=np.zeros(2),
+        name="elastic pendulum",
+        parameters=dict(zip(("mass", "stiffness", "length", "gravity"), numbers, strict=True)),
+        units="those of mass, stiffness, length and gravity; angles in radians",
+    )
+
+
+@lru_cache(maxsize=16)
+def _system(mass: float, stiffness: float, length: float, gravity: float) -> Lagrangian:
+    sympy = sympy_module()
+    m, k, l, g, r, theta, speed, turning = sympy.symbols("m k l g r theta r' theta'", real=True)
+    kinetic = m * (speed**2 + r**2 * turning**2) / 2
+    return Lagrangian.from_sympy(
+        kinetic - k * (r - l) ** 2 / 2 + m * g * r * sympy.cos(theta),
+        [r, theta],
+        [speed, turning],
+        parameters={m: mass, k: stiffness, l: length, g: gravity},
+    )
+
+
+def double_pendulum(
+    masses: Sequence[float] = (1.0, 1.0),
+    lengths: Sequence[float] = (1.0, 1.0),
+    gravity: float = 9.81,
+    angles: Sequence[float] = (2.0, 2.5),
+    rates: Sequence[float] = (0.0, 0.0),
+) -> Problem:
+    """Two point masses on weightless rods, the second hanging from the first.
+
+    masses, lengths  (2,) starting at the fixed pivot
+    angles, rates    (2,) angles of the rods from the downward vertical, in radians, and their rates
+
+    Chaotic for the default angles (tests/references/test_chains.py measures how fast). Raises
+    ValueError unless masses and lengths are two positive numbers each.
+    """
+    two = (2,)
+    chain = PlanarChain(
+        input_checks.array("masses", masses, two),
+        input_checks.array("lengths", lengths, two),
+        gravity,
+    )
+    return Problem(
+        system=Lagrangian(chain, Rn(2)),
+        q0=input_checks.array("angles", angles, two),
+        v0=input_checks.array("rates", rates, two),
+        name="double pendulum",
+        parameters={
+            "masses": chain.masses,
+            "lengths": chain.lengths,
+            "gravity": chain.gravity,
+        },
+        units="those of masses, lengths and gravity; angles in radians",
+    )
+
+
+def planar_chain(
+    links: int = 5,
+    mass: float = 1.0,
+    length: float = 1.0,
+    gravity: float = 9.81,
+    angle: float = 1.0,
+) -> Problem:
+    """Uniform rods hinged end to end, released in a straight line at rest.
+
+    links         number of rods; the first is hinged to a fixed point
+    mass, length  of each rod
+    angle         initial angle of all rods from the downward vertical, in radians
+
+    q_i is the angle of rod i against the vertical. Raises ValueError for fewer than one link, or a
+    mass or length that is not positive.
+    """
+    n = input_checks.whole("links", links, at_most=1000)
+    chain = PlanarChain(
+        np.full(n, input_checks.positive("mass", mass)),
+        np.full(n, input_checks.positive("length", length)),
+        gravity,
+        rods=True,
+    )
+    return Problem(
+        system=Lagrangian(chain, Rn(n)),
+        q0=np.full(n, input_checks.real("angle", angle)),
+        v0=np.zeros(n),
+        name=f"chain of {n} rods",
+        parameters={"links": n, "mass": mass, "length": length, "gravity": chain.gravity,
+                    "angle": angle},
+        units="those of mass, length and gravity; angles in radians",
+    )  # fmt: skip
+
+
+AXES = ((0.0, 0.0, 1.0), (1.0, 0.3, 0.0), (0.8, -0.6, 0.2))  # of the hinges
+ANGLES, RATES = (0.2, -0.4, 0.6), (1.0, -0.8, 1.5)
+MOVING = (0.1, 0.0, -0.2, 0.3, -0.2, 0.4)  # the floating body
+
+
+def skew_arm(damping: float = 0.0, floating: bool = False) -> Problem:
+    """Three rods of 1 kg and 0.5 m on skew hinges, the first of which is vertical.
+
+    damping   of each hinge, N m s
+    floating  on a body of 5 kg that floats without weight, on R^3 x SO(3) x R^3; else on the
+              ground, with gravity along -z
+
+    Angles are 0 when the rods reach along x. Without damping the energy is conserved, and of the
+    floating one the momenta. Raises ValueError for a negative damping.
+    """
+    value = input_checks.real("damping", damping)
+    base = [Link(Joint("free"), 5.0, (0.0, 0.02, -0.1), (0.15, 0.2, 0.1), name="body")]
+    links = base if floating else []
+    first = len(links)
+    for k, axis in enumerate(AXES):
+        links.append(
+            Link(
+                Joint("hinge", axis=axis, armature=0.01, damping=value),
+                mass=1.0,
+                centre=(0.25, 0.0, 0.0),
+                inertia=(0.002, 0.02, 0.02),
+                parent=first + k - 1 if first + k else None,
+                place=(0.5, 0.0, 0.0) if k else (0.3 * first, 0.0, 0.1 * first),
+                name=f"link {k + 1}",
+            )
+        )
+    system = Multibody(links, gravity=(0.0, 0.0, 0.0 if floating else -9.81))
+    q0, v0 = np.array(ANGLES), np.array(RATES)
+    if isinstance(system.group, Product):
+        q0, v0 = system.group.join(np.zeros(3), np.eye(3), q0), np.array([*MOVING, *RATES])
+    return Problem(
+        system=system,
+        q0=q0,
+        v0=v0,
+        name="floating arm" if floating else "skew arm",
+        parameters={"damping": value, "floating": floating},
+        units="kg, m, s; angles in radians",
+    )
