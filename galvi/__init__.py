@@ -4,44 +4,36 @@ from difflib import get_close_matches as _close
 
 from galvi import problems
 from galvi.analysis.theory import Theory, theory
-from galvi.charts.cayley import Cayley
-from galvi.charts.exponential import Exponential
-from galvi.charts.modified_rodrigues import ModifiedRodrigues
-from galvi.curves.redone_curves import RedoneCurves
-from galvi.diagnostics.attitude import orthogonality_defect, rotations
-from galvi.diagnostics.invariants import energy, linear_momentum, momentum_map
-from galvi.diagnostics.momentum_balance import MomentumBalance, momentum_balance
+from galvi.charts.chart import Cayley, Exponential, ModifiedRodrigues
+from galvi.curves.curves import RedoneCurves
+from galvi.diagnostics.invariants import (
+    MomentumBalance,
+    energy,
+    linear_momentum,
+    momentum_balance,
+    momentum_map,
+    orthogonality_defect,
+    rotations,
+)
 from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elements
-from galvi.diagnostics.round_trip import round_trip_error
-from galvi.diagnostics.symplecticity import step_derivative, symplecticity_defect
+from galvi.diagnostics.symplecticity import round_trip_error, step_derivative, symplecticity_defect
 from galvi.frames.harmonic_frame import HarmonicFrame
 from galvi.frames.kepler_frame import KeplerFrame
-from galvi.groups.matrices import nearest_rotation
+from galvi.groups.group import nearest_rotation
+from galvi.groups.matrix_groups import SE2, SE3, SO2, SO3, Rn
 from galvi.groups.product import Product
-from galvi.groups.rn import Rn
-from galvi.groups.se2 import SE2
-from galvi.groups.se3 import SE3
-from galvi.groups.so2 import SO2
-from galvi.groups.so3 import SO3
 from galvi.interop.citations import Citation, cite
+from galvi.interop.exports import plot as _plot
+from galvi.interop.exports import to_scipy, to_xarray
 from galvi.interop.from_mujoco import from_mujoco
 from galvi.interop.judge import Judged, judge
-from galvi.interop.plots import plot as _plot
 from galvi.interop.rebound import from_rebound, to_rebound
 from galvi.interop.release import galvi_version as _version
-from galvi.interop.scipy import to_scipy
-from galvi.interop.xarray import to_xarray
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.recommend.recommend import recommend
 from galvi.recommend.recommendation import Recommendation
-from galvi.rules.clenshaw_curtis import clenshaw_curtis
-from galvi.rules.composite import composite
-from galvi.rules.gauss import gauss
-from galvi.rules.lobatto import lobatto
-from galvi.rules.newton_cotes import newton_cotes
-from galvi.rules.radau import radau
-from galvi.rules.rule import Rule
+from galvi.rules.rule import Rule, clenshaw_curtis, composite, gauss, lobatto, newton_cotes, radau
 from galvi.run.compilation import watch_compilation
 from galvi.run.ensemble import integrate_many
 from galvi.run.ensembles.integrate_ensemble import integrate_ensemble
@@ -50,29 +42,26 @@ from galvi.run.ensembles.result import Ensemble
 from galvi.run.integrate import integrate, resume
 from galvi.run.loop import curves_of_steps
 from galvi.run.saving.files import load, save
-from galvi.spaces.component_polynomials import ComponentPolynomials
-from galvi.spaces.fourier import Fourier
-from galvi.spaces.piecewise_hermite import PiecewiseHermite
-from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
-from galvi.spaces.polynomial_fourier import PolynomialFourier
-from galvi.spaces.polynomials import Polynomials
+from galvi.spaces.fourier import Fourier, PolynomialFourier
+from galvi.spaces.piecewise import PiecewiseHermite, PiecewisePolynomials
+from galvi.spaces.polynomials import ComponentPolynomials, Polynomials
 from galvi.systems.canonical import Canonical
-from galvi.systems.forces.drag_laws import QuadraticDrag, SchillerNaumann
-from galvi.systems.forces.rotor_drag import RotorDrag
+from galvi.systems.forces.drag import QuadraticDrag, RotorDrag, SchillerNaumann
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.systems.planar_chain import PlanarChain
-from galvi.systems.potentials.central_force import CentralForce
-from galvi.systems.potentials.cosine_potential import CosinePotential
-from galvi.systems.potentials.linear_spring import LinearSpring
-from galvi.systems.potentials.spring_chain import SpringChain
-from galvi.systems.potentials.uniform_field import UniformField
-from galvi.systems.potentials.uniform_gravity import UniformGravity
+from galvi.systems.potentials.potentials import (
+    CentralForce,
+    CosinePotential,
+    LinearSpring,
+    SpringChain,
+    UniformField,
+    UniformGravity,
+)
 from galvi.systems.rigid_body import RigidBody
-from galvi.systems.trees.joint import Joint
-from galvi.systems.trees.link import Link
+from galvi.systems.trees.joint import Joint, Link
 from galvi.trajectory import Trajectory
 
 PendulumWeight = CosinePotential  # the old name, kept for one version

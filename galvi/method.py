@@ -7,14 +7,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar, cast
 
-from galvi.charts.cayley import Cayley
-from galvi.charts.chart import Chart, MovingChart
+from galvi.charts.chart import Cayley, Chart, MovingChart
 from galvi.input_checks import shown
-from galvi.properties.classical_methods import classical_name
-from galvi.properties.orders import orders
-from galvi.properties.symmetry import is_symmetric
-from galvi.rules.gauss import gauss
-from galvi.rules.rule import Rule
+from galvi.properties.properties import classical_name, is_symmetric, orders
+from galvi.rules.rule import Rule, gauss
 from galvi.spaces.polynomials import Polynomials
 from galvi.spaces.space import Space
 from galvi.tableau import Tableau, tabulate
@@ -83,7 +79,7 @@ class Galerkin:
 
     @property
     def order(self) -> int:
-        """Order of convergence at step ends, on smooth problems (`galvi.properties.orders`)."""
+        """Order of convergence at step ends, on smooth problems (`galvi.properties.properties`)."""
         return orders(self.space, self.rule).at_steps
 
     @cached_property

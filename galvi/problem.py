@@ -17,8 +17,7 @@ from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
-from galvi.systems.potentials.potential import Potential
-from galvi.systems.potentials.uniform_gravity import UniformGravity
+from galvi.systems.potentials.potentials import Potential, UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import System
 

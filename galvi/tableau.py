@@ -23,9 +23,8 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.rules.rule import Rule
-from galvi.spaces.legendre import legendre
-from galvi.spaces.protocol_checks import checked
-from galvi.spaces.space import Space
+from galvi.spaces.polynomials import legendre
+from galvi.spaces.space import Space, checked
 
 CONSISTENT = 1e-13
 # Pivots of K below this share of its largest entry count as 0: float64's rounding of a parameter

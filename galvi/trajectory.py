@@ -10,9 +10,8 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import Curves
+from galvi.curves.curves import Curves, RedoneCurves
 from galvi.curves.frame_curves import FrameCurves
-from galvi.curves.redone_curves import RedoneCurves
 from galvi.problem import Problem
 from galvi.systems.velocities import velocity_at
 
@@ -103,15 +102,15 @@ class Trajectory:
         return self.to_rebound_of(self, at)
 
     def to_scipy(self) -> Any:
-        """The run with the fields of SciPy's solve_ivp: see galvi.interop.scipy."""
+        """The run with the fields of SciPy's solve_ivp: see galvi.interop.exports."""
         return self.to_scipy_of(self)
 
     def to_xarray(self) -> Any:
-        """An xarray.Dataset with named dimensions: see galvi.interop.xarray."""
+        """An xarray.Dataset with named dimensions: see galvi.interop.exports."""
         return self.to_xarray_of(self)
 
     def plot(self) -> Any:
-        """A matplotlib figure of the motion and the energy: see galvi.interop.plots."""
+        """A matplotlib figure of the motion and the energy: see galvi.interop.exports."""
         return self.plot_of(self)
 
     def to_frame(self) -> pandas.DataFrame:

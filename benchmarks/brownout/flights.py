@@ -28,7 +28,7 @@ from galvi.run.interruption import defer_interrupts
 from galvi.run.nystrom_steppers import aligned, collocation_tables
 from galvi.spaces.polynomials import Polynomials
 from galvi.symbolic import code
-from galvi.systems.forces.drag_laws import DragLaw
+from galvi.systems.forces.drag import DragLaw
 
 Codes = npt.NDArray[np.int64]
 HEAD = "from benchmarks.brownout.grain_pass import grain_pass\n"

@@ -15,7 +15,7 @@ import galvi
 from benchmarks.measures.orbit_shape import period
 from galvi import Problem
 from galvi.arrays import Array
-from galvi.spaces.legendre import legendre
+from galvi.spaces.polynomials import legendre
 
 STEPS, STAGES, PER_ORBIT = 60, 8, 8.3
 

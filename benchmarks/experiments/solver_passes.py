@@ -17,7 +17,7 @@ from benchmarks.experiments.solver_ideas import PER_ORBIT, STAGES, STEPS
 from benchmarks.measures.orbit_shape import period
 from galvi import Problem
 from galvi.arrays import Array
-from galvi.spaces.legendre import legendre
+from galvi.spaces.polynomials import legendre
 
 SETTLED, MOST = 4e-16, 40
 TERMS = 7  # terms of the extrapolated Legendre series

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from galvi.rules import RULES
-from galvi.rules.composite import composite
-from galvi.rules.rule import Rule
+from galvi.rules.rule import Rule, composite
 from galvi.spaces import SPACES
 from galvi.spaces.space import Space
 

@@ -1,28 +1,22 @@
-"""The theory of a method: order, symmetry, constants, and bounds on the step for a problem."""
+"""What theory says of a method: order, symmetry, constants, its classical name."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
+from math import inf
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from galvi import input_checks
-from galvi.analysis.formatting import sentences
-from galvi.analysis.frame_theory import in_frame
-from galvi.analysis.friedrichs import Z0
-from galvi.analysis.motion_theory import motion_theory
-from galvi.analysis.norms import norms
+from galvi.analysis.step_bounds import AT_A_STEP, BOUNDS, Z0, motion_theory, norms
 from galvi.input_checks import shown
 from galvi.problem import Problem
-from galvi.properties.classical_methods import classical_names
-from galvi.properties.orders import orders
-from galvi.properties.symmetry import is_symmetric
+from galvi.properties.properties import classical_names, is_symmetric, orders
 from galvi.rules.rule import Rule
-from galvi.spaces.protocol_checks import checked
-from galvi.spaces.space import Space
+from galvi.spaces.space import Space, checked
 from galvi.tableau import assemble
 
 
@@ -227,3 +221,98 @@ def _check(problem: Any, step: Any, lipschitz: Any) -> None:
         raise ValueError(f"step must not be zero; received {step!r}.")
     if lipschitz is not None:
         input_checks.positive("lipschitz", lipschitz, "Leave it out to have it estimated.")
+
+
+VARIATIONAL = (
+    "Hamilton's principle in phase space, in coordinates that move with the flow: every step is "
+    "symplectic once its passes have converged, of order {order} in h"
+)
+ELSEWHERE = "the bounds of M and H are for curves in the inertial frame."
+MOVED = (
+    "its nodes are placed by the orbit at the start of a run: with the same nodes forward and "
+    "backward steps cancel, from another start they differ by the error of the step."
+)
+
+
+def in_frame(
+    pair: Mapping[str, Any], method: Any, problem: Problem | None, step: float | None
+) -> dict[str, Any]:
+    """The fields of a `Theory` of a method in a frame, from those of its space and rule."""
+    frame = method.chart
+    reasons = {name: why for name, why in pair["reasons"].items() if name != "spectral_radius"}
+    reasons["spectral_radius"] = "the frame's equations are of first order, without this tableau."
+    symmetric = pair["symmetric"]
+    if not frame.reversible:
+        symmetric, reasons["symmetric"] = None, MOVED
+    about: dict[str, Any] = {}
+    if problem is not None:
+        about = {
+            "problem": problem.name or type(problem.system).__name__, "units": problem.units,
+            "step": None if step is None else float(step),
+        }  # fmt: skip
+        reasons.update(dict.fromkeys(("lipschitz", "frequency", *BOUNDS, *AT_A_STEP), ELSEWHERE))
+    said = f"{VARIATIONAL.format(order=pair['order'])}; {frame.keeps}"
+    changed = {"symmetric": symmetric, "name": method.name, "names": (method.name,)}
+    none = {"spectral_radius": None, "reasons": reasons, "frame": said}
+    return {**pair, **changed, **about, **none}
+
+
+LIMITS = (
+    ("unique_motion_step", "", "the exact motion is unique (M theorem 1)"),
+    ("unique_step", "exists", "a step has exactly one solution (M theorem 2)"),
+    ("stage_step", "", "H's iteration contracts (H theorem 2.3.1)"),
+    ("minimum_step", "minimizes", "a step's curve is a minimum (H theorem 2.3.5)"),
+    ("coercive_step", "coercive", "the exact action is coercive (H theorem 2.3.8)"),
+    ("fixed_point_step", "converges", "fixed-point iteration contracts (spectrum)"),
+)
+
+
+def sentences(theory: Any) -> str:
+    """The text of a `Theory`: order and symmetry, constants and, with a problem, step bounds."""
+    return "\n".join(_lines(theory))
+
+
+def _lines(theory: Any) -> Iterator[str]:
+    known = f" = {theory.name}" if theory.name else ""
+    yield f"{theory.space} with {theory.rule}{known}"
+    yield _verdict(theory)
+    if theory.order:
+        yield (
+            f"order {theory.order} at step ends, {theory.curve_order} on the curve, limited by the "
+            f"{theory.limited_by}"
+        )
+    if theory.friedrichs is not None:
+        yield (
+            f"C_N {theory.friedrichs:.4f}, lambda_N {theory.smallest_ratio:.4f}, "
+            f"Lambda_N {theory.largest_ratio:.4f}"
+        )
+    if theory.frame:
+        yield theory.frame
+    if theory.problem is None:
+        return
+    if theory.lipschitz is None:
+        yield f"{theory.problem}: no bounds on the step: {theory.reasons['lipschitz']}"
+        return
+    yield f"{theory.problem}: Lipschitz constant {theory.lipschitz:.4g}, {theory.source}"
+    yield from _limits(theory)
+
+
+def _verdict(theory: Any) -> str:
+    if not theory.well_posed:
+        return "ill-posed: a free particle has no unique motion"
+    if not theory.consistent:
+        return f"well posed, inconsistent: a free particle is off by {theory.defect:.1e} of a step"
+    symmetry = {True: ", symmetric", False: ", not symmetric", None: ""}[theory.symmetric]
+    return f"well posed, consistent{symmetry}"
+
+
+def _limits(theory: Any) -> Iterator[str]:
+    for name, holds, words in LIMITS:
+        limit = getattr(theory, name)
+        if limit is None:
+            yield f"no bound      {theory.reasons[name]}"
+            continue
+        line = f"{'any step' if limit == inf else f'h < {limit:.4g}':<14}{words}"
+        if holds and theory.step is not None:
+            line += f": {'yes' if getattr(theory, holds) else 'not said'} at {theory.step:g}"
+        yield line

@@ -1,16 +1,68 @@
-"""The Galerkin curves of a run: dense output that is part of the method, not an interpolant."""
+"""The Galerkin curves of a run: kept, or done again from a saved state."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.curves.local_chart import LocalChart
+from galvi.charts.chart import Chart
+from galvi.charts.maps import place, tangent
+from galvi.checkpoint import Checkpoint
+from galvi.groups.group import Group
+from galvi.method import Galerkin
+from galvi.problem import Problem
 from galvi.spaces.space import Space
+
+
+class LocalChart(Protocol):
+    """Coordinates xi (..., d) about base configurations; ``...`` are leading axes."""
+
+    def place(self, base: Array, xi: Array) -> Array:
+        """The configurations at xi about base (..., *shape)."""
+
+    def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
+        """The velocities for xi' = rate; xi is a function, which a vector space never calls."""
+
+
+@dataclass(frozen=True)
+class IdentityChart:
+    """q = base + xi on a vector space; ``shape`` is that of one configuration."""
+
+    shape: tuple[int, ...]
+
+    def place(self, base: Array, xi: Array) -> Array:
+        """base + xi, (..., *shape)."""
+        return base + self._shaped(xi)
+
+    def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
+        """xi', (..., *shape)."""
+        return self._shaped(rate)
+
+    def _shaped(self, flat: Array) -> Array:
+        return flat.reshape(*flat.shape[:-1], *self.shape)
+
+
+@dataclass(frozen=True)
+class GroupChart:
+    """g = base Phi(xi) on a Lie group, with Phi the chart."""
+
+    group: Group
+    chart: Chart
+
+    def place(self, base: Array, xi: Array) -> Array:
+        """base Phi(xi), (..., *group.shape)."""
+        return place(self.chart, self.group, base, xi)
+
+    def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
+        """The body velocity T(xi) xi', (..., d)."""
+        result: Array = np.einsum("...ab,...b->...a", tangent(self.chart, self.group, xi()), rate)
+        return result
+
 
 EPSILON = float(np.finfo(np.float64).eps)
 
@@ -88,3 +140,66 @@ def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, A
     past = (place == index) & np.isnan(coefficients[index, 0, 0]) & (index > 0)
     index = np.where(past, index - 1, index)  # the last state before a failure ends its curve
     return index, place - index, times.ndim == 0
+
+
+class CurvesOfSteps(Protocol):
+    """Curves of consecutive steps."""
+
+    def places(self, index: Any, tau: Array) -> Array:
+        """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
+
+    def velocities(self, index: Any, tau: Array) -> Array:
+        """dq/dt there, (k, ...)."""
+
+
+@dataclass(frozen=True, eq=False)
+class RedoneCurves:
+    """As `Curves`, bit for bit, of ``total`` steps from known[0], of which ``done`` were done.
+
+    known  the run before some of its steps, in their order
+    """
+
+    problem: Problem
+    method: Galerkin
+    step: float
+    total: int
+    done: int
+    known: tuple[Checkpoint, ...]
+
+    # (problem, method, step, checkpoint, k, n) -> the curves of n steps after k: registered by
+    # galvi/__init__, as it does a run, which stands above.
+    redo_of: ClassVar[Callable[..., CurvesOfSteps]]
+
+    def position(self, t: Any) -> Array:
+        """q at t: its shape for a scalar t, (k, ...) for (k,); NaN after a failure.
+
+        ValueError outside the run.
+        """
+        shape = self.problem.q0.shape
+        return self._each(t, shape, lambda curves, index, tau: curves.places(index, tau))
+
+    def velocity(self, t: Any) -> Array:
+        """dq/dt at t, as `Curves.velocity`."""
+        shape = self.problem.v0.shape
+        return self._each(t, shape, lambda curves, index, tau: curves.velocities(index, tau))
+
+    def _each(
+        self, t: Any, shape: tuple[int, ...], values: Callable[[CurvesOfSteps, Any, Array], Array]
+    ) -> Array:
+        origin = self.known[0].first
+        begin = self.problem.t0 + origin * self.step
+        zeros = np.broadcast_to(0.0, (self.total, 1, 1))
+        index, tau, single = located(begin, self.step, zeros, t)
+        ended = (index == self.done) & (tau == 0.0) & (index > 0)
+        index, tau = np.where(ended, index - 1, index), np.where(ended, 1.0, tau)
+        starts = np.array([one.first - origin for one in self.known])
+        pieces = np.searchsorted(starts, index, side="right") - 1
+        pieces[index >= self.done] = -1
+        found = np.full((len(index), *shape), np.nan)
+        for k in np.unique(pieces[pieces >= 0]).tolist():
+            rows = np.flatnonzero(pieces == k)
+            own = index[rows] - starts[k]
+            first, count = int(own.min()), int(own.max() - own.min()) + 1
+            curves = self.redo_of(self.problem, self.method, self.step, self.known[k], first, count)
+            found[rows] = values(curves, own - first, tau[rows])
+        return found[0] if single else found

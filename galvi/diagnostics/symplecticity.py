@@ -1,4 +1,4 @@
-"""Symplecticity of a step, from its derivative by the implicit function theorem."""
+"""Derivatives of a step, and how far it is from symplectic and reversible."""
 
 from __future__ import annotations
 
@@ -6,24 +6,57 @@ from typing import cast
 
 import numpy as np
 
+from galvi import input_checks
 from galvi.arrays import Array
-from galvi.diagnostics.frame_derivative import frame_step_derivative
-from galvi.diagnostics.group_symplecticity import group_step_derivative, group_symplecticity_defect
+from galvi.charts.chart import Exponential
+from galvi.charts.maps import coordinates, place
+from galvi.curves.frame_curves import FrameCurves
+from galvi.frames.frame import Frame, matrix_of
+from galvi.groups.group import Group
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.group_system import group_system
+from galvi.run.in_frame.stepper import Path
 from galvi.run.integrate import check_types, integrate
 from galvi.run.interruption import uninterrupted
-from galvi.systems.system import VectorSystem
+from galvi.systems.finite_differences import WEIGHTS
+from galvi.systems.system import GroupSystem, VectorSystem
+from galvi.systems.velocities import velocity_at
+from galvi.trajectory import Trajectory
+
+
+def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
+    """Times (steps, s), q (steps, s, ...), velocities (steps, s, ...) and h times the weights (s,).
+
+    Raises ValueError for a run without curves, such as one by a reference, or in a moving frame.
+    """
+    curves, step = run.curves, run.step
+    if isinstance(curves, FrameCurves):
+        raise ValueError(
+            "this needs curves between stages of one rule in time; a run in a moving frame has "
+            "others. Integrate with another chart."
+        )
+    if curves is None or step is None:
+        raise ValueError(
+            "this needs the Galerkin curves of a run; integrate with curves=True or save_every=1 "
+            "(references keep none)."
+        )
+    table = run.method.table
+    coefficients = curves.coefficients
+    xi = np.einsum("kdi,si->ksd", coefficients, table.psi)
+    rate = np.einsum("kdi,si->ksd", coefficients, table.slope) / step
+    t = curves.t0 + (np.arange(len(xi))[:, None] + table.c) * step
+    bases = np.repeat(curves.bases[:, None], table.c.size, axis=1)
+    return t, curves.chart.place(bases, xi), curves.chart.velocity(lambda: xi, rate), step * table.b
 
 
 def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     """D(q1, v1)/D(q0, v0) of one step from the problem's start, (2 d, 2 d).
 
-    On a Lie group D(eta1, mu1)/D(eta0, mu0), see `galvi.diagnostics.group_symplecticity`.
+    On a Lie group D(eta1, mu1)/D(eta0, mu0), see `galvi.diagnostics.symplecticity`.
 
     At the converged stages Q, (I - h^2 A x da/dq) dQ = dq + c h dv, and the updates are linear in
-    da/dq dQ. In a moving frame see `galvi.diagnostics.frame_derivative`. Raises ValueError when the
+    da/dq dQ. In a moving frame see `galvi.diagnostics.symplecticity`. Raises ValueError when the
     step itself fails, or has no derivative.
     """
     check_types(problem, method, "step_derivative(problem, method, step)")
@@ -83,3 +116,126 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     DF = to_momentum @ step_derivative(problem, method, step) @ to_velocity
     J = np.block([[zero, np.eye(d)], [-np.eye(d), zero]])
     return float(np.max(np.abs(DF.T @ J @ DF - J)) / max(1.0, np.linalg.norm(DF, 2) ** 2))
+
+
+NUDGE = 2.0**-6
+CHART = Exponential()
+
+
+def group_step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
+    """D(eta1, mu1)/D(eta0, mu0), (2 d, 2 d), for g moved to g exp(hat(eta)) at both ends.
+
+    By central differences of order eight, accurate to about 1e-12. Raises ValueError when the step
+    itself fails.
+    """
+    system = cast(GroupSystem, group_system(problem, method))
+    group, d = system.group, system.group.dimension
+
+    def end(eta: Array, shift: Array) -> tuple[Array, Array]:
+        g = place(CHART, group, problem.q0, eta)
+        v = velocity_at(system, g, problem.p0 + shift, problem.t0)
+        start = Problem(problem.system, g, v, problem.t0)
+        run = uninterrupted(integrate(start, method, step, 1))
+        if not run.success:
+            raise ValueError(f"the step has no derivative, because it failed. {run.status}")
+        return run.q[-1], run.p[-1]
+
+    zero = np.zeros(d)
+    here, _ = end(zero, zero)
+    size = float(np.max(np.abs(problem.p0))) or 1.0
+    columns = np.zeros((2 * d, 2 * d))
+    for column, unit in enumerate(np.vstack([np.eye(d), np.eye(d)])):
+        turning = column < d
+        nudge = NUDGE if turning else NUDGE * size
+        for k, weight in enumerate(WEIGHTS, start=1):
+            sides = []
+            for sign in (1.0, -1.0):
+                moved = sign * k * nudge * unit
+                g, mu = end(moved, zero) if turning else end(zero, moved)
+                sides.append(np.concatenate([coordinates(CHART, group, here, g), mu]))
+            columns[column] += weight * (sides[0] - sides[1]) / nudge
+    return columns.T
+
+
+def group_symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> float:
+    """Largest entry of DF^T W1 DF - W0 over |DF|^2 (H 3.1.1, claim L16).
+
+    W(mu) is the matrix of <d mu2, eta1> - <d mu1, eta2> + <mu, [eta1, eta2]>.
+    """
+    group = cast(GroupSystem, group_system(problem, method)).group
+    end = uninterrupted(integrate(problem, method, step, 1))
+    DF = group_step_derivative(problem, method, step)
+    W0, W1 = (_form(group, mu) for mu in (problem.p0, end.p[-1]))
+    scale = max(1.0, np.linalg.norm(DF, 2) ** 2)
+    return float(np.max(np.abs(DF.T @ W1 @ DF - W0)) / scale)
+
+
+def _form(group: Group, mu: Array) -> Array:
+    d = group.dimension
+    unit = np.eye(d)
+    turning = np.array([[mu @ group.bracket(v, w) for w in unit] for v in unit])
+    return np.block([[turning, unit], [-unit, np.zeros((d, d))]])
+
+
+def frame_step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
+    """D(q1, v1)/D(q0, v0) of one step whose passes have converged, with its nodes held, (2 d, 2 d).
+
+    With w the state at the step's centre and F_j = omega_j w' at the stages W_j:
+    dW_j = dw + sum_l A_jl DF_l dW_l, and the step is phi_(h/2) (w + sum_j b_j F_j) after
+    w = phi_(h/2). Raises ValueError when the step fails, or was done in the inertial frame.
+    """
+    frame, table, d = cast(Frame, method.chart), method.table, problem.q0.size
+    run = uninterrupted(integrate(problem, method, step, 1, curves=True))
+    if not run.success or run.counts.get("inertial_steps"):
+        raise ValueError(f"the step has no derivative in its frame. {run.status}")
+    curves = cast(FrameCurves, run.curves)
+    times, weights = cast(Path, curves.path).times(0, table.c)
+    weights = weights * (step / (table.b @ weights))
+    stages, after = _states(curves, table.c)
+    slopes = np.stack([
+        weight * frame.derivatives(problem, w, float(t))[1]
+        for weight, w, t in zip(weights, stages, times, strict=True)
+    ])  # fmt: skip
+    s, unit = len(times), np.eye(2 * d)
+    coupled = np.einsum("jl,lab->jalb", table.integral, slopes).reshape(s * 2 * d, s * 2 * d)
+    lines = np.tile(unit, (s, 1))
+    dW = np.linalg.solve(np.eye(s * 2 * d) - coupled, lines).reshape(s, 2 * d, 2 * d)
+    kick = unit + np.einsum("j,jab,jbc->ac", table.b, slopes, dW)
+    start = frame.enter(problem, problem.q0, problem.v0)[[4, 6]]
+    first, last = (frame.derivatives(problem, w, 0.5 * step)[0] for w in (start, after))
+    into = np.kron(np.eye(2), matrix_of(frame, problem))
+    derivative: Array = np.linalg.solve(into, last @ kick @ first @ into)
+    return derivative
+
+
+def _states(curves: FrameCurves, c: Array) -> tuple[Array, Array]:
+    """w at the stages (s, 2, m), and after the step at its centre (2, m)."""
+    base = curves.bases[0, :2]
+    basis = curves.space.basis(np.concatenate([c, [0.0, 1.0]]))[:, 1:]
+    ways = (basis - basis[-2]) @ curves.coefficients[0].T
+    n = ways.shape[1] // 2
+    states = np.tile(base, (len(ways), 1, 1))
+    states[:, :, :n] += ways.reshape(-1, 2, n)
+    return states[:-2], states[-1]
+
+
+def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int) -> float:
+    """Largest component of |q - q0| after ``steps`` steps forwards and as many backwards.
+
+    A symmetric method returns to round-off; others, a `KeplerFrame` whose nodes an orbit places,
+    and on groups all but degree 1 with the exponential chart, only to their order. Raises
+    ValueError when a run fails, what `galvi.integrate` raises, and KeyboardInterrupt on Ctrl-C.
+    """
+    step = input_checks.real("step", step)
+    there = uninterrupted(integrate(problem, method, step, steps, save_every=steps))
+    _check(there)
+    end, t = there.q[-1], float(there.t[-1])
+    reversed_start = Problem(problem.system, end, there.v[-1], t)
+    back = uninterrupted(integrate(reversed_start, method, -step, steps, save_every=steps))
+    _check(back)
+    return float(np.max(np.abs(back.q[-1] - problem.q0)))
+
+
+def _check(run: Trajectory) -> None:
+    if not run.success:
+        raise ValueError(f"both ways must be completed; received a run of which: {run.status}")

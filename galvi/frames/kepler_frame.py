@@ -15,12 +15,14 @@ from galvi.frames.frame import EVEN, Motion, matrix_of
 from galvi.frames.hierarchy import (
     Hierarchy,
     about_the_heaviest,
+    attraction,
     hierarchy_of,
     jacobi,
     mean_anomaly,
     nested_in,
+    orbits,
+    pulled_back,
 )
-from galvi.frames.kepler_orbits import attraction, orbits, pulled_back
 from galvi.input_checks import shown
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.lanes.frames import kepler_functions

@@ -18,8 +18,7 @@ from galvi.kernels.lanes.trees.tree import DOFS, SLIDE
 from galvi.problem import Problem
 from galvi.systems.finite_differences import hat
 from galvi.systems.multibody import Multibody
-from galvi.systems.trees.joint import Joint
-from galvi.systems.trees.link import Link
+from galvi.systems.trees.joint import Joint, Link
 from galvi.systems.trees.mujoco_states import POSITIONS
 
 OLDEST = 4  # version of MuJoCo

@@ -8,9 +8,8 @@ from typing import Any
 from galvi import input_checks
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
-from galvi.systems.forces.drag_laws import SchillerNaumann
-from galvi.systems.forces.rotor_drag import RotorDrag
-from galvi.systems.potentials.uniform_field import UniformField
+from galvi.systems.forces.drag import RotorDrag, SchillerNaumann
+from galvi.systems.potentials.potentials import UniformField
 
 GRAVITY = 9.80665  # m / s^2, standard gravity (CGPM 1901)
 AIR = 1.225  # kg / m^3, at sea level and 15 C (ISO 2533, International Standard Atmosphere)

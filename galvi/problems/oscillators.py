@@ -12,8 +12,7 @@ from galvi.input_checks import shown
 from galvi.kernels.compile.jit import jit
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
-from galvi.systems.potentials.linear_spring import LinearSpring
-from galvi.systems.potentials.spring_chain import SpringChain
+from galvi.systems.potentials.potentials import LinearSpring, SpringChain
 
 
 def harmonic_oscillator() -> Problem:

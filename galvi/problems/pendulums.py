@@ -9,8 +9,8 @@ from functools import lru_cache
 import numpy as np
 
 from galvi import input_checks
+from galvi.groups.matrix_groups import Rn
 from galvi.groups.product import Product
-from galvi.groups.rn import Rn
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.symbolic.from_sympy import sympy_module
@@ -18,11 +18,9 @@ from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.multibody import Multibody
 from galvi.systems.planar_chain import PlanarChain
-from galvi.systems.potentials.cosine_potential import CosinePotential
-from galvi.systems.potentials.uniform_gravity import UniformGravity
+from galvi.systems.potentials.potentials import CosinePotential, UniformGravity
 from galvi.systems.rigid_body import RigidBody
-from galvi.systems.trees.joint import Joint
-from galvi.systems.trees.link import Link
+from galvi.systems.trees.joint import Joint, Link
 
 
 def planar_pendulum(amplitude: float = 2.0) -> Problem:

@@ -16,7 +16,7 @@ from galvi.symbolic.from_sympy import sympy_module
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
-from galvi.systems.potentials.central_force import CentralForce
+from galvi.systems.potentials.potentials import CentralForce
 
 
 def kepler(eccentricity: float = 0.6) -> Problem:

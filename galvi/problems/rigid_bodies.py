@@ -10,7 +10,7 @@ from galvi import input_checks
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.systems.free_body import FreeBody
-from galvi.systems.potentials.uniform_gravity import UniformGravity
+from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 
 INERTIA = (3.3, 2.5, 3.4)  # J = tr(J_d) I - J_d of H's J_d = diag(1.3, 2.1, 1.2)

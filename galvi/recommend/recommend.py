@@ -10,10 +10,18 @@ from dataclasses import replace
 from galvi import input_checks
 from galvi.input_checks import shown
 from galvi.problem import Problem
-from galvi.recommend.extrapolation_check import extrapolation_objection
 from galvi.recommend.recommendation import Candidate, Recommendation
-from galvi.recommend.scan import EVALUATIONS, TIME, WITH_CHECK, Scan, collocation
-from galvi.recommend.step_search import BUDGET_ENDED, PART, fewest_steps
+from galvi.recommend.scan import (
+    BUDGET_ENDED,
+    EVALUATIONS,
+    PART,
+    TIME,
+    WITH_CHECK,
+    Scan,
+    collocation,
+    extrapolation_objection,
+    fewest_steps,
+)
 
 DEGREES = (8, 12, 6, 16, 4)
 ALLOWED = {TIME: 10.0, EVALUATIONS: 2e7}
@@ -52,7 +60,7 @@ def recommend(
     For each degree, the largest step within the error is searched; each run is compared with a more
     accurate one (see `galvi.recommend.scan`), the cheapest with two. An extrapolated error is
     assumed to grow as t^1.5, or as fast as measured, and is accepted only after one run over the
-    whole duration (see `galvi.recommend.extrapolation_check`). Failed candidates are kept in
+    whole duration (see `galvi.recommend.recommendation`). Failed candidates are kept in
     ``scanned`` with the reason. If no candidate reaches the error, the result is the most accurate
     one found, and ``reached`` and ``status`` say so. On groups, methods have the exponential chart.
     Raises ValueError or TypeError for bad input, KeyboardInterrupt on Ctrl-C; exceptions of user

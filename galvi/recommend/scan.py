@@ -1,4 +1,5 @@
-"""Measures the error and the cost of a degree and a step without an exact solution.
+"""Errors and costs of a degree over steps, without an exact solution, and the longest step for an
+error.
 
 Each run is compared with one whose degree is higher by four, at the same step and times, which is
 far more accurate whenever either is usable, and has similar round-off. The reliability of the
@@ -9,22 +10,116 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.charts.exponential import Exponential
+from galvi.charts.chart import Exponential
+from galvi.diagnostics.invariants import energy
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.recommend.recommendation import Candidate
-from galvi.rules.gauss import gauss
+from galvi.rules.rule import gauss
 from galvi.run.engine_choice import engine_for
 from galvi.run.group_system import group_system
 from galvi.run.integrate import integrate
 from galvi.run.interruption import uninterrupted
 from galvi.spaces.polynomials import Polynomials
 from galvi.trajectory import COMPLETED, Trajectory
+
+TRIES = 14  # numbers of steps tried
+BUDGET_ENDED = "the budget ended"
+CLOSE = 1.06  # ratio of upper to lower number of steps at which the search ends
+COARSER = 0.9  # ratio to the next number when all so far were within the error
+DEARER = 4.0  # it also ends where fewer steps cost this much more, being hard to solve
+HARD = 0.1  # share of steps by Newton's method from which on smaller steps may cost less
+PERHAPS_ROUNDING = 1e-5  # largest error, over the largest coordinate, that may be round-off
+LONGER = 1.05  # ratio of times of use below which smaller steps did not help
+PART = "neighbouring starts part"  # see `_parting` of galvi.recommend.recommend
+FLAT = 2  # consecutive refinements without gain after which the error counts as round-off
+
+
+def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str]:
+    """The fewest steps within the error, searched from ``steps``, or the last number tried.
+
+    Also why the search ended without reaching the error, else an empty string. Each next number is
+    the one for which an error of order 2 s would be as required, kept between those known to be too
+    few and enough. Where only Newton's method solves the steps, twice as many are tried until they
+    need it no more, or cost far more.
+    """
+    enough, why = _within(scan, degree, steps, error)
+    last = next((one for one in reversed(scan.tried) if one.steps == enough), None)
+    least = last.cost(scan.by) if last is not None else 0.0
+    while last is not None and last.degree == degree and last.newton > HARD:
+        finer = 2 * last.steps
+        if finer > scan.most or not scan.affords(degree, finer):
+            break
+        last = scan.measure(degree, finer)
+        if last.cost(scan.by) > DEARER * least:
+            break
+        least = min(least, last.cost(scan.by))
+    return enough, why
+
+
+def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, str]:
+    low, high, flat, least = 0, 0, 0, math.inf
+    before: Candidate | None = None
+    for _ in range(TRIES):
+        if not scan.affords(degree, steps):
+            return high or steps, "" if high else BUDGET_ENDED
+        found = scan.measure(degree, steps)
+        if found.error <= error:
+            high, cost = steps, found.cost(scan.by)
+            best = min(one.cost(scan.by) for one in scan.tried if one.error <= error)
+            if cost > DEARER * (best if found.newton > HARD else least):
+                break
+            least = min(least, cost)
+        else:
+            flat = flat + 1 if before is not None and _no_better(before, found) else 0
+            low, before = steps, found
+            if flat == FLAT and found.error < PERHAPS_ROUNDING * scan.size:
+                return high or steps, "" if high else "rounding decides"
+            if flat and math.isfinite(found.parted) and not high:
+                return steps, PART
+        if high and (high <= CLOSE * low or high - low <= 1):
+            break
+        if not high and low >= scan.most:
+            break
+        steps = min(_next(found, low, high, error), scan.most)
+    return high or steps, "" if high else "no number of steps that was tried is enough"
+
+
+def _next(found: Candidate, low: int, high: int, error: float) -> int:
+    """The next number of steps; ``low`` are known to be too few and ``high`` enough."""
+    if found.error == math.inf:
+        wanted = 2.0
+    else:
+        wanted = (found.error / error) ** (0.5 / found.degree)
+    steps = math.ceil(min(found.steps * wanted, float(FINEST)))
+    if low and high:
+        return steps if low < steps < high else round(math.sqrt(low * high))
+    if high:
+        return min(max(steps, high // 2, 1), max(1, math.floor(COARSER * high)))
+    return min(max(steps, low + max(1, low // 25)), 4 * low)
+
+
+def _no_better(before: Candidate, after: Candidate) -> bool:
+    """Whether the error fell by less than half the decades that the order predicts.
+
+    Where neither is of use, whether they are so from the same time on.
+    """
+    if after.steps <= before.steps:
+        return False
+    if math.isfinite(before.parted) and math.isfinite(after.parted):
+        return after.parted <= LONGER * before.parted
+    if not (math.isfinite(before.error) and after.error > 0.0):
+        return False
+    if not math.isfinite(after.error):
+        return True
+    promised = 2.0 * after.degree * math.log(after.steps / before.steps)
+    return math.log(before.error / after.error) < 0.5 * promised
+
 
 MORE = 4  # additional degrees of the run used for comparison
 SAMPLES = 64  # times at which two runs are compared
@@ -211,3 +306,68 @@ class Scan:
 def _failure(run: Trajectory) -> str:
     """Why a run is unusable, or an empty string."""
     return "" if run.success and run.status.startswith(COMPLETED) else run.status
+
+
+FARTHEST = 100.0  # largest ratio of the duration to the part over which an error is extrapolated
+TURNS = 6  # turning points of a coordinate, two a revolution, that the part must contain
+MOVES = 1e-3  # smallest range of a coordinate, over the largest range, whose turning points count
+FASTER = 2.0  # ratio of speeds to those in the part above which the rest is a different motion
+WORSE = 10.0  # largest ratio of the energy error to that in the part, per unit of time
+ROUNDING = 1e-12  # relative energy error that counts as round-off
+FAST = 1e-3  # speeds below this share of the fastest body's are not compared
+MOST, FEWEST, ROOM = 4096, 256, 2**24  # saved states; total number of pairs of coordinates
+
+
+def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
+    """The reason why the extrapolated error of a choice is unreliable; empty if it is reliable.
+
+    If the budget allows, the choice is run once over the whole duration; the run has to complete
+    and to resemble the measured part: no body much faster, no larger energy error.
+    """
+    times = scan.duration / choice.measured
+    if times > FARTHEST:
+        return f"an error is not extrapolated to {times:.3g} times the measured length"
+    if choice.growth > POWERS[1]:
+        return f"the error grew as t^{choice.growth:.1f}, too fast to extrapolate"
+    if scan.spent + choice.cost(scan.by) > scan.budget:
+        return "a run over the whole duration does not fit into the budget"
+    samples = min(MOST, max(FEWEST, ROOM // scan.problem.v0.size**2))
+    run, _, _ = scan.run(choice.degree, choice.steps, choice.steps, samples=samples)
+    if not run.success:
+        return f"a run over the whole duration failed. {run.status.rstrip('.')}"
+    part = int(np.sum(np.abs(run.t - run.t[0]) <= choice.measured * (1.0 + 1e-9)))
+    turns = turning_points(run.q[:part].reshape(part, -1))
+    if turns < TURNS:
+        return f"it contains {turns} turning points of a coordinate, and {TURNS} are needed"
+    speeds = np.linalg.norm(run.v, axis=-1)
+    speeds = speeds.reshape(len(run.t), -1)
+    before = np.maximum(np.max(speeds[:part], axis=0), FAST * np.max(speeds))
+    faster = float(np.max(np.max(speeds, axis=0) / np.where(before > 0.0, before, 1.0)))
+    if not faster <= FASTER:
+        return f"later a body is {faster:.1f} times as fast"
+    energies = _energies(run)
+    off = np.abs(energies - energies[0])
+    allowed = WORSE * times * np.max(off[:part]) + ROUNDING * np.max(np.abs(energies))
+    if not np.max(off) <= allowed:
+        return f"later the energy error is {np.max(off):.1e}, in that part {np.max(off[:part]):.1e}"
+    return ""
+
+
+def turning_points(q: Array) -> int:
+    """The largest number of turning points of a coordinate; q is (saved, d).
+
+    Coordinates that hardly change are ignored.
+    """
+    if len(q) < 3:
+        return 0
+    moves = np.ptp(q, axis=0)
+    ahead = np.diff(q[:, moves >= MOVES * np.max(moves)], axis=0)
+    return int(np.max(np.sum(ahead[1:] * ahead[:-1] < 0.0, axis=0)))
+
+
+def _energies(run: Trajectory) -> Array:
+    """Energies (saved,), one state at a time, since many bodies need much memory."""
+    one_by_one = (slice(k, k + 1) for k in range(len(run.t)))
+    return np.concatenate(
+        [energy(replace(run, t=run.t[k], q=run.q[k], p=run.p[k])) for k in one_by_one]
+    )

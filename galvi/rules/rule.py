@@ -1,19 +1,20 @@
-"""A quadrature rule on [0, 1]."""
+"""Quadrature rules on [0, 1]: the value, and its families by the number of points."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import cached_property
+from fractions import Fraction
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.extended_precision import decimals, extended_precision, rounded
+from galvi.extended_precision import PI, cosine, decimals, extended_precision, rounded
 from galvi.input_checks import shown
-from galvi.spaces.legendre import legendre
+from galvi.spaces.polynomials import legendre
 
 MOST = 1000  # points of a rule made in extended precision, which takes 10 s
 EXACT = 1e-12  # largest error of a Legendre polynomial's integral; 2e-15 for up to 200 points
@@ -139,3 +140,191 @@ def number_of_points(value: Any, at_least: int = 1) -> int:
 def from_interval(name: str, degree: int, x: Any, w: Any) -> Rule:
     """The rule on [0, 1] from decimal nodes x and weights w on [-1, 1]."""
     return Rule(name, degree, tuple((1 + x) / 2), tuple(w / 2))
+
+
+def gauss(points: int) -> Rule:
+    """The rule with the highest degree of exactness, 2 points - 1; its nodes are the zeros of P_n.
+
+    Raises ValueError unless points is a whole number from 1 to 1000.
+    """
+    return _gauss(number_of_points(points))
+
+
+@lru_cache(maxsize=256)
+def _gauss(n: int) -> Rule:
+    with extended_precision():
+        x = decimals(np.polynomial.legendre.leggauss(n)[0])
+        for _ in range(3):  # Newton: 16, 32, 64 digits
+            P = legendre(x, n)
+            slope = n * (x * P[:, n] - P[:, n - 1]) / (x * x - 1)
+            x = x - P[:, n] / slope
+        P = legendre(x, n)
+        slope = n * (x * P[:, n] - P[:, n - 1]) / (x * x - 1)
+        return from_interval(f"Gauss {n}", 2 * n - 1, x, 2 / ((1 - x * x) * slope * slope))
+
+
+def lobatto(points: int) -> Rule:
+    """The rule with both end points and degree 2 points - 3; with two points, trapezoidal.
+
+    The inner nodes are the zeros of P_n', n = points - 1. Raises ValueError unless points is a
+    whole number from 2 to 1000.
+    """
+    return _lobatto(number_of_points(points, at_least=2))
+
+
+@lru_cache(maxsize=256)
+def _lobatto(points: int) -> Rule:
+    from scipy.special import roots_jacobi
+
+    n = points - 1
+    with extended_precision():
+        x = decimals(roots_jacobi(n - 1, 1.0, 1.0)[0] if n > 1 else [])
+        for _ in range(3):  # Newton on P_n', with P_n'' from Legendre's equation
+            P = legendre(x, n)
+            slope = n * (x * P[:, n] - P[:, n - 1]) / (x * x - 1)
+            curvature = (2 * x * slope - n * (n + 1) * P[:, n]) / (1 - x * x)
+            x = x - slope / curvature
+        x = np.concatenate([decimals([-1.0]), x, decimals([1.0])])
+        weights = 2 / (n * (n + 1) * legendre(x, n)[:, n] ** 2)
+        return from_interval(f"Lobatto {points}", 2 * points - 3, x, weights)
+
+
+def radau(points: int, left: bool = False) -> Rule:
+    """The rule with one end point and degree 2 points - 2; its nodes are those of Radau IIA.
+
+    left  whether the end point is 0 (as in Radau I and IA) instead of 1
+
+    The nodes are mirrored zeros of P_{n-1} + P_n, n = points. Raises ValueError unless points is a
+    whole number from 1 to 1000.
+    """
+    input_checks.flag("left", left)
+    return _radau(number_of_points(points), bool(left))
+
+
+@lru_cache(maxsize=256)
+def _radau(n: int, left: bool) -> Rule:
+    from scipy.special import roots_jacobi
+
+    with extended_precision():
+        x = decimals(roots_jacobi(n - 1, 0.0, 1.0)[0] if n > 1 else [])
+        for _ in range(3):  # Newton on (P_{n-1} + P_n) / (1 + x): 16, 32, 64 digits
+            P = legendre(x, n)
+            value, slope = P[:, n - 1] + P[:, n], n * (P[:, n - 1] - P[:, n]) / (1 - x)
+            x = x - value / (slope - value / (1 + x))
+        x = np.concatenate([decimals([-1.0]), x])
+        weights = (1 - x) / (n * legendre(x, n)[:, n - 1]) ** 2
+        name = f"Radau {n}, from the left" if left else f"Radau {n}"
+        if not left:
+            x, weights = -x[::-1], weights[::-1]
+        return from_interval(name, 2 * n - 2, x, weights)
+
+
+def clenshaw_curtis(points: int) -> Rule:
+    """The interpolatory rule on the Chebyshev points cos(j pi / (points - 1)).
+
+    Its degree is points - 1, one more for an odd number of points; with one point, the midpoint
+    rule.
+    Raises ValueError unless points is a whole number from 1 to 1000.
+    """
+    return _clenshaw_curtis(number_of_points(points))
+
+
+@lru_cache(maxsize=256)
+def _clenshaw_curtis(points: int) -> Rule:
+    n = points - 1
+    name = f"Clenshaw-Curtis {points}"
+    with extended_precision():
+        if n == 0:
+            return from_interval(name, 1, decimals([0.0]), decimals([2.0]))
+        cosines = decimals([float(n)] * (n + 1))
+        for j in range(n + 1):  # cos(j pi / n), mirrored so that the rule is symmetric to the bit
+            k = min(j, n - j)
+            value = cosine(PI * k / n) if 2 * k != n else Decimal(0)
+            cosines[j] = value if j == k else -value
+        terms = np.arange(1, n // 2 + 1)
+        share = decimals(np.where(2 * terms == n, 1.0, 2.0)) / (4 * terms * terms - 1)
+        turn = np.outer(np.arange(n + 1), 2 * terms) % (2 * n)
+        weights = (1 - cosines[np.where(turn > n, 2 * n - turn, turn)] @ share) * 2 / n
+        weights[[0, -1]] /= 2
+        degree = n + 1 if n % 2 == 0 else n
+        return from_interval(name, degree, -cosines, weights)
+
+
+MOST_EQUIDISTANT = 8
+
+
+def newton_cotes(points: int) -> Rule:
+    """The interpolatory rule on ``points`` equally spaced nodes, both ends among them, 2 to 8.
+
+    Its degree is points - 1, one more for an odd number of points; two points give the trapezoidal
+    rule, three Simpson's. With 9 points, and with 11 or more, some weights are negative.
+
+    Raises ValueError unless points is a whole number from 2 to 8.
+    """
+    number = input_checks.whole("points", points, 2)
+    if number > MOST_EQUIDISTANT:
+        raise ValueError(
+            f"points must be a whole number from 2 to {MOST}, since the closed Newton-Cotes rule "
+            f"with 9 points is the first with a negative weight; received {number}. Use gauss, "
+            f"lobatto or clenshaw_curtis, or composite(newton_cotes(5), pieces)."
+        )
+    return _newton_cotes(number)
+
+
+@lru_cache(maxsize=16)
+def _newton_cotes(points: int) -> Rule:
+    n = points - 1
+    with extended_precision():
+        nodes = tuple(Decimal(j) / n for j in range(points))
+        weights = tuple(_ratio(_lagrange_integral(j, n)) for j in range(points))
+        degree = points if points % 2 else n
+        return Rule(f"Newton-Cotes {points}", degree, nodes, weights)
+
+
+def _lagrange_integral(j: int, n: int) -> Fraction:
+    """Integral over x in [0, n], divided by n, of the product of (x - i) / (j - i) over i != j."""
+    product = np.array([Fraction(1)])
+    for i in range(n + 1):
+        if i != j:
+            product = np.convolve(product, np.array([Fraction(-i, j - i), Fraction(1, j - i)]))
+    total = sum((c * Fraction(n) ** k / (k + 1) for k, c in enumerate(product)), Fraction(0))
+    return Fraction(total)
+
+
+def _ratio(number: Fraction) -> Decimal:
+    return Decimal(number.numerator) / Decimal(number.denominator)
+
+
+MOST_PIECES = 10_000  # pieces, which take seconds in extended precision
+
+
+def composite(rule: Rule, pieces: int) -> Rule:
+    """``rule`` on each of ``pieces`` equal parts of [0, 1], with the same degree.
+
+    A rule with both end points has pieces * (points - 1) + 1 nodes: at a joint the last node of one
+    piece is the first of the next, and their weights are added. One piece is the rule itself.
+
+    Raises TypeError when rule is not a `Rule`, ValueError unless pieces is a whole number from 1 to
+    MOST.
+    """
+    if not isinstance(rule, Rule):
+        raise TypeError(f"rule must be a rule such as galvi.gauss(8); received {shown(rule)}.")
+    number = input_checks.whole("pieces", pieces, 1, MOST_PIECES)
+    return rule if number == 1 else _composite(rule, number)
+
+
+@lru_cache(maxsize=256)
+def _composite(rule: Rule, pieces: int) -> Rule:
+    nodes: list[Decimal] = []
+    weights: list[Decimal] = []
+    closed = rule.exact_nodes[0] == 0 and rule.exact_nodes[-1] == 1
+    with extended_precision():
+        share = tuple(weight / pieces for weight in rule.exact_weights)
+        for piece in range(pieces):
+            first = 1 if closed and piece > 0 else 0
+            if first:
+                weights[-1] += share[0]
+            nodes += [(piece + node) / pieces for node in rule.exact_nodes[first:]]
+            weights += share[first:]
+    name = f"{rule.name} on {pieces} pieces"
+    return Rule(name, rule.degree, tuple(nodes), tuple(weights))

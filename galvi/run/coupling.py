@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from galvi.arrays import Array
-from galvi.charts.exponential import Exponential
+from galvi.charts.chart import Exponential
 from galvi.kernels.lie.product import COUPLED, DIMENSION, place
 from galvi.problem import Problem
 from galvi.symbolic.traces import traces

@@ -18,7 +18,7 @@ from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
-from galvi.systems.potentials.uniform_gravity import UniformGravity
+from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import VectorSystem
 from galvi.tableau import Tableau

@@ -11,9 +11,8 @@ import numpy.typing as npt
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import Curves
+from galvi.curves.curves import Curves, LocalChart
 from galvi.curves.frame_curves import FrameCurves
-from galvi.curves.local_chart import LocalChart
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.run_arrays import RunArrays

@@ -9,13 +9,12 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.charts import CHARTS
-from galvi.charts.branch_tracking import unwrapped
-from galvi.charts.exponential import Exponential
-from galvi.charts.maps import coordinates, tangent
+from galvi.charts.chart import Exponential
+from galvi.charts.maps import coordinates, tangent, unwrapped
 from galvi.checkpoint import Checkpoint
-from galvi.curves.local_chart import GroupChart
+from galvi.curves.curves import GroupChart
 from galvi.groups.group import Group
-from galvi.groups.rn import Rn
+from galvi.groups.matrix_groups import Rn
 from galvi.kernels.lie import product
 from galvi.kernels.nystrom.advance import GUESS
 from galvi.kernels.nystrom.solve import NOT_FINITE

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, cast
 
-from galvi.groups.rn import Rn
+from galvi.groups.matrix_groups import Rn
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical

@@ -10,7 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.groups.rn import Rn
+from galvi.groups.matrix_groups import Rn
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.lanes.called import called_numbers
 from galvi.kernels.lanes.group_law import compiled_advance_group_law

@@ -8,7 +8,7 @@ from functools import partial
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.curves.redone_curves import RedoneCurves
+from galvi.curves.curves import RedoneCurves
 from galvi.kernels.nystrom.advance import HOLDS
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin

@@ -9,7 +9,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
-from galvi.curves.local_chart import IdentityChart
+from galvi.curves.curves import IdentityChart
 from galvi.kernels.nystrom.advance import GUESS, NOTHING
 from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.method import Galerkin

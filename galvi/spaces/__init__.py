@@ -3,12 +3,9 @@
 from collections.abc import Callable
 from functools import partial
 
-from galvi.spaces.component_polynomials import ComponentPolynomials
-from galvi.spaces.fourier import Fourier
-from galvi.spaces.piecewise_hermite import PiecewiseHermite
-from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
-from galvi.spaces.polynomial_fourier import PolynomialFourier
-from galvi.spaces.polynomials import Polynomials
+from galvi.spaces.fourier import Fourier, PolynomialFourier
+from galvi.spaces.piecewise import PiecewiseHermite, PiecewisePolynomials
+from galvi.spaces.polynomials import ComponentPolynomials, Polynomials
 from galvi.spaces.space import Space
 
 SPACES: tuple[Callable[[int], Space], ...] = (

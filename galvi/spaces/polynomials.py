@@ -1,4 +1,4 @@
-"""Polynomials, as integrals of Legendre polynomials; also the Lagrange basis on their nodes."""
+"""Polynomials on [0, 1], of one degree or of one for each component."""
 
 from __future__ import annotations
 
@@ -9,7 +9,30 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.spaces.legendre import integrals, legendre
+
+
+def legendre(x: Any, degree: int) -> Any:
+    """P_0 .. P_degree at x of shape (k,), as an array (k, degree + 1).
+
+    (l + 1) P_{l+1} = (2 l + 1) x P_l - l P_{l-1}; stable for x in [-1, 1].
+    """
+    columns = [x * 0 + 1, x]
+    for n in range(1, degree):
+        columns.append(((2 * n + 1) * x * columns[n] - n * columns[n - 1]) / (n + 1))
+    return np.stack(columns[: degree + 1], axis=-1)
+
+
+def integrals(t: Any, count: int) -> Any:
+    """The integrals of P_0(2 s - 1) .. P_{count - 1}(2 s - 1) over s in [0, t], (k, count).
+
+    t of shape (k,); the integral of P_l is (P_{l+1} - P_{l-1})(2 t - 1) / (2 (2 l + 1)).
+    """
+    P = legendre(2 * t - 1, count)
+    columns = [t]
+    for n in range(1, count):
+        columns.append((P[:, n + 1] - P[:, n - 1]) / (2 * (2 * n + 1)))
+    return np.stack(columns[:count], axis=-1)
+
 
 HIGHEST = 64
 
@@ -68,3 +91,60 @@ class Polynomials:
         terms = np.where(on_node, hit, weights / np.where(on_node, 1.0, gap))
         values: Array = terms / np.sum(terms, axis=1, keepdims=True)
         return values
+
+
+@dataclass(frozen=True)
+class ComponentPolynomials:
+    """Component i of a configuration is a polynomial of degree degrees[i] (H after thm 2.3.5).
+
+    degrees  one for each component, at least 1
+
+    Component i uses the first degrees[i] + 1 basis functions of Polynomials: the stage equations
+    have sum(degrees) unknowns. Symplectic like every method; but since a rotation mixes components,
+    angular momentum is conserved only approximately when their degrees differ. Raises ValueError
+    unless each degree is a whole number of at least 1; `Galerkin` refuses more than 64.
+    """
+
+    degrees: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        given = () if isinstance(self.degrees, str) else self.degrees
+        degrees = tuple(given) if input_checks.has_items(given) else ()
+        if not degrees:
+            raise ValueError(
+                f"degrees must be whole numbers, one for each component, as in (8, 3); received "
+                f"{input_checks.shown(self.degrees)}."
+            )
+        object.__setattr__(
+            self,
+            "degrees",
+            tuple(input_checks.whole("each of degrees", degree) for degree in degrees),
+        )
+
+    @property
+    def degree(self) -> int:
+        """The lowest of the degrees."""
+        return min(self.degrees)
+
+    @property
+    def dimension(self) -> int:
+        """max(degrees) + 1, that of the largest component."""
+        return self.largest.dimension
+
+    @property
+    def exact(self) -> bool:
+        """True: basis and derivative work in decimals."""
+        return self.largest.exact
+
+    @property
+    def largest(self) -> Polynomials:
+        """The space of the component with the highest degree."""
+        return Polynomials(max(self.degrees))
+
+    def basis(self, t: Any) -> Any:
+        """As Polynomials(max(degrees)), (k, max(degrees) + 1)."""
+        return self.largest.basis(t)
+
+    def derivative(self, t: Any) -> Any:
+        """As Polynomials(max(degrees)), (k, max(degrees) + 1)."""
+        return self.largest.derivative(t)

@@ -1,9 +1,17 @@
-"""Interface of function spaces."""
+"""Interface of function spaces on [0, 1], and the checks of one that a user wrote."""
 
 from __future__ import annotations
 
 from collections.abc import Hashable
-from typing import Any, Protocol
+from functools import lru_cache
+from typing import Any, Protocol, cast
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array
+from galvi.extended_precision import decimals, extended_precision
+from galvi.spaces.polynomials import legendre
 
 
 class Space(Hashable, Protocol):
@@ -30,3 +38,120 @@ class Space(Hashable, Protocol):
 
     def derivative(self, t: Any) -> Any:
         """phi_i'(t_k), shape (k, dimension)."""
+
+
+PARTS = ("dimension", "degree", "exact", "basis", "derivative")
+GOLDEN = 0.6180339887498949  # golden ratio; its multiples modulo 1 avoid joints
+NUDGE = 1e-6
+SLOPE = 1e-4  # tolerance relative to the largest slope; 2.5e-6 for galvi's own spaces
+AGREE = 1e-10  # tolerance of decimals against floats; 5e-15 for galvi's own spaces
+CONTAINED = 1e-9  # tolerance of fitted polynomials; 4e-13 for galvi's own spaces
+
+
+def checked(space: Any) -> Space:
+    """``space`` itself if it satisfies the protocol.
+
+    Raises TypeError for a missing attribute and for a space that is not hashable, ValueError for
+    wrong numbers, shapes and values. Exceptions of its functions pass through.
+    """
+    missing = [name for name in PARTS if not hasattr(space, name)]
+    if missing:
+        raise TypeError(
+            f"a space must have {', '.join(PARTS)}; {space!r} lacks {', '.join(missing)}. See "
+            f"CONTRIBUTING.md for one in twelve lines."
+        )
+    try:
+        hash(space)
+    except TypeError as error:
+        raise TypeError(
+            f"a space must be hashable, since tables are cached by it; {type(space).__name__} is "
+            f"not ({error}). Make it a frozen dataclass of numbers."
+        ) from error
+    _check(space)
+    return cast(Space, space)
+
+
+@lru_cache(maxsize=128)
+def _check(space: Any) -> None:
+    name = type(space).__name__
+    dimension = input_checks.whole(f"dimension of {name}", space.dimension, 2)
+    degree = input_checks.whole(f"degree of {name}", space.degree, 0, dimension - 1)
+    input_checks.flag(f"exact of {name}", space.exact)
+    t = np.append((np.arange(1, 4 * dimension + 1) * GOLDEN) % (1 - NUDGE), [0.0, 1.0])
+    basis = _values(space, "basis", t, dimension)
+    slopes = _values(space, "derivative", t, dimension)
+    if np.max(np.abs(basis[:, 0] - 1)) > 1e-14:
+        worst = basis[np.argmax(np.abs(basis[:, 0] - 1)), 0]
+        raise ValueError(
+            f"the first basis function of a space must be the constant 1; that of {name} takes the "
+            f"value {worst:.6g}. Put the constant first."
+        )
+    _check_derivative(space, name, t[:-2], slopes[:-2])
+    _check_degree(name, degree, basis, legendre(2 * t - 1, degree))
+    if space.exact:
+        few = [0, 1, 2, -2, -1]  # three inside and both ends
+        _check_decimals(space, name, t[few], basis[few], slopes[few])
+
+
+def _values(space: Any, function: str, t: Array, dimension: int) -> Array:
+    for places in (t[:1], t):
+        values = np.asarray(getattr(space, function)(places))
+        expected = (places.size, dimension)
+        if values.shape != expected or values.dtype.kind not in "iuf":
+            raise ValueError(
+                f"{function} of {type(space).__name__} must return real numbers of shape "
+                f"(k, dimension), {expected} for t of shape ({places.size},); received shape "
+                f"{values.shape} of type {values.dtype}."
+            )
+    bad = np.argwhere(~np.isfinite(values))
+    if bad.size:
+        k, i = bad[0]
+        raise ValueError(
+            f"{function} of {type(space).__name__} must be finite on [0, 1]; received "
+            f"{values[k, i]} for function {i} at t = {t[k]:.6g}."
+        )
+    return cast(Array, values)
+
+
+def _check_derivative(space: Any, name: str, t: Array, slopes: Array) -> None:
+    rise = np.asarray(space.basis(t + NUDGE)) - np.asarray(space.basis(t))
+    middle = np.asarray(space.derivative(t + 0.5 * NUDGE))
+    gap = np.max(np.abs(rise / NUDGE - middle), axis=0)
+    wrong = np.argwhere(gap > SLOPE * max(1.0, float(np.max(np.abs(slopes)))))
+    if wrong.size:
+        i = wrong[0, 0]
+        raise ValueError(
+            f"derivative of {name} must be that of its basis; function {i} differs from its "
+            f"difference quotient by {gap[i]:.3g}."
+        )
+
+
+def _check_degree(name: str, degree: int, basis: Array, polynomials: Array) -> None:
+    fitted = basis @ np.linalg.lstsq(basis, polynomials, rcond=None)[0]
+    gap = np.max(np.abs(fitted - polynomials), axis=0)
+    beyond = np.argwhere(gap > CONTAINED)
+    if beyond.size:
+        first = int(beyond[0, 0])
+        raise ValueError(
+            f"{name} must contain all polynomials of its degree, {degree}; it lacks one of degree "
+            f"{first}, by {gap[first]:.1e} in floats. Say degree = {first - 1}, add "
+            f"functions, or choose a better conditioned basis of them."
+        )
+
+
+def _check_decimals(space: Any, name: str, t: Array, basis: Array, slopes: Array) -> None:
+    with extended_precision():
+        for function, floats in (("basis", basis), ("derivative", slopes)):
+            try:
+                values = np.asarray(getattr(space, function)(decimals(t)))
+                gap = float(np.max(np.abs(values.astype(np.float64) - floats)))
+            except (ArithmeticError, AttributeError, TypeError, ValueError) as error:
+                raise ValueError(
+                    f"exact of {name} must be False unless its functions work on arrays of "
+                    f"decimal.Decimal; {function} does not ({error})."
+                ) from error
+            if values.dtype != object or not gap <= AGREE * max(1.0, float(np.max(np.abs(floats)))):
+                raise ValueError(
+                    f"exact of {name} must be False unless its functions keep decimals; {function} "
+                    f"returns {values.dtype} and differs by {gap:.1e} from its values for floats."
+                )

@@ -10,7 +10,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
-from galvi.groups.rn import Rn
+from galvi.groups.matrix_groups import Rn
 from galvi.symbolic.code import POWER
 from galvi.symbolic.derivatives import gradient as derivatives
 from galvi.symbolic.graph import Graph, Node, Untraceable

@@ -11,7 +11,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.groups.rn import Rn
+from galvi.groups.matrix_groups import Rn
 from galvi.input_checks import shown
 from galvi.kernels.forces import force_kinds
 from galvi.symbolic.lane_force import fits
@@ -28,7 +28,7 @@ from galvi.systems.difference_scales import difference_scales
 from galvi.systems.finite_differences import CALLS, differenced_gradient, differenced_hessian
 from galvi.systems.force_kernel import ForceKernel
 from galvi.systems.forces.external_force import check_force, check_force_at, force_finder
-from galvi.systems.potentials.potential import Potential
+from galvi.systems.potentials.potentials import Potential
 from galvi.systems.returned import returned_array
 
 Function = Callable[..., Any]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.groups.rn import Rn
+from galvi.groups.matrix_groups import Rn
 from galvi.kernels.forces import force_kinds, lagrangian_derivatives
 from galvi.symbolic.lane_law import canonical_law
 from galvi.systems.canonical import Canonical

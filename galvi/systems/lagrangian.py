@@ -11,10 +11,10 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.charts.exponential import Exponential
+from galvi.charts.chart import Exponential
 from galvi.charts.maps import place
 from galvi.groups.group import Group, is_group
-from galvi.groups.rn import Rn
+from galvi.groups.matrix_groups import Rn
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import kinks

@@ -14,8 +14,7 @@ from galvi.input_checks import shown
 from galvi.systems.forces.external_force import force_at
 from galvi.systems.lagrangian import Function, Lagrangian
 from galvi.systems.trees import mujoco_states
-from galvi.systems.trees.joint_damping import JointDamping
-from galvi.systems.trees.link import Link
+from galvi.systems.trees.joint import JointDamping, Link
 from galvi.systems.trees.rigid_tree import RigidTree
 
 OF_JOINTS = ("damping", "stiffness", "armature")

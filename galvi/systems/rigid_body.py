@@ -11,7 +11,7 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.groups.so3 import SO3
+from galvi.groups.matrix_groups import SO3
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
@@ -36,7 +36,7 @@ from galvi.systems.forces.external_force import (
 )
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.lagrangian_kernel import LagrangianKernel
-from galvi.systems.potentials.uniform_gravity import UniformGravity
+from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.returned import returned_array
 
 Function = Callable[..., Any]

@@ -22,7 +22,7 @@ from galvi.run.nystrom_engine import NYSTROM
 from galvi.run.nystrom_steppers import general_stepper
 from galvi.symbolic.lane_force import WIDEST, WIDEST_COUPLED
 from galvi.systems.canonical import Canonical
-from galvi.systems.potentials.potential import lane_slopes
+from galvi.systems.potentials.potentials import lane_slopes
 from references.forces.ridders import gradient
 
 GENERAL = replace(NYSTROM, stepper=general_stepper)

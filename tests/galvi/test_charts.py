@@ -9,8 +9,7 @@ from scipy.linalg import expm, expm_frechet
 
 import galvi
 from galvi.charts import CHARTS
-from galvi.charts.branch_tracking import unwrapped
-from galvi.charts.maps import coordinates, place, tangent, tangent_slope
+from galvi.charts.maps import coordinates, place, tangent, tangent_slope, unwrapped
 from galvi.groups import GROUPS
 from galvi.kernels.lie import product
 from galvi.kernels.lie.chart_functions import angle_of

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.curves.local_chart import GroupChart, IdentityChart
+from galvi.curves.curves import GroupChart, IdentityChart
 from galvi.run import integrate as integrating
 from galvi.run.engine import Engine
 from galvi.run.engine_choice import engine_for

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.systems.multibody import OF_JOINTS, VARIED
-from galvi.systems.trees.joint_damping import JointDamping
+from galvi.systems.trees.joint import JointDamping
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 HINGES = [galvi.Joint("hinge", axis=(0, 1, 0)), galvi.Joint("hinge", axis=(1, 0, 0))]

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.diagnostics import round_trip
-from galvi.recommend import scan, step_search
+from galvi.diagnostics import symplecticity
+from galvi.recommend import scan
 from galvi.recommend.recommendation import Candidate
 from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
@@ -231,7 +231,7 @@ def test_ctrl_c_in_a_round_trip_ends_it(monkeypatch, first):
         runs.append(run)
         return replace(run, interrupted=first or len(runs) == 2)
 
-    monkeypatch.setattr(round_trip, "integrate", interrupted)
+    monkeypatch.setattr(symplecticity, "integrate", interrupted)
     with pytest.raises(KeyboardInterrupt):
         galvi.round_trip_error(ORBIT, method, 0.1, 5)
     assert len(runs) == 1 + (not first)
@@ -239,8 +239,8 @@ def test_ctrl_c_in_a_round_trip_ends_it(monkeypatch, first):
 
 def test_more_steps_that_fail_where_fewer_did_not_are_no_better():
     some = Candidate(8, 10, 1.0, 1e-3, 10.0, 1.5, 0.1, 100.0)
-    assert step_search._no_better(some, replace(some, steps=20, error=math.inf))
-    assert not step_search._no_better(some, replace(some, steps=20, error=1e-9))
+    assert scan._no_better(some, replace(some, steps=20, error=math.inf))
+    assert not scan._no_better(some, replace(some, steps=20, error=1e-9))
 
 
 def test_the_cost_of_a_step_is_measured_over_ever_more_steps_up_to_a_part_of_the_budget(

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 import galvi
 from galvi.extended_precision import decimals, extended_precision, rounded
 from galvi.spaces import SPACES
-from galvi.spaces.legendre import integrals, legendre
-from galvi.spaces.trigonometric import spherical_bessel
+from galvi.spaces.fourier import spherical_bessel
+from galvi.spaces.polynomials import integrals, legendre
 
 DEGREES = st.integers(1, 64)
 SIZES = (1, 2, 3, 5, 9)

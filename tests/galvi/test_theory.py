@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.analysis.friedrichs import Z0
-from galvi.rules.composite import composite
+from galvi.analysis.theory import Z0
+from galvi.rules.rule import composite
 from galvi.spaces.fourier import Fourier
-from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
+from galvi.spaces.piecewise import PiecewisePolynomials
 from tests.galvi.theory_pairs import KEPLER, OSCILLATOR, P, method
 
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.properties.classical_methods import classical_names
-from galvi.rules.composite import composite
-from galvi.rules.radau import radau
-from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
+from galvi.properties.properties import classical_names
+from galvi.rules.rule import composite, radau
+from galvi.spaces.piecewise import PiecewisePolynomials
 
 R3, R6, R15 = np.sqrt(3.0), np.sqrt(6.0), np.sqrt(15.0)
 # (a of positions, a^ of velocities, b), from Hairer, Lubich, Wanner, Geometric Numerical

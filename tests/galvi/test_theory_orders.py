@@ -5,13 +5,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import galvi
-from galvi.properties.exactness import exactness
-from galvi.rules.composite import composite
-from galvi.rules.newton_cotes import newton_cotes
-from galvi.rules.radau import radau
-from galvi.spaces.piecewise_hermite import PiecewiseHermite
-from galvi.spaces.piecewise_polynomials import PiecewisePolynomials
-from galvi.spaces.polynomial_fourier import PolynomialFourier
+from galvi.properties.properties import exactness
+from galvi.rules.rule import composite, newton_cotes, radau
+from galvi.spaces.fourier import PolynomialFourier
+from galvi.spaces.piecewise import PiecewiseHermite, PiecewisePolynomials
 
 P = galvi.Polynomials
 SPACE, FORCE, KINETIC = "space", "rule for the force", "rule for the kinetic energy"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.analysis.friedrichs import Z0
 from galvi.analysis.step_bounds import lagrange_constants
+from galvi.analysis.theory import Z0
 from tests.galvi.theory_pairs import KEPLER, OSCILLATOR, P, method
 
 

@@ -13,7 +13,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from galvi.groups.rn import Rn
+from galvi.groups.matrix_groups import Rn
 from galvi.symbolic import derivatives, graph_code, traced_lagrangian
 from galvi.symbolic.graph import Graph, Untraceable
 from galvi.symbolic.round_off import evaluated

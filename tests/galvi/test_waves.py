@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.spaces.trigonometric import wave_slopes
+from galvi.spaces.fourier import wave_slopes
 
 T = np.linspace(0.0, 1.0, 301)
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.groups.rn import Rn
+from galvi.groups.matrix_groups import Rn
 from galvi.kernels.lanes.law_pass import filled
 from galvi.method import Galerkin
 from galvi.run.law_stepper import component_degrees, group_law, lane_law

@@ -10,15 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.charts.cayley import Cayley
+from galvi.charts.chart import Cayley
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import Curves
-from galvi.curves.local_chart import IdentityChart
+from galvi.curves.curves import Curves, IdentityChart
 from galvi.kernels.nystrom.advance import NOTHING
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.rules.gauss import gauss
+from galvi.rules.rule import gauss
 from galvi.run.engine import Call
 from galvi.run.in_frame.stepper import checks_of, enter_again, falls_back
 from galvi.run.nystrom_engine import nystrom_start

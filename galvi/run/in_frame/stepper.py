@@ -26,7 +26,7 @@ from galvi.kernels.nystrom.advance import NOTHING
 from galvi.kernels.nystrom.solve import FORCES, ITERATIONS, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.rules.gauss import gauss
+from galvi.rules.rule import gauss
 from galvi.run.engine import Call, Start, fixed
 from galvi.run.nystrom_steppers import ROUND_OFF, aligned, stages_in_lanes
 from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan

@@ -22,7 +22,7 @@ import numpy as np
 from galvi.arrays import read_only
 from galvi.charts import CHARTS
 from galvi.checkpoint import Checkpoint
-from galvi.curves.redone_curves import RedoneCurves
+from galvi.curves.curves import RedoneCurves
 from galvi.groups import GROUPS
 from galvi.input_checks import shown
 from galvi.problem import Problem

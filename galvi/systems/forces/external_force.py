@@ -1,10 +1,10 @@
-"""Evaluates and checks the external force of a system: its fields `force` and `timed_force`."""
+"""External forces: a user's function, checked once, and built-in ones."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -16,9 +16,25 @@ from galvi.symbolic import lane_law
 from galvi.symbolic.traced_terms import TracedTerm, traced_force
 from galvi.symbolic.traces import traces
 from galvi.systems.compiles import compiles
-from galvi.systems.forces.builtin_force import BuiltinForce
 from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.returned import returned_array
+
+
+@runtime_checkable
+class BuiltinForce(Protocol):
+    """A callable f(q, v, t) of one configuration and velocity that has a compiled form."""
+
+    def __call__(self, q: Array, v: Array, t: float) -> Array:
+        """f(q, v, t), shape of v."""
+
+    @property
+    def law(self) -> str:
+        """The lines that define ``force``, a function (q, v, t, constants) -> d values in the
+        functions of galvi.kernels.lanes.elementary; "" for none."""
+
+    def compiled(self) -> tuple[Callable[..., Any], Array]:
+        """Compiled function (q (r,), v (d,), t, constants, out (2, d)) that adds the force to the
+        second row of out, and its constants."""
 
 
 class Forced(Protocol):

@@ -14,11 +14,10 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.groups.group import Group
+from galvi.groups.matrix_groups import Rn
 from galvi.groups.product import Product
-from galvi.groups.rn import Rn
 from galvi.kernels.lanes.trees import tree
-from galvi.systems.trees.joint import Joint
-from galvi.systems.trees.link import Link
+from galvi.systems.trees.joint import Joint, Link
 
 MOST = 40  # velocities in lanes
 NOTHING = 2.0**-50  # relative size of a number of the geometry that rounding left of 0 or 1

@@ -1,4 +1,4 @@
-"""A picture of a run: its motion, and the error of its energy."""
+"""A run as a plot, as SciPy's solution, and as an xarray dataset."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from galvi.arrays import Array
 from galvi.diagnostics.invariants import energy
 from galvi.run.energies import conserves_energy
 from galvi.systems.canonical import Canonical
+from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
@@ -104,3 +105,93 @@ def _invariant(axes: Any, run: Trajectory) -> None:
     axes.plot(run.t, (found - found[0]) / scale, ".-", markersize=2, linewidth=0.6)
     relative = "relative change" if found[0] else "change"
     axes.set(xlabel="$t$", ylabel=f"{relative} of the energy")
+
+
+def to_scipy(run: Trajectory) -> Any:
+    """A `scipy.optimize.OptimizeResult` with the fields of `scipy.integrate.solve_ivp`'s result.
+
+    t        (saved,)
+    y        (n, saved): the entries of q, one after the other, then those of v
+    sol      t -> y on the curves, (n,) or (n, k); None for a run of a reference
+    status   0 for a success, else -1; with `message` and `success`
+    nfev     force evaluations; njev those of its derivative; nlu linear systems solved
+    """
+
+    from scipy.optimize import OptimizeResult  # a fifth of galvi's import
+
+    def rows(q: Array, v: Array, times: int) -> Array:
+        parts = [np.reshape(x, (times, -1)) for x in (q, v)]
+        return np.concatenate(parts, axis=1).T
+
+    def sol(t: Any) -> Array:
+        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        y = rows(run(times), run.velocity(times), times.size)
+        return y if np.ndim(t) else y[:, 0]
+
+    counts = run.counts
+    return OptimizeResult(
+        t=run.t,
+        y=rows(run.q, run.v, len(run.t)),
+        sol=None if run.curves is None and run.again is None else sol,
+        t_events=None,
+        y_events=None,
+        nfev=counts.get("force_evaluations", 0),
+        njev=counts.get("hessian_evaluations", 0),
+        nlu=counts.get("linear_solves", 0),
+        status=0 if run.success else -1,
+        message=run.status,
+        success=run.success,
+    )
+
+
+AXES = ("x", "y", "z")
+
+
+def to_xarray(run: Trajectory) -> Any:
+    """An `xarray.Dataset` of the saved states: q, p and v, and the energy.
+
+    Dimensions: t; body and axis of point masses, by their names where they have some; row and
+    column of matrices; coordinate of vectors; of trees entry of q, and velocity, each by its joint.
+    Attributes: problem, units, method, step, success, status, and each count.
+
+    Raises ModuleNotFoundError without xarray.
+    """
+    try:
+        import xarray
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "xarray is not installed. Install it: pip install xarray.", name="xarray"
+        ) from error
+    places, rates = _dimensions(run)
+    coordinates: dict[str, Any] = {"t": run.t}
+    if isinstance(run.problem.system, NBody):
+        axes = run.problem.q0.shape[1]
+        coordinates |= {"body": run.problem.body_names(), "axis": list(AXES[:axes])}
+    elif isinstance(run.problem.system, Multibody):
+        system = run.problem.system
+        joints = [(link.name or str(k), one) for k, link in enumerate(system.links)
+                  for one in link.joints]  # fmt: skip
+        coordinates["velocity"] = [
+            f"{one.type} of {name}" + (f", {k}" if one.dimension > 1 else "")
+            for name, one in joints for k in range(one.dimension)
+        ]  # fmt: skip
+    steps = {} if run.step is None else {"step": run.step}
+    return xarray.Dataset(
+        {"q": (("t", *places), run.q), "p": (("t", *rates), run.p), "v": (("t", *rates), run.v),
+         "energy": ("t", energy(run))},
+        coordinates,
+        {"problem": run.problem.name, "units": run.problem.units, "method": str(run.method),
+         "success": int(run.success), "status": run.status, **steps, **run.counts},
+    )  # fmt: skip
+
+
+def _dimensions(run: Trajectory) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the dimensions of a configuration, and of its velocity."""
+    shape, moving = run.problem.q0.shape, run.problem.v0.shape
+    if isinstance(run.problem.system, NBody):
+        return ("body", "axis"), ("body", "axis")
+    if len(shape) == 2:
+        return ("row", "column"), ("velocity",)
+    if shape == moving and not isinstance(run.problem.system, Multibody):
+        return ("coordinate",), ("coordinate",)
+    return ("entry",), ("velocity",)

@@ -1,0 +1,126 @@
+"""Spaces on several pieces of [0, 1]."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.spaces.polynomials import HIGHEST, integrals, legendre
+
+JOINT = 1e-13  # share of a piece within which a point counts as being on a joint
+
+
+def place_in_pieces(t: Any, pieces: int) -> Any:
+    """The share of each piece that lies before t, (k, pieces) for t of shape (k,)."""
+    place = t[:, None] * pieces - np.arange(pieces).astype(t.dtype)
+    return np.minimum(np.maximum(place, place * 0), place * 0 + 1)
+
+
+def in_piece(t: Any, pieces: int) -> Any:
+    """1 for the piece that contains t, else 0, (k, pieces); at a joint the later piece."""
+    passed = t[:, None] * pieces - np.arange(1, pieces).astype(t.dtype)
+    number = np.sum(passed.astype(np.float64) > -JOINT, axis=1)
+    return (number[:, None] == np.arange(pieces)).astype(np.int64)
+
+
+@dataclass(frozen=True)
+class PiecewisePolynomials:
+    """Continuous functions on [0, 1], of at most this degree on each of ``pieces`` equal parts.
+
+    degree  1 to 64
+    pieces  1 to 64; one is `Polynomials`
+
+    phi_0 = 1; the derivatives of the others are Legendre polynomials on one piece each, 0 elsewhere
+    (at a joint, the values of the later piece). Since they jump at the joints, the space needs a
+    composite rule, ``composite(rule, pieces)``, of a rule without the end point 1 such as gauss or
+    radau from the left: a step with ``composite(gauss(degree), pieces)`` is ``pieces`` steps of
+    Gauss collocation.
+
+    Raises ValueError for numbers outside these ranges.
+    """
+
+    degree: int
+    pieces: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "degree", input_checks.whole("degree", self.degree, 1, HIGHEST))
+        object.__setattr__(self, "pieces", input_checks.whole("pieces", self.pieces, 1, HIGHEST))
+
+    @property
+    def dimension(self) -> int:
+        """1 + degree pieces."""
+        return 1 + self.degree * self.pieces
+
+    @property
+    def exact(self) -> bool:
+        """True: basis and derivative work in decimals."""
+        return True
+
+    def basis(self, t: Any) -> Any:
+        """phi_i(t_k), (k, dimension), for t of shape (k,)."""
+        u = place_in_pieces(t, self.pieces).reshape(-1)
+        risen = integrals(u, self.degree).reshape(len(t), -1) / self.pieces
+        return np.concatenate([t[:, None] * 0 + 1, risen], axis=1)
+
+    def derivative(self, t: Any) -> Any:
+        """phi_i'(t_k), (k, dimension)."""
+        u = place_in_pieces(t, self.pieces).reshape(-1)
+        slopes = legendre(2 * u - 1, self.degree - 1).reshape(len(t), self.pieces, self.degree)
+        here = slopes * in_piece(t, self.pieces)[:, :, None]
+        return np.concatenate([t[:, None] * 0, here.reshape(len(t), -1)], axis=1)
+
+
+@dataclass(frozen=True)
+class PiecewiseHermite:
+    """Cubic on each of ``pieces`` equal parts of [0, 1], with a continuous derivative.
+
+    pieces  1 to 64; one piece gives ``Polynomials(3)``
+
+    phi_0 = 1; the derivatives of the others span the continuous piecewise quadratics: a hat of
+    height 1 at each of the pieces + 1 joints and ends, then 6 u (1 - u) on each piece. The second
+    derivative jumps at joints: use ``composite(rule, pieces)``.
+
+    Raises ValueError for a number of pieces outside 1 to 64.
+    """
+
+    pieces: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pieces", input_checks.whole("pieces", self.pieces, 1, HIGHEST))
+
+    @property
+    def degree(self) -> int:
+        """3."""
+        return 3
+
+    @property
+    def dimension(self) -> int:
+        """2 (pieces + 1), the values and derivatives at the joints and ends."""
+        return 2 * (self.pieces + 1)
+
+    @property
+    def exact(self) -> bool:
+        """True: basis and derivative work in decimals."""
+        return True
+
+    def basis(self, t: Any) -> Any:
+        """phi_i(t_k), (k, dimension), for t of shape (k,)."""
+        u = place_in_pieces(t, self.pieces)
+        risen = self._joined(u * u / 2, u - u * u / 2, u * u * (3 - 2 * u)) / self.pieces
+        return np.concatenate([t[:, None] * 0 + 1, risen], axis=1)
+
+    def derivative(self, t: Any) -> Any:
+        """phi_i'(t_k), (k, dimension)."""
+        u = place_in_pieces(t, self.pieces)
+        here = in_piece(t, self.pieces)
+        slopes = self._joined(u * here, (1 - u) * here, 6 * u * (1 - u) * here)
+        return np.concatenate([t[:, None] * 0, slopes], axis=1)
+
+    def _joined(self, rising: Any, falling: Any, bubble: Any) -> Any:
+        """Hats, from their rising and falling parts on each piece, then the bubbles."""
+        none = rising[:, :1] * 0
+        hats = np.concatenate([none, rising], axis=1) + np.concatenate([falling, none], axis=1)
+        return np.concatenate([hats, bubble], axis=1)
