@@ -13,13 +13,12 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.input_checks import shown
-from galvi.systems.builtin_lagrangian import BuiltinLagrangian
 from galvi.systems.canonical import Canonical
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.potentials.potentials import Potential, UniformGravity
 from galvi.systems.rigid_body import RigidBody
-from galvi.systems.system import System
+from galvi.systems.system import BuiltinLagrangian, System
 
 WithFunctions = Canonical | Lagrangian | RigidBody | FreeBody  # systems of a user's functions
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from galvi.run.saving.atomic import write_whole
+from galvi.run.saving.files import write_whole
 
 MARK = "# sha256 "
 DAMAGED = ".damaged"

@@ -16,7 +16,7 @@ from galvi.problem import Problem
 from galvi.rules.rule import Rule, gauss
 from galvi.spaces.polynomials import Polynomials
 from galvi.spaces.space import Space
-from galvi.systems.component_degrees import checked_degrees
+from galvi.systems.canonical_on_rn import checked_degrees
 from galvi.tableau import assemble
 
 Z0 = 0.860333589019379762

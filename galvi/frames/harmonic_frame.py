@@ -19,7 +19,7 @@ from galvi.kernels.lanes.frames.collocation import DRIFT, LEAVE, RATES
 from galvi.problem import Problem
 from galvi.symbolic import code
 from galvi.symbolic.lane_force import WIDEST
-from galvi.symbolic.traces import Traces, traces
+from galvi.symbolic.tracing import Traces, traces
 from galvi.systems.canonical import Canonical
 
 SOURCE = """from galvi.kernels.lanes.frames.harmonic import harmonic_rates

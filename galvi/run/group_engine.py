@@ -25,7 +25,7 @@ from galvi.run.engine import Engine, Start, Substeps, curves_in, fixed
 from galvi.run.group_steppers import compiled_stepper, solves_by_iteration, stepper_after_failure
 from galvi.run.group_system import group_system
 from galvi.run.run_arrays import COUNTED, RunArrays
-from galvi.symbolic.traces import Traces, traces
+from galvi.symbolic.tracing import Traces, traces
 from galvi.systems.system import GroupSystem
 
 SUBSTEPS = (4, 16, 64)

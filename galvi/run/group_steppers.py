@@ -22,8 +22,8 @@ from galvi.run.group_system import group_system
 from galvi.run.law_stepper import group_law_stepper, has_group_law, has_law, law_stepper
 from galvi.run.nystrom_steppers import kernel_tableau
 from galvi.run.run_arrays import LEFT_OVER, RunArrays, run_plan
-from galvi.symbolic.traces import Traces, traces
-from galvi.systems.lagrangian_kernel import LagrangianKernel
+from galvi.symbolic.tracing import Traces, traces
+from galvi.systems.system import LagrangianKernel
 from galvi.tableau import Tableau
 
 FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians

@@ -8,8 +8,7 @@ from galvi.groups.matrix_groups import Rn
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
-from galvi.systems.canonical_on_rn import CanonicalOnRn
-from galvi.systems.component_degrees import checked_degrees
+from galvi.systems.canonical_on_rn import CanonicalOnRn, checked_degrees
 from galvi.systems.system import GroupSystem
 
 

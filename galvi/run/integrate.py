@@ -22,7 +22,7 @@ from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
 from galvi.run.run_arrays import check_memory
-from galvi.symbolic.traces import Traces, traces
+from galvi.symbolic.tracing import Traces, traces
 from galvi.systems.canonical import Canonical
 from galvi.systems.system import VectorSystem
 from galvi.trajectory import Trajectory

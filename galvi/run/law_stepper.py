@@ -28,10 +28,10 @@ from galvi.run.engine import Call
 from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
 from galvi.run.run_arrays import CALLED, FORCES_IN_LANES, RunArrays, run_plan
 from galvi.symbolic.lane_law import called, compiled_group_law, compiled_law, coupled
-from galvi.symbolic.traces import Traces, traces
+from galvi.symbolic.tracing import Traces, traces
 from galvi.systems.canonical import Canonical
 from galvi.systems.canonical_on_rn import CanonicalOnRn
-from galvi.systems.lagrangian_kernel import LagrangianKernel
+from galvi.systems.system import LagrangianKernel
 from galvi.tableau import Tableau
 
 

@@ -25,10 +25,10 @@ from galvi.problem import Problem
 from galvi.run.engine import Call
 from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
 from galvi.symbolic.lane_force import compiled_force, fits, force_source
-from galvi.symbolic.traces import Traces, traces
+from galvi.symbolic.tracing import Traces, traces
 from galvi.systems.canonical import Canonical
-from galvi.systems.force_kernel import ForceKernel
 from galvi.systems.nbody import NBody
+from galvi.systems.system import ForceKernel
 from galvi.tableau import Tableau
 
 # Far below the rounding unit 2^-53: the error left by an iteration is not random and makes the

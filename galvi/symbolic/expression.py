@@ -1,9 +1,13 @@
-"""Checks that a user's SymPy expression is real and complete."""
+"""SymPy expressions of a user: read, checked, and real."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Set
+from dataclasses import dataclass
 from typing import Any
+
+from galvi import input_checks
+from galvi.input_checks import shown
 
 
 def in_words(expression: Any, words: Mapping[Any, str]) -> str:
@@ -93,3 +97,179 @@ def unlike(names: set[str]) -> str:
         return ""
     listed = ", ".join(sorted(names))
     return f" The given {listed} has other assumptions: use one symbol throughout."
+
+
+@dataclass(frozen=True, eq=False)
+class Expressions:
+    """The user's expressions in real symbols q0, q1, ..., v0, ..., t and parameters c0, ...
+
+    L         the Lagrangian
+    forces    (d,) generalised forces; None for none
+    q, v, t   the symbols, (d,), (d,) and one
+    c         the symbols of the parameters, sorted by the user's names; `values` holds their values
+    readable  symbol -> its name in the user's notation
+    """
+
+    L: Any
+    forces: tuple[Any, ...] | None
+    q: tuple[Any, ...]
+    v: tuple[Any, ...]
+    t: Any
+    c: tuple[Any, ...]
+    values: tuple[float, ...]
+    readable: Mapping[Any, str]
+
+    @property
+    def places(self) -> dict[Any, str]:
+        """Symbol -> its place in generated code, e.g. 'q[0]'; t stands for itself."""
+        named = (("q", self.q), ("v", self.v), ("c", self.c))
+        return {x: f"{name}[{i}]" for name, symbols in named for i, x in enumerate(symbols)}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters in the user's notation."""
+        return tuple(self.readable[x] for x in self.c)
+
+    def text(self, expression: Any) -> str:
+        """An expression in the user's notation."""
+        return in_words(expression, self.readable)
+
+
+def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> Expressions:
+    """From the arguments of `galvi.Lagrangian.from_sympy`; TypeError or ValueError as there."""
+    import sympy
+
+    places = _several("q", q)
+    rates, t = _velocities(places, v, t)
+    if len(rates) != len(places):
+        raise ValueError(
+            f"v must hold one velocity for each coordinate; received {len(rates)} for "
+            f"{len(places)}. Give them in the order of q."
+        )
+    numbers = _numbers(parameters, sympy)
+    given = [*places, *rates, *([] if t is None else [t]), *numbers]
+    twice = sorted({str(x) for x in given if given.count(x) > 1})
+    if twice:
+        raise ValueError(
+            f"coordinates, velocities, time and parameters must all differ; received "
+            f"{', '.join(twice)} more than once. Rename one of them."
+        )
+    own = {
+        kind: tuple(sympy.Symbol(f"{kind}{i}", real=True) for i in range(count))
+        for kind, count in (("q", len(places)), ("v", len(rates)), ("c", len(numbers)))
+    }
+    time = sympy.Symbol("t", real=True)
+    replaced = [
+        dict(zip(rates, own["v"], strict=True)),
+        {**dict(zip(places, own["q"], strict=True)), **dict(zip(numbers, own["c"], strict=True))},
+        {} if t is None else {t: time},
+    ]
+    known = {*own["q"], *own["v"], *own["c"], time}
+    names = {str(x) for x in given}
+
+    def read(what: str, expression: Any) -> Any:
+        found = real_expression(what, expression)
+        for step in replaced:
+            found = found.xreplace(step)
+        return complete(what, found, known, words, names)
+
+    words = {a: _name(x) for a, x in zip(own["q"], places, strict=True)}
+    words |= {a: _name(x) for a, x in zip(own["v"], rates, strict=True)}
+    words |= {a: str(x) for a, x in zip(own["c"], numbers, strict=True)}
+    if t is not None:
+        words[time] = str(t)
+    forces = None
+    if force is not None:
+        rows = _listed("force", force)
+        if len(rows) != len(places):
+            raise ValueError(
+                f"force must hold one expression for each coordinate; received {len(rows)} for "
+                f"{len(places)}."
+            )
+        forces = tuple(read("the force", row) for row in rows)
+    return Expressions(
+        read("the Lagrangian", L), forces, own["q"], own["v"], time, own["c"],
+        tuple(numbers.values()), words,
+    )  # fmt: skip
+
+
+def _several(name: str, given: Any) -> list[Any]:
+    from sympy import Derivative, Symbol
+    from sympy.core.function import AppliedUndef
+
+    found = _listed(name, given)
+    if not found or not all(isinstance(x, Symbol | AppliedUndef | Derivative) for x in found):
+        raise TypeError(
+            f"{name} must hold SymPy symbols, or functions of the time such as theta(t); received "
+            f"{given!r}."
+        )
+    return found
+
+
+def _listed(name: str, given: Any) -> list[Any]:
+    """The items of a list, tuple, array or matrix; a single item as a list of one."""
+    import sympy
+
+    if isinstance(given, Set | Mapping | sympy.Set | sympy.Dict):
+        raise TypeError(
+            f"{name} must be a list, in the order of the coordinates; "
+            f"received {shown(given)}, which "
+            f"has no order."
+        )
+    several = isinstance(given, Iterable | sympy.MatrixBase) and not isinstance(given, str)
+    return list(given) if several else [given]
+
+
+def _velocities(places: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
+    """The velocities, by default the derivatives of functions of time, and the time or None."""
+    from sympy import Symbol
+
+    times = {x.args for x in places if not isinstance(x, Symbol)}
+    if times:
+        (when, *others) = times
+        single = len(when) == 1 and isinstance(when[0], Symbol)
+        if others or not single or (t is not None and t != when[0]):
+            raise ValueError(
+                f"coordinates must be functions of the time alone, the same for all; received "
+                f"{', '.join(map(str, places))}"
+                + (f" with t = {t}." if t is not None else ".")
+                + unlike({str(t)} & {str(x) for (x, *_) in times if t is not None})
+            )
+        t = when[0]
+    if t is not None and not isinstance(t, Symbol):
+        raise TypeError(f"t must be a SymPy symbol; received {t!r}.")
+    if v is not None:
+        return _several("v", v), t
+    if any(isinstance(x, Symbol) for x in places):
+        raise ValueError(
+            f"v must hold the velocities where coordinates are no functions of the time; received "
+            f"none, with q = {', '.join(map(str, places))}. Give a symbol for each."
+        )
+    return [x.diff(t) for x in places], t
+
+
+def _numbers(parameters: Any, sympy: Any) -> dict[Any, float]:
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise TypeError(f"parameters must be a dict of symbols; received {shown(parameters)}.")
+    given = dict(parameters or {})
+    for symbol in given:
+        if not isinstance(symbol, sympy.Symbol):
+            raise TypeError(
+                f"parameters must have SymPy symbols as keys; received {shown(symbol)}."
+                + " Give the symbol, not its name." * isinstance(symbol, str)
+            )
+    ordered = sorted(given, key=lambda symbol: (symbol.name, str(symbol.assumptions0)))
+    plain = {
+        x: float(y) if isinstance(y, sympy.Expr) and y.is_number and y.is_real else y
+        for x, y in given.items()
+    }
+    return {x: input_checks.real(f"parameter {x}", plain[x]) for x in ordered}
+
+
+def _name(x: Any) -> str:
+    """The name of x, with a prime for each derivative."""
+    from sympy import Derivative
+
+    if isinstance(x, Derivative):
+        return _name(x.expr) + "'" * sum(int(count) for _, count in x.variable_count)
+    return str(getattr(x, "name", x)) if not hasattr(x, "func") or not x.args else x.func.__name__

@@ -15,21 +15,24 @@ from galvi.groups.matrix_groups import Rn
 from galvi.input_checks import shown
 from galvi.kernels.forces import force_kinds
 from galvi.symbolic.lane_force import fits
-from galvi.symbolic.traced_terms import traced_gradient
-from galvi.symbolic.traces import reasons, refuse, trace, traces
-from galvi.systems.compiles import compiles
+from galvi.symbolic.traced_lagrangian import traced_gradient
+from galvi.symbolic.tracing import reasons, refuse, trace, traces
 from galvi.systems.derivative_check import (
     Curve,
     check_derivatives,
     direction,
     lengths,
 )
-from galvi.systems.difference_scales import difference_scales
-from galvi.systems.finite_differences import CALLS, differenced_gradient, differenced_hessian
-from galvi.systems.force_kernel import ForceKernel
+from galvi.systems.finite_differences import (
+    CALLS,
+    difference_scales,
+    differenced_gradient,
+    differenced_hessian,
+)
 from galvi.systems.forces.external_force import check_force, check_force_at, force_finder
 from galvi.systems.potentials.potentials import Potential
-from galvi.systems.returned import returned_array
+from galvi.systems.system import ForceKernel
+from galvi.systems.user_functions import compiles, returned_array
 
 Function = Callable[..., Any]
 

@@ -1,8 +1,9 @@
-"""A canonical system as one on the group R^d, for the kernel that solves every Lagrangian."""
+"""A canonical system as one on the group R^d, with degrees for its components."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from galvi.kernels.forces import force_kinds, lagrangian_derivatives
 from galvi.symbolic.lane_law import canonical_law
 from galvi.systems.canonical import Canonical
 from galvi.systems.forces.external_force import lane_law_with_force, with_force
-from galvi.systems.lagrangian_kernel import LagrangianKernel
+from galvi.systems.system import LagrangianKernel
 
 
 @dataclass(frozen=True)
@@ -74,3 +75,26 @@ class CanonicalOnRn:
             compiled=field.compiled,
         )
         return with_force(known, self.canonical, 0)
+
+
+def checked_degrees(space: Any, system: Any, components: int) -> tuple[int, ...] | None:
+    """The degree of each component; None for a space with a single degree.
+
+    components  number of components of a velocity of the system
+
+    Raises ValueError when the numbers of degrees and components differ, and for an NBody system.
+    """
+    degrees: tuple[int, ...] | None = getattr(space, "degrees", None)
+    if degrees is None:
+        return None
+    if len(degrees) != components:
+        raise ValueError(
+            f"the space must have a degree for each of the {components} components; received "
+            f"{len(degrees)} degrees, {degrees}."
+        )
+    if not (hasattr(system, "group") or isinstance(system, Canonical)):
+        raise ValueError(
+            f"degrees for each component are for Canonical and Lagrangian systems; received a "
+            f"{type(system).__name__} system. Use galvi.Polynomials."
+        )
+    return degrees

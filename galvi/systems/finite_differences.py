@@ -1,9 +1,4 @@
-"""Derivatives by central differences of order eight, for functions given without derivatives.
-
-With weights 4/5, -1/5, 4/105, -1/280 (Fornberg, Math. Comp. 51 (1988), table 1) and steps of
-2^-6, 2^-10 and 2^-14 times |q|. Of the two neighbouring steps that agree best the finer is used,
-which guards against both a short length scale and round-off.
-"""
+"""Derivatives of a user's functions by differences, and their scales."""
 
 from __future__ import annotations
 
@@ -17,6 +12,35 @@ import numpy as np
 from numba.core.registry import CPUDispatcher
 
 from galvi.arrays import Array
+from galvi.groups.group import Group
+from galvi.kernels.lie import product
+
+SMALLEST = 1e-24  # coordinates and velocities below it are taken as zero
+
+
+def difference_scales(group: Group, q: Array, v: Array) -> tuple[Array, Array]:
+    """Estimated lengths (d,), (d,) over which a Lagrangian changes with q and with v.
+
+    For q: 1 radian for rotations; for translations the largest coordinate or velocity of the same
+    factor of the group. For v: the largest velocity of the factor, else its largest coordinate.
+    1 where all of these vanish.
+    """
+    by_q, by_v = np.ones(v.size), np.ones(v.size)
+    sizes, start = np.empty(v.size), 0
+    product.position_scale(group.layout, np.array(q, dtype=np.float64).ravel(), sizes)
+    for _, d, _, rotations in group.layout:
+        turns, moves = slice(start, start + rotations), slice(start + rotations, start + d)
+        far, fast = (float(np.max(np.abs(x), initial=0.0)) for x in (sizes[moves], v[moves]))
+        by_q[moves] = _first(max(far, fast))
+        by_v[moves] = _first(fast, far)
+        by_v[turns] = _first(float(np.max(np.abs(v[turns]), initial=0.0)))
+        start += d
+    return by_q, by_v
+
+
+def _first(*sizes: float) -> float:
+    return next((size for size in sizes if size > SMALLEST), 1.0)
+
 
 WEIGHTS = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
 STEPS = (2.0**-6, 2.0**-10, 2.0**-14)

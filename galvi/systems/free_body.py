@@ -15,7 +15,7 @@ from galvi.groups.matrix_groups import SE3
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
-from galvi.symbolic.traces import reasons, share
+from galvi.symbolic.tracing import reasons, share
 from galvi.systems.forces.external_force import (
     check_force,
     check_force_at,
@@ -23,9 +23,9 @@ from galvi.systems.forces.external_force import (
     with_force,
 )
 from galvi.systems.lagrangian import Lagrangian
-from galvi.systems.lagrangian_kernel import LagrangianKernel
-from galvi.systems.returned import returned_array
 from galvi.systems.rigid_body import inverse, possible_inertia
+from galvi.systems.system import LagrangianKernel
+from galvi.systems.user_functions import returned_array
 
 Function = Callable[..., Any]
 

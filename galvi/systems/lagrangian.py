@@ -21,13 +21,10 @@ from galvi.symbolic import kinks
 from galvi.symbolic.from_sympy import symbolic
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.symbolic.traced_lagrangian import TracedLagrangian, traced_lagrangian
-from galvi.symbolic.traces import reasons, refuse, trace, traces
+from galvi.symbolic.tracing import reasons, refuse, trace, traces
 from galvi.systems import legendre_transform
-from galvi.systems.builtin_lagrangian import BuiltinLagrangian, KnownMass
-from galvi.systems.compiles import compiles
 from galvi.systems.derivative_check import Curve, check_derivatives, direction
-from galvi.systems.difference_scales import difference_scales
-from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, differences
+from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, difference_scales, differences
 from galvi.systems.forces.external_force import (
     check_force,
     check_force_at,
@@ -35,8 +32,8 @@ from galvi.systems.forces.external_force import (
     lane_law_with_force,
     with_force,
 )
-from galvi.systems.lagrangian_kernel import LagrangianKernel
-from galvi.systems.returned import returned_array
+from galvi.systems.system import BuiltinLagrangian, KnownMass, LagrangianKernel
+from galvi.systems.user_functions import compiles, returned_array
 
 Function = Callable[..., Any]
 CHART = Exponential()
@@ -212,7 +209,7 @@ class Lagrangian:
             refuse(self, "L", "its derivatives are not finite at a start")
 
     def finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
-        """What finds each trace near a state, for galvi.symbolic.traces."""
+        """What finds each trace near a state, for galvi.symbolic.tracing."""
         scales = difference_scales(self.group, q, v)
         finders: dict[str, Function] = {**force_finder(self, self.group, q, v, t, scales)}
         if self.slopes is not None or not self._brings_slopes:

@@ -8,8 +8,8 @@ from typing import Any, cast
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.systems.builtin_lagrangian import BuiltinLagrangian, KnownMass
-from galvi.systems.difference_scales import difference_scales
+from galvi.systems.finite_differences import difference_scales
+from galvi.systems.system import BuiltinLagrangian, KnownMass
 
 PASSES = 50
 HALVINGS = 40

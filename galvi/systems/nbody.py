@@ -11,7 +11,7 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.kernels.forces import force_kinds, nbody
 from galvi.kernels.forces.pair_potential import compiled_pair_potential
-from galvi.systems.force_kernel import ForceKernel
+from galvi.systems.system import ForceKernel
 
 COUPLED = 4
 

@@ -15,8 +15,7 @@ from galvi.groups.matrix_groups import SO3
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
-from galvi.symbolic.traces import reasons, share
-from galvi.systems.compiles import compiles
+from galvi.symbolic.tracing import reasons, share
 from galvi.systems.derivative_check import (
     Curve,
     check_derivatives,
@@ -35,9 +34,9 @@ from galvi.systems.forces.external_force import (
     with_force,
 )
 from galvi.systems.lagrangian import Lagrangian
-from galvi.systems.lagrangian_kernel import LagrangianKernel
 from galvi.systems.potentials.potentials import UniformGravity
-from galvi.systems.returned import returned_array
+from galvi.systems.system import LagrangianKernel
+from galvi.systems.user_functions import compiles, returned_array
 
 Function = Callable[..., Any]
 SINGULAR = 1e-14  # smallest over largest moment: rounding of a matrix of less rank

@@ -1,13 +1,117 @@
-"""Interfaces of mechanical systems."""
+"""Interfaces of systems, and what they hand to the kernels."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol, runtime_checkable
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
-from galvi.systems.force_kernel import ForceKernel
-from galvi.systems.lagrangian_kernel import LagrangianKernel
+from galvi.kernels.compile.function_pointers import addresses
+from galvi.kernels.forces import force_kinds, lagrangian_derivatives
+
+
+@dataclass(frozen=True, eq=False)
+class ForceKernel:
+    """Functions and constants that give the acceleration a(q, t) of a system.
+
+    force         function of this kind, see galvi.kernels.forces.force_kinds
+    slope         its derivative by q, for Newton's method; None: differenced in the kernel
+    kind          force_kinds.BUILT_IN, GRADIENT or TIMED_GRADIENT
+    constants     (c,) numbers for a built-in force
+    inverse_mass  (d, 1) diagonal or (d, d) full; applied to -force. (0, 0): a built-in force that
+                  already returns accelerations
+    width         components that a Newton block couples; d must be a multiple of it
+    compiled      whether both functions can run inside a compiled kernel
+    """
+
+    force: Callable[..., Any]
+    slope: Callable[..., Any] | None
+    kind: int
+    inverse_mass: Array
+    width: int
+    constants: Array = field(default_factory=force_kinds.no_constants)
+    compiled: bool = True
+
+    @property
+    def functions(self) -> Any:
+        """Addresses (2,) of the compiled functions, or the Python functions for the interpreter."""
+        given = (self.force, self.slope)
+        if not self.compiled:
+            return given
+        return addresses(*zip(given, force_kinds.SIGNATURES[self.kind], strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class LagrangianKernel:
+    """Derivatives of a Lagrangian, and a force, as galvi.kernels.forces.lagrangian_derivatives
+    evaluates them.
+
+    kind             LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL or CANONICAL_GRADIENT of that module
+    function         function of this kind
+    time_dependent   whether a user's function takes the time
+    matrix_rows      rows of the matrix that a user's slopes and force take; 0 for a vector
+    constants        (c,) constants of the Lagrangian
+    force_kind       NO_FORCE, FORCE, TIMED_FORCE or FORCE_LAW of that module
+    force            external force of that kind; None for NO_FORCE
+    force_constants  (c,) constants of the force
+    compiled         whether both functions can run inside a compiled kernel
+    """
+
+    kind: int
+    function: Callable[..., Any]
+    time_dependent: bool = False
+    matrix_rows: int = 0
+    constants: Array = field(default_factory=force_kinds.no_constants)
+    force_kind: int = lagrangian_derivatives.NO_FORCE
+    force: Callable[..., Any] | None = None
+    force_constants: Array = field(default_factory=force_kinds.no_constants)
+    compiled: bool = True
+
+    @property
+    def functions(self) -> Any:
+        """Addresses (2,) of the compiled functions, or the Python functions for the interpreter."""
+        if not self.compiled:
+            return self.function, self.force
+        return addresses(
+            (
+                self.function,
+                lagrangian_derivatives.signature(self.kind, self.time_dependent, self.matrix_rows),
+            ),
+            (self.force, lagrangian_derivatives.force_signature(self.force_kind, self.matrix_rows)),
+        )
+
+
+@runtime_checkable
+class BuiltinLagrangian(Protocol):
+    """A callable L(q, v) or L(q, v, t) with analytic derivatives, also compiled."""
+
+    def __call__(self, q: Array, v: Array, *t: Any) -> float:
+        """L(q, v) or L(q, v, t)."""
+
+    def slopes(self, q: Array, v: Array, *t: Any) -> Array:
+        """dL/dv and the Euclidean dL/dq in one vector, (d + entries of q,)."""
+
+    def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
+        """L(q, v) and L(q, 0) (n,) each, and dL/dv (n, d), at n states; q and v (n, d), t (n,)."""
+
+    @property
+    def law(self) -> str:
+        """The lines that define ``law``, a law of galvi.kernels.lanes.elementary with the constants
+        of ``compiled``; "" for none."""
+
+    def compiled(self) -> tuple[Callable[..., Any], Array]:
+        """Compiled function (q, v, t, constants, out (2, d)) that fills the rows dL/dv and dL/dq,
+        and its constants."""
+
+
+@runtime_checkable
+class KnownMass(BuiltinLagrangian, Protocol):
+    """A `BuiltinLagrangian` of a mass that depends on the configuration alone."""
+
+    def mass(self, q: Array) -> Array:
+        """d2L/dv2 (d, d) at one configuration."""
 
 
 class System(Protocol):

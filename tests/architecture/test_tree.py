@@ -94,8 +94,8 @@ def test_no_file_is_longer_than_400_lines(files: list[Path], folder: str) -> Non
 
 
 @pytest.mark.parametrize("folder", ["galvi", "references", "benchmarks", "reports"])
-def test_the_median_file_has_about_a_hundred_lines(files: list[Path], folder: str) -> None:
-    assert 0 < statistics.median(lengths(files, folder).values()) <= 120
+def test_a_file_holds_a_family(files: list[Path], folder: str) -> None:
+    assert 0 < statistics.median(lengths(files, folder).values()) <= 200
 
 
 def test_no_file_names_a_place_on_the_machine_it_was_written_on(files: list[Path]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from galvi.run import batches
+from galvi.run import loop
 
 
 class Steps:
@@ -24,9 +24,9 @@ def test_a_kernel_that_hands_over_every_step_is_not_asked_for_ever_more(at_a_tim
         return 0
 
     total = 500 if at_a_time == 1 else 10**6
-    assert batches.step_in_batches(call, lambda code: code, work, total, None) == 0
+    assert loop.step_in_batches(call, lambda code: code, work, total, None) == 0
     assert work.done == total
-    assert max(asked) <= batches.GROWTH * min(at_a_time, total)
+    assert max(asked) <= loop.GROWTH * min(at_a_time, total)
 
 
 def test_a_note_is_made_after_every_so_many_steps_but_the_last() -> None:
@@ -37,20 +37,20 @@ def test_a_note_is_made_after_every_so_many_steps_but_the_last() -> None:
         return 0
 
     arguments = (call, lambda code: code, work, 35, None)
-    batches.step_in_batches(*arguments, apart=7, note=lambda: notes.append(work.done))
+    loop.step_in_batches(*arguments, apart=7, note=lambda: notes.append(work.done))
     assert notes == [7, 14, 21, 28]
 
 
 def test_a_run_without_progress_makes_no_bar_whose_semaphore_a_killed_process_would_leave(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.delattr(batches, "tqdm")
+    monkeypatch.delattr(loop, "tqdm")
     work = Steps()
 
     def call(todo: int) -> int:
         work.done += todo
         return 0
 
-    assert batches.step_in_batches(call, lambda code: code, work, 3, None) == 0
+    assert loop.step_in_batches(call, lambda code: code, work, 3, None) == 0
     with pytest.raises(NameError):
-        batches.step_in_batches(call, lambda code: code, work, 4, True)
+        loop.step_in_batches(call, lambda code: code, work, 4, True)

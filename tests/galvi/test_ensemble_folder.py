@@ -21,9 +21,8 @@ import pytest
 
 import galvi
 from galvi.run.ensembles import folder as folders
-from galvi.run.ensembles import identity as identities
 from galvi.run.ensembles import integrate_ensemble as engine
-from galvi.run.ensembles.identity import digest_of_galvi, identity
+from galvi.run.ensembles.folder import digest_of_galvi, identity
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 K = 2.0
@@ -156,7 +155,7 @@ def test_what_a_function_holds_is_told_apart_beside_its_version(make, tmp_path):
 
 
 def test_code_that_was_changed_while_this_process_runs_is_not_believed(tmp_path, monkeypatch):
-    monkeypatch.setattr(identities, "IMPORTED", 0.0)
+    monkeypatch.setattr(folders, "IMPORTED", 0.0)
     monkeypatch.setattr(folders, "digest_of_galvi", digest_of_galvi.__wrapped__)
     with pytest.raises(ValueError, match=r"was changed after this process had imported galvi"):
         ensemble(tmp_path)
@@ -184,8 +183,8 @@ def test_the_code_of_galvi_is_part_of_the_name_but_not_its_words(tmp_path, monke
     (top / "run" / "ensembles").mkdir(parents=True)
     (top / "interop").mkdir()
     place, reader = top / "place.py", top / "interop" / "reader.py"
-    monkeypatch.setattr(identities, "__file__", str(top / "run" / "ensembles" / "identity.py"))
-    monkeypatch.setattr(identities, "IMPORTED", np.inf)
+    monkeypatch.setattr(folders, "__file__", str(top / "run" / "ensembles" / "folder.py"))
+    monkeypatch.setattr(folders, "IMPORTED", np.inf)
 
     def digest(code, other="y = 1"):
         place.write_text(code)

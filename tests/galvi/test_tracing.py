@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from numba import njit
 
 from galvi.groups.matrix_groups import Rn
-from galvi.symbolic import derivatives, graph_code, traced_lagrangian
+from galvi.symbolic import graph_code, traced_lagrangian
 from galvi.symbolic.graph import Graph, Untraceable
-from galvi.symbolic.round_off import evaluated
+from galvi.symbolic.trace_check import evaluated
+from galvi.symbolic.traced_lagrangian import traced_force, traced_gradient
 from galvi.symbolic.traced_lagrangian import traced_lagrangian as trace_lagrangian
-from galvi.symbolic.traced_terms import traced_force, traced_gradient
 from galvi.symbolic.tracing import traced
 
 Q, V, T = np.array([0.7, -0.4]), np.array([0.3, 0.9]), 0.6
@@ -80,7 +80,7 @@ def test_the_derivatives_of_an_expression_are_those_by_complex_steps(text: str) 
     graph = Graph()
     q, v = graph.variables("q", 2), graph.variables("v", 2)
     (node,) = traced(function, (q, v), ())
-    by = derivatives.gradient(node, [*q, *v])
+    by = graph_code.gradient(node, [*q, *v])
     at = {"q[0]": 0.7, "q[1]": -0.4, "v[0]": 0.3, "v[1]": 0.9}
     values, errors = evaluated([node, *by], at)
     assume(np.all(np.abs(values) < 1e6))
@@ -317,13 +317,13 @@ def without_coupling(momenta: Any, v: Any) -> Any:
     return entries
 
 
-PARTIALS, FORMULA, MASS = derivatives.partials, graph_code._formula, traced_lagrangian.mass
+PARTIALS, FORMULA, MASS = graph_code.partials, graph_code._formula, traced_lagrangian.mass
 
 
 @pytest.mark.parametrize(
     ("module", "name", "fault", "reason"),
     [
-        (derivatives, "partials", dropped, "its derivatives are not those of the function"),
+        (graph_code, "partials", dropped, "its derivatives are not those of the function"),
         (graph_code, "_formula", turned, "its generated code is wrong"),
         (traced_lagrangian, "mass", without_coupling, "its derivatives are not those"),
     ],

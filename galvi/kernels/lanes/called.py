@@ -39,7 +39,7 @@ EVALUATE = types.void(POINTER, POINTER, WHOLE, WHOLE, WHOLE, WHOLE, WHOLE, WHOLE
 
 
 def called_numbers(kernel, layout):
-    """The numbers of the called law of a compiled galvi.systems.lagrangian_kernel, but for the
+    """The numbers of the called law of a compiled galvi.systems.system, but for the
     masses."""
     whole = np.array([addresses((compiled_evaluate(), EVALUATE))[0], *kernel.functions])
     return np.concatenate([

@@ -19,7 +19,7 @@ from galvi.arrays import Array
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.run.ensembles.laws import Law, LawNumbers, law_of
-from galvi.symbolic.force import SymbolicForce
+from galvi.symbolic.from_sympy import SymbolicForce
 from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian

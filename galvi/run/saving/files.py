@@ -1,9 +1,4 @@
-"""Runs on disk: one .npz file with arrays and a line of JSON; nothing is pickled.
-
-Spaces, rules, systems and potentials that consist of numbers are written field by field and
-restored as equal values. Functions cannot be written: a run of a system with functions is loaded
-with its problem given again.
-"""
+"""Files of runs: written whole or not at all, read with their checks."""
 
 from __future__ import annotations
 
@@ -11,7 +6,9 @@ import json
 import os
 import sys
 import tokenize
+import uuid
 import zipfile
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from decimal import Decimal
 from pathlib import Path
@@ -27,8 +24,24 @@ from galvi.groups import GROUPS
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
-from galvi.run.saving.atomic import write_whole
 from galvi.trajectory import Trajectory
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Write a file under another name, and then rename it; nothing is left when that fails.
+
+    write  (a path) writes it
+
+    Its permissions are those of any new file, as the user's umask has them.
+    """
+    partial = path.with_name(f".{uuid.uuid4().hex}.partial")
+    try:
+        write(partial)
+        os.replace(partial, path)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
+
 
 VERSION = 2
 KNOWN = ("state", "stages", "solver_state")  # of a run before some of its steps

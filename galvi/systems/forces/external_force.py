@@ -13,11 +13,10 @@ from galvi.groups.group import Group
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.symbolic import lane_law
-from galvi.symbolic.traced_terms import TracedTerm, traced_force
-from galvi.symbolic.traces import traces
-from galvi.systems.compiles import compiles
-from galvi.systems.lagrangian_kernel import LagrangianKernel
-from galvi.systems.returned import returned_array
+from galvi.symbolic.traced_lagrangian import TracedTerm, traced_force
+from galvi.symbolic.tracing import traces
+from galvi.systems.system import LagrangianKernel
+from galvi.systems.user_functions import compiles, returned_array
 
 
 @runtime_checkable
@@ -112,10 +111,10 @@ def lane_force(system: Forced) -> tuple[str, Array] | None:
 def force_finder(
     system: Forced, group: Group, q: Array, v: Array, t: float, scales: Sequence[Array]
 ) -> dict[str, Callable[[], TracedTerm]]:
-    """How to trace a user's force near a state, for galvi.symbolic.traces; empty without one.
+    """How to trace a user's force near a state, for galvi.symbolic.tracing; empty without one.
 
     group   of which q is an element
-    scales  as for `galvi.symbolic.traced_terms.traced_force`
+    scales  as for `galvi.symbolic.traced_lagrangian.traced_force`
     """
     force = system.force
     if force is None or isinstance(force, BuiltinForce):

@@ -1,12 +1,26 @@
-"""Checks the array that a user's function returned."""
+"""Functions of a user: whether numba compiles them, and the arrays they return."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, cast
 
 import numpy as np
+from numba.core.registry import CPUDispatcher
 
 from galvi.arrays import Array
+
+
+def compiles(function: Callable[..., Any], signature: Any) -> bool:
+    """Whether a function is jitted and, for the signature's arguments, returns its return type."""
+    if not isinstance(function, CPUDispatcher):
+        return False
+    try:
+        function.compile(signature.args)
+        returned = cast(Any, function.overloads[signature.args]).signature.return_type
+    except Exception:  # numba's typing errors have no common public base; Python mode still works
+        return False
+    return bool(returned == signature.return_type)
 
 
 def returned_array(name: str, values: Any, shape: tuple[int, ...], expected: str) -> Array:
