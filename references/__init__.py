@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM
 from references.closed_forms.thrown_body import THROWN_BODY
+from references.closed_forms.top_motion import FREE_TOP
 from references.contender import Contender
 from references.heyoka.chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
 from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN, HEYOKA_LAGRANGIAN_QUADRUPLE
@@ -40,13 +40,16 @@ from references.stored.attitude import STORED_ATTITUDE
 from references.stored.chain import STORED_CHAIN
 from references.stored.lagrangian import STORED_LAGRANGIAN
 from references.stored.planets import STORED_TRUTH
-from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
+from references.textbook.euler import (
+    EXPLICIT_EULER,
+    MATRIX_EULER,
+    SEMI_IMPLICIT_EULER,
+    STORMER_VERLET,
+    SYMPLECTIC_EULER,
+)
 from references.textbook.implicit_euler import IMPLICIT_EULER
-from references.textbook.matrix_euler import MATRIX_EULER
 from references.textbook.quaternion_dop853 import QUATERNION_DOP853
 from references.textbook.quaternion_rk4 import QUATERNION_RK4
-from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER
-from references.textbook.stormer_verlet import STORMER_VERLET
 
 REFERENCES: tuple[Contender, ...] = (
     OSCILLATOR,

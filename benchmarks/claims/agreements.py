@@ -12,11 +12,11 @@ from benchmarks.checks.claim import Claim
 from benchmarks.claims.agreement import AgreementCase, agreement
 from benchmarks.claims.truths import TRUTHS
 from benchmarks.test_problems.two_bodies import PAIR
-from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM
 from references.closed_forms.thrown_body import THROWN_BODY
+from references.closed_forms.top_motion import FREE_TOP
 from references.contender import Contender
 from references.heyoka import taylor as heyoka_taylor
 from references.heyoka.chain import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
@@ -51,13 +51,16 @@ from references.stored.attitude import STORED_ATTITUDE
 from references.stored.chain import STORED_CHAIN
 from references.stored.lagrangian import STORED_LAGRANGIAN
 from references.stored.planets import STORED_TRUTH
-from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
+from references.textbook.euler import (
+    EXPLICIT_EULER,
+    MATRIX_EULER,
+    SEMI_IMPLICIT_EULER,
+    STORMER_VERLET,
+    SYMPLECTIC_EULER,
+)
 from references.textbook.implicit_euler import IMPLICIT_EULER
-from references.textbook.matrix_euler import MATRIX_EULER
 from references.textbook.quaternion_dop853 import QUATERNION_DOP853
 from references.textbook.quaternion_rk4 import QUATERNION_RK4
-from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER
-from references.textbook.stormer_verlet import STORMER_VERLET
 
 SPRING, ORBIT = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.3)
 SWING, TURN = galvi.problems.planar_pendulum(), galvi.problems.free_rigid_body()

@@ -21,9 +21,9 @@ from benchmarks.work_precision.with_settings import WithSettings
 from galvi import Problem
 from galvi.arrays import Array
 from references import Contender
-from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
+from references.closed_forms.top_motion import FREE_TOP
 from references.rebound.ias15 import IAS15
 from references.scipy.ivp import DOP853, TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853

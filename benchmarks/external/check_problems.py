@@ -12,10 +12,10 @@ from benchmarks.test_problems.two_bodies import PAIR
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references import Contender
-from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM
+from references.closed_forms.top_motion import FREE_TOP
 from references.scipy.ivp import DOP853, TIGHT
 from references.stored.attitude import STORED_ATTITUDE
 from references.stored.chain import STORED_CHAIN

@@ -25,7 +25,7 @@ from benchmarks.store.isolated_environment import NotHere, environment, finished
 from benchmarks.store.row_files import RowFiles
 from benchmarks.studies.round_off_long import version
 from galvi.arrays import Array
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 from references.mujoco import other_versions
 from references.mujoco.body import mujoco_body
 from references.mujoco.states import from_mujoco, to_mujoco

@@ -27,7 +27,7 @@ from galvi import Problem
 from galvi.arrays import Array
 from galvi.charts import CHARTS
 from references import Contender
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 from references.mujoco import engine as mujoco_engine
 
 COLUMNS: Mapping[str, type] = {

@@ -12,9 +12,7 @@ import pandas as pd
 
 import galvi
 from benchmarks.work_precision.problem import EPS, Truth, WorkPrecisionProblem
-from benchmarks.work_precision.problems.kepler import kepler
-from benchmarks.work_precision.problems.outer_solar_system import outer_solar_system
-from benchmarks.work_precision.problems.solar_system import solar_system
+from benchmarks.work_precision.problems.planets import kepler, outer_solar_system, solar_system
 from references.closed_forms.kepler import KEPLER
 
 COLUMNS = (

@@ -11,7 +11,7 @@ import numpy as np
 import galvi
 from galvi import Problem, RigidBody
 from galvi.arrays import Array
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 from references.compiled import njit
 
 MASS = 2.0

@@ -11,11 +11,11 @@ import pytest
 import galvi
 from benchmarks.timings.annotate import TIMER, annotate, timed
 from references import REFERENCES, Contender
-from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.pendulum import PENDULUM
 from references.closed_forms.thrown_body import THROWN_BODY
+from references.closed_forms.top_motion import FREE_TOP
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.stored.attitude import STORED_ATTITUDE
 from references.stored.lagrangian import STORED_LAGRANGIAN

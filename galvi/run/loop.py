@@ -1,4 +1,6 @@
-"""The loop over steps, in batches that Ctrl-C can end."""
+"""One run: batches of steps that Ctrl-C can end, a second attempt at a step that fails, and the
+resulting trajectory.
+"""
 
 from __future__ import annotations
 

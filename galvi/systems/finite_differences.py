@@ -1,4 +1,9 @@
-"""Derivatives of a user's functions by differences, and their scales."""
+"""Derivatives by central differences of order eight, for functions given without derivatives.
+
+With weights 4/5, -1/5, 4/105, -1/280 (Fornberg, Math. Comp. 51 (1988), table 1) and steps of
+2^-6, 2^-10 and 2^-14 times |q|. Of the two neighbouring steps that agree best the finer is used,
+which guards against both a short length scale and round-off.
+"""
 
 from __future__ import annotations
 

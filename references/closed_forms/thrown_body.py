@@ -24,7 +24,7 @@ class ThrownBody:
     """A FreeBody: any inertia, any start.
 
     Setting: samples. The start is taken as exact, t - t0 likewise, and the entries of q and p come
-    out rounded once, as of `references.closed_forms.free_top.FreeTop`.
+    out rounded once, as of `references.closed_forms.top_motion.FreeTop`.
     """
 
     name: str = "thrown body, closed form"

@@ -1,29 +1,62 @@
-"""The motion of a free rigid body by Jacobi's elliptic functions, in 80-digit arithmetic.
-
-Axes a, b, c of the body are principal, b the middle one and c the one that the momentum m circles:
-the shortest for |m|^2 < 2 H I_b, else the longest; signs make m_a >= 0 and m_c > 0 at the start.
-  m_a = A_a cn u,  m_b = +-A_b sn u,  m_c = A_c dn u,  u = u0 + rate t
-  R(t) = R0 N(u0) Rz(psi) N(u)^T,  N = (f1, f2, m / |m|),  f2 along e_c x m
-  psi' = |m| / I_a + |m| (1/I_b - 1/I_a) (1 + nu^2) sn^2 u / (1 + nu^2 sn^2 u)
-(Whittaker, Analytical Dynamics (1937), section 69; van Zon and Schofield, J. Comput. Phys. 225
-(2007) 145). The integral of the last term, of the third kind, is Jacobi's at an imaginary point.
-"""
+"""The free top in Jacobi's functions."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import Decimal, localcontext
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from galvi import Problem, RigidBody, Trajectory
 from galvi.arrays import Array
 from galvi.extended_precision import decimals
-from references.closed_forms.decimal_trigonometry import PI, SMALLEST, angle, sine_cosine
+from references.as_trajectory import as_trajectory
+from references.closed_forms.decimal_trigonometry import DIGITS, PI, SMALLEST, angle, sine_cosine
 from references.closed_forms.elliptic import Modulus, first_integral
-from references.closed_forms.principal_axes import principal_axes
+from references.closed_forms.principal_body import principal_axes
+from references.contender import require
+from references.newton import is_forced
+from references.setting import check_keys, described, sample_times
+
+
+@dataclass(frozen=True)
+class FreeTop:
+    """A RigidBody without potential: any inertia, any start, on the separatrix too.
+
+    Setting: samples. The start is taken as exact, t - t0 likewise, and the entries of q and p come
+    out rounded once: within eps / 2 of the exact motion of that start, however long the run.
+    """
+
+    name: str = "free rigid body, closed form"
+    exact: bool = True
+    missing: str = ""
+
+    def supports(self, problem: Problem) -> bool:
+        """A RigidBody without potential and external torque."""
+        free = isinstance(problem.system, RigidBody) and problem.system.potential is None
+        return free and not is_forced(problem)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """States at evenly spaced times; see `Contender`."""
+        require(self, problem)
+        check_keys(setting, ("samples",))
+        times = sample_times(problem.t0, duration, setting)
+        system: Any = problem.system
+        with localcontext(DIGITS):
+            moving = motion(system.inertia, problem.q0, problem.v0)
+            states = [moving(t) for t in (times - problem.t0).tolist()]
+        q, p = (np.array([x[k] for x in states], dtype=np.float64) for k in (0, 1))
+        p[0] = problem.p0  # rounded as galvi rounds it
+        return as_trajectory(
+            problem, described(self.name, setting), times, q, p=p, counts={"steps": 0}
+        )
+
+
+FREE_TOP = FreeTop()
+
 
 State = tuple[Any, Any]
 TERMS = 400

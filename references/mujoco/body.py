@@ -24,8 +24,7 @@ from galvi import (
 )
 from galvi.arrays import Array
 from references.mujoco.chain import MujocoChain, mujoco_chain
-from references.mujoco.mjcf import document, text
-from references.mujoco.principal import SLACK, principal
+from references.mujoco.mjcf import SLACK, document, principal, text
 from references.mujoco.tree import MujocoTree, is_tree
 from references.newton import is_forced, is_thrown, replaces_force
 from references.rigid_equations import has_known_weight

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from galvi import Joint, Link, Multibody, Problem
-from references.mujoco.mjcf import OFF, document, text
-from references.mujoco.principal import principal
+from references.mujoco.mjcf import OFF, document, principal, text
 
 SCALAR = ("hinge", "slide")
 

@@ -1,7 +1,18 @@
-"""Explicit and symplectic Euler, order 1 (H figure 1.1)."""
+"""Euler's methods and Stormer-Verlet's, on vector spaces and on matrices."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from galvi import Problem, Trajectory
+from references.as_trajectory import Failure, as_trajectory
+from references.contender import require
+from references.rigid_equations import RigidEquations, is_rigid_body
+from references.setting import check_keys, described, fixed_steps
 from references.textbook.nystrom import Nystrom
 
 EXPLICIT_EULER = Nystrom(
@@ -10,3 +21,73 @@ EXPLICIT_EULER = Nystrom(
 SYMPLECTIC_EULER = Nystrom(
     "symplectic Euler", order=1, stages=((0.0,),), nodes=(0.0,), position=(1.0,), velocity=(1.0,)
 )
+
+
+SEMI_IMPLICIT_EULER = replace(SYMPLECTIC_EULER, name="semi-implicit Euler")
+
+
+STORMER_VERLET = Nystrom(
+    "Stormer-Verlet",
+    order=2,
+    stages=((0.0, 0.0), (0.5, 0.0)),
+    nodes=(0.0, 1.0),
+    position=(0.5, 0.0),
+    velocity=(0.5, 0.5),
+)
+
+
+@dataclass(frozen=True)
+class MatrixEuler:
+    """R' = R + h R hat(w), p' = p + h (p x w + torque); setting: step, save_every.
+
+    Nothing keeps R a rotation or |p| constant: that is what it is here to show.
+    """
+
+    name: str = "explicit Euler, matrices"
+    order: int = 1
+    exact: bool = False
+    missing: str = ""
+
+    def supports(self, problem: Problem) -> bool:
+        """Every RigidBody."""
+        return is_rigid_body(problem)
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """Equal steps; see `Contender`."""
+        require(self, problem)
+        check_keys(setting, ("step", "save_every"))
+        steps = fixed_steps(duration, setting)
+        times = steps.times(problem.t0)
+        equations = RigidEquations(problem, quaternions=False)
+        slope, state = equations.slope(), equations.start
+        saved = np.full((len(times), state.size), np.nan)
+        saved[0], row, failure = state, 1, None
+        for k in range(1, steps.count + 1):
+            with np.errstate(all="ignore"):  # non-finite states are looked for here
+                state = state + steps.step * slope(problem.t0 + (k - 1) * steps.step, state)
+            if not np.all(np.isfinite(state)):
+                failure = Failure(row=row, step=k, why=_too_large(k, times[row]))
+                break
+            if k == steps.saved[row]:
+                saved[row] = state
+                row += 1
+        return as_trajectory(
+            problem,
+            described(self.name, setting),
+            times,
+            equations.attitudes(saved),
+            p=saved[:, -3:],
+            counts={"steps": k - (failure is not None), "force_evaluations": k},
+            step=steps.step,
+            failure=failure,
+        )
+
+
+def _too_large(step: int, t: float) -> str:
+    return (
+        f"Step {step}, towards t = {t:.6g}, gave a non-finite state: the step is too large. Choose "
+        "a smaller step, or end the run earlier."
+    )
+
+
+MATRIX_EULER = MatrixEuler()

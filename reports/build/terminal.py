@@ -15,7 +15,7 @@ from benchmarks.work_precision.targets_met import MET, MISSED
 from reports.build.changes import Change
 from reports.results.engines import Engines
 from reports.results.summary import Summary
-from reports.tables.matched_error import readable_ratios
+from reports.tables.comparison_tables import readable_ratios
 from reports.tables.number_format import plain
 from reports.tables.targets_table import HEADINGS, QUICK, readable_targets, summary
 

@@ -20,12 +20,12 @@ from reports.figures.study_plots.step_cost import step_cost
 from reports.figures.study_plots.work_precision import FEWER, shown, work_precision
 from reports.figures.style.chart_lines import LEGEND as CHART_LINES
 from reports.figures.style.chart_lines import chart_of
-from reports.figures.style.units import error_label
+from reports.figures.style.decades import error_label
 from reports.results.claim_results import ClaimResult, first_measured
 from reports.results.comparison import Comparison
 from reports.results.figure import Figure
 from reports.results.section_result import SectionResult
-from reports.tables.matched_error import is_ours
+from reports.tables.comparison_tables import is_ours
 from reports.tables.number_format import capital
 
 

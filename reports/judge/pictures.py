@@ -15,7 +15,7 @@ from benchmarks.judging.bodies import names, unit
 from benchmarks.judging.judgement import Judgement
 from galvi import Multibody
 from reports.figures.picture import STYLE
-from reports.figures.style.palette import COLOURS, GUIDE
+from reports.figures.style.identities import COLOURS, GUIDE
 from reports.tables.number_format import readable
 
 NAMED = 7  # bodies in colour

@@ -13,8 +13,7 @@ from benchmarks.work_precision.fronts import front, seconds_at
 from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
 from reports.figures.study_plots.headline import at_step
 from reports.page.grid import Grid, grid
-from reports.tables.fastest_per_error import AMONG, readable_fastest
-from reports.tables.matched_error import heading, is_ours
+from reports.tables.comparison_tables import AMONG, heading, is_ours, readable_fastest
 from reports.tables.number_format import TIMES, readable, seconds
 
 OWN = {"error": "its error", "time": "its time"}

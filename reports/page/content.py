@@ -27,12 +27,15 @@ from reports.results.comparison import Comparison
 from reports.results.section import long_form_only
 from reports.results.section_result import SectionResult
 from reports.results.summary import summary
-from reports.tables.comparison_tables import ComparisonTables
+from reports.tables.comparison_tables import (
+    ComparisonTables,
+    fastest_cells,
+    mujoco_overhead,
+    of_mujoco,
+    readable_ratios,
+)
 from reports.tables.cost_table import readable_cost
 from reports.tables.falls import FALLS
-from reports.tables.fastest_per_error import of_mujoco
-from reports.tables.matched_error import fastest_cells, readable_ratios
-from reports.tables.mujoco_overhead import mujoco_overhead
 from reports.tables.number_format import capital
 from reports.tables.number_format import known as number_known
 from reports.tables.study_table import without_common

@@ -16,7 +16,7 @@ from benchmarks.claims.vector_spaces import v09_solar_system_in_long_steps as v0
 from benchmarks.store.frames import pick
 from benchmarks.studies.long_steps import CURVE, ENDS
 from galvi.arrays import Array
-from reports.figures.style.palette import COLOURS, SUN
+from reports.figures.style.identities import COLOURS, SUN
 from reports.results.claim_results import ClaimResult
 
 POINTS = 600  # of a moving body's path

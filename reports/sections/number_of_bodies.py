@@ -9,7 +9,7 @@ from benchmarks.work_precision.fronts import NOT_REACHED
 from reports.figures.study_plots.scaling import seconds_per_orbit, share_of_limit
 from reports.results.figure import Figure
 from reports.results.section import Section
-from reports.tables.matched_error import is_ours
+from reports.tables.comparison_tables import is_ours
 from reports.tables.number_format import TIMES, known, readable, seconds
 
 

@@ -1,18 +1,25 @@
-"""Tables made from the times of contenders: ratios, the fastest per error, targets."""
+"""Tables of comparisons: the fastest for each error, and matched errors."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
-from benchmarks.work_precision.dependable import dependable
+from benchmarks.work_precision.dependable import bounds, dependable, resolution
+from benchmarks.work_precision.described import described
+from benchmarks.work_precision.fronts import NOT_REACHED, OURS, TRUTH, at_smallest, ratios
+from benchmarks.work_precision.fronts import OURS as BEST
+from benchmarks.work_precision.problem import ATTITUDE
+from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from benchmarks.work_precision.targets import Target
 from benchmarks.work_precision.targets_met import targets_met
-from reports.tables.fastest_per_error import fastest_per_error
-from reports.tables.matched_error import matched, smallest
+from references.mujoco.steps import MUJOCO_RK4
+from reports.tables.number_format import TIMES, known, readable, seconds
 from reports.tables.targets_table import readable_targets
 from reports.tables.writing import write_table
 
@@ -54,3 +61,221 @@ def write_comparison(
     if len(tables.targets):
         shown = readable_targets(tables.targets)[0]
         write_table(folder, "targets", tables.targets, shown, origin)
+
+
+ERRORS = (1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 5e-11, 1e-11, 1e-12)
+OF_ATTITUDES = (1e-2, 1e-4, 7e-6, 1e-6, 1e-8, 1e-9, 1e-10, 2e-11, 1e-11, 1e-12, 1e-13)
+SMALLEST = "its smallest error"
+OURS_BEGIN = "galvi"
+
+
+def is_ours(contender: str) -> bool:
+    """Whether this is one of galvi's own methods."""
+    return contender.startswith(OURS_BEGIN)
+
+
+def errors_of(runs: pd.DataFrame) -> tuple[float, ...]:
+    """The errors at which one problem's contenders are compared, by the quantity that has them;
+    none that its truth cannot tell."""
+    errors = OF_ATTITUDES if (runs["quantity"] == ATTITUDE).all() else ERRORS
+    least = resolution(runs)
+    return tuple(error for error in errors if error >= least)
+
+
+def matched(frame: pd.DataFrame) -> pd.DataFrame:
+    """problem, contender, error, seconds, ratio; see `benchmarks.work_precision.fronts.ratios`."""
+    found = [ratios(runs, errors_of(runs)) for _, runs in frame.groupby("problem", sort=False)]
+    return pd.concat(found, ignore_index=True) if found else ratios(frame, ())
+
+
+def smallest(frame: pd.DataFrame) -> pd.DataFrame:
+    """The same at the smallest error of each contender, and whether that is a `bound` alone; see
+    `benchmarks.work_precision.fronts.at_smallest`."""
+    ends = at_smallest(frame)
+    return ends.assign(bound=bounds(ends, frame))
+
+
+def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd.DataFrame:
+    """A line for each contender, a column for each error: ratio and time, or "not reached".
+
+    A time of the run that is the reference is marked, as its error is unknown. The last column,
+    from `smallest`, is at the contender's own smallest error, with ≤ where that is a bound.
+    """
+    rows = table[table["problem"] == problem]
+    own = ends[ends["problem"] == problem].set_index("contender") if len(ends) else ends
+    lines = []
+    for contender, times in rows.groupby("contender", sort=False):
+        line = {"contender": contender}
+        end = own.loc[contender] if contender in own.index else None
+        for _, seen in times.iterrows():
+            unknown = known(seen["seconds"]) and (end is None or end["error"] > seen["error"])
+            said = _cell(seen, str(contender))
+            line[heading(seen["error"])] = f"reference: {said}" if unknown else said
+        if end is not None:
+            error = f"{'≤ ' * bool(end['bound'])}{readable(end['error'], 2)}"
+            line[SMALLEST] = f"{error}: {_cell(end, str(contender))}"
+        lines.append(line)
+    return pd.DataFrame(lines).fillna("")
+
+
+def heading(error: float) -> str:
+    """The heading of an error's column, e.g. 10⁻⁶."""
+    return readable(error, 1).removeprefix("1·")
+
+
+def fastest_cells(table: pd.DataFrame, problem: str) -> list[tuple[int, str]]:
+    """(line, column) of the least time in each column of `readable_ratios`."""
+    rows = table[table["problem"] == problem]
+    lines = list(rows["contender"].drop_duplicates())
+    times = rows[(rows["contender"] != OURS) & rows["seconds"].notna()]
+    least = times.loc[times.groupby("error")["seconds"].idxmin()]
+    return [(lines.index(row["contender"]), heading(row["error"])) for _, row in least.iterrows()]
+
+
+def _cell(row: pd.Series, contender: str) -> str:
+    if not known(row["seconds"]):
+        return NOT_REACHED
+    if contender == OURS:
+        return seconds(row["seconds"])
+    if not known(row["ratio"]):
+        return f"{seconds(row['seconds'])} ({row['ratio']})"
+    return f"{readable(row['ratio'], 2)}{TIMES} ({seconds(row['seconds'])})"
+
+
+OF_RK4 = MUJOCO_RK4.name
+
+
+def mujoco_overhead(runs: pd.DataFrame) -> str:
+    """A sentence from one problem's rows of `benchmarks.work_precision.run`; empty unless both
+    codes took part."""
+    both = runs[runs["contender"].isin((OF_RK4, TEXTBOOK_RK4)) & (runs["seconds"] > 0.0)]
+    pairs = both.pivot(index="settings", columns="contender", values=["seconds", "error"]).dropna()
+    if pairs.empty or not {OF_RK4, TEXTBOOK_RK4} <= set(both["contender"]):
+        return ""
+    slower, better = (
+        (pairs[what, over] / pairs[what, under]).median()
+        for what, over, under in (
+            ("seconds", OF_RK4, TEXTBOOK_RK4),
+            ("error", TEXTBOOK_RK4, OF_RK4),
+        )
+    )
+    return (
+        f"A step of {OF_RK4} takes {readable(slower, 2)} times as long as one of {TEXTBOOK_RK4}, "
+        f"at an error {_compared(better)} (medians over {len(pairs)} step sizes): so much of "
+        "MuJoCo's time is generality, for joints, contacts and actuators, which a single free body "
+        "does not need."
+    )
+
+
+def _compared(better: float) -> str:
+    if 0.9 < better < 1.1:
+        return "as large"
+    return f"{readable(max(better, 1.0 / better), 2)} times {'smaller' if better > 1 else 'larger'}"
+
+
+NOBODY = "not reached"
+ALL, GALVI, ENGINE = "all", "galvi", "MuJoCo"  # groups of contenders
+CHOICE = ("contender", "settings", "error", "seconds", "at_asked")
+PASSES = " passes"  # ends the label of a frame with fewer passes than converge
+AMONG = {ALL: ALL, GALVI: "galvi's", ENGINE: "MuJoCo's"}
+
+
+def fastest_per_error(frame: pd.DataFrame, errors: Sequence[float] | None = None) -> pd.DataFrame:
+    """For each problem and error: the fastest contender of all, of galvi's, and, where they took
+    part, of MuJoCo's integrators, by their times at that error as in `fronts.ratios`.
+
+    A run that is the reference of the others counts as reaching every error; its own is unknown.
+    Without `errors`, those at which the problem's contenders are compared.
+
+    Columns problem, asked, of ("all", "galvi" or "MuJoCo"), contender, settings, error, seconds,
+    at_asked, bound: its fastest run that reaches the error, its time at the error itself, and
+    whether the run's error is a bound alone.
+    """
+    rows = []
+    for problem, runs in frame.groupby("problem", sort=False):
+        groups = {ALL: runs, GALVI: _of(runs, is_ours), ENGINE: _of(runs, _is_mujoco)}
+        if not groups[ENGINE]["seconds"].notna().any():
+            del groups[ENGINE]
+        asked = errors_of(runs) if errors is None else errors
+        times = {of: ratios(among, asked) for of, among in groups.items()}
+        rows += [
+            {"problem": problem, "asked": error, "of": of}
+            | _fastest(groups[of], times[of][times[of]["error"] == error], error)
+            for error in asked
+            for of in groups
+        ]
+    table = pd.DataFrame(rows, columns=["problem", "asked", "of", *CHOICE])
+    return table.assign(bound=bounds(table, frame))
+
+
+def readable_fastest(table: pd.DataFrame, problem: str) -> pd.DataFrame:
+    """The rows of one problem as text: for each error a line for each choice, with those among
+    whom it is the fastest, e.g. "all, galvi's".
+    """
+    lines = []
+    rows = table[table["problem"] == problem]
+    for (asked, _), chosen in rows.groupby(["asked", "contender"], sort=False):
+        among = ", ".join(AMONG[of] for of in chosen["of"])
+        lines.append(_line(heading(asked), among, chosen.iloc[0]))
+    return pd.DataFrame(lines)
+
+
+def of_mujoco(table: pd.DataFrame, problem: str) -> str:
+    """A sentence on the fastest of MuJoCo's integrators at each error; empty without them."""
+    rows = table[(table["problem"] == problem) & (table["of"] == ENGINE)]
+    if rows.empty:
+        return ""
+    said = [
+        f"{contender} for {', '.join(map(heading, chosen['asked']))}"
+        for contender, chosen in rows.groupby("contender", sort=False)
+        if contender != NOBODY
+    ]
+    none = [heading(asked) for asked in rows.loc[rows["contender"] == NOBODY, "asked"]]
+    said += [f"none reaches {', '.join(none)}"] if none else []
+    return f"Of MuJoCo's integrators, the fastest at an error: {'; '.join(said)}."
+
+
+def _fastest(runs: pd.DataFrame, times: pd.DataFrame, asked: float) -> dict[str, Any]:
+    """The CHOICE among these runs of one problem, with their times at this error."""
+    times = times[(times["contender"] != BEST) & times["seconds"].notna()]
+    if times.empty:
+        return dict.fromkeys(CHOICE, float("nan")) | {"contender": NOBODY, "settings": ""}
+    first = times.loc[times["seconds"].idxmin()]
+    mine = runs[(runs["contender"] == first["contender"]) & (runs["seconds"] > 0)]
+    good = mine[mine["error"] <= asked]
+    good = good if len(good) else mine[mine["status"] == TRUTH]
+    run = good.loc[good["seconds"].idxmin()]
+    return {**run[list(CHOICE[:-1])], "at_asked": first["seconds"]}
+
+
+def _of(runs: pd.DataFrame, belongs: Callable[[str], bool]) -> pd.DataFrame:
+    return runs[runs["contender"].map(belongs)]
+
+
+def _is_mujoco(contender: str) -> bool:
+    return contender.startswith(ENGINE)
+
+
+def _line(asked: str, what: str, row: pd.Series) -> dict[str, str]:
+    return {
+        "error asked": asked,
+        "among": what,
+        "contender": row["contender"],
+        "time at that error": seconds(row["at_asked"]),
+        "setting": _setting(row),
+        "error": _error(row),
+        "time": seconds(row["seconds"]),
+    }
+
+
+def _error(row: pd.Series) -> str:
+    text = readable(row["error"], 2) or (TRUTH if known(row["seconds"]) else "")
+    return f"{text} (bound)" if row["bound"] else text
+
+
+def _setting(row: pd.Series) -> str:
+    """With the unit of a step, and whether galvi's iteration ends before it has converged."""
+    text, unit = str(row["settings"]), described(row["problem"]).time
+    text = re.sub(r"(\bstep=\S+)", rf"\1 {unit}", text) if unit else text
+    early = is_ours(row["contender"]) and ("tolerance=" in text or PASSES in row["contender"])
+    return f"{text} (stopped early)" if early else text

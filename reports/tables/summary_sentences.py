@@ -10,7 +10,7 @@ import pandas as pd
 
 from benchmarks.work_precision.described import described
 from benchmarks.work_precision.fronts import OURS
-from reports.tables.matched_error import heading, is_ours
+from reports.tables.comparison_tables import heading, is_ours
 from reports.tables.number_format import known, readable
 
 LEVEL = 1.1  # smaller ratios are within the scatter of the times: neither wins
@@ -18,7 +18,7 @@ WON, NOBODY = "galvi is fastest", "nobody reaches"
 
 
 def summary_sentences(table: pd.DataFrame) -> list[str]:
-    """A sentence for each problem in a table of `reports.tables.matched_error`."""
+    """A sentence for each problem in a table of `reports.tables.comparison_tables`."""
     return [
         f"{described(problem).title}: {'; '.join(said)}."
         for problem in table["problem"].drop_duplicates()

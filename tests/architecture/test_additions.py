@@ -92,7 +92,7 @@ MINE = Claim("V99", "my claim", study, judge, source="mine", reason="so")
 WORK_PRECISION = """
 from dataclasses import replace
 
-from benchmarks.work_precision.problems.kepler import kepler_orbit
+from benchmarks.work_precision.problems.planets import kepler_orbit
 from galvi import problems
 
 

@@ -15,8 +15,8 @@ import galvi
 from benchmarks.checks.bounds import CONTRADICTED
 from benchmarks.checks.claim import Claim, Row
 from galvi import Problem
-from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
+from references.closed_forms.top_motion import FREE_TOP
 from references.rebound.ias15 import IAS15
 
 TRUTHS = tuple(type(truth) for truth in (KEPLER, FREE_TOP, IAS15))

@@ -16,13 +16,13 @@ from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
 from benchmarks.work_precision.problem import ATTITUDE, Participant, Truth, WorkPrecisionProblem
-from benchmarks.work_precision.problems.free_body import free_body
-from benchmarks.work_precision.problems.heavy_top import heavy_top
-from benchmarks.work_precision.problems.pendulum_3d import pendulum
 from benchmarks.work_precision.problems.rigid_bodies import (
     MUJOCO,
     TEXTBOOK_DOP853,
     TEXTBOOK_RK4,
+    free_body,
+    heavy_top,
+    pendulum,
 )
 from galvi import Problem, Trajectory
 from galvi.charts import CHARTS

@@ -11,8 +11,7 @@ import pytest
 import galvi
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.problem import ANGLE, Participant, largest_difference
-from benchmarks.work_precision.problems.double_pendulum import double_pendulum
-from benchmarks.work_precision.problems.planar_chain import planar_chain
+from benchmarks.work_precision.problems.pendulums import double_pendulum, planar_chain
 from references.mujoco.steps import MUJOCO_RK4
 from references.scipy.chain_ivp import CHAIN_DOP853
 

@@ -18,11 +18,13 @@ from benchmarks.work_precision.cost import cost_table
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import COORDINATES, MOTION, Participant
 from benchmarks.work_precision.problems.brownout import brownout
-from benchmarks.work_precision.problems.elastic_pendulum import elastic_pendulum
-from benchmarks.work_precision.problems.fermi_pasta_ulam_tsingou import fermi_pasta_ulam_tsingou
-from benchmarks.work_precision.problems.free_body_se3 import free_body_se3
-from benchmarks.work_precision.problems.henon_heiles import henon_heiles
-from benchmarks.work_precision.problems.kepler_polar import kepler_polar
+from benchmarks.work_precision.problems.pendulums import (
+    elastic_pendulum,
+    fermi_pasta_ulam_tsingou,
+    henon_heiles,
+)
+from benchmarks.work_precision.problems.planets import kepler_polar
+from benchmarks.work_precision.problems.rigid_bodies import free_body_se3
 from galvi import Problem, Trajectory
 from references.scipy.ivp import DOP853, TIGHT
 from references.scipy.lagrangian_ivp import LAGRANGIAN_DOP853

@@ -24,7 +24,7 @@ from benchmarks.claims.vector_spaces.v08_kepler_conservation import V8
 from benchmarks.claims.vector_spaces.v15_noether_quantities import V15
 from benchmarks.statistics.drift import LEAST, drift
 from galvi.arrays import Array
-from references.closed_forms.oscillator_step import oscillator_step
+from references.closed_forms.oscillator import oscillator_step
 from tests.benchmarks.quick_studies import quick
 
 PLANTED = 0.05

@@ -31,8 +31,7 @@ from benchmarks.statistics import convergence_fits
 from benchmarks.store.frames import pick
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.kepler_action import kepler_action
-from references.closed_forms.oscillator import OSCILLATOR
-from references.closed_forms.oscillator_action import oscillator_action
+from references.closed_forms.oscillator import OSCILLATOR, oscillator_action
 from tests.benchmarks.planted_tables import contradicted, faulty, rows
 from tests.benchmarks.quick_studies import quick
 

@@ -17,11 +17,13 @@ from benchmarks.work_precision.cost import COLUMNS, cost_table
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import Truth, WorkPrecisionProblem
 from benchmarks.work_precision.problems import work_precision_problems
-from benchmarks.work_precision.problems.applegate import applegate
 from benchmarks.work_precision.problems.arms import skew_arm
-from benchmarks.work_precision.problems.kepler import kepler
-from benchmarks.work_precision.problems.outer_solar_system import outer_solar_system
-from benchmarks.work_precision.problems.solar_system import solar_system
+from benchmarks.work_precision.problems.planets import (
+    applegate,
+    kepler,
+    outer_solar_system,
+    solar_system,
+)
 from reports.figures.drawing import UNITS
 
 FEW = ("galvi degree 8, Gauss 8", "Stormer-Verlet", "SciPy DOP853", "REBOUND IAS15")

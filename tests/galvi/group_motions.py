@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import galvi
 from galvi.charts import CHARTS
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 from tests.galvi.group_matrices import cross_matrix, element, title
 
 CAYLEY, EXPONENTIAL, RODRIGUES = galvi.Cayley(), galvi.Exponential(), galvi.ModifiedRodrigues()

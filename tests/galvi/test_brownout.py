@@ -14,7 +14,7 @@ from galvi.kernels.forces import rotor_wind as field
 from galvi.problems import brownout
 from references.heyoka.taylor import HEYOKA
 from references.scipy.ivp import DOP853, RADAU, TIGHT
-from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER
+from references.textbook.euler import SEMI_IMPLICIT_EULER
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(5))
 AIR, SAND, DRAG, GRAVITY = 1.225, 2650.0, 0.44, 9.80665

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import galvi
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 from tests.galvi.group_matrices import title
 from tests.galvi.group_motions import (
     ALL,

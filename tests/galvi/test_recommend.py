@@ -15,9 +15,9 @@ import galvi
 from galvi.diagnostics import symplecticity
 from galvi.recommend import scan
 from galvi.recommend.recommendation import Candidate
-from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
+from references.closed_forms.top_motion import FREE_TOP
 
 ORBIT = galvi.problems.kepler(0.6)
 SPRING = galvi.problems.harmonic_oscillator()

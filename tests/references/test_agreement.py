@@ -18,7 +18,7 @@ from references.rebound import bulirsch_stoer, leapfrog, saba, whfast, whfast512
 from references.rebound.ias15 import GLOBAL, IAS15
 from references.rebound.whfast import WHFAST
 from references.scipy.ivp import DOP853, ODE45, TIGHT
-from references.textbook.stormer_verlet import STORMER_VERLET
+from references.textbook.euler import STORMER_VERLET
 
 # name: setting of a run of duration 1, tolerance on the position; measured when set, in the comment
 GOOD: Mapping[str, tuple[dict[str, Any], float]] = {

@@ -11,7 +11,7 @@ import pytest
 from galvi.extended_precision import decimals
 from references.closed_forms.decimal_trigonometry import DIGITS, PI, angle, sine_cosine
 from references.closed_forms.elliptic import Modulus, first_integral
-from references.closed_forms.principal_axes import principal_axes
+from references.closed_forms.principal_body import principal_axes
 
 COMPLEMENTS = ["1", "0.999999999999", "0.5", "1e-3", "1e-12", "1e-30", "1e-48"]
 

@@ -8,9 +8,8 @@ from numba import njit
 
 import galvi
 from references.closed_forms.kepler import KEPLER
-from references.textbook.euler import EXPLICIT_EULER, SYMPLECTIC_EULER
+from references.textbook.euler import EXPLICIT_EULER, STORMER_VERLET, SYMPLECTIC_EULER
 from references.textbook.implicit_euler import IMPLICIT_EULER
-from references.textbook.stormer_verlet import STORMER_VERLET
 
 METHODS = (EXPLICIT_EULER, SYMPLECTIC_EULER, IMPLICIT_EULER, STORMER_VERLET)
 NAMES = [method.name for method in METHODS]

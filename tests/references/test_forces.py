@@ -12,10 +12,10 @@ from numba import njit
 
 import galvi
 from references import REFERENCES, Contender, reference
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 from references.newton import external_force, is_forced
 from references.scipy.ivp import DOP853, TIGHT
-from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER
+from references.textbook.euler import SEMI_IMPLICIT_EULER
 
 RATE, DURATION = 0.4, 1.0
 SPRING = galvi.problems.harmonic_oscillator()

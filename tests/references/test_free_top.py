@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import galvi
 from benchmarks.measures import rigid_invariants
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
 

@@ -9,7 +9,7 @@ import pytest
 import galvi
 from references.closed_forms.pendulum import PENDULUM
 from references.scipy.ivp import DOP853, TIGHT
-from references.textbook.stormer_verlet import STORMER_VERLET
+from references.textbook.euler import STORMER_VERLET
 
 # weight, mass, q0, v0
 CASES = {

@@ -11,12 +11,12 @@ from scipy.spatial.transform import Rotation
 import galvi
 from benchmarks.measures import rigid_invariants
 from references import rigid_equations
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.rigid_equations import RigidEquations, quaternion_slope, rotation, torque
 from references.scipy import ivp
 from references.scipy.rigid_ivp import RIGID_DOP853, RIGID_ODE45
-from references.textbook.matrix_euler import MATRIX_EULER
+from references.textbook.euler import MATRIX_EULER
 from references.textbook.quaternion_dop853 import QUATERNION_DOP853
 from references.textbook.quaternion_dop853 import TIGHT as TIGHT_COMPILED
 from references.textbook.quaternion_rk4 import QUATERNION_RK4

@@ -11,7 +11,7 @@ import galvi
 from benchmarks.measures.step_jacobian import canonical_defect
 from benchmarks.test_problems.stiff_springs import stiff_springs, stiffness
 from references.scipy.ivp import DOP853
-from references.textbook.stormer_verlet import STORMER_VERLET
+from references.textbook.euler import STORMER_VERLET
 from references.textbook.trigonometric import (
     Trigonometric,
     exponential_integrator,

@@ -17,15 +17,12 @@ from reports.figures.plots.convergence import (
     convergence_in_h,
     convergence_in_n,
 )
-from reports.figures.plots.departures import departures
-from reports.figures.plots.energies import energies
-from reports.figures.plots.history import history
+from reports.figures.plots.energies import departures, energies, history
 from reports.figures.plots.jumps import jumps
 from reports.figures.plots.limits import limits
 from reports.figures.plots.momentum_spheres import momentum_spheres
-from reports.figures.plots.paths import paths
+from reports.figures.plots.paths import paths, sphere
 from reports.figures.plots.sampling import sampling
-from reports.figures.plots.sphere import sphere
 from reports.figures.plots.traces import traces
 from reports.results.figure import Figure
 

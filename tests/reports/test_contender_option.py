@@ -13,7 +13,7 @@ import pytest
 from benchmarks.external.integrator import ExternalIntegrator
 from benchmarks.studies import high_eccentricity
 from benchmarks.work_precision import run as work_precision
-from benchmarks.work_precision.problems.kepler import kepler
+from benchmarks.work_precision.problems.planets import kepler
 from reports.cli.commands import run
 from reports.sections.high_eccentricity import HIGH_ECCENTRICITY
 

@@ -11,9 +11,17 @@ from references.mujoco.steps import DEFAULT_STEP
 from reports.figures.drawing import comparison_figure
 from reports.figures.picture import picture
 from reports.page.chooser import default_step
-from reports.tables.fastest_per_error import fastest_per_error, of_mujoco, readable_fastest
-from reports.tables.matched_error import ERRORS, OF_ATTITUDES, errors_of, matched
-from reports.tables.mujoco_overhead import ENGINE, mujoco_overhead
+from reports.tables.comparison_tables import (
+    ENGINE,
+    ERRORS,
+    OF_ATTITUDES,
+    errors_of,
+    fastest_per_error,
+    matched,
+    mujoco_overhead,
+    of_mujoco,
+    readable_fastest,
+)
 
 GALVI = "galvi degree 8, Gauss 8, exponential"
 

@@ -13,7 +13,7 @@ from benchmarks.work_precision.targets_met import targets_met
 from reports.build.terminal import show_targets
 from reports.cli.commands import run
 from reports.contents import load
-from reports.tables.matched_error import (
+from reports.tables.comparison_tables import (
     ERRORS,
     OF_ATTITUDES,
     SMALLEST,

@@ -12,7 +12,7 @@ from reports.page.absent import absent, peers
 from reports.page.claim_section import after, shared_parts
 from reports.page.typeset import typeset
 from reports.results.summary import Summary
-from reports.tables.fastest_per_error import fastest_per_error, readable_fastest
+from reports.tables.comparison_tables import fastest_per_error, readable_fastest
 from reports.tables.number_format import plain, readable, seconds, with_uncertainty
 from reports.tables.summary_sentences import summary_sentences
 

@@ -18,10 +18,10 @@ from benchmarks.statistics import readings
 from benchmarks.store.frames import failure, frame, history
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 from references.contender import Contender
 from references.scipy.rigid_ivp import RIGID_ODE45
-from references.textbook.matrix_euler import MATRIX_EULER
+from references.textbook.euler import MATRIX_EULER
 
 DURATION, LONG, N = 100.0, 1000.0, 8  # H gives no duration
 SAMPLES = 500

@@ -39,7 +39,7 @@ from benchmarks.measures.refinement import Case, refine
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame, number, row
 from galvi.charts import CHARTS
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 
 STUDIES = {chart: f"n-refinement, {chart}" for chart in METHODS}
 REACHED_AT, REACHED = 12, 1e-12

@@ -22,8 +22,8 @@ from benchmarks.statistics.convergence_fits import Fit
 from benchmarks.statistics.estimate import Estimate
 from benchmarks.store import frames
 from benchmarks.store.frames import frame, number, rows
-from references.closed_forms.free_top import FREE_TOP
 from references.closed_forms.pendulum import PENDULUM as PLANE
+from references.closed_forms.top_motion import FREE_TOP
 from references.scipy.ivp import DOP853, TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
 from references.textbook.quaternion_dop853 import QUATERNION_DOP853

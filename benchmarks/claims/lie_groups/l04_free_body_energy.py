@@ -15,7 +15,7 @@ from benchmarks.measures import rigid_invariants
 from benchmarks.measures.refinement import method_on_group
 from benchmarks.statistics import readings
 from benchmarks.store.frames import failure, frame, history, row
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 
 N, COARSE = 12, 8
 STEPS, QUICK_STEPS, EVERY = 10000, 4000, 2

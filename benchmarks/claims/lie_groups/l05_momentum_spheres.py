@@ -16,7 +16,7 @@ from benchmarks.store.frames import failure, frame, history, number, row, rows
 from galvi import Problem
 from galvi.arrays import Array
 from galvi.problems.rigid_bodies import INERTIA
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 
 N, STEP, STEPS = 8, 0.5, 800
 EVERY = 8  # steps between saved momenta

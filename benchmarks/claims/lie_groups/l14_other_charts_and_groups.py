@@ -27,7 +27,7 @@ from galvi import Problem
 from galvi.arrays import Array
 from galvi.charts import CHARTS
 from galvi.charts.chart import Chart
-from references.closed_forms.free_top import FREE_TOP
+from references.closed_forms.top_motion import FREE_TOP
 from references.scipy.ivp import TIGHT
 from references.scipy.rigid_ivp import RIGID_DOP853
 

@@ -18,7 +18,7 @@ from galvi import CentralForce, LinearSpring, Problem, Trajectory
 from galvi.arrays import Array
 from references import Contender
 from references.closed_forms.kepler_action import kepler_action
-from references.closed_forms.oscillator_action import oscillator_action
+from references.closed_forms.oscillator import oscillator_action
 
 SAMPLES = 1024  # of the step, for the integral; a power of 2
 

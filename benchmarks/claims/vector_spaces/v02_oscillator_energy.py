@@ -13,8 +13,7 @@ from benchmarks.measures.errors import energy_errors
 from benchmarks.measures.refinement import Case, history, refine
 from benchmarks.statistics import readings
 from benchmarks.store.frames import frame
-from references.closed_forms.oscillator import OSCILLATOR
-from references.closed_forms.oscillator_step import oscillator_step
+from references.closed_forms.oscillator import OSCILLATOR, oscillator_step
 
 QUANTITY = "energy error"
 WATCHED = 14  # the n of H figure 2.5

@@ -29,7 +29,7 @@ from benchmarks.store.frames import frame, number, row, series
 from benchmarks.store.frames import rows as rows_of
 from galvi import Trajectory
 from references.scipy.ivp import DOP853, RADAU
-from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER
+from references.textbook.euler import SEMI_IMPLICIT_EULER
 
 DEGREES = (1, 2, 3, 4)
 RICHEST, MOST = 12, 64  # M's own reference, in 64 steps

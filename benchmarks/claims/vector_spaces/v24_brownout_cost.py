@@ -29,7 +29,7 @@ from benchmarks.store.frames import failure, frame, number, pick, row, rows
 from benchmarks.work_precision.fronts import seconds_at
 from galvi.arrays import Array
 from references.scipy.ivp import DOP853, RADAU
-from references.textbook.semi_implicit_euler import SEMI_IMPLICIT_EULER
+from references.textbook.euler import SEMI_IMPLICIT_EULER
 
 DEGREES = (1, 2, 4, 6)
 SECONDS, FASTEST, SLOWEST = "seconds", "seconds, fastest round", "seconds, slowest round"

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 from benchmarks.work_precision.problem import WorkPrecisionProblem
-from benchmarks.work_precision.problems.applegate import applegate
 from benchmarks.work_precision.problems.arms import floating_arm, skew_arm
 from benchmarks.work_precision.problems.brownout import brownout
-from benchmarks.work_precision.problems.double_pendulum import double_pendulum
-from benchmarks.work_precision.problems.elastic_pendulum import elastic_pendulum
-from benchmarks.work_precision.problems.fermi_pasta_ulam_tsingou import fermi_pasta_ulam_tsingou
-from benchmarks.work_precision.problems.free_body import free_body
-from benchmarks.work_precision.problems.free_body_se3 import free_body_se3
-from benchmarks.work_precision.problems.heavy_top import heavy_top
-from benchmarks.work_precision.problems.henon_heiles import henon_heiles
-from benchmarks.work_precision.problems.kepler import kepler_orbit
-from benchmarks.work_precision.problems.kepler_polar import kepler_polar
-from benchmarks.work_precision.problems.outer_solar_system import outer_solar_system
-from benchmarks.work_precision.problems.pendulum_3d import pendulum
-from benchmarks.work_precision.problems.planar_chain import planar_chain
-from benchmarks.work_precision.problems.solar_system import solar_system
+from benchmarks.work_precision.problems.pendulums import (
+    double_pendulum,
+    elastic_pendulum,
+    fermi_pasta_ulam_tsingou,
+    henon_heiles,
+    planar_chain,
+)
+from benchmarks.work_precision.problems.planets import (
+    applegate,
+    kepler_orbit,
+    kepler_polar,
+    outer_solar_system,
+    solar_system,
+)
+from benchmarks.work_precision.problems.rigid_bodies import (
+    free_body,
+    free_body_se3,
+    heavy_top,
+    pendulum,
+)
 
 PROBLEMS = (
     kepler_orbit,

@@ -1,12 +1,15 @@
-"""Common parts of the work-precision problems of planets: participants, settings, stored truth."""
+"""Point masses: two bodies, and the Solar System."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+import galvi
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import (
     EPS,
@@ -19,11 +22,15 @@ from benchmarks.work_precision.problem import (
     frame_label,
     galvi_label,
 )
+from benchmarks.work_precision.problems.pendulums import on_coordinates
 from galvi import KeplerFrame, Problem
+from references.closed_forms.kepler import KEPLER
 from references.heyoka import taylor as heyoka_taylor
-from references.rebound import ias15, saba, whfast
-from references.scipy.ivp import DOP853
+from references.rebound import ias15, saba, whfast, whfast512
+from references.scipy.ivp import DOP853, ODE45
+from references.scipy.lagrangian_ivp import LAGRANGIAN_DOP853
 from references.stored.planets import STORED_TRUTH
+from references.textbook.euler import STORMER_VERLET, SYMPLECTIC_EULER
 
 # Steps per period, plus a third, for Wisdom-Holman maps: up to where rounding limits WHFast on the
 # outer planets (10,000 years: 4.5e-9 with 120, 1.5e-9 with 240, 4.0e-9 with 480).
@@ -115,3 +122,123 @@ def planets(
         ),
         truth,
     )
+
+
+def kepler(periods: int, quick: bool) -> WorkPrecisionProblem:
+    """The Kepler problem, e = 0.6. WHFast is excluded: it solves this problem in closed form."""
+    problem, duration = galvi.problems.kepler(0.6), periods * math.tau
+
+    def truth() -> Truth:
+        end = KEPLER.run(problem, duration, {"samples": 1}).q[-1]
+        error = 4.0 * EPS * duration * 2.0
+        return Truth(end, error, KEPLER.name)
+
+    def steps(*per_period: int) -> list[Setting]:
+        # Never a whole number of steps a period: errors that resonate with it say little.
+        return [fixed(duration, k * periods + periods // 3 + 1) for k in per_period]
+
+    tolerances = (1e-6, 1e-9) if quick else (1e-6, 1e-9, 1e-12)
+    return WorkPrecisionProblem(
+        problem,
+        duration,
+        (
+            *(
+                Participant(galvi_label(s), gauss_collocation(s), steps(*counts))
+                for s, counts in {
+                    2: (64, 256, 1024, 4096),
+                    4: (16, 32, 64, 128, 256),
+                    8: (6, 12, 24, 48),
+                    16: (4, 8, 12),
+                }.items()
+            ),
+            Participant(
+                "REBOUND IAS15",
+                ias15.IAS15,
+                [*adaptive("epsilon", (1e-4, 1e-9)), {"samples": 1, **ias15.GLOBAL}],
+            ),
+            Participant("SciPy DOP853", DOP853, adaptive("tolerance", tolerances)),
+            Participant("SciPy RK45 (ode45)", ODE45, adaptive("tolerance", tolerances[:2])),
+            Participant("Stormer-Verlet", STORMER_VERLET, steps(100, 1000, 10_000)),
+            Participant("symplectic Euler", SYMPLECTIC_EULER, steps(1000, 10_000)),
+        ),
+        truth,
+    )
+
+
+def kepler_orbit(quick: bool) -> WorkPrecisionProblem:
+    """The Kepler problem over 100 periods, or 10 when quick."""
+    return kepler(10 if quick else 100, quick)
+
+
+DURATION = 20.0  # more than three revolutions
+STEPS = {4: (40, 56, 80, 112), 6: (28, 40, 56, 80), 8: (24, 28, 40, 56), 12: (24, 28)}
+
+
+def kepler_polar(quick: bool) -> WorkPrecisionProblem:
+    """An orbit of eccentricity 0.3 in r and phi.
+
+    In a longer run phi grows, and with it the error that a tolerance allows.
+    """
+    problem = galvi.problems.kepler_polar()
+
+    def truth() -> Truth:
+        orbit = galvi.problems.kepler(problem.parameters["eccentricity"])
+        x, y = KEPLER.run(orbit, DURATION, {"samples": 1}).q[-1].tolist()
+        # The mean anomaly, the time here, is within half a turn of the angle.
+        turns = round((DURATION - math.atan2(y, x)) / math.tau)
+        end = np.array([math.hypot(x, y), math.atan2(y, x) + turns * math.tau])
+        return Truth(end, 2.0 * EPS * float(end.max()), KEPLER.name)
+
+    return on_coordinates(problem, DURATION, quick, STEPS, LAGRANGIAN_DOP853, truth, net_time=True)
+
+
+def solar_system(quick: bool) -> WorkPrecisionProblem:
+    """Sun and 8 planets: 200 years, or 20 when quick."""
+    return planets(
+        galvi.problems.solar_system(pluto=False),
+        7_305.0 if quick else 73_050.0,
+        87.97,
+        quick,
+        (
+            ("REBOUND WHFast512", whfast512.WHFAST512, WISDOM, whfast512.BEST),
+            ("Stormer-Verlet", STORMER_VERLET, (100, 300), {}),
+            ("symplectic Euler", SYMPLECTIC_EULER, (300,), {}),
+        ),
+    )
+
+
+def outer_solar_system(quick: bool) -> WorkPrecisionProblem:
+    """Sun with the inner planets, Jupiter to Pluto: 10,000 years, or 1000 when quick."""
+    return planets(
+        galvi.problems.outer_solar_system(),
+        365_250.0 if quick else 3_652_500.0,
+        4332.6,
+        quick,
+        (
+            ("Stormer-Verlet", STORMER_VERLET, (100, 300), {}),
+            ("symplectic Euler", SYMPLECTIC_EULER, (300,), {}),
+        ),
+    )
+
+
+FAR_BEHIND = ("2 passes", "SciPy")  # errors of 1e-2, the latter after seconds
+
+
+def applegate(quick: bool) -> WorkPrecisionProblem:
+    """Applegate's outer planets: 10,000 years of 365 days, or 1000 when quick.
+
+    The contenders of `outer_solar_system`, but for those FAR_BEHIND there, at the few settings of
+    its quick form: the same planets, with other masses and another start.
+    """
+    case = planets(
+        galvi.problems.applegate(),
+        1_000.0 if quick else 10_000.0,
+        4332.6 / 365.0,
+        True,
+        (
+            ("Stormer-Verlet", STORMER_VERLET, (100,), {}),
+            ("symplectic Euler", SYMPLECTIC_EULER, (300,), {}),
+        ),
+    )
+    kept = [one for one in case.participants if not any(word in one.label for word in FAR_BEHIND)]
+    return replace(case, participants=tuple(kept))

@@ -1,26 +1,32 @@
-"""What work-precision problems of rigid bodies share: galvi, MuJoCo and textbook methods."""
+"""Rigid bodies, on a pivot, free, and on SE(3)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 import galvi
 from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
 from benchmarks.work_precision.problem import (
     ATTITUDE,
     EPS,
+    MOTION,
     Participant,
     Setting,
     Truth,
     WorkPrecisionProblem,
     adaptive,
     fixed,
+    galvi_label,
     largest_difference,
     stopped_early_too,
 )
 from galvi import Problem
 from galvi.charts import CHARTS
+from references.closed_forms.thrown_body import THROWN_BODY
+from references.closed_forms.top_motion import FREE_TOP
 from references.heyoka.rigid import HEYOKA_RIGID
 from references.mujoco.steps import (
     DEFAULT_STEP,
@@ -126,4 +132,104 @@ def rigid_body(
         quantity=ATTITUDE,
         distance=largest_difference,
         repeated_run=True,
+    )
+
+
+STEPS = {
+    4: (60, 120),
+    6: (40, 60, 120),
+    7: (30, 40, 60),
+    8: (30, 40, 60),
+    10: (30, 40),
+    12: (30, 40),
+}
+LONGER = {8: (20, 24)}
+MORE_POINTS = {6: (40, 60), 7: (30, 40, 60), 8: (30, 40, 60), 10: (30, 40)}
+
+
+def free_body(quick: bool) -> WorkPrecisionProblem:
+    """H's free rigid body over about nine turns."""
+    problem = galvi.problems.free_rigid_body()
+
+    def truth() -> Truth:
+        end = FREE_TOP.run(problem, DURATION, {"samples": 1}).q[-1]
+        return Truth(end, 0.5 * EPS, f"{FREE_TOP.name}; to the rounding of the entries")
+
+    return rigid_body(problem, quick, STEPS, truth, MORE_POINTS, longer=LONGER)
+
+
+PENDULUM_STEPS = {
+    4: (20, 40, 80, 160),
+    6: (20, 30, 40),
+    8: (20, 30, 40),
+    10: (20, 30),
+    12: (20, 30),
+}
+
+
+def pendulum(quick: bool) -> WorkPrecisionProblem:
+    """H's 3D pendulum, from near its equilibrium."""
+    problem = galvi.problems.pendulum_3d()
+    return rigid_body(problem, quick, PENDULUM_STEPS, stored_truth(problem))
+
+
+TOP_STEPS = {4: (160,), 6: (80, 120, 160), 8: (80, 120, 160), 12: (80, 120)}
+
+
+def heavy_top(quick: bool) -> WorkPrecisionProblem:
+    """A fast top on its tip, some twenty-five turns about its axis."""
+    problem = galvi.problems.heavy_top()
+    return rigid_body(problem, quick, TOP_STEPS, stored_truth(problem), brief=True)
+
+
+MOVING_DURATION = 20.0
+MOVING_STEPS = {4: (60, 120), 5: (40, 60, 120), 6: (40, 60), 8: (30, 40, 60), 12: (30, 40)}
+GENERAL = 5  # degree of the row by the general kernel
+
+
+def free_body_se3(quick: bool) -> WorkPrecisionProblem:
+    """H's free rigid body, thrown, over about nine turns.
+
+    In a longer run its place grows, and with it the error that a tolerance allows.
+    """
+    problem = galvi.problems.free_body_se3()
+
+    def truth() -> Truth:
+        end = THROWN_BODY.run(problem, MOVING_DURATION, {"samples": 1}).q[-1]
+        error = 0.5 * EPS * float(np.max(np.abs(end)))
+        return Truth(end, error, f"{THROWN_BODY.name}; to the rounding of the entries")
+
+    def steps(*counts: int) -> list[Setting]:
+        return [fixed(MOVING_DURATION, count) for count in (counts[1:2] if quick else counts)]
+
+    participants = [
+        Participant(galvi_label(degree), gauss_collocation(degree), steps(*counts))
+        for degree, counts in MOVING_STEPS.items()
+    ]
+    participants.append(
+        Participant(
+            f"{galvi_label(GENERAL)}, general kernel",
+            gauss_collocation(GENERAL),
+            [{**one, "solver": "newton"} for one in steps(*MOVING_STEPS[GENERAL])],
+        )
+    )
+    participants += [
+        Participant(
+            MUJOCO_RK4.name, MUJOCO_RK4,
+            steps(100, 400, 1600, 6400, round(MOVING_DURATION / DEFAULT_STEP)),
+        ),
+        Participant(MUJOCO_EULER.name, MUJOCO_EULER, steps(1000, 6000)),
+        Participant(
+            HEYOKA_RIGID.name, HEYOKA_RIGID,
+            adaptive("tolerance", (1e-9,) if quick else (1e-5, 1e-7, 1e-9, 1e-11, 1e-13)),
+        ),
+    ]  # fmt: skip
+    return WorkPrecisionProblem(
+        problem,
+        MOVING_DURATION,
+        tuple(participants),
+        truth,
+        quantity=MOTION,
+        distance=largest_difference,
+        net_time=True,
     )

@@ -1,4 +1,4 @@
-"""The folder of an ensemble, and what tells one ensemble from another."""
+"""Chunks of an ensemble on disk, one Parquet file each, and the names that tell them apart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""Files of runs: written whole or not at all, read with their checks."""
+"""Runs on disk: one .npz file with arrays and a line of JSON; nothing is pickled.
+
+Spaces, rules, systems and potentials that consist of numbers are written field by field and
+restored as equal values. Functions cannot be written: a run of a system with functions is loaded
+with its problem given again.
+"""
 
 from __future__ import annotations
 

@@ -9,8 +9,7 @@ from benchmarks.claims.vector_spaces import v24_brownout_cost as v24
 from benchmarks.claims.vector_spaces import v25_brownout_cloud as v25
 from benchmarks.claims.vector_spaces.brownout_particle import ACROSS, AWAY
 from reports.figures.plots.clouds import clouds, moving_cloud
-from reports.figures.plots.convergence import convergence_in_h
-from reports.figures.plots.rate import Rate
+from reports.figures.plots.convergence import Rate, convergence_in_h
 from reports.figures.plots.sampling import sampling
 from reports.figures.plots.traces import STEP, traces
 from reports.results.figure import Figure

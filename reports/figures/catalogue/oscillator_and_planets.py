@@ -19,12 +19,9 @@ from benchmarks.claims.vector_spaces import v10_outer_planets_in_five_year_steps
 from benchmarks.claims.vector_spaces import v11_euler_methods_on_planets as v11
 from benchmarks.claims.vector_spaces.kepler_orbit import FLOOR, fixed_number
 from benchmarks.studies.long_steps import CURVE, ENDS
-from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
-from reports.figures.plots.energies import energies
-from reports.figures.plots.history import history
-from reports.figures.plots.orbits import orbits
-from reports.figures.plots.paths import Panel, paths
-from reports.figures.plots.rate import Rate
+from reports.figures.plots.convergence import Rate, convergence_in_h, convergence_in_n
+from reports.figures.plots.energies import energies, history
+from reports.figures.plots.paths import Panel, orbits, paths
 from reports.results.figure import Figure
 
 N = "n-refinement"

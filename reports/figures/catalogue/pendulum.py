@@ -12,12 +12,11 @@ from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
 from benchmarks.claims.lie_groups import l15_curves_between_ends as l15
 from benchmarks.claims.lie_groups import pendulum_motion, steps_near_the_limit
 from galvi.charts import CHARTS
-from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
-from reports.figures.plots.history import history
+from reports.figures.plots.convergence import Rate, convergence_in_h, convergence_in_n
+from reports.figures.plots.energies import history
 from reports.figures.plots.jumps import jumps
 from reports.figures.plots.limits import limits
-from reports.figures.plots.rate import Rate
-from reports.figures.plots.sphere import sphere
+from reports.figures.plots.paths import sphere
 from reports.results.figure import Figure
 
 SOLID = "Solid line: fit over the filled points; hollow points: pre-asymptotic or round-off"

@@ -8,8 +8,7 @@ from benchmarks.claims.vector_spaces import v17_oscillator_order as v17
 from benchmarks.claims.vector_spaces import v18_oscillator_convergence_in_degree as v18
 from benchmarks.claims.vector_spaces import v22_best_approximation as v22
 from benchmarks.claims.vector_spaces import v26_discrete_lagrangian as v26
-from reports.figures.plots.convergence import convergence_in_h, convergence_in_n
-from reports.figures.plots.rate import Rate
+from reports.figures.plots.convergence import Rate, convergence_in_h, convergence_in_n
 from reports.results.figure import Figure
 
 SOLID = "Solid line: fit over the filled points"

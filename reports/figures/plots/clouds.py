@@ -13,9 +13,9 @@ from benchmarks.store.frames import pick
 from galvi.arrays import Array
 from galvi.kernels.forces.rotor_wind import R, rotor_height
 from reports.figures.moving import in_frame
+from reports.figures.style.identities import COLOURS, GUIDE
 from reports.figures.style.layout import WIDE, legend, panels
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import COLOURS, GUIDE
 
 WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
 FLAT, TITLE = 0.28, 0.24  # height over width of a panel; inches of its title

@@ -1,8 +1,8 @@
-"""Signed change of energy by several methods, over decades of size and of time."""
+"""Quantities against time: energies, histories, departures."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -10,11 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator
 
 from benchmarks.store.frames import pick
-from reports.figures.style.decades import powers, readable
-from reports.figures.style.identities import line_color
-from reports.figures.style.layout import Label, label_ends
+from reports.figures.style.decades import decades, powers, readable
+from reports.figures.style.identities import BAND, COLOURS, line_color
+from reports.figures.style.layout import Label, label_ends, legend, panels
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import BAND
 
 LINEAR = 1e-3  # smaller changes are drawn linearly, larger ones logarithmically
 TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
@@ -56,3 +55,68 @@ def energies(
     axes.set_ylim(TICKS[0], TICKS[-1])
     readable(axes.xaxis)
     label_ends(axes, [end for _, end in ends])
+
+
+TIME = "time $t$ [unit of time; the period is $2\\pi$]"
+MANY = 300  # above this many, points are not joined
+
+
+def history(
+    axes: Axes, frame: pd.DataFrame, *, quantity: str, ylabel: str, xlabel: str = TIME
+) -> None:
+    """Values at step ends, over a band that spans the values of the first half.
+
+    An error that grows with time leaves the band in the second half.
+    """
+    rows = pick(frame, study="history", quantity=quantity).sort_values("t")
+    rows = rows[rows["value"].notna()]
+    if rows.empty:
+        raise NoData(f"no step has a finite {quantity}.")
+    t, value = rows["t"].to_numpy(float), rows["value"].to_numpy(float)
+    first = value[t <= 0.5 * (t[0] + t[-1])]
+    axes.axhspan(first.min(), first.max(), color=BAND, zorder=0, label="range over the first half")
+    many = len(t) > MANY
+    axes.plot(
+        t,
+        value,
+        marker=".",
+        markersize=2.0 if many else 4.0,
+        linestyle="none" if many else "-",
+        linewidth=0.6,
+        color=COLOURS[0],
+        rasterized=many,
+    )
+    axes.set(xlabel=xlabel, ylabel=ylabel)
+    axes.ticklabel_format(axis="x", style="plain")
+    axes.margins(x=0.01, y=0.15)
+    legend(axes)
+
+
+SMALLEST = 1e-17  # drawn in place of 0
+
+
+def departures(
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    quantities: Sequence[str],
+    labels: Mapping[str, str],
+    xlabel: str = "time $t$",
+) -> None:
+    """A line for each study in `labels`, labelled at its end, in a panel for each quantity; both
+    axes logarithmic, times from the second sample on."""
+    for one, quantity in zip(panels(axes, len(quantities), least=3.0), quantities, strict=True):
+        one.set(xscale="log", yscale="log", xlabel=xlabel, title=quantity)
+        ends = []
+        for k, (study, text) in enumerate(labels.items()):
+            rows = pick(frame, study=study, quantity=quantity).sort_values("t")
+            t, away = rows["t"].to_numpy(float), rows["value"].to_numpy(float)
+            seen = (t > 0.0) & np.isfinite(away)
+            if not np.any(seen):
+                raise NoData(f"{study}: no step has a finite {quantity}.")
+            t, away, color = t[seen], np.maximum(away[seen], SMALLEST), line_color(study, k)
+            one.plot(t, away, color=color, linewidth=1.0)
+            ends.append(Label(away[-1], text, color))
+        decades(one.xaxis)
+        decades(one.yaxis)
+        label_ends(one, ends)

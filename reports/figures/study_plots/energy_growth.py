@@ -10,10 +10,9 @@ from matplotlib.lines import Line2D
 from benchmarks.statistics.growth import rms
 from benchmarks.studies.round_off import ensembles, reading_floor
 from reports.figures.style.decades import decades
-from reports.figures.style.identities import identity, in_order
+from reports.figures.style.identities import GUIDE, identity, in_order
 from reports.figures.style.layout import legend
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import GUIDE
 
 
 def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:

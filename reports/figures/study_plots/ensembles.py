@@ -5,8 +5,8 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.axes import Axes
 
+from reports.figures.style.identities import GUIDE
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import GUIDE
 
 
 def speed_ups(axes: Axes, frame: pd.DataFrame) -> None:

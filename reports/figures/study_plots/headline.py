@@ -11,12 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from benchmarks.work_precision.fronts import front
-from reports.figures.style.decades import decades, readable
+from reports.figures.style.decades import decades, error_label, readable
 from reports.figures.style.identities import OURS, blue, identity
 from reports.figures.style.layout import legend
 from reports.figures.style.layout import panels as side_by_side
 from reports.figures.style.no_data import NoData
-from reports.figures.style.units import error_label
 
 LEAST = 1e-14  # errors below it are the rounding of the truth
 

@@ -9,10 +9,9 @@ from matplotlib.axes import Axes
 
 from benchmarks.studies.scaling import FEW_HEAVY
 from reports.figures.style.decades import decades, round_numbers
-from reports.figures.style.identities import identity, in_order
+from reports.figures.style.identities import GUIDE, identity, in_order
 from reports.figures.style.layout import legend
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import GUIDE
 
 
 def seconds_per_orbit(axes: Axes, frame: pd.DataFrame) -> None:

@@ -10,11 +10,10 @@ from matplotlib.lines import Line2D
 from benchmarks.statistics.growth import rms
 from benchmarks.studies.so3_drift import QUANTITIES, ensembles
 from reports.figures.style.decades import decades, whole_decades
-from reports.figures.style.identities import identity, in_order
+from reports.figures.style.identities import GUIDE, identity, in_order
 from reports.figures.style.layout import legend, panels
 from reports.figures.style.legends import contender_legend
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import GUIDE
 
 DASHES = (0, (5, 3))
 TITLES = {

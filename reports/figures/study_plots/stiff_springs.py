@@ -14,10 +14,9 @@ from benchmarks.studies.moving_frames.stiff_springs import (
     RESONANCE,
 )
 from reports.figures.style.decades import decades
-from reports.figures.style.identities import identity, in_order
+from reports.figures.style.identities import GUIDE, identity, in_order
 from reports.figures.style.layout import legend, panels
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import GUIDE
 
 
 def errors_and_resonances(axes: Axes, frame: pd.DataFrame) -> None:

@@ -12,9 +12,9 @@ from matplotlib.colors import Colormap
 from matplotlib.patches import Patch, Rectangle
 
 from benchmarks.studies.taxonomy import ILL_POSED, INCONSISTENT, METHOD
+from reports.figures.style.identities import GUIDE
 from reports.figures.style.layout import legend, panels
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import GUIDE
 
 CODES = {
     "implicit midpoint": "IM",

@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from reports.figures.style.identities import COLOURS, GUIDE
 from reports.figures.style.layout import panels as side_by_side
 from reports.figures.style.no_data import NoData
-from reports.figures.style.palette import COLOURS, GUIDE
 
 COMMITS = 12  # more are not all named
 

@@ -17,7 +17,20 @@ import numpy as np
 from matplotlib.colors import to_hex, to_rgb
 
 from reports.figures.style.chart_lines import chart_line
-from reports.figures.style.palette import COLOURS
+
+# Okabe and Ito (2008), without the yellow, which is too light for a white page.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")
+GUIDE = "#777777"  # claimed rates and other things that were not measured
+SUN = "#E69F00"
+BAND = "#eef3f7"
+
+
+def darker(color: str) -> tuple[float, float, float]:
+    """The same hue, darker: text needs more contrast with the page than lines do."""
+    red, green, blue = (0.72 * part for part in to_rgb(color))
+    return red, green, blue
+
 
 SOLID, DASHED, DASH_DOT, DOTTED = "-", (0, (4, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.4))
 OURS, FRAME = "galvi", "galvi Kepler frame"

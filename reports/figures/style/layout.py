@@ -26,7 +26,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Annotation, Text
 
 from reports.figures.style.decades import fewer
-from reports.figures.style.palette import darker
+from reports.figures.style.identities import darker
 
 LEAST, MOST = 0.62, 0.8  # height of a panel over its width where the figure is narrow
 PAD = 0.06  # inches around the axes and between panels
