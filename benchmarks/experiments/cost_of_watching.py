@@ -15,7 +15,9 @@ import numpy as np
 
 from benchmarks.timings.catalogue import TRAJECTORIES
 from benchmarks.timings.worker import method_of, problem_of
-from galvi.run.integrate import prepared
+from galvi.run.engine_choice import engine_for
+from galvi.run.integrate import checked
+from galvi.run.loop import run_steps
 
 SECONDS, ROUNDS = 1.0, 200  # of each, at most
 
@@ -24,7 +26,8 @@ def run_of(case):
     """Its run, prepared."""
     words = asdict(case)
     problem, method = problem_of(words), method_of(words)
-    return prepared(problem, method, case.step, case.steps, save_every=case.steps)
+    run = checked(problem, method, case.step, case.steps, save_every=case.steps)
+    return partial(run_steps, engine_for(problem, method), run)
 
 
 def seconds(call):

@@ -40,7 +40,7 @@ from galvi.run.energies import (
     start_energies,
     velocities_at_the_end,
 )
-from galvi.run.engine import Engine
+from galvi.run.plan import Engine, Run
 from galvi.run.run_arrays import NEVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 
@@ -70,15 +70,13 @@ class Judgement(NamedTuple):
     unjudged: str = ""
 
 
-def judge(
-    engine: Engine, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
-    work: RunArrays,
-) -> Judgement:  # fmt: skip
+def judge(engine: Engine, run: Run, work: RunArrays) -> Judgement:
     """The judgement of a run so far; nothing of a system that does not conserve its energy.
 
     A compiled first look settles runs whose error is far from ``SMALL``. Steps at which the user's
     functions raise are left out, and ``unjudged`` names the first one.
     """
+    problem, start = run.problem, run.start
     if work.done == 0 or work.watch == NEVER or not conserves_energy(problem.system):
         return Judgement(energies=start.energies)
     with np.errstate(all="ignore"):
@@ -87,12 +85,12 @@ def judge(
         except Exception as error:
             return Judgement(energies=start.energies, unjudged=_raised(error, 0))
         known = (energy, kinetic, start.energies if start.energies.size else fresh)
-        seen = _seen(engine, problem, start, work)
+        seen = _seen(engine, run, work)
         with suppress(Exception):  # of a user's function, which is asked again below
-            found = _first_look(engine, problem, method, seen, *known)
+            found = _first_look(engine, problem, run.method, seen, *known)
             if found is not None:
                 return found
-        return _judged(engine, problem, method, step, start, work, seen, known)
+        return _judged(engine, run, work, seen, known)
 
 
 def _first_look(
@@ -124,13 +122,13 @@ def _first_look(
 
 
 def _judged(
-    engine: Engine, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
-    work: RunArrays, rows: Array, known: tuple[float, float, Array],
-) -> Judgement:  # fmt: skip
+    engine: Engine, run: Run, work: RunArrays, rows: Array, known: tuple[float, float, Array]
+) -> Judgement:
     """As ``judge``, in full, of the states ``rows``."""
+    problem, start = run.problem, run.start
     steps, seen = _steps(start, work), _states(engine, problem, rows)
     if isinstance(problem.system, Lagrangian):
-        seen = seen._replace(v=_near(problem, method, rows))
+        seen = seen._replace(v=_near(problem, run.method, rows))
 
     def judged(sharp: bool, floor: float = 0.0, kick: float = 0.0) -> Judgement:
         raised: Raised = {}
@@ -149,13 +147,13 @@ def _judged(
     if found.error <= SMALL and not found.unknown:
         return found
     try:
-        floor, kick = noise(problem), kick_energy(problem, step)
+        floor, kick = noise(problem), kick_energy(problem, run.step)
     except Exception as error:
         return Judgement(energies=start.energies, unjudged=_raised(error, 0))
     found = judged(True, floor, kick)
     if found.ruined is None or found.ruined <= start.first:
         return found
-    kept_steps, kept = _kept_before(engine, problem, start, work, found.ruined, steps, seen)
+    kept_steps, kept = _kept_before(engine, run, work, found.ruined, steps, seen)
     if len(kept_steps) == 0:
         return found
     limit = max(found.measure, floor)
@@ -202,10 +200,11 @@ def judgement(
     return Judgement(share, measure, first, math.isnan(largest), kept)
 
 
-def _seen(engine: Engine, problem: Problem, start: Checkpoint, work: RunArrays) -> Array:
+def _seen(engine: Engine, run: Run, work: RunArrays) -> Array:
     """The watched rows, and the last state in the row after them."""
-    last = start.first + work.done
-    n, r, d = (last >> work.watch) - (start.first >> work.watch), problem.q0.size, problem.v0.size
+    first, r, d = run.start.first, run.problem.q0.size, run.problem.v0.size
+    last = first + work.done
+    n = (last >> work.watch) - (first >> work.watch)
     if n == 0 or last & ((1 << work.watch) - 1) != 0:
         row = work.seen[n]
         row[:r], row[r : r + d] = work.state[0, :r], work.state[engine.velocity_row, :d]
@@ -230,11 +229,11 @@ def _steps(start: Checkpoint, work: RunArrays) -> Any:
 
 
 def _kept_before(
-    engine: Engine, problem: Problem, start: Checkpoint, work: RunArrays, ruined: int, steps: Any,
-    seen: States,
-) -> tuple[Any, States]:  # fmt: skip
+    engine: Engine, run: Run, work: RunArrays, ruined: int, steps: Any, seen: States
+) -> tuple[Any, States]:
     """The kept states between the last seen one before step ``ruined`` and that one, and their
     steps."""
+    problem, start = run.problem, run.start
     before = max([start.first, *steps[steps < ruined].tolist()])
     kept = start.first + work.saved_steps
     rows = np.flatnonzero((kept > before) & (kept <= min(ruined, start.first + work.done)))

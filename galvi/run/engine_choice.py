@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.engine import Engine
 from galvi.run.group_engine import ON_GROUP
 from galvi.run.group_system import group_system
 from galvi.run.in_frame.engine import IN_FRAME, refuse
 from galvi.run.nystrom_engine import NYSTROM
+from galvi.run.plan import Engine
 
 
 def engine_for(problem: Problem, method: Galerkin) -> Engine:

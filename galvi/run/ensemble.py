@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from typing import Any
@@ -21,8 +21,10 @@ from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engine_choice import engine_for
-from galvi.run.integrate import number_of_steps, prepared
+from galvi.run.integrate import checked
 from galvi.run.interruption import Interrupted, defer_interrupts
+from galvi.run.loop import run_steps
+from galvi.run.plan import Engine, Run
 from galvi.run.run_arrays import check_memory
 from galvi.trajectory import Trajectory
 
@@ -66,11 +68,11 @@ def integrate_many(
         )
     given = tuple(problems)
     threads = processors() if threads is None else input_checks.whole("threads", threads)
-    runs: list[Callable[..., Trajectory]] = []
+    runs: list[tuple[Engine, Run]] = []
     compiled = True
     for k, problem in enumerate(given):
         with _naming_problem(k):
-            run = prepared(
+            run = checked(
                 problem,
                 method,
                 step,
@@ -81,16 +83,16 @@ def integrate_many(
                 solver=solver,
                 tolerance=tolerance,
             )
-            runs.append(run)
-            compiled = compiled and engine_for(problem, method).is_compiled(problem, method)
+            engine = engine_for(problem, method)
+            runs.append((engine, run))
+            compiled = compiled and engine.is_compiled(problem, method)
     if given:
-        total = number_of_steps(float(step), steps, duration)
-        check_memory(given, method, total, save_every, curves)
+        check_memory([run for _, run in runs])
     return _all_of(runs, min(threads, len(runs)) if compiled else 1, progress)
 
 
 def _all_of(
-    runs: Sequence[Callable[..., Trajectory]], threads: int, progress: bool | None
+    runs: Sequence[tuple[Engine, Run]], threads: int, progress: bool | None
 ) -> tuple[Trajectory, ...]:
     """The results of the runs; raises the exception of the first in order that failed."""
     first_raised, lock = len(runs), threading.Lock()
@@ -103,7 +105,9 @@ def _all_of(
             nonlocal first_raised
             try:
                 with _naming_problem(k):
-                    return runs[k](interrupted=lambda: stopped or pressed() or first_raised < k)
+                    return run_steps(
+                        *runs[k], interrupted=lambda: stopped or pressed() or first_raised < k
+                    )
             except BaseException:
                 with lock:
                     first_raised = min(first_raised, k)

@@ -21,9 +21,9 @@ from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.kernels.on_group.advance import LEFT_CHART, RATES
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.engine import Engine, Start, Substeps, curves_in, fixed
 from galvi.run.group_steppers import compiled_stepper, solves_by_iteration, stepper_after_failure
 from galvi.run.group_system import group_system
+from galvi.run.plan import Engine, Run, Start, Substeps, curves_in, fixed
 from galvi.run.run_arrays import COUNTED, RunArrays
 from galvi.symbolic.tracing import Traces, traces
 from galvi.systems.system import GroupSystem
@@ -65,40 +65,35 @@ def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:
     return same, np.array([GUESS, 0, 0, 0], dtype=np.int64)
 
 
-def rates_from_substeps(
-    substeps: Substeps,
-    problem: Problem,
-    method: Galerkin,
-    step: float,
-    start: Checkpoint,
-    work: RunArrays,
-) -> Array | None:
+def rates_from_substeps(substeps: Substeps, run: Run, work: RunArrays) -> Array | None:
     """xi' (d, s) in the chart along the next step computed with 4, 16 or 64 substeps, or None.
 
     None if no such run succeeds, if it leaves the chart, and for the solver fixed_point. Adds the
     cost to the counts and stores the largest rotation angle in ``work.step_angle``.
     """
+    problem, method, step = run.problem, run.method, run.step
     group, chart = _system(problem, method).group, method.group_chart
-    t, v = problem.t0 + (start.first + work.done) * step, work.stages[:, -1]
+    t, v = problem.t0 + (run.start.first + work.done) * step, work.stages[:, -1]
     work.step_angle[0] = abs(step) * farthest_turn(group, v)
-    if start.solver == "fixed_point":
+    if run.start.solver == "fixed_point":
         return None
     q = work.state[0, : problem.q0.size].reshape(group.shape)
     for parts in SUBSTEPS:
         begin = Checkpoint(0, work.state, *_guess(v, method.stages), "newton", 1e-8)
-        run = substeps(Problem(problem.system, q, v, t), method, step / parts, parts, begin)
+        here = Problem(problem.system, q, v, t)
+        fine = substeps(Run(here, method, step / parts, parts, begin))
         for row, name in enumerate(COUNTED):
-            work.counts[row] += run.counts[name]
-        if run.success:
+            work.counts[row] += fine.counts[name]
+        if fine.success:
             places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
-            path, turning = run(t + step * places), Exponential()
+            path, turning = fine(t + step * places), Exponential()
             turns = unwrapped(turning, group, coordinates(turning, group, q, path))
             work.step_angle[0] = _farthest_of(group, turns)
             if work.step_angle[0] > chart.limit:
                 return None
             xi = unwrapped(chart, group, coordinates(chart, group, q, path))
             xi = xi[np.searchsorted(places, method.table.c)]
-            velocities = run.velocity(t + method.table.c * step)
+            velocities = fine.velocity(t + method.table.c * step)
             rates = np.linalg.solve(tangent(chart, group, xi), velocities[..., None])[..., 0]
             return np.ascontiguousarray(rates.T)
     return None
@@ -119,9 +114,8 @@ def _farthest_of(group: Group, path: Array) -> float:
     return farthest
 
 
-def _failure(
-    problem: Problem, method: Galerkin, step: float, code: int, solver: str, work: RunArrays
-) -> str:
+def _failure(run: Run, code: int, work: RunArrays) -> str:
+    problem, method, step, solver = run.problem, run.method, run.step, run.start.solver
     turn, limit = float(work.step_angle[0]), method.group_chart.limit
     if not turn < FAR:
         return "velocities above 1e100 overflow. Use other units, or a smaller step."

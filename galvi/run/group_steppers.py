@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from galvi.checkpoint import Checkpoint
 from galvi.kernels.compile.interpreted import interpreted
 from galvi.kernels.forces.lagrangian_derivatives import Law
 from galvi.kernels.nystrom.solve import DIVERGED, NEWTON_STREAK
@@ -17,10 +16,10 @@ from galvi.kernels.on_group.stages import Basis
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.coupling import coupled_layout
-from galvi.run.engine import Call
 from galvi.run.group_system import group_system
 from galvi.run.law_stepper import group_law_stepper, has_group_law, has_law, law_stepper
 from galvi.run.nystrom_steppers import kernel_tableau
+from galvi.run.plan import Call, Run
 from galvi.run.run_arrays import LEFT_OVER, RunArrays, run_plan
 from galvi.symbolic.tracing import Traces, traces
 from galvi.systems.system import LagrangianKernel
@@ -35,16 +34,15 @@ FINEST_IN_LANES = 2.0**-58
 FINEST_ON_RN = 2.0**-60
 
 
-def general_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
-) -> Call:
+def general_stepper(run: Run, work: RunArrays) -> Call:
     """A `Call` of the general kernel: does n more steps and returns its code."""
+    problem, method = run.problem, run.method
     system: Any = group_system(problem, method)
     field, law = _law(system, traces(system))
     kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
     layout, chart = coupled_layout(system, problem), method.group_chart
     basis = _basis(method.table, degrees_of(method, system.group.dimension))
-    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, FINEST))
+    plan, progress, kept = run_plan(run, work, max(run.start.tolerance, FINEST))
 
     def call(todo: int) -> int:
         return int(kernel(
@@ -94,12 +92,10 @@ def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
     return on_group or has_law(problem, method)
 
 
-def stepper_after_failure(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
-) -> Call:
+def stepper_after_failure(run: Run, work: RunArrays) -> Call:
     """As ``general_stepper``, counting its steps where fixed-point iteration would do them."""
-    call = general_stepper(problem, method, step, steps, start, work)
-    if start.solver == "newton" or not solves_by_iteration(problem, method):
+    call = general_stepper(run, work)
+    if run.start.solver == "newton" or not solves_by_iteration(run.problem, run.method):
         return call
 
     def counted(todo: int) -> int:
@@ -111,19 +107,17 @@ def stepper_after_failure(
     return counted
 
 
-def compiled_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
-) -> Call:
+def compiled_stepper(run: Run, work: RunArrays) -> Call:
     """As ``general_stepper``, with a packed kernel where one applies."""
-    arguments = (problem, method, step, steps, start, work)
-    if not solves_by_iteration(problem, method) or start.solver == "newton":
-        return general_stepper(*arguments)
-    stepper = law_stepper if has_law(problem, method) else group_law_stepper
-    packed = stepper(*arguments, FINEST_ON_RN if stepper is law_stepper else FINEST_IN_LANES)
+    solver = run.start.solver
+    if not solves_by_iteration(run.problem, run.method) or solver == "newton":
+        return general_stepper(run, work)
+    stepper = law_stepper if has_law(run.problem, run.method) else group_law_stepper
+    packed = stepper(run, work, FINEST_ON_RN if stepper is law_stepper else FINEST_IN_LANES)
     general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:
-        general[:] = general or [stepper_after_failure(*arguments)]
+        general[:] = general or [stepper_after_failure(run, work)]
         return general[0](todo)
 
     def call(todo: int) -> int:
@@ -135,10 +129,10 @@ def compiled_stepper(
         try:
             code = packed(todo)
         except Exception:  # of a function called where the iteration strayed, or raised again below
-            if start.solver == "fixed_point":
+            if solver == "fixed_point":
                 raise
             code = DIVERGED
-        if code and start.solver == "fixed_point":
+        if code and solver == "fixed_point":
             return code
         if code:
             work.solver_state[STREAK] = NEWTON_STREAK - 1

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import cast
 from weakref import WeakKeyDictionary, WeakSet
 
@@ -21,6 +19,7 @@ from galvi.problem import Problem, WithFunctions
 from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
+from galvi.run.plan import Run
 from galvi.run.run_arrays import check_memory
 from galvi.symbolic.tracing import Traces, traces
 from galvi.systems.canonical import Canonical
@@ -68,14 +67,12 @@ def integrate(
     first step; exceptions of user functions in a step pass through. Ctrl-C after the last step, or
     one that failed, raises KeyboardInterrupt, whose attribute ``run`` is the trajectory.
     """
-    run = prepared(
+    run = checked(
         problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
         solver=solver, tolerance=tolerance,
     )  # fmt: skip
-    check_memory(
-        (problem,), method, number_of_steps(float(step), steps, duration), save_every, curves
-    )
-    return run(progress=progress)
+    check_memory([run])
+    return run_steps(engine_for(problem, method), run, progress=progress)
 
 
 def check_types(problem: object, method: object, call: str) -> None:
@@ -88,7 +85,7 @@ def check_types(problem: object, method: object, call: str) -> None:
             )
 
 
-def prepared(
+def checked(
     problem: Problem,
     method: Galerkin,
     step: float,
@@ -99,11 +96,9 @@ def prepared(
     curves: bool | None = None,
     solver: str = "auto",
     tolerance: float | None = None,
-) -> Callable[..., Trajectory]:
-    """The run of `integrate` as a function of the remaining arguments of `run_steps`.
-
-    Arguments are checked, except that the result fits in memory: see `check_memory`.
-    """
+) -> Run:
+    """The run of `integrate`, its arguments checked, except that the result fits in memory: see
+    `check_memory`."""
     check_types(problem, method, "integrate(problem, method, step, steps), or give a duration")
     h = input_checks.real(
         "step", step, "The length of a run is given by steps or duration, its begin by problem.t0."
@@ -141,7 +136,7 @@ def prepared(
         _announce(problem, problem.system)
     begin = engine.start(problem, method)
     start = Checkpoint(0, *begin, solver, tol, save_every, curves)
-    return partial(run_steps, engine, problem, method, h, total, start)
+    return Run(problem, method, h, total, start)
 
 
 def resume(
@@ -185,10 +180,9 @@ def resume(
         total = steps_until(until, problem.t0, run.step, start.first)
     else:
         raise ValueError("give one of steps, duration and until; received until and another.")
-    check_memory((problem,), method, total, start.save_every, start.curves)
-    return run_steps(
-        engine_for(problem, method), problem, method, run.step, total, start, progress=progress
-    )
+    more = Run(problem, method, run.step, total, start)
+    check_memory([more])
+    return run_steps(engine_for(problem, method), more, progress=progress)
 
 
 def check_end(t0: float, step: float, steps: int) -> None:

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.checkpoint import Checkpoint
 from galvi.groups.matrix_groups import Rn
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.lanes.called import called_numbers
@@ -24,8 +23,8 @@ from galvi.kernels.nystrom.solve import FORCES
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.coupling import coupled_layout
-from galvi.run.engine import Call
 from galvi.run.nystrom_steppers import aligned, collocation_tables, stages_in_lanes
+from galvi.run.plan import Call, Run
 from galvi.run.run_arrays import CALLED, FORCES_IN_LANES, RunArrays, run_plan
 from galvi.symbolic.lane_law import called, compiled_group_law, compiled_law, coupled
 from galvi.symbolic.tracing import Traces, traces
@@ -138,23 +137,21 @@ def outside(table: Tableau, coefficients: int) -> Array:
     return result
 
 
-def law_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
-    finest: float,
-) -> Call:  # fmt: skip
+def law_stepper(run: Run, work: RunArrays, finest: float) -> Call:
     """A `Call` of the kernel for laws: does n more steps and returns its code."""
+    problem, method = run.problem, run.method
     d, s = problem.q0.size, method.stages
     found = lane_law(problem.system, d)
     assert found is not None
     lanes = lanes_for(s)
     law, function = _compiled(found.lines, d, lanes)
-    given = law_tables(method.table, step, lanes, component_degrees(method))
+    given = law_tables(method.table, run.step, lanes, component_degrees(method))
     padded = given[3].shape[1]
     scratch, spare = aligned((rows_of_work(d), padded), (6, max(padded, d, s)))
     constants, numbers = with_room(found, d, padded), np.zeros(2 * d + 3)
     work.counts[CALLED] = found.calls is not None
     kernel = compiled_advance_law()
-    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+    plan, progress, kept = run_plan(run, work, max(run.start.tolerance, finest))
 
     def call(todo: int, kept_alive: Any = (function, found)) -> int:
         before = work.counts[FORCES]
@@ -233,15 +230,13 @@ def orthonormal_complement(table: Tableau) -> Array:
     return result
 
 
-def group_law_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
-    finest: float,
-) -> Call:  # fmt: skip
+def group_law_stepper(run: Run, work: RunArrays, finest: float) -> Call:
     """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
+    problem, method = run.problem, run.method
     system: Any = problem.system
     layout, chart = coupled_layout(system, problem), method.group_chart.number
     lanes = lanes_for(method.stages)
-    tables, complement, others = group_law_tables(method.table, step, lanes)
+    tables, complement, others = group_law_tables(method.table, run.step, lanes)
     d, padded, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
     law, found, function = _compiled_on_group(system, chart, lanes, padded == lanes, traces(system))
     scratch, spare = aligned(
@@ -252,7 +247,7 @@ def group_law_stepper(
     arrays = (scratch, tables, complement, constants, numbers)
     given = np.array([*(array.ctypes.data for array in arrays), padded, extra])
     kernel = compiled_advance_group_law()
-    plan, progress, kept = run_plan(problem, step, steps, start, work, max(start.tolerance, finest))
+    plan, progress, kept = run_plan(run, work, max(run.start.tolerance, finest))
 
     def call(todo: int, kept_alive: Any = (function, found, given, arrays)) -> int:
         before = work.counts[FORCES]

@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
-from functools import partial
 from typing import Protocol
 
 from tqdm import tqdm
@@ -21,9 +20,9 @@ from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.energy_check import Judgement
-from galvi.run.engine import Engine, RunCurves
 from galvi.run.engine_choice import engine_for
 from galvi.run.interruption import Interrupted, Interrupts, defer_interrupts, uninterrupted
+from galvi.run.plan import Engine, Run, RunCurves
 from galvi.run.point_masses.massless import MasslessError, massless_error
 from galvi.run.run_arrays import COUNTED, RunArrays
 from galvi.run.status import ending, judged
@@ -82,18 +81,14 @@ APART, MOST_KNOWN = 1024, 512  # steps between states from which curves can be f
 
 def run_steps(
     engine: Engine,
-    problem: Problem,
-    method: Galerkin,
-    step: float,
-    steps: int,
-    start: Checkpoint,
+    run: Run,
     *,
     progress: bool | None = None,
     rescue: bool = True,
     watched: bool = True,
     interrupted: Callable[[], bool] | None = None,
 ) -> Trajectory:
-    """Do ``steps`` steps from ``start``; arguments as for `galvi.integrate`, already checked.
+    """The trajectory of a run.
 
     watched      whether the energy is judged
     interrupted  returns whether to stop; None: Ctrl-C stops the run
@@ -103,62 +98,59 @@ def run_steps(
     With ``rescue``, a step that cannot be solved is retried once with a guess from smaller steps;
     if that fails too, the run ends. The energy of those smaller steps is not judged.
     """
-    size = engine.curve_size(problem, method)
-    work = RunArrays.of(
-        problem, method, steps, start, engine.velocity_row, size, watched=rescue and watched
-    )
-    arguments = (problem, method, step, steps, start, work)
-    substeps = partial(run_steps, engine, rescue=False)
+    size, start = engine.curve_size(run.problem, run.method), run.start
+    work = RunArrays.of(run, engine.velocity_row, size, watched=rescue and watched)
 
     def recover(code: int) -> int:
         guess = None
         if rescue:
-            guess = engine.guess_from_substeps(substeps, problem, method, step, start, work)
+            guess = engine.guess_from_substeps(
+                lambda fine: run_steps(engine, fine, rescue=False), run, work
+            )
         if guess is None:
             return code
         before, held = work.stages.copy(), work.solver_state[HOLDS]
         work.solver_state[HOLDS] = engine.guess_kind
         work.stages[:] = guess
-        code = engine.stepper_from_guess(*arguments)(1)
+        code = engine.stepper_from_guess(run, work)(1)
         if code:
             work.stages[:], work.solver_state[HOLDS] = before, held
         return code
 
-    call = engine.stepper(*arguments)
+    call = engine.stepper(run, work)
     known, apart = [start], 0
-    massless = watched and rescue and _has_massless(problem)
+    massless = watched and rescue and _has_massless(run.problem)
     if rescue and (massless or not start.keeps_curves):
-        apart = max(APART, -(-steps // MOST_KNOWN))
+        apart = max(APART, -(-run.steps // MOST_KNOWN))
     with defer_interrupts() as pressed:
         code = step_in_batches(
-            call, recover, work, steps, progress, interrupted or pressed, apart,
+            call, recover, work, run.steps, progress, interrupted or pressed, apart,
             lambda: known.append(_checkpoint(start, work)),
         )  # fmt: skip
-        found, unheard = judged(engine, *arguments, pressed)
+        found, unheard = judged(engine, run, work, pressed)
         light = None
         if massless and work.done and not (unheard or pressed()):
             states = [*known, _checkpoint(start, work)]
-            light, unheard = _massless_error(engine, problem, method, step, states, pressed)
-        run = _trajectory(engine, *arguments, code, found, light, known)
-        if (pressed() or unheard) and not run.interrupted:
-            raise Interrupted(run)
-    return run
+            light, unheard = _massless_error(engine, run, states, pressed)
+        done = _trajectory(engine, run, work, code, found, light, known)
+        if (pressed() or unheard) and not done.interrupted:
+            raise Interrupted(done)
+    return done
 
 
 def _trajectory(
-    engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
-    start: Checkpoint, work: RunArrays, code: int, found: Judgement,
+    engine: Engine, run: Run, work: RunArrays, code: int, found: Judgement,
     light: MasslessError | None, known: list[Checkpoint],
 ) -> Trajectory:  # fmt: skip
     """The trajectory of a run whose last kernel call returned ``code``."""
+    problem, method, step, steps, start = run
     done, shape = work.done, problem.q0.shape
-    end = ending(engine, problem, method, step, steps, start, work, code, found, light)
+    end = ending(engine, run, work, code, found, light)
     times: Array = problem.t0 + (start.first + work.saved_steps) * step
     curves = None
     if start.keeps_curves:
-        begin = problem.t0 + start.first * step
         bases, coefficients = read_only(work.bases), read_only(work.coefficients)
-        curves = engine.curves(problem, method, step, begin, bases, coefficients)
+        curves = engine.curves(problem, method, step, run.begin, bases, coefficients)
     again = None
     if curves is None:
         again = RedoneCurves(problem, method, step, steps, done, tuple(known))
@@ -190,17 +182,17 @@ def _has_massless(problem: Problem) -> bool:
 
 
 def _massless_error(
-    engine: Engine, problem: Problem, method: Galerkin, step: float, states: list[Checkpoint],
-    pressed: Interrupts,
-) -> tuple[MasslessError | None, bool]:  # fmt: skip
+    engine: Engine, run: Run, states: list[Checkpoint], pressed: Interrupts
+) -> tuple[MasslessError | None, bool]:
     """The estimate for bodies without mass, and whether Ctrl-C ended it."""
-    _, stages, solver_state = engine.start(problem, method)
+    _, stages, solver_state = engine.start(run.problem, run.method)
 
     def steps_from(state: Checkpoint, n: int) -> Trajectory:
         there = Checkpoint(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
-        return run_steps(engine, problem, method, -step / n, n, there, watched=False)
+        back = run._replace(step=-run.step / n, steps=n, start=there)
+        return run_steps(engine, back, watched=False)
 
     try:
         pressed.at_once = True
@@ -225,12 +217,12 @@ def curves_of_steps(
     if skipped:
         there = replace(start, save_every=skipped, curves=False)
         before = uninterrupted(
-            run_steps(engine, problem, method, step, skipped, there, watched=False)
+            run_steps(engine, Run(problem, method, step, skipped, there), watched=False)
         )
         assert before.checkpoint is not None
         start = before.checkpoint
     begin = replace(start, save_every=1, curves=True)
-    run = uninterrupted(run_steps(engine, problem, method, step, count, begin, watched=False))
+    run = uninterrupted(run_steps(engine, Run(problem, method, step, count, begin), watched=False))
     assert run.curves is not None
     return run.curves
 

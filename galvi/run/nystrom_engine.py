@@ -14,8 +14,8 @@ from galvi.kernels.nystrom.advance import GUESS, NOTHING
 from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.engine import Engine, Start, Substeps, curves_in, fixed
 from galvi.run.nystrom_steppers import compiled_stepper
+from galvi.run.plan import Engine, Run, Start, Substeps, curves_in, fixed
 from galvi.run.point_masses.encounters import encounter
 from galvi.run.run_arrays import RunArrays
 from galvi.systems.nbody import NBody
@@ -41,31 +41,25 @@ def nystrom_start(problem: Problem, stages: int) -> Start:
     )
 
 
-def accelerations_from_substeps(
-    substeps: Substeps,
-    problem: Problem,
-    method: Galerkin,
-    step: float,
-    start: Checkpoint,
-    work: RunArrays,
-) -> Array | None:
+def accelerations_from_substeps(substeps: Substeps, run: Run, work: RunArrays) -> Array | None:
     """Accelerations (d, s) along the next step computed with 4, 16, 64 or 256 substeps, or None.
 
     None if none of these runs can be solved by fixed-point iteration, and for the solver
     fixed_point. Adds the cost to the counts.
     """
-    if start.solver == "fixed_point":
+    problem, method, step = run.problem, run.method, run.step
+    if run.start.solver == "fixed_point":
         return None
-    t, shape = problem.t0 + (start.first + work.done) * step, problem.q0.shape
+    t, shape = problem.t0 + (run.start.first + work.done) * step, problem.q0.shape
     q, _, v, _ = work.state
     here = Problem(problem.system, q.reshape(shape), v.reshape(shape), t)
     for parts in SUBSTEPS:
         begin = Checkpoint(0, *nystrom_start(here, method.stages), "fixed_point", 1e-8)
-        run = substeps(here, method, step / parts, parts, begin)
-        work.counts[:2] += run.counts["iterations"], run.counts["force_evaluations"]
-        if run.success:
+        fine = substeps(Run(here, method, step / parts, parts, begin))
+        work.counts[:2] += fine.counts["iterations"], fine.counts["force_evaluations"]
+        if fine.success:
             times = t + method.table.c * step
-            path = run(times)
+            path = fine(times)
             work.counts[1] += len(times)
             system = cast(VectorSystem, problem.system)
             rows = [system.acceleration(q, s) for q, s in zip(path, times, strict=True)]
@@ -73,11 +67,10 @@ def accelerations_from_substeps(
     return None
 
 
-def _failure(
-    problem: Problem, method: Galerkin, step: float, code: int, solver: str, work: RunArrays
-) -> str:
+def _failure(run: Run, code: int, work: RunArrays) -> str:
+    problem, solver = run.problem, run.start.solver
     if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
-        return encounter(problem, problem.system, method.stages, step, work.state)
+        return encounter(problem, problem.system, run.method.stages, run.step, work.state)
     if code == NOT_FINITE:
         return (
             "the force or the state became infinite or NaN. Use a smaller step, or keep away from "

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.checkpoint import Checkpoint
 from galvi.extended_precision import decimals, extended_precision, rounded, scaled
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.compile.interpreted import interpreted
@@ -20,9 +19,7 @@ from galvi.kernels.lanes.vectors import LANES
 from galvi.kernels.nystrom import advance
 from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, FORCES, NEWTON, Force
 from galvi.kernels.nystrom.step import NystromTableau
-from galvi.method import Galerkin
-from galvi.problem import Problem
-from galvi.run.engine import Call
+from galvi.run.plan import Call, Run
 from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
 from galvi.symbolic.lane_force import compiled_force, fits, force_source
 from galvi.symbolic.tracing import Traces, traces
@@ -41,15 +38,13 @@ ROUND_OFF, FINER = 2.0**-64, 2.0**-68
 SOLVERS = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
 
 
-def general_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
-) -> Call:
+def general_stepper(run: Run, work: RunArrays) -> Call:
     """A `Call` of the general kernel: does n more steps and returns its code."""
-    system: Any = problem.system
-    field, force = _force(system, problem.q0.shape[-1])
+    system: Any = run.problem.system
+    field, force = _force(system, run.problem.q0.shape[-1])
     kernel = advance.compiled_advance() if field.compiled else interpreted(advance.advance)
-    tableau, solver = tuple(kernel_tableau(method.table)), SOLVERS[start.solver]
-    plan, progress, kept = run_plan(problem, step, steps, start, work, start.tolerance)
+    tableau, solver = tuple(kernel_tableau(run.method.table)), SOLVERS[run.start.solver]
+    plan, progress, kept = run_plan(run, work, run.start.tolerance)
 
     def call(todo: int) -> int:
         return int(kernel(force, tableau, plan, solver, todo, progress, kept))
@@ -57,24 +52,23 @@ def general_stepper(
     return call
 
 
-def compiled_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
-) -> Call:
+def compiled_stepper(run: Run, work: RunArrays) -> Call:
     """As ``general_stepper``, in vector instructions where a kernel of these applies."""
-    arguments = (problem, method, step, steps, start, work)
+    problem, start = run.problem, run.start
     system: Any = problem.system
     point_masses = isinstance(system, NBody) and system.masses.size > 1
     law = None
     if isinstance(system, Canonical):
         law = _lane_force(system, problem.q0.size, traces(system))
     if start.solver == "newton" or not (point_masses or law):
-        return general_stepper(*arguments)
+        return general_stepper(run, work)
     axes = (0,) * problem.q0.shape[-1]
     kernel = packed.compiled_advance(len(axes)) if point_masses else compiled_advance_canonical()
     force = law[:2] if law else (axes, *_masses(system))
-    tables, tableau = packed_tables(method.table, step), tuple(kernel_tableau(method.table))
+    table = run.method.table
+    tables, tableau = packed_tables(table, run.step), tuple(kernel_tableau(table))
     tolerance = FINER if law and start.tolerance == ROUND_OFF else start.tolerance
-    plan, progress, kept = run_plan(problem, step, steps, start, work, tolerance)
+    plan, progress, kept = run_plan(run, work, tolerance)
     d, width = problem.q0.size, tables[1].shape[1]
     scratch, spare = aligned((6, d, width), (8, max(d, width)))
     slow: list[Call] = []
@@ -86,7 +80,7 @@ def compiled_stepper(
         ))  # fmt: skip
         work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
         if code:
-            slow[:] = slow or [general_stepper(*arguments)]
+            slow[:] = slow or [general_stepper(run, work)]
             code = slow[0](1)
         return code
 

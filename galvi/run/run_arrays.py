@@ -11,11 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from galvi.arrays import Array
-from galvi.checkpoint import Checkpoint
 from galvi.kernels.nystrom.advance import DONE
 from galvi.kernels.run_record import Kept, Plan, Progress
-from galvi.method import Galerkin
-from galvi.problem import Problem
+from galvi.run.plan import Run
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 
@@ -28,19 +26,19 @@ ALWAYS_FREE = 2.0**28  # bytes; what needs no more is not compared with the memo
 NEVER = 62  # watches every 2^62-th step, which is none
 
 
-def check_memory(
-    problems: Sequence[Problem], method: Galerkin, steps: int, save_every: int, curves: bool | None
-) -> None:
-    """ValueError when a run of each problem would keep more data than the memory that is free."""
-    d, m = sum(problem.q0.size for problem in problems), method.space.dimension - 1
-    with_curves = save_every == 1 if curves is None else curves
+def check_memory(runs: Sequence[Run]) -> None:
+    """ValueError when runs that differ in their problems would keep more data than the memory that
+    is free."""
+    _, method, _, steps, start = runs[0]
+    d, m = sum(run.problem.q0.size for run in runs), method.space.dimension - 1
     halves = 2 if method.in_frame else 1  # places alone, or velocities too
-    rows = 3 * (steps / save_every + 2) + (steps * halves * (1 + m) if with_curves else 0)
+    rows = 3 * (steps / start.save_every + 2)
+    rows += steps * halves * (1 + m) if start.keeps_curves else 0
     needed = 8.0 * d * rows  # of rows: places, velocities, momenta; curves
     if needed > ALWAYS_FREE and needed > (memory := _free_memory()):
-        runs = f"{len(problems)} runs of " if len(problems) > 1 else ""
+        many = f"{len(runs)} runs of " if len(runs) > 1 else ""
         raise ValueError(
-            f"{runs}{steps} steps would keep {needed / 2**30:.3g} GiB in all, more than the "
+            f"{many}{steps} steps would keep {needed / 2**30:.3g} GiB in all, more than the "
             f"{memory / 2**30:.3g} GiB that are free on this machine. Keep fewer with save_every, "
             f"and curves=False."
         )
@@ -96,15 +94,13 @@ class RunArrays(NamedTuple):
     passage: Array
 
     @classmethod
-    def of(
-        cls, problem: Problem, method: Galerkin, steps: int, start: Checkpoint, row: int,
-        curve_size: tuple[int, int], watched: bool = True,
-    ) -> RunArrays:  # fmt: skip
-        """Arrays for ``steps`` steps from ``start``; ``row`` of its state is the first saved_v.
+    def of(cls, run: Run, row: int, curve_size: tuple[int, int], watched: bool = True) -> RunArrays:
+        """Arrays for the steps of a run; ``row`` of its first state is the first saved_v.
 
         curve_size  numbers of a curve's base, and rows of its coefficients
         watched     whether states are kept to judge the energy
         """
+        problem, method, steps, start = run.problem, run.method, run.steps, run.start
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
         saved_steps = np.append(np.arange(0, steps, start.save_every), steps)
         saved_q, saved_v = _unknown(len(saved_steps), r), _unknown(len(saved_steps), d)
@@ -130,11 +126,12 @@ class RunArrays(NamedTuple):
         """Steps done so far."""
         return int(self.solver_state[DONE])
 
-    def record(self, start: Checkpoint, steps: int, q: Array, v: Array) -> None:
+    def record(self, run: Run, q: Array, v: Array) -> None:
         """Count a step that ends at (q, v), as galvi.kernels.run_record does, without its curve."""
+        start = run.start
         self.solver_state[DONE] += 1
         row, rest = divmod(self.done, start.save_every)
-        if self.done == steps:
+        if self.done == run.steps:
             row, rest = len(self.saved_q) - 1, 0
         if rest == 0:
             self.saved_q[row], self.saved_v[row] = q, v
@@ -152,12 +149,14 @@ def _unknown(*shape: int) -> Array:
 
 
 def run_plan(
-    problem: Problem, step: float, steps: int, start: Checkpoint, work: RunArrays, tolerance: float
+    run: Run, work: RunArrays, tolerance: float
 ) -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
     """The steps of a run, its current state and its kept results, as the kernels take them."""
+    start = run.start
     plan = Plan(
-        float(problem.t0), step, tolerance, start.first, steps, start.save_every, work.watch
-    )
+        float(run.problem.t0), run.step, tolerance, start.first, run.steps, start.save_every,
+        work.watch,
+    )  # fmt: skip
     progress = Progress(work.state, work.stages, work.solver_state, work.counts, work.passage)
     kept = Kept(work.saved_q, work.saved_v, work.bases, work.coefficients, work.seen)
     return tuple(plan), tuple(progress), tuple(kept)

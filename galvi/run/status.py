@@ -7,14 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.checkpoint import Checkpoint
 from galvi.kernels.energy_errors import SMALL, WORST
 from galvi.kernels.nystrom.solve import SOLVED
-from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.energy_check import Judgement, judge
-from galvi.run.engine import Engine
 from galvi.run.interruption import Interrupts
+from galvi.run.plan import Engine, Run
 from galvi.run.point_masses.encounters import ADAPT, adapting_steps, body_names, unresolved_passage
 from galvi.run.point_masses.massless import COARSE, MasslessError
 from galvi.run.run_arrays import CALLED, LEFT_OVER, RunArrays
@@ -38,41 +36,39 @@ class Ending(NamedTuple):
 
 
 def judged(
-    engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
-    start: Checkpoint, work: RunArrays, pressed: Interrupts,
-) -> tuple[Judgement, bool]:  # fmt: skip
-    """What the energies of a run say, and whether Ctrl-C ended this judgement."""
+    engine: Engine, run: Run, work: RunArrays, pressed: Interrupts
+) -> tuple[Judgement, bool]:
+    """The energy check of a run so far; True where Ctrl-C cut it short."""
     try:
         pressed.at_once = True
-        return judge(engine, problem, method, step, start, work), False
+        return judge(engine, run, work), False
     except KeyboardInterrupt:
-        return Judgement(energies=start.energies, unjudged="because of Ctrl-C"), True
+        return Judgement(energies=run.start.energies, unjudged="because of Ctrl-C"), True
     finally:
         pressed.at_once = False
 
 
 def ending(
-    engine: Engine, problem: Problem, method: Galerkin, step: float, steps: int,
-    start: Checkpoint, work: RunArrays, code: int, found: Judgement,
+    engine: Engine, run: Run, work: RunArrays, code: int, found: Judgement,
     light: MasslessError | None,
 ) -> Ending:  # fmt: skip
-    """The end of a run of ``steps`` steps whose last kernel call returned ``code``.
+    """The end of a run whose last kernel call returned ``code``.
 
     found  what its energies say
     light  what a step does to bodies without mass, where it was looked at
     """
-    done = work.done
+    done, steps, start = work.done, run.steps, run.start
     ruined = None if found.ruined is None else max(found.ruined - start.first, 1)
     failed = ruined if done == steps else done + 1
     if done == steps:
-        status = _completed(engine, problem, step, steps, work, found, ruined, light)
+        status = _completed(engine, run, work, found, ruined, light)
     else:
-        t = problem.t0 + (start.first + done) * step
+        t = run.problem.t0 + (start.first + done) * run.step
         where = f"at step {done + 1} of {steps}, from t = {t:.10g}"
         if code == SOLVED:
             status = f"Interrupted {where}; what was computed is kept."
         else:
-            reason = engine.failure(problem, method, step, code, start.solver, work)
+            reason = engine.failure(run, code, work)
             status = f"Stopped {where}: {reason}"
         if ruined is not None:
             status += f" It was ruined from step {ruined} on: {_off(found)}."
@@ -82,10 +78,11 @@ def ending(
 
 
 def _completed(
-    engine: Engine, problem: Problem, step: float, steps: int, work: RunArrays, found: Judgement,
-    ruined: int | None, light: MasslessError | None,
+    engine: Engine, run: Run, work: RunArrays, found: Judgement, ruined: int | None,
+    light: MasslessError | None,
 ) -> str:  # fmt: skip
     """COMPLETED, or what the energy, the passages of point masses and those without mass say."""
+    problem, step, steps = run.problem, run.step, run.steps
     passage = unresolved_passage(problem, step, work.passage)
     reasons = [_off(found)] if found.error > SMALL else []
     if found.unknown:

@@ -14,12 +14,12 @@ import pytest
 import galvi
 from galvi.curves.curves import GroupChart, IdentityChart
 from galvi.run import integrate as integrating
-from galvi.run.engine import Engine
 from galvi.run.engine_choice import engine_for
 from galvi.run.group_engine import ON_GROUP
 from galvi.run.in_frame.engine import IN_FRAME
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_engine import NYSTROM
+from galvi.run.plan import Engine, Run
 from galvi.run.run_arrays import RunArrays
 from tests.galvi.lagrangians import opaque
 
@@ -144,7 +144,7 @@ def test_a_step_that_fails_is_tried_from_smaller_steps_by_both_engines(monkeypat
 def test_a_run_keeps_one_row_for_each_step_that_is_watched(first):
     """And one for its end, wherever it begins."""
     start = replace(galvi.integrate(KEPLER, FOUR, 0.02, 3).checkpoint, first=first)
-    work = RunArrays.of(KEPLER, FOUR, 5000, start, 1, (2, 3))
+    work = RunArrays.of(Run(KEPLER, FOUR, 0.02, 5000, start), 1, (2, 3))
     every = 2**work.watch
     watched = np.count_nonzero(np.arange(first + 1, first + 5001) % every == 0)
     assert every > 1 and len(work.seen) == watched + 1

@@ -11,6 +11,7 @@ import pytest
 
 import galvi
 from galvi.run import run_arrays
+from galvi.run.integrate import checked
 from galvi.run.run_arrays import check_memory
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
@@ -86,10 +87,10 @@ def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
     places = np.random.default_rng(3).standard_normal((2, 100, 3))
     large = galvi.Problem(galvi.NBody(np.full(100, 1e-3)), *places)
     monkeypatch.setattr(run_arrays, "_free_memory", lambda: float(2**30))
-    settings = (EIGHT, 10_000, 1, False)
-    check_memory([large] + [KEPLER] * 999, *settings)
+    big, small = (checked(one, EIGHT, 0.1, 10_000, curves=False) for one in (large, KEPLER))
+    check_memory([big] + [small] * 999)
     with pytest.raises(ValueError, match=r"1000 runs of 10000 steps would keep 67\.1 GiB in all"):
-        check_memory([large] * 1000, *settings)
+        check_memory([big] * 1000)
     with pytest.raises(ValueError, match="2 runs of 300000 steps would keep") as caught:
         galvi.integrate_many([large, KEPLER], EIGHT, 0.1, 300_000, curves=False)
     assert not hasattr(caught.value, "__notes__")  # no single problem is at fault
@@ -99,19 +100,20 @@ def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
 def test_the_memory_counted_is_what_a_run_takes(curves, monkeypatch):
     problem = galvi.problems.outer_solar_system()
     galvi.integrate(problem, EIGHT, 10.0, 2)
+    run = checked(problem, EIGHT, 10.0, 4000, curves=curves)
     tracemalloc.start()
     galvi.integrate(problem, EIGHT, 10.0, 4000, curves=curves)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     monkeypatch.setattr(run_arrays, "ALWAYS_FREE", 0.0)
     monkeypatch.setattr(run_arrays, "_free_memory", lambda: 1.1 * peak)
-    check_memory([problem], EIGHT, 4000, 1, curves)
+    check_memory([run])
     monkeypatch.setattr(run_arrays, "_free_memory", lambda: 0.9 * peak)
     with pytest.raises(ValueError, match=r"^4000 steps would .* that are free on this machine"):
-        check_memory([problem], EIGHT, 4000, 1, curves)
+        check_memory([run])
     monkeypatch.setattr(run_arrays, "_free_memory", lambda: 2.0**20)
     with pytest.raises(ValueError, match=r"more than the 0\.000977 GiB that are free"):
-        check_memory([problem], EIGHT, 4000, 1, curves)
+        check_memory([run])
 
 
 @pytest.mark.skipif(not hasattr(os, "sysconf"), reason="this system does not tell its memory")

@@ -27,7 +27,7 @@ from galvi.run.ensembles.result import Ensemble
 from galvi.run.ensembles.schedule import PROBE, members_of_a_chunk, results, workers_of
 from galvi.run.ensembles.singles import Single, Singles
 from galvi.run.group_steppers import FINEST_IN_LANES, FINEST_ON_RN
-from galvi.run.integrate import check_end, prepared
+from galvi.run.integrate import check_end, checked
 
 BY_ITSELF = " It was run by itself, since {why}."
 NO_LAW = "the system has no law for lanes"
@@ -114,7 +114,7 @@ class _Work:
         self.parameters = Parameters(problem, values, self.members)
         self.problem = problem = self.parameters.problem
         first = problem.with_initial_state(self.q[0], self.v[0])
-        prepared(first, method, float(self.step[0]), steps, curves=False, tolerance=tolerance)
+        checked(first, method, float(self.step[0]), steps, curves=False, tolerance=tolerance)
         with np.errstate(over="ignore"):
             ends = problem.t0 + int(steps) * self.step
         check_end(problem.t0, float(self.step[np.argmax(np.abs(ends))]), int(steps))

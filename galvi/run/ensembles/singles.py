@@ -12,10 +12,12 @@ from galvi.arrays import Array
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
+from galvi.run.engine_choice import engine_for
 from galvi.run.ensembles.keep import Keep, Plan, Record
 from galvi.run.ensembles.parameters import Parameters
-from galvi.run.integrate import prepared
+from galvi.run.integrate import checked
 from galvi.run.interruption import uninterrupted
+from galvi.run.loop import run_steps
 from galvi.run.run_arrays import check_memory
 from galvi.trajectory import Trajectory
 
@@ -50,9 +52,10 @@ class Singles:
         """The run of one member; ValueError for a start or numbers that cannot be run."""
         problem, steps = self.problem(member), self.plan.steps
         step, options = float(self.plan.step[member]), self.options
-        begun = prepared(problem, self.method, step, steps, curves=curves, **options)
-        check_memory((problem,), self.method, steps, 1, curves)
-        return lambda: uninterrupted(begun(watched=False))
+        run = checked(problem, self.method, step, steps, curves=curves, **options)
+        check_memory([run])
+        engine = engine_for(problem, self.method)
+        return lambda: uninterrupted(run_steps(engine, run, watched=False))
 
     def kept(self, member: int, keep: Keep) -> Single:
         """What ``keep`` keeps of one member; of one that is refused, as of one that fails at once.

@@ -9,9 +9,9 @@ from galvi.curves.frame_curves import FrameCurves
 from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.engine import Engine
 from galvi.run.in_frame.fallback import allowed, inertial_curves, inertial_stepper
 from galvi.run.in_frame.stepper import Path, frame_of, frame_start, frame_stepper, motion_of
+from galvi.run.plan import Engine, Run
 from galvi.run.point_masses.encounters import encounter
 from galvi.run.run_arrays import RunArrays
 from galvi.systems.nbody import NBody
@@ -29,9 +29,8 @@ def refuse(problem: Problem, method: Galerkin) -> None:
         raise ValueError(refusal)
 
 
-def _failure(
-    problem: Problem, method: Galerkin, step: float, code: int, solver: str, work: RunArrays
-) -> str:
+def _failure(run: Run, code: int, work: RunArrays) -> str:
+    problem, method, step = run.problem, run.method, run.step
     frame = frame_of(method)
     q, v = (work.state[row, : problem.q0.size].reshape(problem.q0.shape) for row in (0, 2))
     outside = ""

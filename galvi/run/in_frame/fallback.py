@@ -18,10 +18,10 @@ from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
-from galvi.run.engine import Call
 from galvi.run.in_frame.stepper import checks_of, enter_again, falls_back
 from galvi.run.nystrom_engine import nystrom_start
 from galvi.run.nystrom_steppers import ROUND_OFF, compiled_stepper
+from galvi.run.plan import Call, Run
 from galvi.run.run_arrays import FORCES_IN_LANES, LEFT_OVER, RunArrays
 from galvi.spaces.polynomials import Polynomials
 
@@ -30,22 +30,19 @@ SAME = 1e-12  # of the largest place or velocity
 PLAIN = Galerkin(Polynomials(8), gauss(8), chart=Cayley())
 
 
-def allowed(
-    substeps: object, problem: Problem, method: Galerkin, step: float, start: Checkpoint,
-    work: RunArrays,
-) -> Array | None:  # fmt: skip
+def allowed(substeps: object, run: Run, work: RunArrays) -> Array | None:
     """`Engine.guess_from_substeps`: nothing is guessed; None where the frame never applied."""
-    return work.stages if falls_back(checks_of(problem, method, step, start.tolerance)) else None
+    checks = checks_of(run.problem, run.method, run.step, run.start.tolerance)
+    return work.stages if falls_back(checks) else None
 
 
-def inertial_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
-) -> Call:
+def inertial_stepper(run: Run, work: RunArrays) -> Call:
     """A `Call` that does one step in the inertial frame and returns to the moving one."""
+    problem, step = run.problem, run.step
     d, shape = problem.q0.size, problem.q0.shape
 
     def call(todo: int) -> int:
-        number = start.first + work.done
+        number = run.start.first + work.done
         before = work.state[0, :d].copy(), work.state[2, :d].copy()
         found = _in_parts(problem, step, problem.t0 + number * step, *before, curves=False)
         if found is None:
@@ -60,9 +57,9 @@ def inertial_stepper(
             row[:2, :d] = before
             work.coefficients[work.done, 0, 0] = 0.0  # the others stay NaN: see `FrameCurves`
         q, v = (found.state[k].reshape(shape) for k in (0, 2))
-        work.state[:] = enter_again(problem, method, q, v)
+        work.state[:] = enter_again(problem, run.method, q, v)
         work.solver_state[0] = NOTHING
-        work.record(start, steps, q.ravel(), v.ravel())
+        work.record(run, q.ravel(), v.ravel())
         return SOLVED
 
     return call
@@ -89,9 +86,10 @@ def _in_parts(
         begin = Checkpoint(
             0, *nystrom_start(here, PLAIN.stages), "fixed_point", ROUND_OFF, parts, curves
         )
-        work = RunArrays.of(here, PLAIN, parts, begin, 2, (q.size, q.size), watched=False)
+        run = Run(here, PLAIN, step / parts, parts, begin)
+        work = RunArrays.of(run, 2, (q.size, q.size), watched=False)
         with np.errstate(all="ignore"):  # what is not finite is a code
-            code = compiled_stepper(here, PLAIN, step / parts, parts, begin, work)(parts)
+            code = compiled_stepper(run, work)(parts)
         total = work.counts if total.size == 0 else total + work.counts
         if code != SOLVED:
             last = None

@@ -27,8 +27,8 @@ from galvi.kernels.nystrom.solve import FORCES, ITERATIONS, SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
-from galvi.run.engine import Call, Start, fixed
 from galvi.run.nystrom_steppers import ROUND_OFF, aligned, stages_in_lanes
+from galvi.run.plan import Call, Run, Start, fixed
 from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
 from galvi.spaces.polynomials import Polynomials
 from galvi.tableau import tabulate
@@ -99,21 +99,16 @@ def legendre_integrals(c: Array, count: int) -> Array:
     return result
 
 
-def frame_stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays
-) -> Call:
+def frame_stepper(run: Run, work: RunArrays) -> Call:
     """A `Call` of the kernel: does n more steps and returns its code."""
-    checks = np.array(checks_of(problem, method, step, start.tolerance))
-    return _stepper(problem, method, step, steps, start, work, checks)[0]
+    checks = np.array(checks_of(run.problem, run.method, run.step, run.start.tolerance))
+    return _stepper(run, work, checks)[0]
 
 
-def _stepper(
-    problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint, work: RunArrays,
-    checks: Array,
-) -> tuple[Call, tuple[Any, ...]]:  # fmt: skip
+def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any, ...]]:
     """The `Call` and the tables it uses."""
-    motion = motion_of(problem, method, step)
-    tables = tables_of(motion, method, checks)
+    motion = motion_of(run.problem, run.method, run.step)
+    tables = tables_of(motion, run.method, checks)
     rows, width = motion.sizes.size, tables[1].size
     few = tables[-1][2]
     arrays = aligned(
@@ -125,7 +120,7 @@ def _stepper(
     for nodes, c in ((arrays[2], tables[2]), (arrays[6], few)):
         nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
     kernel = compiled_advance_frame()
-    plan, progress, kept = run_plan(problem, step, steps, start, work, start.tolerance)
+    plan, progress, kept = run_plan(run, work, run.start.tolerance)
 
     def advance(todo: int) -> int:
         return int(kernel(
@@ -198,8 +193,9 @@ def _probed(
 ) -> list[Probe]:  # fmt: skip
     """The first steps of a run, each from its own state if given, up to one that fails."""
     begin = Checkpoint(0, *frame_start(problem, method), "auto", ROUND_OFF, 1, False)
-    work = RunArrays.of(problem, method, PROBED, begin, 2, (0, 0), watched=False)
-    advance, tables = _stepper(problem, method, step, PROBED, begin, work, np.array(checks))
+    run = Run(problem, method, step, PROBED, begin)
+    work = RunArrays.of(run, 2, (0, 0), watched=False)
+    advance, tables = _stepper(run, work, np.array(checks))
     sizes = motion_of(problem, method, step).sizes
     n, found = sizes.size // 2, []
     for k in range(PROBED if states is None else len(states)):

@@ -1,10 +1,11 @@
-"""Interface of the engines: runs on vector spaces, on Lie groups and in moving frames."""
+"""A run as a value, and the interface of the engines that do it: on vector spaces, on Lie groups
+and in moving frames."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -15,11 +16,26 @@ from galvi.curves.curves import Curves, LocalChart
 from galvi.curves.frame_curves import FrameCurves
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.run_arrays import RunArrays
 from galvi.trajectory import Trajectory
 
+
+class Run(NamedTuple):
+    """``steps`` steps of a problem by a method, checked, from a state with its settings."""
+
+    problem: Problem
+    method: Galerkin
+    step: float
+    steps: int
+    start: Checkpoint
+
+    @property
+    def begin(self) -> float:
+        """The time of its first state."""
+        return self.problem.t0 + self.start.first * self.step
+
+
 Call = Callable[[int], int]  # does n more steps; returns 0, or the code of a step that failed
-Stepper = Callable[[Problem, Galerkin, float, int, Checkpoint, RunArrays], Call]
+Stepper = Callable[[Run, Any], Call]  # of a run and its arrays
 RunCurves = Curves | FrameCurves
 BY_NEWTON = (
     "Newton's method did {left} of {steps} steps, as accurately but more slowly, since fixed-point "
@@ -33,13 +49,7 @@ def fixed(*start: Any) -> Start:
     return cast(Start, tuple(read_only(array) for array in start))
 
 
-class Substeps(Protocol):
-    """A run with smaller steps, which are not retried when they fail."""
-
-    def __call__(
-        self, problem: Problem, method: Galerkin, step: float, steps: int, start: Checkpoint
-    ) -> Trajectory:
-        """The run of ``steps`` steps from ``start``."""
+Substeps = Callable[[Run], Trajectory]  # with smaller steps, which are not retried when they fail
 
 
 @dataclass(frozen=True)
@@ -54,16 +64,15 @@ class Engine:
     solves_by_iteration  (problem, method) -> whether the solver fixed_point is available
     is_compiled          (problem, method) -> whether its kernel is compiled, so that other threads
                          can run at the same time
-    stepper              (problem, method, step, steps, start, arrays) -> `Call`
+    stepper              (run, arrays) -> `Call`
     stepper_from_guess   as ``stepper``, for a step that starts from a given guess
-    guess_from_substeps  (substeps, problem, method, step, start, arrays) -> a guess (d, s) of the
-                         next step's stages from smaller steps, or None
+    guess_from_substeps  (substeps, run, arrays) -> a guess (d, s) of the next step's stages from
+                         smaller steps, or None
     guess_kind           the kernels' code for the kind of that guess
     momenta              (problem, saved_v) -> conjugate momenta, (saved, ...)
     curves               (problem, method, step, t0, bases, coefficients) -> the curves of a run
                          that starts at t0
-    failure              (problem, method, step, code, solver, arrays) -> text: why the next step
-                         failed, and the remedy
+    failure              (run, code, arrays) -> text: why the next step failed, and the remedy
     solvers              that it has
     exceptions           the name in a run's counts of steps that were done in another way, and what
                          its status says of them
@@ -77,13 +86,11 @@ class Engine:
     is_compiled: Callable[[Problem, Galerkin], bool]
     stepper: Stepper
     stepper_from_guess: Stepper
-    guess_from_substeps: Callable[
-        [Substeps, Problem, Galerkin, float, Checkpoint, RunArrays], Array | None
-    ]
+    guess_from_substeps: Callable[[Substeps, Run, Any], Array | None]
     guess_kind: int
     momenta: Callable[[Problem, Array], Array]
     curves: Callable[[Problem, Galerkin, float, float, Array, Array], RunCurves]
-    failure: Callable[[Problem, Galerkin, float, int, str, RunArrays], str]
+    failure: Callable[[Run, int, Any], str]
     solvers: tuple[str, ...] = ("auto", "fixed_point", "newton")
     exceptions: tuple[str, str] = ("newton_steps", BY_NEWTON)
     curve_size: Callable[[Problem, Galerkin], tuple[int, int]] = lambda problem, method: (
