@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -13,7 +12,9 @@ from benchmarks.studies.moving_frames import stiff_springs as study
 from benchmarks.test_problems.stiff_springs import stiff_springs, stiffness
 from references.scipy.ivp import DOP853
 from references.textbook import trigonometric
+from reports.figures.picture import picture
 from reports.figures.study_plots.stiff_springs import energy_exchange, errors_and_resonances
+from reports.results.figure import Figure
 from reports.sections.stiff_springs import long_run, stiff_spring_table
 
 
@@ -90,6 +91,4 @@ def test_the_table_and_the_figures_show_it(frame: pd.DataFrame) -> None:
     lines, classes = stiff_spring_table(frame)
     assert set(classes) <= set(lines) and len(lines) == 10
     for draw in (errors_and_resonances, energy_exchange):
-        figure, axes = plt.subplots()
-        draw(axes, frame)
-        plt.close(figure)
+        assert picture(Figure("name", "title", draw), frame).svg
