@@ -84,8 +84,8 @@ def exported(
 
 def _all(
     suite: Suite, out: Path, form: str, width: str, figures: Mapping[str, Any]
-) -> Iterator[Path]:
-    """Write all tables, or all figures whose rows are kept."""
+) -> Iterator[str | Path]:
+    """Write all tables, or all figures whose rows are kept; says which cannot be drawn, and why."""
     if form in PICTURES:
         kept = [name for name, (_, frame) in figures.items() if frame is not None]
         if not kept:
@@ -93,8 +93,8 @@ def _all(
         for name in kept:
             try:
                 yield export_figure(suite, out, name, form, width, None)
-            except NotDrawn:
-                continue  # its rows show nothing
+            except NotDrawn as error:
+                yield error.message
         return
     if not tables(out):
         raise typer.BadParameter(f"{out} holds no table yet; run compare or build first.")
@@ -103,7 +103,7 @@ def _all(
 
 
 class NotDrawn(typer.BadParameter):
-    """The rows of a figure are there, and show nothing."""
+    """The rows of a figure are there, and show nothing, or it is too narrow."""
 
 
 def _check_form(form: str) -> None:

@@ -21,7 +21,7 @@ def describe(canvas: Canvas) -> str:
     panels = [one for one in canvas.axes if (one.axison and one.has_data()) or _curves(one)]
     said = [sentence for panel in panels if (sentence := _panel(panel))]
     texts = list(dict.fromkeys(text for one in (canvas, *canvas.axes) for text in _texts(one)))
-    said += [f"Lines: {_listed(texts)}."] if texts else []
+    said += [f"Legend: {_listed(texts)}."] if texts else []
     many = f"{len(panels)} panels. " if len(panels) > 1 else ""
     return many + " ".join(said)
 
@@ -69,7 +69,9 @@ def _curves(axes: Axes) -> list:
 def _texts(part: Canvas | Axes) -> Iterator[str]:
     """Entries of legends, and labels at lines."""
     legends = part.legends if isinstance(part, Canvas) else [part.get_legend()]
-    for text in (*(text for one in legends if one for text in one.get_texts()), *part.texts):
+    for one in legends:
+        yield from (plain(text.get_text()) for text in (one.get_texts() if one else ()))
+    for text in part.texts:
         words = plain(text.get_text())
         if re.search(r"[A-Za-z]{2}|=", words):
             yield words

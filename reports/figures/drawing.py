@@ -156,8 +156,11 @@ def write_files(one: Picture, folder: Path) -> None:
     """Write the files of a picture."""
     write(folder / f"{one.name}.svg", one.svg)
     write(folder / f"{one.name}.png", one.png)
+    narrow = folder / f"{one.name}-narrow.svg"
     if one.narrow:
-        write(folder / f"{one.name}-narrow.svg", one.narrow)
+        write(narrow, one.narrow)
+    else:
+        narrow.unlink(missing_ok=True)
 
 
 def _drawn(job: tuple[Figure, pd.DataFrame]) -> Picture | str:

@@ -78,8 +78,7 @@ def picture(figure: Figure, frame: pd.DataFrame) -> Picture:
 
 
 def drawn(figure: Figure, frame: pd.DataFrame, width: float = 0.0) -> Canvas:
-    """The canvas of a figure, so many inches wide, its own size for 0; call it in the style's
-    context."""
+    """The canvas of a figure in the current style, `width` inches wide, or of its own size."""
     width = width or figure.size[0]
     if width < figure.least:
         raise NoData(f"it needs {figure.least:g} inches; {width:g} were asked for.")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 
@@ -20,7 +20,8 @@ PAGE = 45  # table rows that fit on a page
 LETTERS = 76  # of \footnotesize side by side in a line of `article`
 SPACE = 1.5  # letters between two columns
 WIDE = {"M": 0.9, "W": 1.1, "m": 0.7, "w": 0.5, "%": 0.7}  # letters that these take more than one
-BREAKS = re.compile(r"(?<=[/_=(,;:-])(?=\w)|(?<=\S{24})(?=\S)")  # where a line may end in a word
+# Where a line may end within a word: not in a number, nor where a hyphen would seem one.
+BREAKS = re.compile(r"(?<=[/_,;:])(?=\w)|(?<=[a-z]-)(?=[a-z])|(?<=\S{24})(?=\S)")
 PAIRS = {"measured": "uncertainty"}  # number: its uncertainty, shown with it
 DIGITS = 3  # significant ones of a number without uncertainty
 OF_ORIGIN = ("python", "numpy", "scipy", "numba", "rebound", "mujoco-core", "heyoka")
@@ -41,12 +42,12 @@ def as_latex(frame: pd.DataFrame, caption: str = "", label: str = "") -> str:
     """The table with few digits; numbers with an uncertainty have two digits of it.
 
     A column with a number is an S column of siunitx, in which texts stand in braces; one of long
-    texts is a paragraph. What is wider than a page of `article` is several tables, each with the
-    columns by which its rows are told apart.
+    texts is a paragraph. What is wider than a page of `article` is split into several tables,
+    each with the columns that tell its rows apart, or with their numbers.
     """
     shown = _joined(frame)
     columns = [_Column.of(str(name), shown[name]) for name in shown]
-    parts = list(_parts(columns, shown))
+    parts = list(_parts(columns))
     tables = []
     for k, part in enumerate(parts, 1):
         of = f"Part {k} of {len(parts)}. " if len(parts) > 1 else ""
@@ -83,27 +84,41 @@ class _Column:
         return _Column(" ".join(map(escape, words)), texts, "", least, most)
 
 
-def _parts(columns: Sequence[_Column], frame: pd.DataFrame) -> Iterator[list[_Column]]:
-    """Columns side by side that fit on a page; from the second part on after the keys."""
-    keys = _keys(columns, frame)
-    part: list[_Column] = []
+def _parts(columns: Sequence[_Column]) -> Iterator[list[_Column]]:
+    """Columns side by side that fit on a page; where there are several parts, each after the
+    keys."""
+    if _width(columns) <= LETTERS:
+        yield list(columns)
+        return
+    keys = _keys(columns)
+    part = list(keys)
     for column in columns:
-        if part and sum(one.least + SPACE for one in (*part, column)) > LETTERS:
+        if column in keys:
+            continue
+        if len(part) > len(keys) and _width([*part, column]) > LETTERS:
             yield part
             part = list(keys)
         part.append(column)
     yield part
 
 
-def _keys(columns: Sequence[_Column], frame: pd.DataFrame) -> list[_Column]:
-    """The first columns, as many as tell rows apart, in less than half of the width."""
+def _width(columns: Iterable[_Column]) -> float:
+    return sum(one.least + SPACE for one in columns)
+
+
+def _keys(columns: Sequence[_Column]) -> list[_Column]:
+    """The fewest first columns whose cells tell rows apart, or the number of the row where these
+    leave no room for another column."""
+    room = LETTERS - max(one.least + SPACE for one in columns)
     for count in range(1, len(columns)):
         first = list(columns[:count])
-        if sum(one.least + SPACE for one in (*first, columns[count])) > LETTERS / 2:
+        if _width(first) > room:
+            break
+        rows = list(zip(*(one.cells for one in first), strict=True))
+        if len(set(rows)) == len(rows):
             return first
-        if not frame.iloc[:, :count].astype(str).duplicated().any():
-            return first
-    return list(columns[:1])
+    numbers = pd.Series(range(1, len(columns[0].cells) + 1), dtype=object)
+    return [_Column.of("row", numbers)]
 
 
 def _table(part: Sequence[_Column], rows: int, caption: str, label: str) -> str:
@@ -231,7 +246,8 @@ def _set(cell: str, column: _Column, width: float) -> str:
     """A text may break within a long word in a paragraph; in an S column it stands in braces."""
     if not column.number:
         parts = BREAKS.split(cell) if width < column.most else [cell]
-        return r"\allowbreak{}".join(map(escape, parts))
+        text = r"\allowbreak{}".join(map(escape, parts))
+        return f"{{}}{text}" if text[:1] in ("[", "*") else text  # after a line's end, an option
     text = escape(cell)
     return f"{{{text}}}" if text and not NUMBER.fullmatch(cell) else text
 

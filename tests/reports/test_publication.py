@@ -126,13 +126,26 @@ def test_a_table_fits_into_the_text_and_what_is_wider_is_several(columns):
     parsed(latex)
     found = widths(latex)
     assert max(found) <= BLOCK + 1.0, found
-    for k in range(len(columns)):
+    shown = re.sub(r"\\allowbreak\{\}|[{}]", "", latex)
+    for k, column in enumerate(columns):
         assert re.search(rf"column(?:\\\\|\\_| ){k}\b", latex)
+        for cell in column:
+            text = number(cell) if isinstance(cell, float) else " ".join(cell.split())
+            assert escape(text) in shown
 
 
 def test_a_table_that_is_too_wide_is_seen():
-    wide = as_latex(pd.DataFrame({"x": ["M" * 40], "y": ["W" * 20]}))
-    assert widths(wide.replace("p{", "p{1"))[0] > BLOCK
+    table = pd.DataFrame({"x": ["M" * 40], "y": ["W" * 20]})
+    assert max(widths(as_latex(table))) <= BLOCK
+    assert max(widths(as_latex(table).replace("p{0", "p{1"))) > BLOCK
+
+
+def test_each_part_of_a_wide_table_tells_its_rows_apart():
+    same = pd.DataFrame({f"c{k}": ["the same unbreakable words"] * 3 for k in range(14)})
+    other = same.assign(c0=["one", "two", "three"])
+    assert as_latex(same).count("{row}") == len(widths(as_latex(same))) > 1
+    assert "{row}" not in as_latex(other) and as_latex(other).count("three &") > 1
+    assert as_latex(pd.DataFrame({"a": ["[3pt] z"]})).count("{}[3pt] z") == 1
 
 
 def test_a_brace_that_is_not_closed_would_be_found():

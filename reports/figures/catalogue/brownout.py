@@ -135,8 +135,8 @@ BROWNOUT_FIGURES: tuple[Figure, ...] = (
             draw=sampling,
             options={"quantity": quantity, "degrees": {N: f"$N={N}$" for N in COMPARED}},
             caption="Mean difference from a run of high order with the same grains, with its "
-            "standard error; arrows: upper limits, where it is below that. Dashed: what a number "
-            "of grains leaves by chance, below which a finer step gains nothing.",
+            "standard error; arrows: upper limits, where it is below that. Dashed, dotted: what a "
+            "number of grains leaves by chance, below which a finer step gains nothing.",
         )
         for name, quantity in (("depth", DEPTH), ("height", HEIGHT))
     ),

@@ -114,9 +114,9 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
             },
             "turn": steps_near_the_limit.TURN,
             "change": steps_near_the_limit.CHANGE,
-            "limit": math.pi,
+            "limit": (math.pi, "limit of the Cayley chart"),
         },
-        caption="Left: runs for two weights m g; a cross marks an early end. Right: single steps "
+        caption="First, runs for two weights m g; a cross marks an early end. Second, single steps "
         "from states of DOP853 runs with m g from 20 to 30; in the Cayley chart the energy jumps "
         "the more the nearer a step is to a rotation by pi (dashed), in the other charts it does "
         "not. Steps that were not solved are omitted; changes of 0 are drawn at 1e-17.",
@@ -157,7 +157,7 @@ PENDULUM_FIGURES: tuple[Figure, ...] = (
             },
         },
         caption=f"One step of a body in steady rotation, n = {l14.SPIN}; crosses above: the "
-        "run failed; errors of 0 are drawn at 1e-17. Dashed: the limits.",
+        "run failed; errors of 0 are drawn at 1e-17. Vertical lines: the limits.",
     ),
     Figure(
         name="curve-between-same-ends",

@@ -38,7 +38,7 @@ RIGID_BODIES: tuple[Figure, ...] = (
             ),
             "inertia": INERTIA,
         },
-        caption=f"Momenta divided by their initial length, to t = 100, in the middle to "
+        caption=f"Momenta divided by their initial length, to t = 100, in the second panel to "
         f"{l01.LONG:g}. Grey: the exact curve, from which explicit Euler spirals outwards and RK45 "
         "drifts, by 0.03 of the radius. Solved together with the matrix, in shorter steps, RK45's "
         "momentum leaves the sphere by a millionth, which only the next figure shows.",
@@ -51,7 +51,7 @@ RIGID_BODIES: tuple[Figure, ...] = (
         claims=("L1",),
         draw=departures,
         options={"quantities": (l01.SPHERE, l01.GROUP), "labels": LABELS},
-        caption="Left: | |y| / |y(0)| - 1 |; right: the largest entry of |R^T R - I|.",
+        caption="First | |y| / |y(0)| - 1 |, then the largest entry of |R^T R - I|.",
         size=(9.6, 3.6),
     ),
     *(
@@ -138,7 +138,7 @@ RIGID_BODIES: tuple[Figure, ...] = (
             "inertia": INERTIA,
         },
         caption="Dots: momenta at every eighth step end; lines: the exact intersections of the "
-        "momentum sphere with the energy ellipsoids, which come in pairs. Right: the sphere "
+        "momentum sphere with the energy ellipsoids, which come in pairs. Second: the sphere "
         "(blue), one ellipsoid (yellow), each where it is outermost, and the momenta of its "
         "energy.",
         size=(9.6, 4.8),

@@ -18,19 +18,21 @@ from reports.figures.style.layout import WIDE, legend, panels
 from reports.figures.style.no_data import NoData
 
 WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
+BESIDE = 0.7  # inches of labels, beside and below a picture
 FLAT, TITLE = 0.28, 0.24  # height over width of a panel; inches of its title
 
 
 def clouds(
     axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequence[str], times: Sequence[float]
 ) -> None:
-    """x and z of the grains in the air, seen from the side: a row for each label, a column for each
+    """x and z of the grains in the air, seen from the side: panels for each label, one for each
     time. The rotor is a line, the ray along which the optical depth is taken is dashed."""
     _known(frame, study)
     canvas = axes.figure
     columns = len(times) if canvas.get_figwidth() > WIDE else len(times) // 2
-    high = TITLE + FLAT * canvas.get_figwidth() / columns
-    canvas.set_figheight(high * len(labels) * len(times) / columns + 2.0 * TITLE)
+    titled = columns < len(times)
+    high = TITLE * titled + FLAT * canvas.get_figwidth() / columns
+    canvas.set_figheight(high * len(labels) * len(times) / columns + 3.0 * TITLE)
     places = iter(panels(axes, len(labels) * len(times), columns=columns))
     for i, label in enumerate(labels):
         for k, t in enumerate(times):
@@ -40,7 +42,7 @@ def clouds(
                      rasterized=True)  # fmt: skip
             _scene(one, t)
             first, last = k % columns == 0, i == len(labels) - 1 and k >= len(times) - columns
-            if i == 0 or columns < len(times):
+            if i == 0 or titled:
                 one.set_title(f"{t:g} s", pad=3, fontweight="normal")
             if k == 0:
                 one.plot([], [], "o", color=COLOURS[i], label=label.replace("micrometres", "µm"))
@@ -63,7 +65,9 @@ def moving_cloud(axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequenc
     for i, label in enumerate(labels):
         axes.plot([], [], "o", color=COLOURS[i], label=label.replace("micrometres", "µm"))
     legend(axes)
-    axes.set(xlim=(-WIDTH, WIDTH), ylim=(0.0, HEIGHT), aspect="equal",
+    canvas = axes.figure
+    canvas.set_figheight(BESIDE + (canvas.get_figwidth() - BESIDE) * HEIGHT / (2.0 * WIDTH))
+    axes.set(xlim=(-WIDTH, WIDTH), ylim=(0.0, HEIGHT), aspect="equal", yticks=[0, 5, 10],
              xlabel="$x$ [m]", ylabel="$z$ [m]")  # fmt: skip
 
 

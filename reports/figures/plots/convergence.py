@@ -136,9 +136,12 @@ def _lines(
         if rate.claimed is not None:
             text += f"  (claimed ${claimed_power.format(rate.claimed)}$)"
             used = inside(fit, x) & (error > 0)
-            fitted.append((fit, rate.claimed, x[used], error[used]))
+            if known(fit.rate):
+                fitted.append((fit, rate.claimed, x[used], error[used]))
         right = positive[np.argmax(x[positive])]
-        labels.append(Label(float(min(error[right], top)), text, color, MARKERS[k]))
+        labels.append(
+            Label(float(x[right]), float(min(error[right], top)), text, color, MARKERS[k])
+        )
     if not labels:
         raise NoData("no run has a finite error.")
     decades(axes.yaxis)

@@ -43,18 +43,18 @@ def energies(
             raise NoData(f"{study}: no step has a finite {quantity}.")
         t, change, color = t[seen], change[seen], line_color(study, k)
         axes.plot(t, change, color=color, linewidth=1.0)
-        ends.append((t[-1], Label(change[-1], text, color)))
-    last = max(t for t, _ in ends)
-    for t, end in ends:
-        if t < last:
-            axes.plot(t, end.y, "X", color=end.color, markersize=7)
+        ends.append(Label(t[-1], change[-1], text, color))
+    last = max(end.x for end in ends)
+    for end in ends:
+        if end.x < last:
+            axes.plot(end.x, end.y, "X", color=end.color, markersize=7)
     axes.set(xscale="log", xlabel=xlabel, ylabel=ylabel)
     axes.set_yscale("symlog", linthresh=LINEAR, linscale=0.8)
     axes.yaxis.set_major_locator(FixedLocator(TICKS))
     powers(axes.yaxis)
     axes.set_ylim(TICKS[0], TICKS[-1])
     readable(axes.xaxis)
-    label_ends(axes, [end for _, end in ends])
+    label_ends(axes, ends)
 
 
 TIME = "time $t$ [unit of time; the period is $2\\pi$]"
@@ -116,7 +116,7 @@ def departures(
                 raise NoData(f"{study}: no step has a finite {quantity}.")
             t, away, color = t[seen], np.maximum(away[seen], SMALLEST), line_color(study, k)
             one.plot(t, away, color=color, linewidth=1.0)
-            ends.append(Label(away[-1], text, color))
+            ends.append(Label(t[-1], away[-1], text, color))
         decades(one.xaxis)
         decades(one.yaxis)
         label_ends(one, ends)

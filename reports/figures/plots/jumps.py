@@ -27,18 +27,18 @@ def jumps(
     steps: Mapping[str, str],
     turn: str,
     change: str,
-    limit: float,
+    limit: tuple[float, str],
 ) -> None:
-    """Left: |quantity| of each study in ``runs``, labelled; a cross where one ends early.
-    Right: for each study in ``steps``, ``change`` against ``turn`` at the same times. A label ends
+    """First panel: |quantity| of each study in ``runs``, labelled; a cross where one ends early.
+    Second: for each study in ``steps``, ``change`` against ``turn`` at the same times. A label ends
     with the chart, which has one colour in both.
 
-    limit  the angle to mark: the limit of the first chart
+    limit  an angle to mark, and its label
     """
     left, right = panels(axes, 2, least=3.0)
     colours = {text.split()[0]: COLOURS[k] for k, text in enumerate(steps.values())}
     _histories(left, frame, quantity, runs, colours)
-    widest = limit
+    widest = limit[0]
     for k, (study, text) in enumerate(steps.items()):
         found = _pairs(frame, study, turn, change)
         if found.empty:
@@ -47,10 +47,7 @@ def jumps(
         style = {"color": COLOURS[k], "marker": MARKERS[k], "markersize": 3.5}
         right.plot(found[turn], np.maximum(found[change], LEAST), linestyle="none", label=text,
                    **style)  # fmt: skip
-    right.axvline(
-        limit, color=GUIDE, linestyle=(0, (4, 2)), linewidth=1.1,
-        label=f"limit of the {next(iter(colours))} chart",
-    )  # fmt: skip
+    right.axvline(limit[0], color=GUIDE, linestyle=(0, (4, 2)), linewidth=1.1, label=limit[1])
     right.set(yscale="log", xlabel="rotation angle of the step [rad]", ylabel=change)
     right.set_xlim(0.0, AHEAD * widest)
     decades(right.yaxis)
@@ -73,7 +70,7 @@ def _histories(
         axes.plot(t, error, ".-", color=color, linewidth=0.6, markersize=3.0)
         if rows["status"].iloc[-1]:
             axes.plot(t[-1], error[-1], "X", color=color, markersize=7)
-        ends.append(Label(float(error[-1]), text, color))
+        ends.append(Label(float(t[-1]), float(error[-1]), text, color))
     axes.set(yscale="log", xlabel="time $t$", ylabel=f"relative {quantity}")
     decades(axes.yaxis)
     label_ends(axes, ends)

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from benchmarks.store.frames import pick
 from reports.figures.style.identities import BAND, COLOURS, GUIDE, SUN
-from reports.figures.style.layout import legend
+from reports.figures.style.layout import legend, share_y_label
 from reports.figures.style.layout import panels as side_by_side
 from reports.figures.style.no_data import NoData
 
@@ -31,13 +31,15 @@ def orbits(
 
     curve, ends  quantities of the frame with the body's name in `label`, its position in `x`, `y`
     """
+    looks = {}
     for k, body in enumerate(bodies):
         color = COLOURS[k % len(COLOURS)]
         x, y = _places(frame, curve, body)
         if not np.any(np.isfinite(y)):
             raise NoData(f"the positions of {body} are not known.")
         axes.plot(x, y, color=color, linewidth=0.7, alpha=0.6)
-        axes.plot(*_places(frame, ends, body), ".", color=color, markersize=4.0, label=body)
+        axes.plot(*_places(frame, ends, body), ".", color=color, markersize=4.0)
+        looks[body] = Line2D([], [], color=color, marker="o", markersize=4.0, linewidth=0.7)
     axes.plot(
         *(np.nanmean(part) for part in _places(frame, ends, centre)),
         "o",
@@ -48,7 +50,7 @@ def orbits(
     )
     axes.set(xlabel=f"$x$ [{unit}]", ylabel=f"$y$ [{unit}]", aspect="equal")
     axes.margins(0.06)
-    legend(axes)
+    legend(axes, looks.values(), looks)
 
 
 def _places(frame: pd.DataFrame, quantity: str, body: str) -> tuple[np.ndarray, np.ndarray]:
@@ -78,6 +80,7 @@ def paths(
     A path with a continuation ends in a cross; continuations are thin.
     """
     places = side_by_side(axes, len(panels))
+    share_y_label(places, f"$y$ [{unit}]")
     for one, panel in zip(places, panels, strict=True):
         for k, body in enumerate(bodies):
             color, parts = COLOURS[k % len(COLOURS)], [_path(frame, s, body) for s in panel.studies]
@@ -93,7 +96,6 @@ def paths(
                  markersize=5)  # fmt: skip
         one.set(xlabel=f"$x$ [{unit}]", aspect="equal", title=panel.title)
         one.set(xlim=(-panel.half, panel.half), ylim=(-panel.half, panel.half))
-        one.set_ylabel(f"$y$ [{unit}]")
     lines = [Line2D([], [], color=COLOURS[k % len(COLOURS)]) for k, _ in enumerate(bodies)]
     names = list(bodies)
     if any(len(panel.studies) > 1 for panel in panels):

@@ -43,7 +43,7 @@ def traces(
         axes.plot(x, error, color=color, marker=MARKERS[k], markersize=4.0, linewidth=1.0,
                   label=text)  # fmt: skip
         last = int(np.argmin(x))
-        ends.append(Label(float(error[last]), text, color, MARKERS[k]))
+        ends.append(Label(float(x[last]), float(error[last]), text, color, MARKERS[k]))
     if not ends:
         raise NoData(f"no run has a finite {quantity}.")
     axes.set(xscale="log", yscale="log", xlabel=xlabel, ylabel=ylabel)

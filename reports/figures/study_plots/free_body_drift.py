@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import identity, in_order
-from reports.figures.style.layout import panels
+from reports.figures.style.layout import panels, share_y_label
 from reports.figures.style.legends import contender_legend
 from reports.figures.style.no_data import NoData
 
@@ -31,9 +31,10 @@ def errors_over_turns(axes: Axes, frame: pd.DataFrame, *, problem: str) -> None:
         raise NoData("no body turned.")
     shown = pd.concat([_run(part) for _, part in rows.groupby("contender", sort=False)])
     names = in_order(known["contender"])
-    for one, (name, title) in zip(panels(axes, len(PANELS)), PANELS.items(), strict=True):
+    places = panels(axes, len(PANELS))
+    share_y_label(places, "largest error since the last mark [1]")
+    for one, (name, title) in zip(places, PANELS.items(), strict=True):
         one.set(xscale="log", yscale="log", xlabel="turns", title=title)
-        one.set_ylabel("largest error since the last mark [1]")
         for contender in names:
             look = identity(contender)
             run = shown[shown["contender"] == contender]

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from benchmarks.work_precision.fronts import front
 from reports.figures.style.decades import decades, error_label, readable
 from reports.figures.style.identities import OURS, blue, identity
-from reports.figures.style.layout import legend
+from reports.figures.style.layout import legend, share_y_label
 from reports.figures.style.layout import panels as side_by_side
 from reports.figures.style.no_data import NoData
 
@@ -46,12 +46,13 @@ def headline(
         raise NoData("its problems were not compared.")
     drawn: dict[str, Line2D] = {}
     places = side_by_side(axes, len(known))
+    quantity = frame.loc[frame["problem"] == known[0], "quantity"].iloc[0]
+    share_y_label(places, error_label(known[0], quantity))
     for one in places[1:]:
         one.sharey(places[0])
     for one, name in zip(places, known, strict=True):
         rows = frame[frame["problem"] == name]
-        ylabel = error_label(name, rows["quantity"].iloc[0])
-        one.set(xscale="log", yscale="log", xlabel="time to solution [s]", ylabel=ylabel)
+        one.set(xscale="log", yscale="log", xlabel="time to solution [s]")
         one.set_title(panels[name])
         lines = {line.label: found for line in shown if (found := _line(one, rows, line))}
         if not lines:

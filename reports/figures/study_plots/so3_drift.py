@@ -11,7 +11,7 @@ from benchmarks.statistics.growth import rms
 from benchmarks.studies.so3_drift import QUANTITIES, ensembles
 from reports.figures.style.decades import decades, whole_decades
 from reports.figures.style.identities import GUIDE, identity, in_order
-from reports.figures.style.layout import legend, panels
+from reports.figures.style.layout import legend, panels, share_y_label
 from reports.figures.style.legends import contender_legend
 from reports.figures.style.no_data import NoData
 
@@ -30,9 +30,9 @@ def so3_drift_growth(axes: Axes, frame: pd.DataFrame) -> None:
         raise NoData("no ensemble of runs is complete.")
     names = in_order(ensemble["contender"] for ensemble, _, _, _ in found)
     places = panels(axes, len(QUANTITIES))
+    share_y_label(places, "RMS over the runs [1]")
     for one, (name, text) in zip(places, QUANTITIES.items(), strict=True):
         one.set(xscale="log", yscale="log", xlabel="steps", title=TITLES.get(name, text))
-        one.set_ylabel("RMS over the runs [1]")
         least, first, last = np.inf, np.inf, 0.0
         for ensemble, quantity, done, errors in found:
             if quantity != name:

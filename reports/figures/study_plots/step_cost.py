@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from benchmarks.work_precision.described import described
 from reports.figures.style.identities import blue
-from reports.figures.style.layout import wrapped
+from reports.figures.style.layout import UNBROKEN, wrapped
 from reports.figures.style.no_data import NoData
 
 LINE = 1.3  # distance of two lines of text, in font sizes
@@ -25,14 +25,14 @@ def step_cost(axes: Axes, frame: pd.DataFrame) -> None:
     letters = int((axes.figure.get_figwidth() - 0.3) / (LETTER * size))
     line, guides = 0.0, []  # counted downwards
     for _, row in rows.iterrows():
-        name = f"{described(row['problem']).title}: {row['method']}, h = {row['step']:.3g}"
+        name = f"{described(row['problem']).title}: {row['method']}, h ={UNBROKEN}{row['step']:.3g}"
         text = wrapped(name, letters)
-        axes.text(0.0, -line, text, transform=axes.get_yaxis_transform(), va="top",
+        axes.text(0.01, -line, text, transform=axes.get_yaxis_transform(), va="top",
                   fontsize=72.0 * size)  # fmt: skip
-        line += text.count("\n") + 1.4
+        line += text.count("\n") + 1.2
         axes.plot(1e6 * row["seconds_per_step"], -line, "o", markersize=5, color=blue(8))
         guides.append(-line)
-        line += 0.5
+        line += 1.0
     axes.set(xscale="log", xlabel="time for one step [µs]", ylim=(-line, 0.3))
     axes.set_yticks(guides, [""] * len(guides))
     axes.tick_params(axis="y", length=0.0)

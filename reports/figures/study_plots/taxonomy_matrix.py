@@ -41,8 +41,11 @@ def taxonomy_matrix(axes: Axes, frame: pd.DataFrame) -> None:
     spaces = list(dict.fromkeys(frame["space"]))
     blocks = _blocks(frame, axes.figure.get_figwidth())
     axes.figure.set_figheight(len(blocks) * (CELL * len(spaces) + ABOVE_AND_BELOW))
-    for one, families in zip(panels(axes, len(blocks), columns=1), blocks, strict=True):
-        _block(one, frame[frame["family"].isin(families)], spaces)
+    parts = [frame[frame["family"].isin(families)] for families in blocks]
+    widest = max(max(_columns(part)[0].values()) for part in parts)
+    for one, part in zip(panels(axes, len(parts), columns=1), parts, strict=True):
+        _block(one, part, spaces)
+        one.set_xlim(-0.1, widest + 1.1)
     handles = [
         Patch(facecolor=color, hatch=hatch, edgecolor=GUIDE, linewidth=0.4, label=verdict)
         for verdict, (hatch, color) in HATCHES.items()
@@ -70,7 +73,6 @@ def _block(axes: Axes, frame: pd.DataFrame, spaces: list[str]) -> None:
     for _, row in frame.iterrows():
         x, y = places[row["family"], row["points"]], float(spaces.index(row["space"]))
         _cell(axes, x, y, row, colors)
-    axes.set_xlim(-0.1, max(places.values()) + 1.1)
     axes.set_ylim(len(spaces) + 0.1, -1.1)
     axes.set_yticks([k + 0.5 for k in range(len(spaces))], [space_label(name) for name in spaces])
     points = {x + 0.5: str(number) for (_, number), x in places.items()}

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from reports.figures.style.decades import readable
 from reports.figures.style.identities import COLOURS, GUIDE
 from reports.figures.style.layout import panels as side_by_side
 from reports.figures.style.no_data import NoData
@@ -36,6 +37,7 @@ def track_record(axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Any]) -> N
         known = values[np.isfinite(values)]
         if logarithmic and known.size and known.min() > 0.0:
             one.set_yscale("log")
+            readable(one.yaxis)
         elif known.size and known.min() >= 0.0:
             one.set_ylim(0.0, 1.25 * known.max() or 1.0)
         if one.get_yscale() == "linear" and not logarithmic:  # errors may be tiny, some of them 0

@@ -1,6 +1,6 @@
 """The layout of every figure, at any width: panels in rows, one legend, labels that do not touch.
 
-Drawing functions ask for `panels`, and leave what belongs into the legend to `legend` and
+Drawing functions ask for `panels`, and leave what belongs in the legend to `legend` and
 `label_ends`; `finish` puts it in place. The space between is that of a constrained layout.
 """
 
@@ -32,8 +32,10 @@ LEAST, MOST = 0.62, 0.8  # height of a panel over its width where the figure is 
 PAD = 0.06  # inches around the axes and between panels
 WIDE, BESIDE = 5.0, 0.27  # inches from which a legend may take this part of the width
 AT_ENDS = 0.3  # of the width of a panel, that labels at the ends of lines may take
+NEAR = 0.7  # of that width, from which on a line ends at the right
 LINE = 1.35  # distance of two lines of text, in font sizes
 GAP = 6.0  # points from the axes to a label
+APART = 4.0  # pixels, at least, between the labels of ticks
 ATTEMPTS = 6  # to have fewer ticks, and shorter lines
 SHRINK = 0.9  # of the number of letters in a line, in each attempt to make it fit
 UNBROKEN = "\u00a0"
@@ -41,8 +43,9 @@ UNBROKEN = "\u00a0"
 
 @dataclass(frozen=True)
 class Label:
-    """The height y of the end of a line, in data coordinates; its text, colour and marker."""
+    """The end (x, y) of a line in data coordinates; its text, colour and marker."""
 
+    x: float
     y: float
     text: str
     color: str
@@ -52,7 +55,7 @@ class Label:
 class Canvas(Figure):
     """A figure that keeps what `finish` puts in place.
 
-    natural  its width and height in inches on a page that is as wide as one likes
+    natural  its width and height in inches where width is not limited
     columns  number of panels side by side
     entries  label -> handle of its legend
     ends     of each panel, the labels at the ends of its lines
@@ -81,24 +84,33 @@ def panels(
     across = canvas.get_figwidth()
     rows = math.ceil(count / (columns or max(1, min(count, int(across / least)))))
     canvas.columns = columns or math.ceil(count / rows)
-    if not columns:
-        canvas.set_figheight(rows * _height((wide / count, high), across / canvas.columns))
+    each = _height((wide / count, high), across / canvas.columns)
+    canvas.set_figheight(max(high, canvas.get_figheight()) if columns else rows * each)
     places = axes.get_subplotspec()
     axes.remove()
     grid = places.subgridspec(rows, canvas.columns)  # type: ignore[union-attr]
     return [canvas.add_subplot(grid[k], **keywords) for k in range(count)]
 
 
-def legend(axes: Axes, handles: Iterable[Any] = (), labels: Iterable[str] = ()) -> None:
+def share_y_label(places: Sequence[Axes], label: str) -> None:
+    """The label of a vertical axis that panels have in common, at the first of each row."""
+    columns = _canvas(places[0]).columns
+    for one in places[::columns]:
+        one.set_ylabel(label)
+
+
+def legend(
+    axes: Axes, handles: Iterable[Any] | None = None, labels: Iterable[str] | None = None
+) -> None:
     """Entries of the figure's legend, which is outside all axes; those of the axes by default."""
-    known = (list(handles), list(labels))
-    if not known[1]:
-        known = axes.get_legend_handles_labels()
-    _canvas(axes).entries.update(zip(known[1], known[0], strict=True))
+    if handles is None or labels is None:
+        handles, labels = axes.get_legend_handles_labels()
+    _canvas(axes).entries.update(zip(labels, handles, strict=True))
 
 
 def label_ends(axes: Axes, labels: Sequence[Label]) -> None:
-    """Write each label right of the axes; in the legend where they are too long for that."""
+    """Write each label right of the axes, beside the end of its line; in the legend where they are
+    too long for that, or a line ends elsewhere. Call when the limits of the axes are final."""
     notes = [
         axes.annotate(
             label.text, (1.0, label.y), xycoords=("axes fraction", "data"), xytext=(GAP, 0.0),
@@ -147,6 +159,7 @@ def spread(
 def wrapped(text: str, letters: int) -> str:
     """The text in lines of at most so many letters, without a break within mathematics."""
     whole = re.sub(r"\$[^$]*\$", lambda found: found[0].replace(" ", UNBROKEN), text)
+    whole = re.sub(r" (?=\[[^]]{1,12}\]|\$[^$]{1,3}\$$)", UNBROKEN, whole)  # units and symbols
     lines = textwrap.wrap(whole.replace("\n", " "), max(letters, 8), break_long_words=False)
     return "\n".join(lines).replace(UNBROKEN, " ")
 
@@ -164,10 +177,11 @@ def _height(natural: tuple[float, float], width: float) -> float:
 
 
 def _long_ends_to_the_legend(canvas: Canvas) -> None:
-    """Labels at the ends of lines, in all panels, become entries where one is too long."""
+    """Labels at the ends of lines, in all panels, become entries where they cannot stand there."""
     room = AT_ENDS * canvas.get_figwidth() / canvas.columns
     notes = [note for _, some, _ in canvas.ends for note in some]
-    if max((_inches(note, canvas)[0] for note in notes), default=0.0) <= room:
+    fits = max((_inches(note, canvas)[0] for note in notes), default=0.0) <= room
+    if fits and all(_at_the_right(axes, one) for axes, _, labels in canvas.ends for one in labels):
         return
     for note in notes:
         note.remove()
@@ -178,6 +192,12 @@ def _long_ends_to_the_legend(canvas: Canvas) -> None:
     }
     canvas.entries = lines | canvas.entries
     canvas.ends.clear()
+
+
+def _at_the_right(axes: Axes, label: Label) -> bool:
+    """Whether a line ends near the right edge of its axes."""
+    place = axes.transData.transform((label.x, label.y))
+    return float(axes.transAxes.inverted().transform(place)[0]) > NEAR
 
 
 def _legend(canvas: Canvas) -> None:
@@ -249,7 +269,7 @@ def _thinned(canvas: Canvas, axis: Axis, side: str) -> bool:
     for _ in range(ATTEMPTS):
         boxes = [one.get_window_extent() for one in axis.get_ticklabels() if one.get_text()]
         edges = sorted((getattr(box, end[0]), getattr(box, end[1])) for box in boxes)
-        touch = any(b[0] < a[1] + 2.0 for a, b in itertools.pairwise(edges))
+        touch = any(b[0] < a[1] + APART for a, b in itertools.pairwise(edges))
         if not touch or axis.get_ticklabels()[0].get_rotation() or not fewer(axis):
             break
         changed = True
