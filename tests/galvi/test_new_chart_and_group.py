@@ -1,5 +1,6 @@
 """A new chart, or group, is one kernel file, one value and one entry: nothing else changes."""
 
+import ast
 import os
 import shutil
 import subprocess
@@ -10,9 +11,10 @@ import pytest
 
 import galvi
 from galvi.charts import CHARTS
+from galvi.kernels.lie.chart_functions import CHARTS as MODULES
 
 SOURCE = Path(galvi.__file__).parent
-NOW = [type(chart).__module__.rpartition(".")[2] for chart in CHARTS]
+NOW = [MODULES[chart.number].__name__.rpartition(".")[2] for chart in CHARTS]
 LIKE = CHARTS.index(galvi.ModifiedRodrigues())
 USE = """
 import numpy as np
@@ -40,12 +42,18 @@ print(type(chart).__name__, [type(group).__name__ for group in GROUPS])
 """
 
 
-def copied(folder, old, new, names):
-    """A file of the package under another name, with other words in it."""
-    text = (folder / f"{old}.py").read_text()
+def copied(old, new, names, only=""):
+    """A file of the package under another name, with other words in it; of a file with several
+    classes only the one of this name."""
+    text = old.read_text()
+    if only:
+        kinds = (ast.ClassDef, ast.FunctionDef, ast.Assign)
+        parts = [one for one in ast.parse(text).body
+                 if not isinstance(one, kinds) or getattr(one, "name", "") == only]  # fmt: skip
+        text = "\n".join(map(ast.unparse, parts))
     for one, other in names.items():
         text = text.replace(one, other)
-    (folder / f"{new}.py").write_text(text)
+    new.write_text(text)
 
 
 def entered(path, imported, before, after):
@@ -77,8 +85,10 @@ def copy(tmp_path):
 def test_a_chart_is_a_kernel_file_a_value_and_an_entry(copy):
     """Its name comes first in its folder, so that all other numbers change."""
     names = {"modified_rodrigues": "another", "ModifiedRodrigues": "Another"}
-    for folder in ("kernels/lie/charts", "charts"):
-        copied(copy / "galvi" / folder, "modified_rodrigues", "another", names)
+    folder = copy / "galvi/kernels/lie/charts"
+    copied(folder / "modified_rodrigues.py", folder / "another.py", names)
+    folder = copy / "galvi/charts"
+    copied(folder / "chart.py", folder / "another.py", names, "ModifiedRodrigues")
     entries = copy / "galvi/charts/__init__.py"
     text = entries.read_text().rstrip().removesuffix(")") + ", Another())\n"
     entries.write_text("from galvi.charts.another import Another\n" + text)
@@ -88,9 +98,11 @@ def test_a_chart_is_a_kernel_file_a_value_and_an_entry(copy):
 
 
 def test_a_group_is_a_kernel_file_a_value_and_an_entry(copy):
-    names = {"import se2": "import another", "factor(se2": "factor(another", "SE2": "Another"}
-    for folder in ("kernels/lie/groups", "groups"):
-        copied(copy / "galvi" / folder, "se2", "another", names)
+    names = {"se2,": "another,", "factor(se2": "factor(another", "SE2": "Another"}
+    folder = copy / "galvi/kernels/lie/groups"
+    copied(folder / "se2.py", folder / "another.py", names)
+    folder = copy / "galvi/groups"
+    copied(folder / "matrix_groups.py", folder / "another.py", names, "SE2")
     entered(
         copy / "galvi/groups/__init__.py",
         "from galvi.groups.another import Another\n",

@@ -12,7 +12,7 @@ from reports.figures.drawing import comparison_figure
 from reports.figures.picture import picture
 from reports.page.chooser import default_step
 from reports.tables.comparison_tables import (
-    ENGINE,
+    OF_RK4,
     ERRORS,
     OF_ATTITUDES,
     errors_of,
@@ -32,8 +32,8 @@ def runs(
     """MuJoCo's RK4 some times as slow and as good as the textbook's, its Euler, and galvi."""
     points = [
         *((TEXTBOOK_RK4, f"step={h}", 10.0 * h**4, 1e-4 / h) for h in (0.1, 0.01, 0.001)),
-        *((ENGINE, f"step={h}", 10.0 * h**4 / better, slower * 1e-4 / h) for h in (0.1, 0.01)),
-        (ENGINE, "step=0.001", np.nan if fails else 1e-11 / better, slower * 0.1),
+        *((OF_RK4, f"step={h}", 10.0 * h**4 / better, slower * 1e-4 / h) for h in (0.1, 0.01)),
+        (OF_RK4, "step=0.001", np.nan if fails else 1e-11 / better, slower * 0.1),
         ("MuJoCo Euler", "step=0.01", 5e-3, 1e-5 if slower > 100.0 else 1.0),
         (GALVI, "step=0.5", 1e-14, 4e-5),
     ]
@@ -54,7 +54,7 @@ def test_steps_of_the_two_codes_are_compared_at_equal_steps() -> None:
 
 def test_without_both_codes_nothing_is_said() -> None:
     frame = runs()
-    for name in (ENGINE, TEXTBOOK_RK4):
+    for name in (OF_RK4, TEXTBOOK_RK4):
         assert mujoco_overhead(frame[frame["contender"] != name]) == ""
         absent = frame.assign(seconds=frame["seconds"].mask(frame["contender"] == name))
         assert mujoco_overhead(absent) == ""
@@ -72,7 +72,7 @@ def test_attitudes_are_compared_at_errors_of_their_own() -> None:
 def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence() -> None:
     table = fastest_per_error(runs())
     chosen = table[table["of"] == "MuJoCo"].set_index("asked")["contender"]
-    assert chosen[1e-4] == ENGINE and chosen[1e-13] == "not reached"
+    assert chosen[1e-4] == OF_RK4 and chosen[1e-13] == "not reached"
     assert of_mujoco(table, "body").endswith("10⁻¹²; none reaches 10⁻¹³.")
     other = of_mujoco(fastest_per_error(runs(slower=7e4)), "body")
     assert "MuJoCo Euler for 0.01; MuJoCo RK4 for 10⁻⁴" in other
@@ -90,7 +90,7 @@ def test_mujoco_s_default_step_is_answered_from_runs_on_both_sides_of_it_or_at_i
     assert "at a step of 0.002. Below 10⁻⁹: Body (8.0·10⁻¹²). Errors" in found.text
     assert found.text.endswith("interpolated between the neighbouring measured steps.")
     exact = runs().replace("step=0.001", f"step={DEFAULT_STEP:g}")
-    exact.loc[exact["contender"] == ENGINE, "error"] = 1e-3
+    exact.loc[exact["contender"] == OF_RK4, "error"] = 1e-3
     said = default_step(exact).text
     assert "Above 10⁻⁶: Body (0.0010)." in said
     assert said.endswith("run, measured.")

@@ -110,7 +110,7 @@ FAULTS = (
         "a wrong sign in a problem's force",
         (
             (
-                "problems/henon_heiles.py",
+                "problems/oscillators.py",
                 "q[1] + q[0] ** 2 - q[1] ** 2])",
                 "q[1] + q[0] ** 2 + q[1] ** 2])",
             ),
