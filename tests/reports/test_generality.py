@@ -12,9 +12,9 @@ from reports.figures.drawing import comparison_figure
 from reports.figures.picture import picture
 from reports.page.chooser import default_step
 from reports.tables.comparison_tables import (
-    OF_RK4,
     ERRORS,
     OF_ATTITUDES,
+    OF_RK4,
     errors_of,
     fastest_per_error,
     matched,
