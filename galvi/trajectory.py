@@ -19,11 +19,33 @@ if TYPE_CHECKING:
     import pandas
 
 COMPLETED = "Completed."
+JUDGED = ("success", "status", "failed_step", "checkpoint")
+LATER: Any = object()  # the value of a field that is judged when it is first read
+
+
+class Judged:
+    """A field of a trajectory that may have the value `LATER`, see `Trajectory.judged_by`."""
+
+    def __init__(self, name: str, default: Any) -> None:
+        self._name, self._default = name, default
+
+    def __get__(self, run: Trajectory | None, owner: type) -> Any:
+        if run is None:
+            return self._default
+        if vars(run)[self._name] is LATER:
+            run.judge()
+        return vars(run)[self._name]
+
+    def __set__(self, run: Trajectory, value: Any) -> None:
+        vars(run)[self._name] = value
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """States of one problem at increasing (or, for a negative step, decreasing) times.
+
+    success, status, failed_step and checkpoint of a run of `galvi.integrate` are found when one of
+    them is first read, by the energies of a part of its steps.
 
     problem       the problem integrated
     t             (saved,) times
@@ -72,6 +94,22 @@ class Trajectory:
     to_scipy_of: ClassVar[Callable[..., Any]]
     to_xarray_of: ClassVar[Callable[..., Any]]
     plot_of: ClassVar[Callable[..., Any]]
+
+    def judged_by(self, judge: Callable[[], Mapping[str, Any]]) -> Trajectory:
+        """Itself; how it ended, ``judge`` tells when one of these fields is first read."""
+        vars(self).update(dict.fromkeys(JUDGED, LATER), _judge=judge)
+        return self
+
+    def judge(self) -> None:
+        """Find how the run ended, unless it is known: success, status, failed_step, checkpoint."""
+        judge = vars(self).get("_judge")
+        if judge is not None:
+            vars(self).update(judge())
+            vars(self).pop("_judge", None)
+
+    def __getstate__(self) -> dict[str, Any]:
+        self.judge()
+        return dict(vars(self))
 
     def __call__(self, t: Any) -> Array:
         """Configuration on the curve at t: shape (...) for a scalar, (k, ...) for t of shape (k,).
@@ -138,3 +176,7 @@ class Trajectory:
             f"Trajectory({self.problem.name or 'problem'}, t = {self.t[0]:g} to {self.t[-1]:g}, "
             f"{len(self.t)} states, {self.status})"
         )
+
+
+for _name in JUDGED:
+    setattr(Trajectory, _name, Judged(_name, getattr(Trajectory, _name)))

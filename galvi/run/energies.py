@@ -207,35 +207,6 @@ def _of_builtin(
     return (states.p * states.v).sum(axis=1) - value - rest, rest
 
 
-def at_near_velocities(
-    system: Lagrangian, function: BuiltinLagrangian, q: Array, v: Array, t: float
-) -> tuple[Array, Array, Array]:
-    """dL/dv (n, d), L and V (n,) at q and v, of a Lagrangian that comes with its derivatives.
-
-    Of one that was traced, the value of the function itself is taken at the last state, and what it
-    raises passes through.
-    """
-    value, at_rest, momenta = function.at_states(q, v, np.full(len(v), t))
-    if function is not system.function:  # traced
-        value[-1] = system.value(q[-1], v[-1], t)
-    return momenta, value, -at_rest
-
-
-@lru_cache(maxsize=32)
-def kinetic_form(system: Any, shape: tuple[int, ...], of_momenta: bool) -> Array:
-    """F with T = x . F x / 2, its diagonal (d, 1) or (d, d), for momenta or for velocities x.
-
-    shape  of a velocity, with d entries
-    """
-    d = math.prod(shape)
-    given = np.eye(d).reshape(d, *shape)
-    form = system.velocity(given) if of_momenta else system.momentum(given)
-    form = form.reshape(d, d)
-    diagonal = np.diag(form)
-    is_diagonal = np.array_equal(form, np.diag(diagonal))
-    return read_only(diagonal[:, None].copy() if is_diagonal else form)
-
-
 def _of_builtin_at_rest(system: Lagrangian, q: Array, t: Array, raised: Raised | None) -> Array:
     """V of a traced body, the energy at rest, (n,)."""
     function, n = system.builtin, len(t)

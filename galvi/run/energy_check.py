@@ -17,26 +17,22 @@ before that. An error that comes and goes between two of these steps is not seen
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import NOTHING, Checkpoint
-from galvi.kernels.energy_errors import MEASURE, SMALL, WORST, compiled_first_look, energy_errors
+from galvi.kernels.energy_errors import SMALL, energy_errors
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.energies import (
     Raised,
     States,
-    at_near_velocities,
     conserves_energy,
     energies,
     kick_energy,
-    kinetic_form,
     noise,
-    potentials,
     start_energies,
     velocities_at_the_end,
 )
@@ -44,8 +40,7 @@ from galvi.run.plan import Engine, Run
 from galvi.run.run_arrays import NEVER, RunArrays
 from galvi.systems.lagrangian import Lagrangian
 
-CLEAR = 0.5 * SMALL  # error below which a first look at the energies settles the judgement
-NO_ROWS, VELOCITIES = np.zeros((0, 0)), 2  # the row of the state that has velocities
+VELOCITIES = 2  # the row of the state that has them
 REST = 1e-9  # share of what a step gives below which a kinetic energy is none
 
 
@@ -73,8 +68,7 @@ class Judgement(NamedTuple):
 def judge(engine: Engine, run: Run, work: RunArrays) -> Judgement:
     """The judgement of a run so far; nothing of a system that does not conserve its energy.
 
-    A compiled first look settles runs whose error is far from ``SMALL``. Steps at which the user's
-    functions raise are left out, and ``unjudged`` names the first one.
+    Steps at which the user's functions raise are left out, and ``unjudged`` names the first one.
     """
     problem, start = run.problem, run.start
     if work.done == 0 or work.watch == NEVER or not conserves_energy(problem.system):
@@ -85,40 +79,7 @@ def judge(engine: Engine, run: Run, work: RunArrays) -> Judgement:
         except Exception as error:
             return Judgement(energies=start.energies, unjudged=_raised(error, 0))
         known = (energy, kinetic, start.energies if start.energies.size else fresh)
-        seen = _seen(engine, run, work)
-        with suppress(Exception):  # of a user's function, which is asked again below
-            found = _first_look(engine, problem, run.method, seen, *known)
-            if found is not None:
-                return found
-        return _judged(engine, run, work, seen, known)
-
-
-def _first_look(
-    engine: Engine, problem: Problem, method: Galerkin, seen: Array, energy: float,
-    kinetic_at_start: float, so_far: Array,
-) -> Judgement | None:  # fmt: skip
-    """The judgement of the states ``seen`` where all is well, else None."""
-    system: Any = problem.system
-    n, r, d = len(seen), problem.q0.size, problem.v0.size
-    q, x = seen[:, :r].reshape(n, *problem.q0.shape), seen[:, r : r + d]
-    form, near, momenta, value = NO_ROWS, NO_ROWS, NO_ROWS, NOTHING
-    if not isinstance(system, Lagrangian):
-        form = kinetic_form(system, problem.v0.shape, engine.velocity_row != VELOCITIES)
-        potential = potentials(system, q, np.full(n, problem.t0), None)
-    elif system.builtin is None:
-        return None
-    else:
-        near = _near(problem, method, seen)
-        found = at_near_velocities(system, system.builtin, q, near, problem.t0)
-        momenta, value, potential = found
-    known = so_far.copy()
-    largest = compiled_first_look()(
-        x, form, near, momenta, value, potential, energy, kinetic_at_start, known
-    )
-    measure, worst = known.item(MEASURE), known.item(WORST)
-    if not (largest <= CLEAR * measure and worst <= CLEAR * measure):
-        return None
-    return Judgement(worst / measure if worst else 0.0, measure, energies=read_only(known))
+        return _judged(engine, run, work, _seen(engine, run, work), known)
 
 
 def _judged(

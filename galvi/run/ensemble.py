@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from typing import Any
 
 from tqdm import tqdm
@@ -24,7 +25,7 @@ from galvi.run.engine_choice import engine_for
 from galvi.run.integrate import checked
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import run_steps
-from galvi.run.plan import Engine, Run
+from galvi.run.plan import Run
 from galvi.run.run_arrays import check_memory
 from galvi.trajectory import Trajectory
 
@@ -68,7 +69,7 @@ def integrate_many(
         )
     given = tuple(problems)
     threads = processors() if threads is None else input_checks.whole("threads", threads)
-    runs: list[tuple[Engine, Run]] = []
+    runs: list[Run] = []
     compiled = True
     for k, problem in enumerate(given):
         with _naming_problem(k):
@@ -83,16 +84,16 @@ def integrate_many(
                 solver=solver,
                 tolerance=tolerance,
             )
-            engine = engine_for(problem, method)
-            runs.append((engine, run))
-            compiled = compiled and engine.is_compiled(problem, method)
+            runs.append(run)
+            compiled = compiled and engine_for(problem, method).is_compiled(problem, method)
     if given:
-        check_memory([run for _, run in runs])
-    return _all_of(runs, min(threads, len(runs)) if compiled else 1, progress)
+        check_memory(runs)
+    each = [partial(run_steps, engine_for(run.problem, method), run) for run in runs]
+    return _all_of(each, min(threads, len(runs)) if compiled else 1, progress)
 
 
 def _all_of(
-    runs: Sequence[tuple[Engine, Run]], threads: int, progress: bool | None
+    runs: Sequence[Callable[..., Trajectory]], threads: int, progress: bool | None
 ) -> tuple[Trajectory, ...]:
     """The results of the runs; raises the exception of the first in order that failed."""
     first_raised, lock = len(runs), threading.Lock()
@@ -105,9 +106,7 @@ def _all_of(
             nonlocal first_raised
             try:
                 with _naming_problem(k):
-                    return run_steps(
-                        *runs[k], interrupted=lambda: stopped or pressed() or first_raised < k
-                    )
+                    return runs[k](interrupted=lambda: stopped or pressed() or first_raised < k)
             except BaseException:
                 with lock:
                     first_raised = min(first_raised, k)

@@ -29,11 +29,10 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Interrupts:
-    """Whether Ctrl-C was pressed; while the attribute ``at_once`` is True, or the second time, it
-    raises."""
+    """Whether Ctrl-C was pressed; the second time it raises."""
 
     def __init__(self) -> None:
-        self._pressed = self._told = self.at_once = False
+        self._pressed = self._told = False
 
     def __call__(self) -> bool:
         """Whether Ctrl-C was pressed; the caller acts on it."""
@@ -41,13 +40,13 @@ class Interrupts:
         return self._told
 
     @property
-    def lost(self) -> bool:
-        """Whether Ctrl-C was pressed and nobody was told."""
+    def unhandled(self) -> bool:
+        """Whether Ctrl-C was recorded and never polled."""
         return self._pressed and not self._told
 
     def note(self, signum: int, frame: Any) -> None:
         """A handler of signals."""
-        if self._pressed or self.at_once:
+        if self._pressed:
             self._pressed = self._told = True
             raise KeyboardInterrupt
         self._pressed = True
@@ -69,12 +68,12 @@ class Deferral:
     def __exit__(self, kind: type[BaseException] | None, *raised: object) -> None:
         if self._ours:
             signal(SIGINT, default_int_handler)
-        if kind is None and self._interrupts.lost:
+        if kind is None and self._interrupts.unhandled:
             raise KeyboardInterrupt
 
 
 def defer_interrupts() -> Deferral:
-    """Ctrl-C within is noted; a second one raises at once, one that nobody asked about at the end.
+    """Defers Ctrl-C: the first is recorded, a second raises, one never polled raises on exit.
 
     Replaces only Python's default handler, and only in the main thread, where signals arrive: a
     handler of the calling program stays in place, and so does an ignored SIGINT, as under nohup.

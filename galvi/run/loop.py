@@ -5,10 +5,10 @@ resulting trajectory.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import replace
-from typing import Protocol
+from typing import Any, Protocol
 
 from tqdm import tqdm
 
@@ -19,13 +19,13 @@ from galvi.kernels.nystrom.advance import HOLDS
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.energy_check import Judgement
+from galvi.run.energy_check import judge
 from galvi.run.engine_choice import engine_for
-from galvi.run.interruption import Interrupted, Interrupts, defer_interrupts, uninterrupted
+from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.plan import Engine, Run, RunCurves
 from galvi.run.point_masses.massless import MasslessError, massless_error
-from galvi.run.run_arrays import COUNTED, RunArrays
-from galvi.run.status import ending, judged
+from galvi.run.run_arrays import COUNTED, NEVER, RunArrays
+from galvi.run.status import ending
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
@@ -90,7 +90,7 @@ def run_steps(
 ) -> Trajectory:
     """The trajectory of a run.
 
-    watched      whether the energy is judged
+    watched      whether its energy can be judged
     interrupted  returns whether to stop; None: Ctrl-C stops the run
 
     Raises `Interrupted` for Ctrl-C after the last step or one that failed.
@@ -119,7 +119,7 @@ def run_steps(
 
     call = engine.stepper(run, work)
     known, apart = [start], 0
-    massless = watched and rescue and _has_massless(run.problem)
+    massless = watched and _has_massless(run.problem)
     if rescue and (massless or not start.keeps_curves):
         apart = max(APART, -(-run.steps // MOST_KNOWN))
     with defer_interrupts() as pressed:
@@ -127,25 +127,21 @@ def run_steps(
             call, recover, work, run.steps, progress, interrupted or pressed, apart,
             lambda: known.append(_checkpoint(start, work)),
         )  # fmt: skip
-        found, unheard = judged(engine, run, work, pressed)
-        light = None
-        if massless and work.done and not (unheard or pressed()):
-            states = [*known, _checkpoint(start, work)]
-            light, unheard = _massless_error(engine, run, states, pressed)
-        done = _trajectory(engine, run, work, code, found, light, known)
-        if (pressed() or unheard) and not done.interrupted:
+        done = _trajectory(engine, run, work, code, known)
+        if pressed() and not done.interrupted:
             raise Interrupted(done)
     return done
 
 
 def _trajectory(
-    engine: Engine, run: Run, work: RunArrays, code: int, found: Judgement,
-    light: MasslessError | None, known: list[Checkpoint],
-) -> Trajectory:  # fmt: skip
-    """The trajectory of a run whose last kernel call returned ``code``."""
+    engine: Engine, run: Run, work: RunArrays, code: int, known: list[Checkpoint]
+) -> Trajectory:
+    """The trajectory of a run whose last kernel call returned ``code``, to be judged when asked.
+
+    known  states from which its curves, and the error of bodies without mass, can be found
+    """
     problem, method, step, steps, start = run
     done, shape = work.done, problem.q0.shape
-    end = ending(engine, run, work, code, found, light)
     times: Array = problem.t0 + (start.first + work.saved_steps) * step
     curves = None
     if start.keeps_curves:
@@ -160,21 +156,31 @@ def _trajectory(
         q=read_only(work.saved_q.reshape(-1, *shape)),
         p=read_only(engine.momenta(problem, work.saved_v)),
         velocities=_kept_velocities(problem, work),
-        success=end.success,
-        status=end.status,
-        failed_step=end.failed_step,
         counts=_counts(engine, problem, work),
         step=step,
         method=method,
         curves=curves,
         again=again,
-        checkpoint=Checkpoint(
-            start.first + done, read_only(work.state), read_only(work.stages), work.solver_state,
-            start.solver, start.tolerance, start.save_every, start.curves, end.energies,
-            read_only(work.passage),
-        ),
         interrupted=done < steps and code == SOLVED,
+    ).judged_by(lambda: _ending(engine, run, work, code, known))
+
+
+def _ending(
+    engine: Engine, run: Run, work: RunArrays, code: int, known: list[Checkpoint]
+) -> Mapping[str, Any]:
+    """The fields of a trajectory that tell how it ended."""
+    start = run.start
+    end = ending(
+        engine, run, work, code, judge(engine, run, work),
+        lambda: _massless_error(engine, run, work, known),
     )  # fmt: skip
+    last = Checkpoint(
+        start.first + work.done, read_only(work.state), read_only(work.stages), work.solver_state,
+        start.solver, start.tolerance, start.save_every, start.curves, end.energies,
+        read_only(work.passage),
+    )  # fmt: skip
+    return {"success": end.success, "status": end.status, "failed_step": end.failed_step,
+            "checkpoint": last}  # fmt: skip
 
 
 def _has_massless(problem: Problem) -> bool:
@@ -182,9 +188,11 @@ def _has_massless(problem: Problem) -> bool:
 
 
 def _massless_error(
-    engine: Engine, run: Run, states: list[Checkpoint], pressed: Interrupts
-) -> tuple[MasslessError | None, bool]:
-    """The estimate for bodies without mass, and whether Ctrl-C ended it."""
+    engine: Engine, run: Run, work: RunArrays, known: list[Checkpoint]
+) -> MasslessError | None:
+    """The estimate for bodies without mass; None without any, or where the run is not watched."""
+    if work.watch == NEVER or not _has_massless(run.problem):
+        return None
     _, stages, solver_state = engine.start(run.problem, run.method)
 
     def steps_from(state: Checkpoint, n: int) -> Trajectory:
@@ -192,15 +200,9 @@ def _massless_error(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
         back = run._replace(step=-run.step / n, steps=n, start=there)
-        return run_steps(engine, back, watched=False)
+        return uninterrupted(run_steps(engine, back, watched=False))
 
-    try:
-        pressed.at_once = True
-        return massless_error(steps_from, states), False
-    except KeyboardInterrupt:
-        return None, True
-    finally:
-        pressed.at_once = False
+    return massless_error(steps_from, [*known, _checkpoint(run.start, work)])
 
 
 def _checkpoint(start: Checkpoint, work: RunArrays) -> Checkpoint:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,8 +11,7 @@ from galvi.arrays import Array
 from galvi.kernels.energy_errors import SMALL, WORST
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
-from galvi.run.energy_check import Judgement, judge
-from galvi.run.interruption import Interrupts
+from galvi.run.energy_check import Judgement
 from galvi.run.plan import Engine, Run
 from galvi.run.point_masses.encounters import ADAPT, adapting_steps, body_names, unresolved_passage
 from galvi.run.point_masses.massless import COARSE, MasslessError
@@ -35,27 +35,14 @@ class Ending(NamedTuple):
     energies: Array
 
 
-def judged(
-    engine: Engine, run: Run, work: RunArrays, pressed: Interrupts
-) -> tuple[Judgement, bool]:
-    """The energy check of a run so far; True where Ctrl-C cut it short."""
-    try:
-        pressed.at_once = True
-        return judge(engine, run, work), False
-    except KeyboardInterrupt:
-        return Judgement(energies=run.start.energies, unjudged="because of Ctrl-C"), True
-    finally:
-        pressed.at_once = False
-
-
 def ending(
     engine: Engine, run: Run, work: RunArrays, code: int, found: Judgement,
-    light: MasslessError | None,
+    light: Callable[[], MasslessError | None],
 ) -> Ending:  # fmt: skip
     """The end of a run whose last kernel call returned ``code``.
 
     found  what its energies say
-    light  what a step does to bodies without mass, where it was looked at
+    light  () -> what a step does to bodies without mass; asked where all else is well
     """
     done, steps, start = work.done, run.steps, run.start
     ruined = None if found.ruined is None else max(found.ruined - start.first, 1)
@@ -79,7 +66,7 @@ def ending(
 
 def _completed(
     engine: Engine, run: Run, work: RunArrays, found: Judgement, ruined: int | None,
-    light: MasslessError | None,
+    light: Callable[[], MasslessError | None],
 ) -> str:  # fmt: skip
     """COMPLETED, or what the energy, the passages of point masses and those without mass say."""
     problem, step, steps = run.problem, run.step, run.steps
@@ -93,7 +80,7 @@ def _completed(
     if passage:
         reasons.append(passage)
     if not reasons:
-        reasons = _off_without_mass(problem, light)
+        reasons = _off_without_mass(problem, light())
     if not reasons:
         if found.unjudged:
             return f"Completed, but the energy {_unjudged(found)}."
