@@ -1,6 +1,7 @@
 """High-order Galerkin variational integrators for Lagrangian mechanics."""
 
 from difflib import get_close_matches as _close
+from os import environ
 
 from galvi import problems
 from galvi.analysis.theory import Theory, theory
@@ -17,8 +18,6 @@ from galvi.diagnostics.invariants import (
 )
 from galvi.diagnostics.orbits import OrbitalElements, heliocentric, orbital_elements
 from galvi.diagnostics.symplecticity import round_trip_error, step_derivative, symplecticity_defect
-from galvi.frames.harmonic_frame import HarmonicFrame
-from galvi.frames.kepler_frame import KeplerFrame
 from galvi.groups.group import nearest_rotation
 from galvi.groups.matrix_groups import SE2, SE3, SO2, SO3, Rn
 from galvi.groups.product import Product
@@ -36,9 +35,6 @@ from galvi.recommend.recommendation import Recommendation
 from galvi.rules.rule import Rule, clenshaw_curtis, composite, gauss, lobatto, newton_cotes, radau
 from galvi.run.compilation import watch_compilation
 from galvi.run.ensemble import integrate_many
-from galvi.run.ensembles.integrate_ensemble import integrate_ensemble
-from galvi.run.ensembles.keep import Extrema, FinalStates, Histogram, StatesAt
-from galvi.run.ensembles.result import Ensemble
 from galvi.run.integrate import integrate, resume
 from galvi.run.loop import curves_of_steps
 from galvi.run.saving.files import load, save
@@ -63,6 +59,14 @@ from galvi.systems.potentials.potentials import (
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.trees.joint import Joint, Link
 from galvi.trajectory import Trajectory
+
+FAST = environ.get("GALVI_FAST") != "0"
+if FAST:
+    from galvi.ensembles.integrate_ensemble import integrate_ensemble
+    from galvi.ensembles.keep import Extrema, FinalStates, Histogram, StatesAt
+    from galvi.ensembles.result import Ensemble
+    from galvi.fast.frames.harmonic_frame import HarmonicFrame
+    from galvi.fast.frames.kepler_frame import KeplerFrame
 
 PendulumWeight = CosinePotential  # the old name, kept for one version
 watch_compilation()
@@ -163,6 +167,8 @@ def __getattr__(name: str) -> object:
     """AttributeError with the nearest public name; pieces and problems are found in any case."""
     if name == "__version__":
         return _version()
+    if name in __all__:
+        raise AttributeError(f"galvi.{name} needs galvi.fast, which GALVI_FAST=0 leaves out.")
     public = {word.casefold(): word for word in __all__ if word != "problems"}
     public |= {word.casefold(): f"problems.{word}" for word in problems.__all__}
     near = _close(name.casefold(), public, n=1)

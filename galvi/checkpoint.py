@@ -19,7 +19,7 @@ class Checkpoint:
     first         steps done so far; times are t0 + k h in every part of a continued run
     state         (4, d) q, its low part, v, its low part; on a group see
                   galvi.kernels.on_group.advance, in a moving frame (8, m), see
-                  galvi.kernels.lanes.frames.collocation
+                  galvi.fast.lanes.frames.collocation
     stages        (d, s) accelerations, on a group velocities, at the last step's stages, from which
                   the next step is predicted
     solver_state  integers of the solver, see galvi.kernels.nystrom.advance, .lanes.nbody and

@@ -69,6 +69,7 @@ class Trajectory:
     checkpoint    the state from which `galvi.resume` continues; None for references
     interrupted   whether Ctrl-C ended the run, which can then be resumed
     again         finds the curves again where they were not kept; None for references
+    engine        what did its steps: "general", "lanes" or "frame"; "" for references
     velocities    (saved, ...) those of point masses some of which are massless, whose p is 0 at any
                   velocity; else None. See ``v``
     """
@@ -88,6 +89,7 @@ class Trajectory:
     interrupted: bool = False
     velocities: Array | None = None
     again: RedoneCurves | None = None
+    engine: str = ""
 
     # These stand above a run, which must not import them: registered by galvi/__init__.
     to_rebound_of: ClassVar[Callable[..., Any]]

@@ -15,7 +15,7 @@ In lanes whose STATE is not GOES_ON a pass first begins the next step; the calle
 something else comes first.
 
 wind        (q, decay) -> 3 values, and
-drag        (|w|^2, constants) -> (k, |w| k'), written as in galvi.kernels.lanes.elementary
+drag        (|w|^2, constants) -> (k, |w| k'), written as in galvi.fast.lanes.elementary
 work        (rows, 8), rows as below; one column for each grain
 numbers     B (s, s), A B (s, s), c (s,), b (s,), g, the tolerance of the iteration,
             -1 / DESCENT, then
@@ -33,12 +33,12 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+from galvi.fast.lanes.elementary import exp, inverse
+from galvi.fast.lanes.reciprocals import Reciprocals
+from galvi.fast.lanes.values import Lane
+from galvi.fast.lanes.vectors import LANES, Lanes
 from galvi.kernels.compile.array_types import MATRIX, VECTOR
 from galvi.kernels.compile.jit import jit_inline
-from galvi.kernels.lanes.elementary import exp, inverse
-from galvi.kernels.lanes.reciprocals import Reciprocals
-from galvi.kernels.lanes.values import Lane
-from galvi.kernels.lanes.vectors import LANES, Lanes
 
 Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, KNOWN = 0, 3, 6, 7, 9, 10, 11, 12  # first rows
 END = 13  # q and v at the step's end

@@ -1,6 +1,6 @@
 """Steps in vectors of four and of eight numbers: `python -m benchmarks.experiments.vector_lengths`.
 
-Which of them a run uses, `galvi.kernels.lanes.vectors.lanes_for` decides. Here each run is timed
+Which of them a run uses, `galvi.fast.lanes.vectors.lanes_for` decides. Here each run is timed
 with both, in turn, and the fastest of `ROUNDS` counts. Eight stages run in eights on any processor:
 their ratio shows how quiet the machine was.
 """
@@ -13,7 +13,7 @@ from unittest import mock
 import pandas as pd
 
 import galvi
-from galvi.kernels.lanes import vectors
+from galvi.fast.lanes import vectors
 
 STAGES, ROUNDS, STEPS = (2, 4, 8, 9, 12), 12, 1000
 PROBLEMS = {  # and a step that all of them solve, for each stage

@@ -11,8 +11,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+from galvi.fast.lanes.vectors import DOUBLE, LANES, VECTOR
 from galvi.kernels.compile.jit import jit
-from galvi.kernels.lanes.vectors import DOUBLE, LANES, VECTOR
 
 PAIRS = 1024  # squared distances, 16 KiB with the results
 PASSES = 500

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import cast
 
 import numpy as np
@@ -11,18 +12,19 @@ from galvi.arrays import Array
 from galvi.charts.chart import Exponential
 from galvi.charts.maps import coordinates, place
 from galvi.curves.frame_curves import FrameCurves
-from galvi.frames.frame import Frame, matrix_of
 from galvi.groups.group import Group
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.group_system import group_system
-from galvi.run.in_frame.stepper import Path
 from galvi.run.integrate import check_types, integrate
 from galvi.run.interruption import uninterrupted
 from galvi.systems.finite_differences import WEIGHTS
 from galvi.systems.system import GroupSystem, VectorSystem
 from galvi.systems.velocities import velocity_at
 from galvi.trajectory import Trajectory
+
+# (problem, method, step) -> the derivative of a step in a moving frame; see galvi.fast.
+IN_FRAME: list[Callable[[Problem, Galerkin, float], Array]] = []
 
 
 def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
@@ -56,12 +58,12 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
     On a Lie group D(eta1, mu1)/D(eta0, mu0), see `galvi.diagnostics.symplecticity`.
 
     At the converged stages Q, (I - h^2 A x da/dq) dQ = dq + c h dv, and the updates are linear in
-    da/dq dQ. In a moving frame see `galvi.diagnostics.symplecticity`. Raises ValueError when the
+    da/dq dQ. In a moving frame see `galvi.fast.in_frame.derivative`. Raises ValueError when the
     step itself fails, or has no derivative.
     """
     check_types(problem, method, "step_derivative(problem, method, step)")
     if method.in_frame:
-        return frame_step_derivative(problem, method, step)
+        return IN_FRAME[0](problem, method, step)
     if group_system(problem, method) is not None:
         return group_step_derivative(problem, method, step)
     run = uninterrupted(integrate(problem, method, step, 1))
@@ -175,48 +177,6 @@ def _form(group: Group, mu: Array) -> Array:
     unit = np.eye(d)
     turning = np.array([[mu @ group.bracket(v, w) for w in unit] for v in unit])
     return np.block([[turning, unit], [-unit, np.zeros((d, d))]])
-
-
-def frame_step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
-    """D(q1, v1)/D(q0, v0) of one step whose passes have converged, with its nodes held, (2 d, 2 d).
-
-    With w the state at the step's centre and F_j = omega_j w' at the stages W_j:
-    dW_j = dw + sum_l A_jl DF_l dW_l, and the step is phi_(h/2) (w + sum_j b_j F_j) after
-    w = phi_(h/2). Raises ValueError when the step fails, or was done in the inertial frame.
-    """
-    frame, table, d = cast(Frame, method.chart), method.table, problem.q0.size
-    run = uninterrupted(integrate(problem, method, step, 1, curves=True))
-    if not run.success or run.counts.get("inertial_steps"):
-        raise ValueError(f"the step has no derivative in its frame. {run.status}")
-    curves = cast(FrameCurves, run.curves)
-    times, weights = cast(Path, curves.path).times(0, table.c)
-    weights = weights * (step / (table.b @ weights))
-    stages, after = _states(curves, table.c)
-    slopes = np.stack([
-        weight * frame.derivatives(problem, w, float(t))[1]
-        for weight, w, t in zip(weights, stages, times, strict=True)
-    ])  # fmt: skip
-    s, unit = len(times), np.eye(2 * d)
-    coupled = np.einsum("jl,lab->jalb", table.integral, slopes).reshape(s * 2 * d, s * 2 * d)
-    lines = np.tile(unit, (s, 1))
-    dW = np.linalg.solve(np.eye(s * 2 * d) - coupled, lines).reshape(s, 2 * d, 2 * d)
-    kick = unit + np.einsum("j,jab,jbc->ac", table.b, slopes, dW)
-    start = frame.enter(problem, problem.q0, problem.v0)[[4, 6]]
-    first, last = (frame.derivatives(problem, w, 0.5 * step)[0] for w in (start, after))
-    into = np.kron(np.eye(2), matrix_of(frame, problem))
-    derivative: Array = np.linalg.solve(into, last @ kick @ first @ into)
-    return derivative
-
-
-def _states(curves: FrameCurves, c: Array) -> tuple[Array, Array]:
-    """w at the stages (s, 2, m), and after the step at its centre (2, m)."""
-    base = curves.bases[0, :2]
-    basis = curves.space.basis(np.concatenate([c, [0.0, 1.0]]))[:, 1:]
-    ways = (basis - basis[-2]) @ curves.coefficients[0].T
-    n = ways.shape[1] // 2
-    states = np.tile(base, (len(ways), 1, 1))
-    states[:, :, :n] += ways.reshape(-1, 2, n)
-    return states[:-2], states[-1]
 
 
 def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int) -> float:

@@ -14,7 +14,7 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.interop.beyond_trees import BeyondTrees, beyond_trees, checked_names, motors
 from galvi.interop.mujoco_model import Own, check_reading, some_states, unknown, without
-from galvi.kernels.lanes.trees.tree import DOFS, SLIDE
+from galvi.kernels.trees.tree import DOFS, SLIDE
 from galvi.problem import Problem
 from galvi.systems.finite_differences import hat
 from galvi.systems.multibody import Multibody

@@ -13,7 +13,6 @@ from galvi.groups.matrix_groups import Rn
 from galvi.groups.product import Product
 from galvi.input_checks import shown
 from galvi.problem import Problem
-from galvi.symbolic.from_sympy import sympy_module
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.multibody import Multibody
@@ -21,6 +20,7 @@ from galvi.systems.planar_chain import PlanarChain
 from galvi.systems.potentials.potentials import CosinePotential, UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.trees.joint import Joint, Link
+from galvi.systems.user_functions import sympy_module
 
 
 def planar_pendulum(amplitude: float = 2.0) -> Problem:

@@ -12,11 +12,11 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.input_checks import shown
 from galvi.problem import Problem
-from galvi.symbolic.from_sympy import sympy_module
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 from galvi.systems.potentials.potentials import CentralForce
+from galvi.systems.user_functions import sympy_module
 
 
 def kepler(eccentricity: float = 0.6) -> Problem:

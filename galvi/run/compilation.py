@@ -17,11 +17,11 @@ PATIENCE = 180.0  # seconds: more than the longest compilation takes on a busy m
 # an empty NUMBA_CACHE_DIR. For common systems: column `cold` of benchmarks/studies/start_up.py.
 SECONDS = {
     "galvi.kernels.nystrom.advance.advance": 7,
-    "galvi.kernels.lanes.nbody.advance": 7,
-    "galvi.kernels.lanes.canonical.advance_canonical": 5,
-    "galvi.kernels.lanes.frames.collocation.advance_frame": 7,
-    "galvi.kernels.lanes.group_law.advance_group_law": 10,
-    "galvi.kernels.lanes.law.advance_law": 7,
+    "galvi.fast.lanes.nbody.advance": 7,
+    "galvi.fast.lanes.canonical.advance_canonical": 5,
+    "galvi.fast.lanes.frames.collocation.advance_frame": 7,
+    "galvi.fast.lanes.group_law.advance_group_law": 10,
+    "galvi.fast.lanes.law.advance_law": 7,
     "galvi.kernels.on_group.advance.advance_group": 21,
     "galvi.kernels.on_group.solve.guess_curve": 12,  # the rest of it is interpreted
 }

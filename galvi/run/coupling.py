@@ -15,7 +15,7 @@ from galvi.arrays import Array
 from galvi.charts.chart import Exponential
 from galvi.kernels.lie.product import COUPLED, DIMENSION, place
 from galvi.problem import Problem
-from galvi.symbolic.tracing import traces
+from galvi.systems.traces import traces
 
 STATES, FAR = 3, 0.5  # looked at beside the start, and how far from it
 SOME = 1e-9  # of the masses, which is a coupling

@@ -13,13 +13,13 @@ import numpy as np
 from galvi.arrays import Array, read_only
 from galvi.kernels.energy_errors import CLOSE
 from galvi.problem import Problem, WithFunctions
-from galvi.symbolic.tracing import Traces, traces
 from galvi.systems.free_body import FreeBody
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 from galvi.systems.system import BuiltinLagrangian, VectorSystem
+from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
 
 ASKED = 4  # states of a run at which a traced Lagrangian is compared with the function itself

@@ -21,12 +21,12 @@ from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.kernels.on_group.advance import LEFT_CHART, RATES
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.group_steppers import compiled_stepper, solves_by_iteration, stepper_after_failure
+from galvi.run.group_steppers import solves_by_iteration, stepper, stepper_after_failure
 from galvi.run.group_system import group_system
 from galvi.run.plan import Engine, Run, Start, Substeps, curves_in, fixed
 from galvi.run.run_arrays import COUNTED, RunArrays
-from galvi.symbolic.tracing import Traces, traces
 from galvi.systems.system import GroupSystem
+from galvi.systems.traces import Traces, traces
 
 SUBSTEPS = (4, 16, 64)
 PATH = 33  # times per step at which its rotation is tracked
@@ -159,7 +159,7 @@ ON_GROUP = Engine(
     velocity_row=1,
     solves_by_iteration=solves_by_iteration,
     is_compiled=_is_compiled,
-    stepper=compiled_stepper,
+    stepper=stepper,
     stepper_from_guess=stepper_after_failure,
     guess_from_substeps=rates_from_substeps,
     guess_kind=RATES,

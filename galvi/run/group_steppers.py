@@ -1,7 +1,8 @@
-"""The kernels for steps on a group: a general one, and those for laws."""
+"""The general kernel for steps on a group, and what is tried before it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -17,21 +18,16 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.coupling import coupled_layout
 from galvi.run.group_system import group_system
-from galvi.run.law_stepper import group_law_stepper, has_group_law, has_law, law_stepper
 from galvi.run.nystrom_steppers import kernel_tableau
 from galvi.run.plan import Call, Run
 from galvi.run.run_arrays import LEFT_OVER, RunArrays, run_plan
-from galvi.symbolic.tracing import Traces, traces
 from galvi.systems.system import LagrangianKernel
+from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
 
 FINEST = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
-# In lanes less is left: a free body (degree 6, 6 points, h = 0.2) loses 3.6e-18 of its energy a
-# step with 2^-55, and 1.2e-18 with 2^-58.
-FINEST_IN_LANES = 2.0**-58
-# On R^d less is left for the energy to drift by: an elastic pendulum (degree 8, 9 points, h = 0.03)
-# loses 5e-19 of it a step with 2^-55, and at most 2e-20 with 2^-60.
-FINEST_ON_RN = 2.0**-60
+# What does the steps of a run by fixed-point iteration, and whether it can; see galvi.fast.
+FAST: list[tuple[Callable[[Problem, Galerkin], bool], Callable[[Run, RunArrays], Call]]] = []
 
 
 def general_stepper(run: Run, work: RunArrays) -> Call:
@@ -86,10 +82,8 @@ def first_unknowns(degrees: tuple[int, ...]) -> npt.NDArray[np.int64]:
 
 
 def solves_by_iteration(problem: Problem, method: Galerkin) -> bool:
-    """Whether a kernel in lanes applies; on groups only these have fixed-point iteration."""
-    one_space = not hasattr(method.space, "degrees")
-    on_group = one_space and float(np.min(method.table.b)) > 0.0 and has_group_law(problem)
-    return on_group or has_law(problem, method)
+    """Whether fixed-point iteration is available: the general kernel has none."""
+    return any(applies(problem, method) for applies, _ in FAST)
 
 
 def stepper_after_failure(run: Run, work: RunArrays) -> Call:
@@ -107,13 +101,13 @@ def stepper_after_failure(run: Run, work: RunArrays) -> Call:
     return counted
 
 
-def compiled_stepper(run: Run, work: RunArrays) -> Call:
-    """As ``general_stepper``, with a packed kernel where one applies."""
+def stepper(run: Run, work: RunArrays) -> Call:
+    """A `Call` of the general kernel, or of a faster one, which leaves to it what it cannot do."""
     solver = run.start.solver
-    if not solves_by_iteration(run.problem, run.method) or solver == "newton":
+    fast = [make for applies, make in FAST if applies(run.problem, run.method)]
+    if not fast or solver == "newton":
         return general_stepper(run, work)
-    stepper = law_stepper if has_law(run.problem, run.method) else group_law_stepper
-    packed = stepper(run, work, FINEST_ON_RN if stepper is law_stepper else FINEST_IN_LANES)
+    packed = fast[0](run, work)
     general: list[Call] = []  # created when first needed: compiling it takes long
 
     def by_newton(todo: int) -> int:

@@ -21,9 +21,9 @@ from galvi.run.loop import run_steps
 from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
 from galvi.run.plan import Run
 from galvi.run.run_arrays import check_memory
-from galvi.symbolic.tracing import Traces, traces
 from galvi.systems.canonical import Canonical
 from galvi.systems.system import VectorSystem
+from galvi.systems.traces import Traces, traces
 from galvi.trajectory import Trajectory
 
 LARGEST_SLACK = 0.25  # steps by which a time may differ from a whole number of them

@@ -162,6 +162,7 @@ def _trajectory(
         curves=curves,
         again=again,
         interrupted=done < steps and code == SOLVED,
+        engine="lanes" if engine.name == "general" and work.in_lanes else engine.name,
     ).judged_by(lambda: _ending(engine, run, work, code, known))
 
 

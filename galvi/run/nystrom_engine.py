@@ -14,7 +14,7 @@ from galvi.kernels.nystrom.advance import GUESS, NOTHING
 from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.nystrom_steppers import compiled_stepper
+from galvi.run.nystrom_steppers import stepper
 from galvi.run.plan import Engine, Run, Start, Substeps, curves_in, fixed
 from galvi.run.point_masses.encounters import encounter
 from galvi.run.run_arrays import RunArrays
@@ -95,8 +95,8 @@ NYSTROM = Engine(
     velocity_row=2,
     solves_by_iteration=lambda problem, method: True,
     is_compiled=_is_compiled,
-    stepper=compiled_stepper,
-    stepper_from_guess=compiled_stepper,
+    stepper=stepper,
+    stepper_from_guess=stepper,
     guess_from_substeps=accelerations_from_substeps,
     guess_kind=GUESS,
     momenta=_momenta,

@@ -76,6 +76,7 @@ class Engine:
     solvers              that it has
     exceptions           the name in a run's counts of steps that were done in another way, and what
                          its status says of them
+    name                 "general", which lanes may do faster, or "frame"
     curve_size           (problem, method) -> numbers of a curve's base, and rows of its
                          coefficients
     """
@@ -93,6 +94,7 @@ class Engine:
     failure: Callable[[Run, int, Any], str]
     solvers: tuple[str, ...] = ("auto", "fixed_point", "newton")
     exceptions: tuple[str, str] = ("newton_steps", BY_NEWTON)
+    name: str = "general"
     curve_size: Callable[[Problem, Galerkin], tuple[int, int]] = lambda problem, method: (
         problem.q0.size, problem.v0.size,
     )  # fmt: skip

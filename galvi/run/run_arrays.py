@@ -126,6 +126,11 @@ class RunArrays(NamedTuple):
         """Steps done so far."""
         return int(self.solver_state[DONE])
 
+    @property
+    def in_lanes(self) -> bool:
+        """Whether vector instructions did steps, or began them."""
+        return bool(self.counts[FORCES_IN_LANES])
+
     def record(self, run: Run, q: Array, v: Array) -> None:
         """Count a step that ends at (q, v), as galvi.kernels.run_record does, without its curve."""
         start = run.start

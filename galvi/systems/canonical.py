@@ -11,12 +11,8 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.groups.matrix_groups import Rn
 from galvi.input_checks import shown
 from galvi.kernels.forces import force_kinds
-from galvi.symbolic.lane_force import fits
-from galvi.symbolic.traced_lagrangian import traced_gradient
-from galvi.symbolic.tracing import reasons, refuse, trace, traces
 from galvi.systems.derivative_check import (
     Curve,
     check_derivatives,
@@ -25,13 +21,13 @@ from galvi.systems.derivative_check import (
 )
 from galvi.systems.finite_differences import (
     CALLS,
-    difference_scales,
     differenced_gradient,
     differenced_hessian,
 )
-from galvi.systems.forces.external_force import check_force, check_force_at, force_finder
+from galvi.systems.forces.external_force import check_force, check_force_at
 from galvi.systems.potentials.potentials import Potential
 from galvi.systems.system import ForceKernel
+from galvi.systems.traces import reasons, refuse, trace, traces
 from galvi.systems.user_functions import compiles, returned_array
 
 Function = Callable[..., Any]
@@ -74,7 +70,7 @@ class Canonical:
             function = getattr(self, name)
             if not callable(function) and (name == "potential" or function is not None):
                 raise TypeError(f"{name} must be a function of q; received {shown(function)}.")
-        if self.explicit_time and self._builtin:
+        if self.explicit_time and self.builtin:
             raise ValueError(
                 f"explicit_time means functions of (q, t); {self.potential!r} takes q alone. "
                 f"Leave explicit_time out, or give a potential(q, t)."
@@ -155,21 +151,10 @@ class Canonical:
 
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
         """As `Lagrangian.trace`: of the force, and of the potential or its gradient."""
-        trace(self, lambda: self._finders(q, v, t), anew)
+        trace(self, q, v, t, anew)
         found = None if anew else traces(self).found.get("dV/dq")
         if found is not None and self.gradient is None and not found.defined(q, t):
             refuse(self, "dV/dq", "it is not finite at a start")
-
-    def _finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
-        group = Rn(q.size)
-        scales = difference_scales(group, q, v)
-        finders: dict[str, Function] = {**force_finder(self, group, q, v, t, scales)}
-        written_out = self.force is not None or fits(q.size, self.mass.ndim == 2)
-        if written_out and (self.gradient is not None or self._builtin is None):
-            finders["dV/dq"] = lambda: traced_gradient(
-                self.potential, self.gradient, q, t, self.explicit_time, scales[0]
-            )
-        return finders
 
     @property
     def untraced(self) -> str:
@@ -188,8 +173,8 @@ class Canonical:
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V at each of the configurations q (..., d) and times t (...)."""
-        if self._builtin is not None:
-            return self._builtin(q)
+        if self.builtin is not None:
+            return self.builtin(q)
         leading = q.shape[:-1]
         times = np.broadcast_to(t, leading).ravel()
         rows = q.reshape(-1, q.shape[-1])
@@ -216,7 +201,7 @@ class Canonical:
         return -self.velocity(self.potential_hessian(q, t).T).T
 
     @cached_property  # inspecting a value takes ten microseconds
-    def _builtin(self) -> Potential | None:
+    def builtin(self) -> Potential | None:
         return self.potential if isinstance(self.potential, Potential) else None
 
     @property
@@ -226,7 +211,7 @@ class Canonical:
 
     @property
     def _known_gradient(self) -> bool:
-        return self.gradient is not None or self._builtin is not None
+        return self.gradient is not None or self.builtin is not None
 
     def force_kernel(self, dimension: int) -> ForceKernel:
         """Force and derivative for the kernels, compiled in when the potential is built in.
@@ -234,8 +219,8 @@ class Canonical:
         All d components share one block of Newton's matrix.
         """
         inverse_mass = self.inverse_mass(dimension)
-        if self._builtin is not None and self.gradient is None and self.hessian is None:
-            law = self._builtin.law()
+        if self.builtin is not None and self.gradient is None and self.hessian is None:
+            law = self.builtin.law()
             return ForceKernel(
                 law.gradient, law.hessian, force_kinds.BUILT_IN, inverse_mass, dimension,
                 law.constants,
@@ -250,19 +235,6 @@ class Canonical:
             hessian = hessian and self._wrapped(hessian, (dimension, dimension), "hessian")
         return ForceKernel(gradient, hessian, kind, inverse_mass, dimension, compiled=compiled)
 
-    @property
-    def lane_slopes(self) -> tuple[str, Array] | None:
-        """The lines and constants of dV/dq for lanes, see galvi.symbolic.lane_force, or None."""
-        found = traces(self).found.get("dV/dq")
-        if found is not None:
-            lines, constants = found.lines, np.array(found.constants)
-        elif self._builtin is not None and self.gradient is None:
-            law = self._builtin.law()
-            lines, constants = law.slopes, law.constants
-        else:
-            return None
-        return (lines, constants) if lines else None
-
     def inverse_mass(self, dimension: int) -> Array:
         """M^-1, its diagonal (d, 1) or (d, d)."""
         if self.mass.ndim == 2:
@@ -276,15 +248,15 @@ class Canonical:
     def _gradient(self) -> Function:
         if self.gradient is not None:
             return self.gradient
-        if self._builtin is not None:
-            return self._builtin.gradient
+        if self.builtin is not None:
+            return self.builtin.gradient
         return differenced_gradient(self.potential, self.explicit_time)
 
     def _hessian(self, differenced: bool = True) -> Any:
         if self.hessian is not None:
             return self.hessian
-        if self._builtin is not None and self.gradient is None:
-            return self._builtin.hessian
+        if self.builtin is not None and self.gradient is None:
+            return self.builtin.hessian
         return differenced_hessian(self._gradient()) if differenced else None
 
     @staticmethod

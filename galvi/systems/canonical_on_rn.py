@@ -10,9 +10,8 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.groups.matrix_groups import Rn
 from galvi.kernels.forces import force_kinds, lagrangian_derivatives
-from galvi.symbolic.lane_law import canonical_law
 from galvi.systems.canonical import Canonical
-from galvi.systems.forces.external_force import lane_law_with_force, with_force
+from galvi.systems.forces.external_force import with_force
 from galvi.systems.system import LagrangianKernel
 
 
@@ -47,17 +46,6 @@ class CanonicalOnRn:
     def potential_calls_per_force(self) -> int:
         """As `Canonical.potential_calls_per_force`."""
         return self.canonical.potential_calls_per_force
-
-    @property
-    def lane_law(self) -> tuple[str, Array] | None:
-        """As `Lagrangian.lane_law`, where the slopes of the potential are known as code."""
-        d, system = self.group.dimension, self.canonical
-        if system.lane_slopes is None:
-            return None
-        slopes, constants = system.lane_slopes
-        lines = canonical_law(slopes, d, bool(system.mass.ndim < 2))
-        mass = system.momentum(np.eye(d))
-        return lane_law_with_force((lines, np.concatenate([mass.ravel(), constants])), system)
 
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels; constants: M by rows, then those of the potential."""

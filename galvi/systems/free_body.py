@@ -14,17 +14,15 @@ from galvi.arrays import Array
 from galvi.groups.matrix_groups import SE3
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
-from galvi.symbolic import lane_law
-from galvi.symbolic.tracing import reasons, share
 from galvi.systems.forces.external_force import (
     check_force,
     check_force_at,
-    lane_law_with_force,
     with_force,
 )
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.rigid_body import inverse, possible_inertia
 from galvi.systems.system import LagrangianKernel
+from galvi.systems.traces import reasons, share
 from galvi.systems.user_functions import returned_array
 
 Function = Callable[..., Any]
@@ -197,14 +195,6 @@ class FreeBody:
             lagrangian_derivatives.LAW, lagrangian_derivatives.free_body, constants=constants
         )
         return with_force(known, self, 4)
-
-    @property
-    def lane_law(self) -> tuple[str, Array] | None:
-        """The lines and constants of its law for lanes, see galvi.symbolic.lane_law, or None."""
-        if self.potential is not None:
-            return self.lagrangian.lane_law
-        law = lane_law.built_in("free_body", bool(np.any(self.g)))
-        return lane_law_with_force((law, self.lagrangian_kernel().constants), self)
 
     @property
     def potential_calls_per_force(self) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -17,22 +17,16 @@ from galvi.groups.group import Group, is_group
 from galvi.groups.matrix_groups import Rn
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
-from galvi.symbolic import kinks
-from galvi.symbolic.from_sympy import symbolic
-from galvi.symbolic.symbolic_lagrangian import SymbolicLagrangian
-from galvi.symbolic.traced_lagrangian import TracedLagrangian, traced_lagrangian
-from galvi.symbolic.tracing import reasons, refuse, trace, traces
 from galvi.systems import legendre_transform
 from galvi.systems.derivative_check import Curve, check_derivatives, direction
 from galvi.systems.finite_differences import CALLS, ROUNDING, STEPS, difference_scales, differences
 from galvi.systems.forces.external_force import (
     check_force,
     check_force_at,
-    force_finder,
-    lane_law_with_force,
     with_force,
 )
 from galvi.systems.system import BuiltinLagrangian, KnownMass, LagrangianKernel
+from galvi.systems.traces import reasons, refuse, trace, traces
 from galvi.systems.user_functions import compiles, returned_array
 
 Function = Callable[..., Any]
@@ -73,6 +67,8 @@ class Lagrangian:
     timed_force: bool = field(default=False, kw_only=True)
     check: bool = field(default=True, kw_only=True, compare=False)
 
+    read_sympy: ClassVar[Callable[..., Any] | None] = None  # registered by galvi.fast
+
     def __post_init__(self) -> None:
         check_force(self)
         input_checks.flag("check", self.check)
@@ -104,7 +100,9 @@ class Lagrangian:
         Raises ImportError without SymPy, TypeError or ValueError for unusable input; warns of a
         Lagrangian that is not twice differentiable somewhere.
         """
-        found, timed, given_force = symbolic(L, q, v, t, parameters, force)
+        if cls.read_sympy is None:
+            raise ImportError("Lagrangian.from_sympy needs galvi.fast, without GALVI_FAST=0.")
+        found, timed, given_force = cls.read_sympy(L, q, v, t, parameters, force)
         forces: dict[str, Any] = (
             {} if given_force is None else {"force": given_force, "timed_force": True}
         )
@@ -129,15 +127,14 @@ class Lagrangian:
             )
         left = self._left(q, v, t)
         if not np.all(np.isfinite(left)):
-            symbolic = isinstance(self.function, SymbolicLagrangian)
-            known = "Rewrite L" if symbolic else "Check slopes"
+            known = "Rewrite L" if hasattr(self.function, "check_start") else "Check slopes"
             raise ValueError(
                 f"the derivatives of the Lagrangian must be finite at the start; received "
                 f"{left.tolist()}. {'Give slopes' if self._slopes is None else known}, or start "
                 f"elsewhere."
             )
-        if isinstance(self.function, SymbolicLagrangian):
-            kinks.check_start(self.function, q, v, t)
+        if hasattr(self.function, "check_start"):  # from SymPy
+            self.function.check_start(q, v, t)
         legendre_transform.check_regular(self.mass(q, v, t))
 
     def check_derivatives(self, q: Array, v: Array, t: float) -> None:
@@ -203,20 +200,10 @@ class Lagrangian:
 
         anew  look again if the functions changed since then
         """
-        trace(self, lambda: self.finders(q, v, t), anew)
+        trace(self, q, v, t, anew)
         found = None if anew else traces(self).found.get("L")
         if found is not None and self.slopes is None and not found.defined(q, v, t):
             refuse(self, "L", "its derivatives are not finite at a start")
-
-    def finders(self, q: Array, v: Array, t: float) -> dict[str, Function]:
-        """What finds each trace near a state, for galvi.symbolic.tracing."""
-        scales = difference_scales(self.group, q, v)
-        finders: dict[str, Function] = {**force_finder(self, self.group, q, v, t, scales)}
-        if self.slopes is not None or not self._brings_slopes:
-            finders["L"] = lambda: traced_lagrangian(
-                self.function, self.slopes, self.group, q, v, t, self.explicit_time, scales
-            )
-        return finders
 
     @property
     def untraced(self) -> str:
@@ -227,10 +214,10 @@ class Lagrangian:
     @property
     def builtin(self) -> BuiltinLagrangian | None:
         """L with derivatives, if it brings them or they were traced."""
-        if self._brings_slopes:
+        if self.brings_slopes:
             return cast(BuiltinLagrangian, self.function)
         found = traces(self).found.get("L")
-        return None if found is None else cast(TracedLagrangian, found).lagrangian
+        return None if found is None else found.lagrangian
 
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
         """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""
@@ -313,23 +300,13 @@ class Lagrangian:
         )
 
     @property
-    def lane_law(self) -> tuple[str, Array] | None:
-        """The lines and constants of its law for lanes, see galvi.symbolic.lane_law, or None."""
-        found, L = traces(self).found.get("L"), self.builtin
-        law: tuple[str, Array] | None = None
-        if found is not None:
-            law = found.law, np.array(found.constants)
-        elif self.slopes is None and L is not None and L.law:
-            law = L.law, L.compiled()[1]
-        return lane_law_with_force(law, self)
-
-    @property
     def potential_calls_per_force(self) -> int:
         """Lagrangians evaluated, for each component, to difference a gradient, at least; else 0."""
         return 0 if self._slopes is not None else 2 * CALLS
 
     @cached_property  # inspecting a value takes ten microseconds
-    def _brings_slopes(self) -> bool:
+    def brings_slopes(self) -> bool:
+        """Whether the function has derivatives of its own."""
         return isinstance(self.function, BuiltinLagrangian)
 
     @property

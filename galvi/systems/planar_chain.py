@@ -12,7 +12,6 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces.planar_chain import compiled_planar_chain_states, planar_chain
-from galvi.symbolic import lane_law
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +71,6 @@ class PlanarChain:
         found = np.empty(len(v)), np.empty(len(v)), np.empty(v.shape)
         compiled_planar_chain_states()(q, v, self.numbers, *found)
         return found
-
-    @cached_property
-    def law(self) -> str:
-        """As `BuiltinLagrangian.law`."""
-        return lane_law.built_in("planar_chain", self.masses.size)
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""

@@ -14,8 +14,6 @@ from galvi.arrays import Array, read_only
 from galvi.groups.matrix_groups import SO3
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
-from galvi.symbolic import lane_law
-from galvi.symbolic.tracing import reasons, share
 from galvi.systems.derivative_check import (
     Curve,
     check_derivatives,
@@ -30,12 +28,12 @@ from galvi.systems.finite_differences import (
 from galvi.systems.forces.external_force import (
     check_force,
     check_force_at,
-    lane_law_with_force,
     with_force,
 )
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.system import LagrangianKernel
+from galvi.systems.traces import reasons, share
 from galvi.systems.user_functions import compiles, returned_array
 
 Function = Callable[..., Any]
@@ -163,7 +161,7 @@ class RigidBody:
 
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
         """As `galvi.Lagrangian.trace`: of the potential or its gradient, and of the force."""
-        if self.force is not None or not self._known_potential:
+        if self.force is not None or not self.known_potential:
             self.lagrangian.trace(q, v, t, anew)
             share(self, self.lagrangian)
 
@@ -173,7 +171,7 @@ class RigidBody:
         return reasons(self)
 
     @property
-    def _known_potential(self) -> bool:
+    def known_potential(self) -> bool:
         return self.gradient is None and isinstance(self.potential, UniformGravity | None)
 
     def momentum(self, v: Array) -> Array:
@@ -236,7 +234,7 @@ class RigidBody:
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels; the constants begin with J by rows."""
         numbers = self.inertia.ravel()
-        if self._known_potential:
+        if self.known_potential:
             known = self.potential
             weight = known.numbers if isinstance(known, UniformGravity) else np.zeros(6)
             constants = np.concatenate([numbers, weight])
@@ -261,17 +259,9 @@ class RigidBody:
         return with_force(field, self, 3)
 
     @property
-    def lane_law(self) -> tuple[str, Array] | None:
-        """The lines and constants of its law for lanes, see galvi.symbolic.lane_law, or None."""
-        if not self._known_potential:
-            return self.lagrangian.lane_law
-        law = lane_law.built_in("rigid_body", self.potential is not None)
-        return lane_law_with_force((law, self.lagrangian_kernel().constants), self)
-
-    @property
     def potential_calls_per_force(self) -> int:
         """Potentials evaluated, for each component, to difference one gradient; else 0."""
-        known = self.gradient is not None or self._known_potential
+        known = self.gradient is not None or self.known_potential
         return 0 if known or self.lagrangian.builtin is not None else CALLS
 
     def _arguments(self, q: Array, t: float) -> tuple[Any, ...]:

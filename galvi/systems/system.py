@@ -96,11 +96,6 @@ class BuiltinLagrangian(Protocol):
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
         """L(q, v) and L(q, 0) (n,) each, and dL/dv (n, d), at n states; q and v (n, d), t (n,)."""
 
-    @property
-    def law(self) -> str:
-        """The lines that define ``law``, a law of galvi.kernels.lanes.elementary with the constants
-        of ``compiled``; "" for none."""
-
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """Compiled function (q, v, t, constants, out (2, d)) that fills the rows dL/dv and dL/dq,
         and its constants."""

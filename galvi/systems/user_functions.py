@@ -40,3 +40,14 @@ def returned_array(name: str, values: Any, shape: tuple[int, ...], expected: str
             f"{result.dtype}."
         )
     return np.ascontiguousarray(result, dtype=np.float64)
+
+
+def sympy_module() -> Any:
+    """The module sympy; ImportError, saying what needs it, where it is not installed."""
+    try:
+        import sympy
+    except ImportError as error:
+        raise ImportError(
+            f"galvi.Lagrangian.from_sympy needs SymPy: {error}. Install sympy."
+        ) from error
+    return sympy

@@ -20,8 +20,8 @@ GROUPS: dict[str, Any] = {
     "SO3 x R1": galvi.Product((galvi.SO3(), galvi.Rn(1))),
     "SE3 x R1": galvi.Product((galvi.SE3(), galvi.Rn(1))),  # more columns than are written out
 }
-LAW = """from galvi.kernels.lanes.elementary import cos
-from galvi.kernels.lanes.group_rows import Chart
+LAW = """from galvi.fast.lanes.elementary import cos
+from galvi.fast.lanes.group_rows import Chart
 
 chart = Chart({layout}, 0)
 

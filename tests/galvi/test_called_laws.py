@@ -9,7 +9,7 @@ import pytest
 from numba import njit
 
 import galvi
-from galvi.kernels.lanes import called
+from galvi.fast.lanes import called
 from tests.galvi.group_bodies import MOMENTS, R0, SPIN, bent, bent_slope
 
 slope_of_body = njit(bent_slope)
@@ -113,7 +113,7 @@ def test_a_planted_fault_in_what_is_called_is_seen(monkeypatch: pytest.MonkeyPat
         found[called.FORCE_KIND] = 0.0
         return found
 
-    monkeypatch.setattr("galvi.run.law_stepper.called_numbers", without_force)
+    monkeypatch.setattr("galvi.fast.law_stepper.called_numbers", without_force)
     problem = galvi.Problem(
         galvi.Canonical(2.0, galvi.LinearSpring(3.0), force=braking), [1.0, 0.4], [0.2, 0.5]
     )

@@ -16,11 +16,11 @@ import galvi
 from benchmarks.statistics.growth import Growth, growth
 from galvi.arrays import read_only
 from galvi.extended_precision import extended_precision, scaled
-from galvi.kernels.lanes import potentials
+from galvi.fast.lanes import potentials
+from galvi.fast.symbolic.lane_force import WIDEST, WIDEST_COUPLED
 from galvi.run import engine_choice, nystrom_steppers
 from galvi.run.nystrom_engine import NYSTROM
 from galvi.run.nystrom_steppers import general_stepper
-from galvi.symbolic.lane_force import WIDEST, WIDEST_COUPLED
 from galvi.systems.canonical import Canonical
 from galvi.systems.potentials.potentials import lane_slopes
 from references.forces.ridders import gradient
@@ -34,7 +34,7 @@ def slopes(q, t, c):
 """
 RANDOM = "kepler", "pendulum", "henon-heiles"
 DRIVEN = """
-from galvi.kernels.lanes.elementary import cos, exp
+from galvi.fast.lanes.elementary import cos, exp
 
 def slopes(q, t, c):
     return [q[0] + cos(2.0 * t) * exp(0.1 * q[1]), 3.0 * q[1]]
@@ -140,7 +140,7 @@ def test_a_wrong_force_in_lanes_does_not_agree(fault: str, monkeypatch: Any) -> 
         "the mass left out": "return [c[0] * sin(q[0]) * 1.3, c[0] * sin(q[1]) * 0.7]",
     }[fault]
     given_slopes(
-        f"from galvi.kernels.lanes.elementary import sin\n\ndef slopes(q, t, c):\n    {lines}\n",
+        f"from galvi.fast.lanes.elementary import sin\n\ndef slopes(q, t, c):\n    {lines}\n",
         monkeypatch,
     )
     assert not agree(both(galvi.Problem(found, [0.7, 0.2], [0.1, 0.4]), EIGHT, 0.1, 10))

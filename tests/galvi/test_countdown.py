@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from galvi.kernels.lanes import countdown
-from galvi.kernels.lanes.countdown import begin_countdown, judged, remaining
+from galvi.fast.lanes import countdown
+from galvi.fast.lanes.countdown import begin_countdown, judged, remaining
 from galvi.kernels.nystrom.solve import DIVERGED, GOING, NOT_FINITE, SOLVED
 
 ROUNDING, TOLERANCE = 2e-16, 2.0**-55

@@ -13,10 +13,10 @@ import pytest
 
 import galvi
 from galvi.curves.curves import GroupChart, IdentityChart
+from galvi.fast.in_frame.engine import IN_FRAME
 from galvi.run import integrate as integrating
 from galvi.run.engine_choice import engine_for
 from galvi.run.group_engine import ON_GROUP
-from galvi.run.in_frame.engine import IN_FRAME
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_engine import NYSTROM
 from galvi.run.plan import Engine, Run

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.kernels.lanes.members import rows, steps
-from galvi.run.ensembles import schedule
-from galvi.run.ensembles.chunk import Chunk, run_chunk
-from galvi.run.ensembles.keep import FinalStates, Plan
-from galvi.run.ensembles.laws import law_of
+from galvi.ensembles import schedule
+from galvi.ensembles.chunk import Chunk, run_chunk
+from galvi.ensembles.keep import FinalStates, Plan
+from galvi.ensembles.laws import law_of
+from galvi.fast.lanes.members import rows, steps
 from tests.galvi.ensemble_cases import CASES, starts
 
 SIX = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
@@ -97,7 +97,7 @@ def test_for_any_number_of_threads_and_size_of_chunks(monkeypatch):
     assert one.success.all()
     for threads, probe in ((1, 8), (2, 16), (2, 8)):
         monkeypatch.setattr(schedule, "PROBE", probe)
-        monkeypatch.setattr("galvi.run.ensembles.integrate_ensemble.PROBE", probe)
+        monkeypatch.setattr("galvi.ensembles.integrate_ensemble.PROBE", probe)
         with ThreadPoolExecutor(threads) as pool:
             other = run(pool)
         assert all(map(np.array_equal, one.kept, other.kept))

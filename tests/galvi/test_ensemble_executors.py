@@ -17,10 +17,10 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.run.ensembles import integrate_ensemble as engine
-from galvi.run.ensembles import schedule
-from galvi.run.ensembles.chunk import run_chunk
-from galvi.run.ensembles.folder import Folder
+from galvi.ensembles import integrate_ensemble as engine
+from galvi.ensembles import schedule
+from galvi.ensembles.chunk import run_chunk
+from galvi.ensembles.folder import Folder
 from tests.galvi.ensemble_cases import CASES, starts
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))

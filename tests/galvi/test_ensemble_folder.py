@@ -20,9 +20,9 @@ import pyarrow.parquet as pq
 import pytest
 
 import galvi
-from galvi.run.ensembles import folder as folders
-from galvi.run.ensembles import integrate_ensemble as engine
-from galvi.run.ensembles.folder import digest_of_galvi, identity
+from galvi.ensembles import folder as folders
+from galvi.ensembles import integrate_ensemble as engine
+from galvi.ensembles.folder import digest_of_galvi, identity
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 K = 2.0

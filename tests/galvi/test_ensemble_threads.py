@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from galvi.kernels.lanes import nbody as packed
+from galvi.fast.lanes import nbody as packed
 from galvi.kernels.nystrom import advance
 from galvi.run import ensemble
 

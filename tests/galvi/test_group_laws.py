@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.charts import CHARTS
-from galvi.kernels.lanes.group_law import measure
-from galvi.kernels.lanes.group_rows import ETA, TIMES, Chart
+from galvi.fast.lanes.group_law import measure
+from galvi.fast.lanes.group_rows import ETA, TIMES, Chart
+from galvi.fast.law_stepper import has_group_law
 from galvi.kernels.lie import rotations
 from galvi.kernels.lie.groups import so3
-from galvi.run.law_stepper import has_group_law
 from tests.galvi.group_lagrangians import GROUPS, swelling
 from tests.galvi.group_matrices import title
 from tests.galvi.group_motions import (

@@ -9,9 +9,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.run.ensembles.laws import law_of
-from galvi.run.ensembles.parameters import Parameters
-from galvi.symbolic.tracing import traces
+from galvi.ensembles.laws import law_of
+from galvi.ensembles.parameters import Parameters
+from galvi.systems.traces import traces
 from tests.galvi.ensemble_cases import CASES, farthest, starts
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.frames import kepler_frame
-from galvi.kernels.lanes.frames import universal
-from galvi.run.in_frame import stepper
+from galvi.fast.frames import kepler_frame
+from galvi.fast.in_frame import stepper
+from galvi.fast.lanes.frames import universal
 from references.closed_forms.kepler import KEPLER
 from references.stored.planets import STORED_TRUTH
 

@@ -140,7 +140,7 @@ import sys
 from pathlib import Path
 import galvi
 from galvi.kernels.compile import cache
-laws = Path(galvi.__file__).parent / "kernels/lanes/laws.py"
+laws = Path(galvi.__file__).parent / "fast/lanes/laws.py"
 laws.write_text(laws.read_text() + "# changed")
 print(cache.stamp(*cache.sources("generated")))
 """

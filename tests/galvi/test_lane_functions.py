@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks.experiments.function_coefficients import series, tables
-from galvi.kernels.lanes import function_tables, functions
+from galvi.fast.lanes import function_tables, functions
 from tests.galvi.lane_functions import compiled
 
 NAN, INFINITY = float("nan"), float("inf")

@@ -9,9 +9,9 @@ import pytest
 import sympy as sp
 
 import galvi
-from galvi.kernels.lanes.law_pass import factored
-from galvi.kernels.lanes.laws import planar_chain
-from galvi.run.law_stepper import has_law
+from galvi.fast.lanes.law_pass import factored
+from galvi.fast.lanes.laws import planar_chain
+from galvi.fast.law_stepper import has_law
 
 x, y, vx, vy, t = sp.symbols("x y v_x v_y t", real=True)
 PLACE, PACE = (x, y), (vx, vy)

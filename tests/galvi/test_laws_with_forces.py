@@ -9,8 +9,8 @@ import pytest
 import sympy as sp
 
 import galvi
-from galvi.kernels.lanes import laws, potentials
-from galvi.run.law_stepper import has_law, lane_law
+from galvi.fast.lanes import laws, potentials
+from galvi.fast.law_stepper import has_law, lane_law
 from tests.galvi.test_laws import LAGRANGIANS, t
 from tests.galvi.test_laws_with_more_points import differences
 
@@ -66,7 +66,7 @@ def test_a_force_that_is_wrong_is_caught(monkeypatch: pytest.MonkeyPatch) -> Non
     constants = law.constants
     for wrong in (constants * np.append(np.ones(12), -1.0), constants * np.append(np.ones(12), 0)):
         monkeypatch.setattr(
-            "galvi.run.law_stepper.lane_law",
+            "galvi.fast.law_stepper.lane_law",
             lambda system, d, wrong=wrong: law._replace(constants=wrong),
         )
         with pytest.raises(AssertionError):

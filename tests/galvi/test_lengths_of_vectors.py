@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.kernels.lanes import functions, vectors
+from galvi.fast.lanes import functions, vectors
 from galvi.run import law_stepper, nystrom_steppers
 from tests.galvi.lane_functions import compiled
 

@@ -15,7 +15,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import galvi
-from galvi.kernels.lanes.frames import near_parabola
+from galvi.fast.lanes.frames import near_parabola
 
 FRAME = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart=galvi.KeplerFrame())
 ULPS = 10

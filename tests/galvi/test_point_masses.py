@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import galvi
+from galvi.fast.lanes.nbody import near_limit
 from galvi.kernels.forces.passages import NEAR
-from galvi.kernels.lanes.nbody import near_limit
 from galvi.run import engine_choice
 from galvi.run.nystrom_engine import NYSTROM
 from galvi.run.nystrom_steppers import general_stepper

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from galvi.kernels.lanes.reciprocals import Reciprocals
-from galvi.kernels.lanes.vectors import AVX512
+from galvi.fast.lanes.reciprocals import Reciprocals
+from galvi.fast.lanes.vectors import AVX512
 from tests.galvi.lane_functions import compiled
 
 

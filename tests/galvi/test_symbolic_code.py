@@ -10,14 +10,13 @@ import mpmath
 import numpy as np
 import pytest
 
-from galvi.symbolic import code as symbolic_code
-from galvi.symbolic import lane_law
+from galvi.fast.symbolic import code as symbolic_code
+from galvi.fast.symbolic import lane_law
 
 pytest.importorskip("sympy")
 
 import sympy
-
-from tests.galvi.symbolic_letters import FREE, c, k, m, made, t, u, w, x, y
+from tests.galvi.fast.symbolic_letters import FREE, c, k, m, made, t, u, w, x, y
 
 
 def test_parameters_are_numbers_of_the_system_and_not_of_the_code():

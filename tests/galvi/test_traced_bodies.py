@@ -16,10 +16,11 @@ import sympy as sp
 from numba import njit
 
 import galvi
-from galvi.kernels.lanes import group_rows
-from galvi.run.law_stepper import has_group_law
-from galvi.symbolic.graph import Graph, Untraceable
-from galvi.symbolic.traced_lagrangian import traced_lagrangian
+from galvi.fast.lanes import group_rows
+from galvi.fast.law_stepper import has_group_law
+from galvi.fast.symbolic.graph import Graph
+from galvi.fast.symbolic.traced_lagrangian import traced_lagrangian
+from galvi.systems.traces import Untraceable
 from tests.galvi.group_bodies import MOMENTS, R0, SPIN, bent, bent_slope
 from tests.galvi.group_matrices import element
 from tests.galvi.lagrangians import opaque

@@ -12,7 +12,7 @@ import pytest
 from numba import njit
 
 import galvi
-from galvi.symbolic.lane_force import WIDEST, fits
+from galvi.fast.symbolic.lane_force import WIDEST, fits
 from tests.galvi.lagrangians import opaque
 from tests.galvi.test_canonical_lanes import EIGHT, agree, both
 

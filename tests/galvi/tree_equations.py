@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from galvi.kernels.lanes.trees import tree
+from galvi.kernels.trees import tree
 
 STEP = 1e-30
 

@@ -15,7 +15,7 @@ import pytest
 import galvi
 from galvi.charts import CHARTS
 from galvi.command import called, main
-from galvi.kernels.lanes import vectors
+from galvi.fast.lanes import vectors
 from reports.build.warm import run_all
 from reports.cli.commands import run
 

@@ -43,7 +43,7 @@ def slowed(times: int) -> tuple[tuple[str, str, str], ...]:
     """
     line = "    pull = over_cube(c[0], square)\n"
     more = f"    for _ in range({times}):\n        pull = sqrt(pull * pull)\n"
-    file, names = "kernels/lanes/potentials.py", "import over_cube, sin\n"
+    file, names = "fast/lanes/potentials.py", "import over_cube, sin\n"
     return ((file, line, line + more), (file, names, "import over_cube, sin, sqrt\n"))
 
 
@@ -56,12 +56,12 @@ FAULTS = (
         "one more solver iteration",
         (
             (
-                "kernels/lanes/canonical.py",
+                "fast/lanes/canonical.py",
                 "    for passes in range(FIXED_POINT_PASSES):",
                 "    more = 1\n    for passes in range(FIXED_POINT_PASSES):",
             ),
             (
-                "kernels/lanes/canonical.py",
+                "fast/lanes/canonical.py",
                 "        if code != GOING:\n            return code\n",
                 "        if code != GOING:\n            if more == 0:\n"
                 "                return code\n            more -= 1\n",
@@ -86,7 +86,7 @@ FAULTS = (
         "a lost compensated sum",
         (
             (
-                "kernels/lanes/nbody.py",
+                "fast/lanes/nbody.py",
                 "state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))",
                 "state[2, i], state[3, i] = v + out[i, 0], 0.0",
             ),
@@ -98,7 +98,7 @@ FAULTS = (
         "a wrong sign in a torque",
         (
             (
-                "kernels/lanes/laws.py",
+                "fast/lanes/laws.py",
                 "cross((c[12], c[13], c[14]), _in_body(g, 3, (c[9], c[10], c[11])))",
                 "cross(_in_body(g, 3, (c[9], c[10], c[11])), (c[12], c[13], c[14]))",
             ),

@@ -30,7 +30,10 @@ from numba.core.serialize import dumps
 
 DIGEST = 32  # bytes of SHA-256
 FOLDER = "galvi-kernels"
-IMPORTS = re.compile(r"^from galvi\.kernels\.?([\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
+IMPORTS = re.compile(
+    r"^from galvi\.((?:kernels|fast\.lanes)(?:\.[\w.]+)?) import (\([^)]*\)|.*)", re.MULTILINE
+)
+FOLDERS = ("kernels", "fast/lanes")  # of galvi, that have kernels
 VERSIONS = (numba.__version__, llvmlite.__version__)
 
 Locks = Callable[[Path], Any]
@@ -60,9 +63,10 @@ def content(path):
 def kernels():
     """The sources of all kernels."""
     found = []
-    for folder, folders, names in os.walk(Path(__file__).parents[1]):
-        folders[:] = [name for name in folders if name != "__pycache__"]
-        found += [Path(folder, name) for name in names if name.endswith(".py")]
+    for top in FOLDERS:
+        for folder, folders, names in os.walk(Path(__file__).parents[2] / top):
+            folders[:] = [name for name in folders if name != "__pycache__"]
+            found += [Path(folder, name) for name in names if name.endswith(".py")]
     return tuple(sorted(found))
 
 
@@ -101,10 +105,10 @@ def sources(file):
 @cache
 def imported(path):
     """The kernel sources that one of them imports; of a package, all of its modules."""
-    top = Path(__file__).parents[1]
+    top = Path(__file__).parents[2]
     found: set[Path] = set()
     for module, names in IMPORTS.findall(content(path).decode()):
-        place = top.joinpath(*filter(None, module.split(".")))
+        place = top.joinpath(*module.split("."))
         for name in re.findall(r"\w+", names):
             inside = place / name
             if inside.is_dir():

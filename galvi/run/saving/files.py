@@ -83,7 +83,7 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         "failed_step": run.failed_step,
         "counts": dict(run.counts), "step": run.step, "first": end.first, "solver": end.solver,
         "tolerance": end.tolerance, "save_every": end.save_every, "keep_curves": end.curves,
-        "curves": None if run.curves is None else run.curves.t0,
+        "curves": None if run.curves is None else run.curves.t0, "engine": run.engine,
     }  # fmt: skip
     arrays = {
         "t": run.t, "q": run.q, "p": run.p, "q0": problem.q0, "v0": problem.v0,
@@ -172,6 +172,7 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         facts["success"], facts["status"], facts["failed_step"], facts["counts"], facts["step"],
         method, curves, end, facts["interrupted"],
         read_only(arrays["velocities"]) if "velocities" in arrays else None, again,
+        facts.get("engine", ""),
     )  # fmt: skip
 
 

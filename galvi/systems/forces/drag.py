@@ -25,7 +25,7 @@ class DragLaw(Protocol):
 
     @property
     def name(self) -> str:
-        """Its function in galvi.kernels.lanes.laws."""
+        """Its function in galvi.fast.lanes.laws."""
 
     @property
     def drag(self) -> Callable[..., Any]:
@@ -98,11 +98,6 @@ class RotorDrag:
         w = v - np.array(rotor_wind.rotor_wind(q[0], q[1], q[2], t))
         result: Array = -self.factor * self.drag_law(np.sqrt(w @ w)) * w
         return result
-
-    @property
-    def law(self) -> str:
-        """As `BuiltinForce.law`."""
-        return f"from galvi.kernels.lanes.laws import {self.drag_law.name}_drag as force"
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinForce.compiled`, with the factor and the law's numbers for constants."""

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.groups.group import Group
 from galvi.input_checks import shown
 from galvi.kernels.forces import lagrangian_derivatives
-from galvi.symbolic import lane_law
-from galvi.symbolic.traced_lagrangian import TracedTerm, traced_force
-from galvi.symbolic.tracing import traces
 from galvi.systems.system import LagrangianKernel
 from galvi.systems.user_functions import compiles, returned_array
 
@@ -25,11 +21,6 @@ class BuiltinForce(Protocol):
 
     def __call__(self, q: Array, v: Array, t: float) -> Array:
         """f(q, v, t), shape of v."""
-
-    @property
-    def law(self) -> str:
-        """The lines that define ``force``, a function (q, v, t, constants) -> d values in the
-        functions of galvi.kernels.lanes.elementary; "" for none."""
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """Compiled function (q (r,), v (d,), t, constants, out (2, d)) that adds the force to the
@@ -88,38 +79,6 @@ def check_force_at(system: Forced, q: Array, v: Array, t: float) -> None:
             f"the force must be finite at the start; received {force.tolist()}. Check the function "
             f"force, or start elsewhere."
         )
-
-
-def lane_law_with_force(law: tuple[str, Array] | None, system: Forced) -> tuple[str, Array] | None:
-    """The lines and constants of a law for lanes with the system's external force added; None where
-    one of them has none."""
-    if system.force is None or law is None:
-        return law
-    force = lane_force(system)
-    return lane_law.with_force(law, force) if force else None
-
-
-def lane_force(system: Forced) -> tuple[str, Array] | None:
-    """The lines and constants of an external force for lanes, or None."""
-    if isinstance(system.force, BuiltinForce):
-        lines, constants = system.force.law, system.force.compiled()[1]
-        return (lines, constants) if lines else None
-    found = traces(system).found.get("force")
-    return None if found is None else (found.lines, np.array(found.constants))
-
-
-def force_finder(
-    system: Forced, group: Group, q: Array, v: Array, t: float, scales: Sequence[Array]
-) -> dict[str, Callable[[], TracedTerm]]:
-    """How to trace a user's force near a state, for galvi.symbolic.tracing; empty without one.
-
-    group   of which q is an element
-    scales  as for `galvi.symbolic.traced_lagrangian.traced_force`
-    """
-    force = system.force
-    if force is None or isinstance(force, BuiltinForce):
-        return {}
-    return {"force": lambda: traced_force(force, group, q, v, t, system.timed_force, scales)}
 
 
 def with_force(field: LagrangianKernel, system: Forced, matrix_rows: int) -> LagrangianKernel:

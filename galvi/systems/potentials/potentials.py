@@ -20,18 +20,11 @@ class Law:
     gradient   (Q (d, s), t (s,), constants, out (d, s)) fills out with dV/dq
     hessian    (Q (d, s), t (s,), constants, out (d, d, s)) fills out with d2V/dq2
     constants  (c,) constants of both functions
-    slopes     the lines that define dV/dq for lanes, see galvi.symbolic.lane_force; "" for none
     """
 
     gradient: Callable[..., Any]
     hessian: Callable[..., Any]
     constants: Array
-    slopes: str = ""
-
-
-def lane_slopes(name: str) -> str:
-    """The lines that import the slopes of a built-in potential."""
-    return f"from galvi.kernels.lanes.potentials import {name} as slopes"
 
 
 @runtime_checkable
@@ -79,12 +72,7 @@ class CentralForce:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(
-            central_force.gradient,
-            central_force.hessian,
-            np.array([self.mu]),
-            lane_slopes("central_force"),
-        )
+        return Law(central_force.gradient, central_force.hessian, np.array([self.mu]))
 
 
 @dataclass(frozen=True)
@@ -114,9 +102,7 @@ class CosinePotential:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(
-            pendulum.gradient, pendulum.hessian, np.array([self.weight]), lane_slopes("pendulum")
-        )
+        return Law(pendulum.gradient, pendulum.hessian, np.array([self.weight]))
 
 
 @dataclass(frozen=True)
@@ -145,12 +131,7 @@ class LinearSpring:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(
-            linear_spring.gradient,
-            linear_spring.hessian,
-            np.array([self.stiffness]),
-            lane_slopes("linear_spring"),
-        )
+        return Law(linear_spring.gradient, linear_spring.hessian, np.array([self.stiffness]))
 
 
 @dataclass(frozen=True)
@@ -192,12 +173,7 @@ class SpringChain:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(
-            spring_chain.gradient,
-            spring_chain.hessian,
-            np.array([self.alpha, self.beta]),
-            lane_slopes("spring_chain"),
-        )
+        return Law(spring_chain.gradient, spring_chain.hessian, np.array([self.alpha, self.beta]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,12 +205,7 @@ class UniformField:
 
     def law(self) -> Law:
         """Compiled derivatives and their constants."""
-        return Law(
-            uniform_field.gradient,
-            uniform_field.hessian,
-            np.array(self.force),
-            lane_slopes("uniform_field"),
-        )
+        return Law(uniform_field.gradient, uniform_field.hessian, np.array(self.force))
 
 
 @dataclass(frozen=True, eq=False)

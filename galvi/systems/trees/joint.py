@@ -15,10 +15,10 @@ from galvi.groups.group import Group, check_rotation
 from galvi.groups.matrix_groups import SE3, SO3, Rn
 from galvi.input_checks import shown
 from galvi.kernels.compile.jit import jit
-from galvi.kernels.lanes.trees import tree
+from galvi.kernels.trees import tree
 
 UNIT = 4.0 * 2.0**-53  # the rounding of a length of 1
-KINDS = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.lanes.trees.tree
+KINDS = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.trees.tree
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ class Joint:
 
     @property
     def number(self) -> int:
-        """Its kind in galvi.kernels.lanes.trees.tree."""
+        """Its kind in galvi.kernels.trees.tree."""
         return KINDS.index(self.type)
 
     @property

@@ -18,7 +18,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.groups.group import Group
-from galvi.kernels.lanes.trees.tree import SLIDE
+from galvi.kernels.trees.tree import SLIDE
 from galvi.systems.trees.joint import Joint
 
 POSITIONS = (1, 1, 4, 7)  # entries of qpos

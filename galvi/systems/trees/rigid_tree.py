@@ -16,10 +16,9 @@ from galvi.arrays import Array, read_only
 from galvi.groups.group import Group
 from galvi.groups.matrix_groups import Rn
 from galvi.groups.product import Product
-from galvi.kernels.lanes.trees import tree
+from galvi.kernels.trees import tree
 from galvi.systems.trees.joint import Joint, Link
 
-MOST = 40  # velocities in lanes
 NOTHING = 2.0**-50  # relative size of a number of the geometry that rounding left of 0 or 1
 
 
@@ -33,7 +32,7 @@ class RigidTree:
              trees that differ in these alone have the same law
 
     q and v hold the coordinates and velocities of all joints in their order; those of hinges and
-    slides that follow each other are one ``Rn``. Formulas: galvi.kernels.lanes.trees.tree.
+    slides that follow each other are one ``Rn``. Formulas: galvi.kernels.trees.tree.
     """
 
     links: tuple[Link, ...]
@@ -92,7 +91,7 @@ class RigidTree:
 
     @cached_property
     def numbers(self) -> Array:
-        """The constants of galvi.kernels.lanes.trees.tree."""
+        """The constants of galvi.kernels.trees.tree."""
         rows, carried = (
             np.zeros((len(self.joints), tree.JOINT)),
             np.zeros((len(self.joints) + 1, 10)),
@@ -182,40 +181,6 @@ class RigidTree:
         found = np.empty(len(v)), np.empty(len(v)), np.empty(v.shape), np.empty((len(v), 6))
         tree.tree_states(places, _copied(v), _copied(self.numbers), *found)
         return found
-
-    @cached_property
-    def law(self) -> str:
-        """As `BuiltinLagrangian.law`; numbers 0, 1 and -1 of the geometry are part of it.
-
-        "" for more than MOST velocities, whose law would take long to compile.
-        """
-        if self.dimension > MOST:
-            return ""
-        known = {0: self.numbers[0]}
-        for j in range(len(self.joints)):
-            first = tree.HEAD + tree.JOINT * j
-            row = self.numbers[first : first + tree.JOINT]
-            for k, number in enumerate(row.tolist()):
-                units = (0.0, 1.0, -1.0) if tree.SHIFT <= k < tree.MASS else (0.0,)
-                if k < tree.SHIFT or (number in units and k not in self._open):
-                    known[first + k] = number
-        of_masses = range(4, tree.HEAD) if "masses" in self.varied else ()
-        of_gravity = range(1, 4) if "gravity" in self.varied else ()
-        for k in range(1, tree.HEAD):
-            if self.numbers[k] == 0.0 and k not in (*of_masses, *of_gravity):
-                known[k] = 0.0
-        literals = {k: float(x) for k, x in known.items()}
-        head = "from galvi.kernels.lanes.trees.tree import tree"
-        return f"{head}\n\nlaw = tree({self.dimension}, {literals})\n"
-
-    @property
-    def _open(self) -> set[int]:
-        """Entries of a joint's row that the law reads, whatever they are."""
-        rows = {
-            "masses": range(tree.MASS, tree.ARMATURE), "armature": (tree.ARMATURE,),
-            "stiffness": (tree.STIFFNESS,),
-        }  # fmt: skip
-        return {k for name in self.varied for k in rows.get(name, ())}
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""

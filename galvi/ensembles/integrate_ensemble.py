@@ -1,0 +1,343 @@
+"""Runs many members of one system at once, eight to an instruction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numba.core.registry import CPUDispatcher
+from tqdm import tqdm
+
+from galvi import input_checks
+from galvi.arrays import Array, read_only
+from galvi.ensembles.chunk import Chunk, Kept
+from galvi.ensembles.folder import Folder
+from galvi.ensembles.keep import FinalStates, Keep, OfStates, Plan
+from galvi.ensembles.laws import Law, law_of, runs_in_lanes
+from galvi.ensembles.parameters import Parameters, checked_parameters
+from galvi.ensembles.result import Ensemble
+from galvi.ensembles.schedule import PROBE, members_of_a_chunk, results, workers_of
+from galvi.ensembles.singles import Single, Singles
+from galvi.fast.law_stepper import FINEST_IN_LANES, FINEST_ON_RN
+from galvi.input_checks import shown
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.coupling import coupled_layout
+from galvi.run.ensemble import processors
+from galvi.run.integrate import check_end, checked
+
+BY_ITSELF = " It was run by itself, since {why}."
+NO_LAW = "the system has no law for lanes"
+IN_FRAME = "methods in a frame do not run in lanes"
+NOT_ITERATED = "lanes do not run this system with the method's weights or degrees"
+OF_PYTHON = "what is kept is a Python function of a run"
+NOT_IN_LANES = "lanes could not do step {step}"
+
+
+def integrate_ensemble(
+    problem: Problem,
+    q0: Any,
+    v0: Any,
+    method: Galerkin,
+    step: Any,
+    steps: int,
+    parameters: Any = None,
+    keep: Any = None,
+    executor: Any = None,
+    folder: Any = None,
+    progress: bool | None = None,
+    *,
+    tolerance: float | None = None,
+    version: str | None = None,
+) -> Ensemble:
+    """Integrate n members of ``problem`` from their own starts, as `galvi.integrate` would.
+
+    q0, v0      (n, ...) starts; one of the shape of the problem's is that of all members
+    step        step size, or (n,) one for each member
+    steps       number of steps of each member
+    parameters  name -> (n, ...) numbers of the system that differ between members: fields of the
+                system, its potential, force or Lagrangian (every one of that name), or parameters
+                of a SymPy expression
+    keep        what is kept of each run: `FinalStates` (the default), `StatesAt`, `Extrema`,
+                `Histogram`; a function (t, q, p) of all states of a run, compiled by
+                ``numba.njit``; or a Python function of a `Trajectory`, with which members run one
+                by one, some hundred times slower
+    executor    what has a method ``submit``, such as Dask's ``Client``; None: one thread for each
+                processor
+    folder      keeps what is done in this folder, one Parquet file for each chunk of members, and
+                computes only what is not there; needs pyarrow
+    progress    True shows a progress bar of members
+    tolerance   as for `galvi.integrate`
+    version     of your functions, for a folder: a text that you change with their code. Asked for
+                where a function is called (``keep``, or one of the system that could not be
+                traced), since what it calls in turn cannot be known
+
+    Returns an `Ensemble`. A member is equal to a run of `galvi.integrate` up to round-off, and has
+    the same bits in every ensemble, order, thread and process on one kind of processor. One whose
+    step lanes cannot do is run again by itself, as are all where the system has no law for lanes
+    (its equations as generated code of vector instructions) or the method works in a frame; their
+    status says so. A member that fails, or that `galvi.Problem` then refuses, is NaN from there on,
+    its status says why, and the others go on. Energies are not judged, whoever runs the member.
+    Ctrl-C raises KeyboardInterrupt; what is in the folder stays there, and the next call goes on.
+
+    Raises ValueError or TypeError for bad input before the first step.
+    """
+    shows = progress is not None and input_checks.flag("progress", progress)
+    work = _Work(problem, q0, v0, method, step, steps, parameters, keep, tolerance)
+    workers = workers_of(executor, processors())
+    if version is not None and not isinstance(version, str):
+        raise TypeError(f"version must be a text, or None; received {shown(version)}.")
+    store = None if folder is None else Folder(folder, *work.identity(), version)
+    with ExitStack() as stack:
+        bar = None
+        if shows:
+            bar = stack.enter_context(tqdm(total=work.members, unit="run"))
+        return work.run(executor, workers, store, (lambda n: None) if bar is None else bar.update)
+
+
+class _Work:
+    """The arguments of `integrate_ensemble`, checked, and its result while it grows."""
+
+    def __init__(
+        self, problem: Problem, q0: Any, v0: Any, method: Galerkin, step: Any, steps: int,
+        parameters: Any, keep: Any, tolerance: float | None,
+    ) -> None:  # fmt: skip
+        self.problem, self.method = problem, method
+        if not isinstance(problem, Problem):
+            raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
+        values = checked_parameters(parameters)
+        self.q, self.v, self.step = _starts(problem, q0, v0, step, values)
+        self.members = len(self.q)
+        self.parameters = Parameters(problem, values, self.members)
+        self.problem = problem = self.parameters.problem
+        first = problem.with_initial_state(self.q[0], self.v[0])
+        checked(first, method, float(self.step[0]), steps, curves=False, tolerance=tolerance)
+        with np.errstate(over="ignore"):
+            ends = problem.t0 + int(steps) * self.step
+        check_end(problem.t0, float(self.step[np.argmax(np.abs(ends))]), int(steps))
+        self.plan = Plan(int(steps), self.step, problem.t0, problem.q0.shape, problem.v0.shape)
+        self.keep, self.function = _kept(keep)
+        self.singles = Singles(
+            self.parameters, method, self.plan, self.q, self.v, tolerance, "auto"
+        )
+        self.law: Law | None = None
+        found = law_of(problem.system, problem.v0.size)
+        if self.keep is None:
+            self.why_alone = OF_PYTHON
+        elif method.in_frame:
+            self.why_alone = IN_FRAME
+        else:
+            self.why_alone = NO_LAW if found is None else NOT_ITERATED
+        if found is not None and self.keep is not None and runs_in_lanes(*found, method):
+            self.law, self.own = found
+            if self.law.layout:
+                layout = coupled_layout(problem.system, first).tolist()
+                self.law = replace(self.law, layout=tuple(map(tuple, layout)))
+            self.numbers = self.parameters.numbers(self.law, self.own, slice(0, self.members))
+        else:
+            self.parameters.check()
+        rotates = self.law is not None and bool(self.law.layout)
+        self.tolerance = max(tolerance or 0.0, FINEST_IN_LANES if rotates else FINEST_ON_RN)
+        if self.keep is not None:
+            self.keep.steps(self.plan)  # refuses times that are not those of steps
+        self.values: list[Array] = []
+        self.failed, self.passes = (np.zeros(self.members, dtype=np.int64) for _ in range(2))
+        self.messages: dict[int, str] = {}
+
+    def identity(self) -> tuple[Any, dict[str, Array]]:
+        """What files are named by: what all members share, and what each has."""
+        kept = self.function if self.keep is None else self.keep
+        system: Any = self.problem.system
+        if self.law is not None:  # its text says all of a function that was traced
+            system = self.law, self.own.constants, self.own.mass
+        facts = system, self.method, self.plan.steps, self.plan.t0, self.tolerance, kept
+        given = {f"parameters/{name}": array for name, array in self.parameters.values.items()}
+        return facts, {"q": self.q, "v": self.v, "step": self.step, **given}
+
+    def run(
+        self, executor: Any, workers: int, store: Folder | None, count: Callable[[int], Any]
+    ) -> Ensemble:
+        """All members; ``count`` is told how many were done."""
+        size = self.first_size(executor, workers, store, count)
+        pieces = [
+            slice(k, min(k + size, self.members)) for k in range(self.begun, self.members, size)
+        ]
+        missing = []
+        for members in pieces:
+            if store is None or not self.loaded(store, members):
+                missing.append(members)
+            else:
+                count(members.stop - members.start)
+        if missing and store is not None:
+            store.make_writable()
+        for members, kept in self.computed(missing, executor, workers):
+            self.take(members, kept)
+            if store is not None:
+                self.saved(store, members)
+            count(members.stop - members.start)
+        values = tuple(read_only(value) for value in self.values)
+        files = "" if store is None else store.summary(len(missing))
+        return Ensemble(values, self.failed, self.messages, self.passes, files)
+
+    def first_size(
+        self, executor: Any, workers: int, store: Folder | None, count: Callable[[int], Any]
+    ) -> int:
+        """Members of a chunk: from the time of a first one, which is done, or as in the folder."""
+        self.begun = 0
+        if self.law is None:
+            return PROBE if store is None else store.members_of_a_file(PROBE)
+        if store is not None:
+            if store.known:
+                return store.members_of_a_file(PROBE)
+            store.make_writable()
+        probe = slice(0, min(PROBE, self.members))
+        ((_, kept),) = self.computed([probe], executor, workers)
+        assert kept is not None
+        each = max(kept.seconds / (probe.stop - probe.start), 1e-9)
+        bytes_each = 8.0 * sum(value[0].size for value in kept.values)
+        if isinstance(self.keep, OfStates):
+            bytes_each += 8.0 * (self.plan.steps + 1) * (self.q[0].size + self.v[0].size)
+        bytes_each += 8.0 * (self.law.dimension * (self.method.stages + 8) + self.q[0].size + 64)
+        size = members_of_a_chunk(each, bytes_each, self.members, workers)
+        if store is not None:
+            return store.members_of_a_file(size)
+        self.take(probe, kept)
+        count(probe.stop)
+        self.begun = probe.stop
+        return size
+
+    def computed(
+        self, pieces: Sequence[slice], executor: Any, workers: int
+    ) -> Iterator[tuple[slice, Kept | None]]:
+        """Members with what lanes leave of them; None where lanes cannot run them."""
+        if self.law is None:
+            yield from ((members, None) for members in pieces)
+            return
+        for chunk, kept in results(map(self.chunk, pieces), executor, workers):
+            yield slice(chunk.first, chunk.first + len(chunk.q)), kept
+
+    def chunk(self, members: slice) -> Chunk:
+        """What is needed to run some members."""
+        assert self.law is not None and self.keep is not None
+        numbers, plan = self.numbers.rows(members), self.plan._replace(step=self.step[members])
+        return Chunk(
+            self.law, numbers, self.method, plan, self.tolerance, self.keep, members.start,
+            self.q[members], self.v[members],
+        )  # fmt: skip
+
+    def take(self, members: slice, kept: Kept | None) -> None:
+        """Keep what some members left, and run those by themselves that lanes did not."""
+        alone: Iterator[int] = iter(range(members.start, members.stop))
+        why = self.why_alone
+        if kept is not None:
+            self.place(members, kept.values)
+            self.passes[members] = kept.passes
+            alone = (members.start + int(k) for k in np.flatnonzero(kept.failed))
+        for member in alone:
+            if kept is not None:
+                why = NOT_IN_LANES.format(step=int(kept.failed[member - members.start]))
+            single = self.single(member)
+            self.place(slice(member, member + 1), tuple(value[None] for value in single.values))
+            self.failed[member], self.passes[member] = single.failed, single.passes
+            self.messages[member] = single.status + BY_ITSELF.format(why=why)
+
+    def single(self, member: int) -> Single:
+        """One member by itself; exceptions carry its number."""
+        try:
+            if self.keep is not None:
+                return self.singles.kept(member, self.keep)
+            assert self.function is not None
+            return self.singles.returned(member, self.function)
+        except Exception as error:
+            error.add_note(f"This was member {member}.")
+            raise
+
+    def place(self, members: slice, values: tuple[Array, ...]) -> None:
+        """Put values in their rows."""
+        if not self.values:
+            self.values = [np.full((self.members, *x.shape[1:]), np.nan) for x in values]
+        for rows, value in zip(self.values, values, strict=True):
+            if rows.shape[1:] != value.shape[1:]:
+                raise ValueError(
+                    f"keep must return arrays of one shape for all members; received shapes "
+                    f"{rows.shape[1:]} and, of member {members.start}, {value.shape[1:]}."
+                )
+            rows[members] = value
+
+    def loaded(self, store: Folder, members: slice) -> bool:
+        """Whether some members are in the folder; they are taken from there."""
+        found = store.load(members)
+        if found is None:
+            return False
+        values, self.failed[members], self.passes[members], messages = found
+        self.place(members, values)
+        self.messages |= {members.start + k: text for k, text in messages.items()}
+        return True
+
+    def saved(self, store: Folder, members: slice) -> None:
+        """Write some members to the folder."""
+        every = range(members.start, members.stop)
+        messages = {k - members.start: self.messages[k] for k in every if k in self.messages}
+        values = tuple(rows[members] for rows in self.values)
+        store.save(members, values, self.failed[members], self.passes[members], messages)
+
+
+def _kept(keep: Any) -> tuple[Keep | None, Callable[[Any], Any] | None]:
+    """A value to keep, or else a Python function of a run."""
+    if keep is None:
+        return FinalStates(), None
+    if isinstance(keep, CPUDispatcher):
+        return OfStates(keep), None
+    if hasattr(keep, "begin") and hasattr(keep, "steps") and not isinstance(keep, type):
+        return keep, None
+    if callable(keep) and not isinstance(keep, type):
+        return None, keep
+    raise TypeError(
+        f"keep must be a value such as galvi.FinalStates(), or a function; received {shown(keep)}."
+    )
+
+
+def _starts(
+    problem: Problem, q0: Any, v0: Any, step: Any, parameters: dict[str, Array]
+) -> tuple[Array, Array, Array]:
+    """Configurations (n, ...), velocities (n, ...) and steps (n,) of all members."""
+    q, v = input_checks.array("q0", q0), input_checks.array("v0", v0)
+    h = input_checks.array("step", step)
+    counts = {}
+    for name, array, shape in (
+        ("q0", q, problem.q0.shape), ("v0", v, problem.v0.shape), ("step", h, ())
+    ):  # fmt: skip
+        if array.shape == shape:
+            continue
+        if array.shape[1:] != shape or array.ndim != len(shape) + 1 or not len(array):
+            raise ValueError(
+                f"{name} must have shape (members, {', '.join(map(str, shape))}), or "
+                f"{shape} for all members; received {array.shape}."
+            )
+        counts[name] = len(array)
+    for name, values in parameters.items():
+        counts[f"parameters[{name!r}]"] = len(np.atleast_1d(values))
+    if not counts:
+        counts["q0"] = 1
+    if len(set(counts.values())) > 1:
+        found = ", ".join(f"{count} of {name}" for name, count in counts.items())
+        raise ValueError(
+            f"q0, v0, step and parameters must have the same number of members; received {found}."
+        )
+    (members,) = set(counts.values())
+    if np.any(h == 0.0):
+        raise ValueError("step must not be zero. Give the step size in units of time.")
+    q = _of_all(q, problem.q0.shape, members)
+    v = _of_all(v, problem.v0.shape, members)
+    check = getattr(problem.system, "group", None)
+    if check is not None and q[0].ndim == 2:
+        for k, g in enumerate(q):
+            check.check(f"q0[{k}]", g)
+    return q, v, read_only(np.array(_of_all(h, (), members)))
+
+
+def _of_all(array: Array, shape: tuple[int, ...], members: int) -> Array:
+    return array if array.shape != shape else np.broadcast_to(array, (members, *shape))

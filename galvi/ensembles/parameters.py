@@ -1,0 +1,209 @@
+"""Numbers of a system that differ from member to member, by name.
+
+A name is that of a field of the system, of its potential, its force or its Lagrangian, e.g.
+"masses", "mu" or "factor", or that of a parameter of a SymPy expression; of a tree one of those
+that `Multibody.with_numbers` takes. Each member's system is the problem's with these replaced, so
+that all checks of a system are made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array
+from galvi.ensembles.laws import Law, LawNumbers, law_of
+from galvi.fast.symbolic.from_sympy import SymbolicForce
+from galvi.fast.symbolic.symbolic_lagrangian import SymbolicLagrangian
+from galvi.input_checks import shown
+from galvi.problem import Problem
+from galvi.systems.canonical import Canonical
+from galvi.systems.lagrangian import Lagrangian
+from galvi.systems.multibody import VARIED, Multibody
+
+SYMBOLIC = (SymbolicLagrangian, SymbolicForce)
+Path = tuple[str, ...]  # names of fields from the system on; one of SYMBOLIC has its parameters
+
+
+def checked_parameters(parameters: Any) -> dict[str, Array]:
+    """The arrays of a dict of names and arrays, or of None; TypeError or ValueError for others."""
+    if parameters is None:
+        return {}
+    if not isinstance(parameters, Mapping):
+        raise TypeError(
+            f"parameters must be a dict of names and arrays; received {shown(parameters)}."
+        )
+    return {
+        name: input_checks.array(f"parameters[{shown(name)}]", values)
+        for name, values in parameters.items()
+    }
+
+
+class Parameters:
+    """The parameters of n members: name -> values (n, ...)."""
+
+    def __init__(self, problem: Problem, values: Mapping[str, Array], members: int) -> None:
+        self.problem, self.members, self.values = problem, members, dict[str, Array]()
+        self.places = _places(problem.system)
+        for name, array in values.items():
+            if name not in self.places:
+                known = ", ".join(sorted(self.places)) or "none"
+                raise ValueError(
+                    f"parameters must be named as fields of the system are, or as the parameters "
+                    f"of its expression: {known}; received {shown(name)}."
+                )
+            if array.ndim == 0 or len(array) != members:
+                raise ValueError(
+                    f"parameter {name!r} must have one value for each of the {members} members; "
+                    f"received shape {array.shape}."
+                )
+            for path in self.places[name]:
+                shape = self._shape(path)
+                if shape is not None and array.shape[1:] != shape:
+                    raise ValueError(
+                        f"parameter {name!r} must have shape {(members, *shape)}, the members "
+                        f"in front; received {array.shape}."
+                    )
+            self.values[name] = array
+        if isinstance(problem.system, Multibody) and self.values:  # so that all have one law
+            own = {name: values[0] for name, values in self.values.items()}
+            self.problem = replace(problem, system=problem.system.with_numbers(**own))
+
+    def _shape(self, path: Path) -> tuple[int, ...] | None:
+        """That of a parameter of an expression, or of a field that is an array; else None."""
+        owner = _at(self.problem.system, path[:-1])
+        if isinstance(owner, SYMBOLIC):
+            return ()
+        if isinstance(owner, Multibody):
+            return owner.shape_of(path[-1])
+        return np.shape(getattr(owner, path[-1])) or None
+
+    def check(self) -> None:
+        """Raise what a system raises for some member's values, with a note that names it."""
+        for member in range(self.members if self.values else 0):
+            self._checked_system(member)
+
+    def _checked_system(self, member: int) -> Any:
+        try:
+            return self.system(member)
+        except ValueError as error:
+            error.add_note(f"This was member {member}.")
+            raise
+
+    def system(self, member: int) -> Any:
+        """The system of one member."""
+        result: Any = self.problem.system
+        for name, values in self.values.items():
+            value = values[member]
+            for path in self.places[name]:
+                result = _with(result, path, float(value) if value.ndim == 0 else value)
+        if self.values and isinstance(result, Canonical | Lagrangian):
+            result.trace(self.problem.q0, self.problem.v0, self.problem.t0)
+        return result
+
+    def rows(self, members: slice) -> dict[str, Array]:
+        """The values of some members."""
+        return {name: values[members] for name, values in self.values.items()}
+
+    def numbers(self, law: Law, own: LawNumbers, members: slice) -> LawNumbers:
+        """What of the law differs between some members; ``own`` is the problem's.
+
+        Raises ValueError, with a note that names the member, for a value that a system refuses.
+        """
+        if not self.values:
+            return own
+        given = self.rows(members)
+        if self._symbolic_only():
+            return self._symbolic_numbers(own, given)
+        flat = np.concatenate(
+            [values.reshape(len(values), -1) for values in given.values()], axis=1
+        )
+        _, first, inverse = np.unique(flat, axis=0, return_index=True, return_inverse=True)
+        found = []
+        for k in first:
+            member = (members.start or 0) + int(k)
+            made = law_of(self._checked_system(member), law.dimension)
+            if made is None or made[0].lines != law.lines:
+                raise ValueError(
+                    f"the parameters of member {member} give another law than the problem's; "
+                    f"received {[values[k].tolist() for values in given.values()]}."
+                )
+            found.append(made[1])
+        every = inverse.ravel()
+        constants = np.concatenate([one.constants for one in found])[every]
+        if own.mass is None:
+            return LawNumbers(constants)
+        masses = [one.mass for one in found if one.mass is not None]
+        return LawNumbers(constants, np.concatenate(masses)[every])
+
+    def _symbolic_only(self) -> bool:
+        system: Any = self.problem.system
+        return all(
+            isinstance(_at(system, path[:-1]), SYMBOLIC)
+            for name in self.values
+            for path in self.places[name]
+        )
+
+    def _symbolic_numbers(self, own: LawNumbers, given: Mapping[str, Array]) -> LawNumbers:
+        """Of a law from SymPy, whose constants are its parameters, then those of its force."""
+        system: Any = self.problem.system
+        count = len(next(iter(given.values())))
+        constants = np.tile(own.constants, (count, 1))
+        first = 0
+        for part in (system.function, system.force):
+            if isinstance(part, SYMBOLIC):
+                for name, values in given.items():
+                    if name in part.names:
+                        constants[:, first + part.names.index(name)] = values
+                first += len(part.constants)
+        return LawNumbers(constants)
+
+
+def _places(system: Any) -> dict[str, list[Path]]:
+    """Where each name is found in a system."""
+    found: dict[str, list[Path]] = {}
+    for path in _paths(system, ()):
+        found.setdefault(path[-1], []).append(path)
+    return found
+
+
+def _paths(value: Any, path: Path) -> Iterator[Path]:
+    if isinstance(value, (*SYMBOLIC, Multibody)):
+        names = VARIED if isinstance(value, Multibody) else value.names
+        yield from ((*path, name) for name in names)
+        return
+    for field in fields(value):
+        content = getattr(value, field.name)
+        if is_dataclass(content) and not isinstance(content, type):
+            yield from _paths(content, (*path, field.name))
+        elif _is_numbers(content):
+            yield (*path, field.name)
+
+
+def _is_numbers(value: Any) -> bool:
+    if isinstance(value, bool | np.bool_ | str) or callable(value) or value is None:
+        return False
+    return np.asarray(value).dtype.kind in "iuf"
+
+
+def _at(value: Any, path: Path) -> Any:
+    for name in path:
+        value = getattr(value, name)
+    return value
+
+
+def _with(value: Any, path: Path, number: Any) -> Any:
+    """The value with one of its numbers replaced."""
+    name, *rest = path
+    if isinstance(value, SYMBOLIC):
+        constants = list(value.constants)
+        constants[value.names.index(name)] = number
+        return replace(value, constants=tuple(constants))
+    if isinstance(value, Multibody):
+        return value.with_numbers(**{name: number})
+    content = number if not rest else _with(getattr(value, name), tuple(rest), number)
+    return replace(value, **{name: content})

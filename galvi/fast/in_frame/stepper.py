@@ -1,0 +1,285 @@
+"""Steps in a moving frame, in vector instructions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+
+from galvi.arrays import Array
+from galvi.checkpoint import Checkpoint
+from galvi.curves.curves import Curves
+from galvi.fast.frames.frame import Frame, Motion, revolution
+from galvi.fast.lanes.frames.collocation import (
+    ALARM,
+    CHANGE,
+    MOST_PASSES,
+    NOISE,
+    compiled_advance_frame,
+)
+from galvi.fast.lanes.frames.rows import ECCENTRICITY, PACE, PHASE, PLACE, TURNS, TWO_PI
+from galvi.fast.lanes.vectors import LANES
+from galvi.fast.nystrom_stepper import aligned, stages_in_lanes
+from galvi.kernels.nystrom.advance import NOTHING
+from galvi.kernels.nystrom.solve import FORCES, ITERATIONS, SOLVED
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.rules.rule import gauss
+from galvi.run.nystrom_steppers import ROUND_OFF
+from galvi.run.plan import Call, Run, Start, fixed
+from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
+from galvi.spaces.polynomials import Polynomials
+from galvi.tableau import tabulate
+
+PROBED = 16  # first steps, from which the passes of all are chosen
+FINEST = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
+SMALLEST = 2.0**-80  # what they leave of a step that is said to have converged
+USUAL = 100.0  # a change larger than so many times that at the start calls for further passes
+
+
+def frame_of(method: Galerkin) -> Frame:
+    """The method's frame."""
+    return cast(Frame, method.chart)
+
+
+def stretched(y: Array, stretch: float) -> tuple[Array, Array]:
+    """The places in [-1, 1] of Gauss nodes y that are moved, and their slopes by y."""
+    if stretch < 1e-8:
+        return y, np.ones_like(y)
+    whole = np.arcsin(stretch)
+    return np.arcsin(stretch * y) / whole, stretch / whole / np.sqrt(1.0 - (stretch * y) ** 2)
+
+
+@lru_cache(maxsize=32)
+def motion_of(problem: Problem, method: Galerkin, step: float) -> Motion:
+    """The frame of a method, for steps of this size."""
+    nodes = method.table.c[stages_in_lanes(method.stages)]
+    return frame_of(method).motion(problem, step, nodes)
+
+
+def tables_of(motion: Motion, method: Galerkin, checks: Array) -> tuple[Any, ...]:
+    """The tables of galvi.fast.lanes.frames.collocation."""
+    table, lanes = method.table, stages_in_lanes(method.stages)
+    weights = np.zeros(lanes.size)
+    weights[: table.b.size] = table.b
+    numbers = (
+        table.integral.T[:, lanes], weights, table.c[lanes], table.projection.T, motion.clock,
+        1.0 / motion.sizes, checks,
+    )  # fmt: skip
+    arrays: list[Any] = [np.array(x, dtype=np.float64, order="C") for x in numbers]
+    return *arrays, _coarse(method.stages)
+
+
+@lru_cache(maxsize=32)
+def _coarse(s: int) -> tuple[Any, ...]:
+    """The tables of a first pass at about half as many nodes, where that saves a row of lanes."""
+    c, width = tabulate(Polynomials(s), gauss(s)).c, stages_in_lanes(s).size
+    fewer = min(-(-width // (2 * LANES)) * LANES, s)
+    if fewer == s or width == LANES:
+        return np.zeros((0, width)), np.zeros(LANES), np.zeros(LANES), np.zeros((0, width))
+    few = tabulate(Polynomials(fewer), gauss(fewer))
+    lanes = stages_in_lanes(s)
+    legendre = legvander(2.0 * few.c - 1.0, fewer - 1)
+    values = np.linalg.solve(legendre.T, legvander(2.0 * c - 1.0, fewer - 1).T)
+    integrals = legendre_integrals(c, fewer) @ np.linalg.inv(legendre)
+    matrices = (np.ascontiguousarray(x[:, lanes]) for x in (integrals.T, values))
+    matrix, guess = matrices
+    return matrix, few.b.copy(), few.c.copy(), guess
+
+
+def legendre_integrals(c: Array, count: int) -> Array:
+    """The integrals from 0 to c of the first Legendre polynomials on [0, 1], (len(c), count)."""
+    P = legvander(2.0 * c - 1.0, count)
+    k = np.arange(1, count)
+    first = 0.5 * (P[:, 1:2] + 1.0)
+    rest = 0.5 * (P[:, 2:] - P[:, : count - 1]) / (2 * k + 1)
+    result: Array = np.hstack([first, rest])
+    return result
+
+
+def frame_stepper(run: Run, work: RunArrays) -> Call:
+    """A `Call` of the kernel: does n more steps and returns its code."""
+    checks = np.array(checks_of(run.problem, run.method, run.step, run.start.tolerance))
+    return _stepper(run, work, checks)[0]
+
+
+def _stepper(run: Run, work: RunArrays, checks: Array) -> tuple[Call, tuple[Any, ...]]:
+    """The `Call` and the tables it uses."""
+    motion = motion_of(run.problem, run.method, run.step)
+    tables = tables_of(motion, run.method, checks)
+    rows, width = motion.sizes.size, tables[1].size
+    few = tables[-1][2]
+    arrays = aligned(
+        *(shape for m in (width, few.size)
+          for shape in ((rows, m), (rows, m), (5, m), (motion.guesses, m))),
+        (motion.work, LANES), work.state.shape,
+    )  # fmt: skip
+    scratch = tuple(arrays[:4]), tuple(arrays[4:8]), arrays[8], arrays[9]
+    for nodes, c in ((arrays[2], tables[2]), (arrays[6], few)):
+        nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
+    kernel = compiled_advance_frame()
+    plan, progress, kept = run_plan(run, work, run.start.tolerance)
+
+    def advance(todo: int) -> int:
+        return int(kernel(
+            motion.functions, motion.numbers, tables, plan, todo, progress, scratch, kept
+        ))  # fmt: skip
+
+    def call(todo: int) -> int:
+        state, solver_state, before = work.state.copy(), work.solver_state.copy(), work.done
+        code = advance(todo)
+        if code != SOLVED:  # the steps before it once more, since the state is lost
+            done, counts = work.done - before, work.counts.copy()
+            work.state[:], work.solver_state[:] = state, solver_state
+            if done:
+                advance(done)
+            work.counts[:] = counts
+        work.counts[FORCES_IN_LANES] = work.counts[FORCES]
+        return code
+
+    return call, tables
+
+
+@lru_cache(maxsize=32)
+def checks_of(
+    problem: Problem, method: Galerkin, step: float, tolerance: float
+) -> tuple[float, float, float, float]:
+    """Passes of a step, the usual change in the last of them, and what further ones may leave.
+
+    Unless the frame says how many, the fewest with which the first `PROBED` steps end, each from
+    the same state, within the tolerance of one that has converged, in their mean. They depend on
+    the problem's start alone, so that they are the same in each part of a continued run.
+    """
+    left = FINEST if tolerance == ROUND_OFF else tolerance
+    converged = _probed(problem, method, step, (2.0, -1.0, SMALLEST, 0.0))
+    if not converged:
+        return 2.0, -1.0, left, 0.0  # the run finds the same, and says it
+    given, most = frame_of(method).passes, max(one.passes for one in converged)
+    few = range(2, most + 1) if given is None else (min(given, MOST_PASSES),)
+    seen = converged
+    for passes in few:
+        checks = float(passes), np.inf, left, 0.0
+        tried = _probed(problem, method, step, checks, [one.start for one in converged])
+        if len(tried) < len(converged):
+            continue
+        gaps = [one.end - true.end for one, true in zip(tried, converged, strict=True)]
+        seen = tried
+        if np.mean(np.max(np.abs(np.sum(gaps, axis=1)), axis=1)) <= left:
+            break
+    change = max(one.change for one in seen)
+    return float(passes), max(USUAL * change, NOISE), left, 0.0
+
+
+class Probe(NamedTuple):
+    """One of the first steps of a run.
+
+    start   the state before it (8, m)
+    passes  that it took
+    change  the last one that was measured
+    end     (2, 2 n) the state in the frame after it and its low part, over their sizes
+    """
+
+    start: Array
+    passes: int
+    change: float
+    end: Array
+
+
+def _probed(
+    problem: Problem, method: Galerkin, step: float, checks: tuple[float, ...],
+    states: list[Array] | None = None,
+) -> list[Probe]:  # fmt: skip
+    """The first steps of a run, each from its own state if given, up to one that fails."""
+    begin = Checkpoint(0, *frame_start(problem, method), "auto", ROUND_OFF, 1, False)
+    run = Run(problem, method, step, PROBED, begin)
+    work = RunArrays.of(run, 2, (0, 0), watched=False)
+    advance, tables = _stepper(run, work, np.array(checks))
+    sizes = motion_of(problem, method, step).sizes
+    n, found = sizes.size // 2, []
+    for k in range(PROBED if states is None else len(states)):
+        before = int(work.counts[ITERATIONS])
+        work.state[:] = work.state if states is None else states[k]
+        start = work.state.copy()
+        if advance(1) != SOLVED:
+            break
+        end = np.stack([work.state[row::2, :n].ravel() for row in (4, 5)])
+        passes = int(work.counts[ITERATIONS]) - before
+        found.append(Probe(start, passes, float(tables[-2][CHANGE]), end / sizes))
+    return found
+
+
+def falls_back(checks: tuple[float, ...]) -> bool:
+    """Whether the first step converged, so that others that do not are done elsewhere."""
+    return checks[ALARM] >= 0.0
+
+
+def enter_again(problem: Problem, method: Galerkin, q: Array, v: Array) -> Array:
+    """The state at the end of a step that was done elsewhere."""
+    return frame_of(method).enter(problem, q, v)
+
+
+@lru_cache(maxsize=32)
+def frame_start(problem: Problem, method: Galerkin) -> Start:
+    """State, stages and solver_state before the first step."""
+    state = frame_of(method).enter(problem, problem.q0, problem.v0)
+    solver_state = np.array([NOTHING, 0, 0], dtype=np.int64)
+    return fixed(state, np.zeros((0, method.stages)), solver_state)
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """The curves' frame, see `galvi.curves.frame_curves.MovingPath`."""
+
+    problem: Problem
+    method: Galerkin
+    step: float
+    clock: tuple[float, float, float]
+    stretch: float
+    elsewhere: Any
+
+    def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
+        """See `MovingPath`: inverts what galvi.fast.lanes.frames.rows.place_nodes does."""
+        turns, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
+        if e < 0.0:
+            return tau, np.ones_like(tau)
+        begin = turns * number + phase
+        begin -= np.floor(begin)
+        (u_0, u_1), (t_0, t_1) = revolution(TWO_PI * np.stack([begin, begin + turns]), e)
+        time = t_0 + tau * (t_1 - t_0)
+        u = u_0 + tau * (u_1 - u_0)
+        for _ in range(50):
+            u = u - (u - e * np.sin(u) - time) / (1.0 - e * np.cos(u))
+            u = np.clip(u, np.minimum(u_0, u_1), np.maximum(u_0, u_1))
+        place = np.clip((2.0 * u - u_0 - u_1) / (u_1 - u_0), -1.0, 1.0)
+        y = place
+        if self.stretch >= 1e-8:
+            y = np.sin(np.arcsin(self.stretch) * place) / self.stretch
+        pace = stretched(y, self.stretch)[1]
+        slope = (t_1 - t_0) / ((1.0 - e * np.cos(u)) * (u_1 - u_0) * pace)
+        return 0.5 * (1.0 + y), slope
+
+    def times(self, number: int, c: Array) -> tuple[Array, Array]:
+        """Times since a step's centre and weights of the nodes c, as in the kernel."""
+        turns, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
+        if e < 0.0:
+            return (c - 0.5) * self.step, np.full(c.size, self.step)
+        begin = turns * number + phase
+        (u_0, u_1), (t_0, t_1) = revolution(TWO_PI * np.array([begin, begin + turns]), e)
+        place, pace = stretched(2.0 * c - 1.0, self.stretch)
+        u = 0.5 * (u_0 + u_1 + (u_1 - u_0) * place)
+        scale = self.step / (t_1 - t_0)
+        weights = scale * (u_1 - u_0) * pace * (1.0 - e * np.cos(u))
+        return (u - e * np.sin(u) - t_0) * scale - 0.5 * self.step, weights
+
+    def flow(self, w: Array, t: Array) -> Array:
+        """See `MovingPath`."""
+        return frame_of(self.method).flow(self.problem, w, t)
+
+    def curves(self, number: int, base: Array) -> Curves:
+        """See `MovingPath`."""
+        t, q, v = self.problem.t0 + number * self.step, *base[:2, : self.problem.q0.size]
+        found: Curves = self.elsewhere(self.problem, self.step, t, q, v)
+        return found

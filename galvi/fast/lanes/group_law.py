@@ -1,0 +1,262 @@
+"""Many steps of a Lagrangian on a Lie group in vector instructions, as galvi.kernels.on_group.
+
+With A and B those of galvi.fast.lanes.law, rates eta and forces f in the chart at the step's
+start, and n and mu as in galvi.kernels.on_group.stages, the stage equations are
+
+    xi_j = h sum_k A_jk eta_k,                       xi(1) = h sum_k b_k eta_k,
+    pi_j = p0 + h sum_k B_jk f_k + sum_l m_l Y_lj,   p1 = p0 + h sum_k b_k f_k = T(xi(1))^T mu1,
+    mu1 = Ad*_{Phi(xi(1))} (mu0 + h sum_k b_k n_k),  sum_j b_j Y_lj eta_j = 0
+
+p0 would be mu0 if the base point of the chart were fixed; it differs by the error of a step. With
+more points than coefficients, rates of curves are orthogonal to the functions Y_l, and a multiplier
+m_l is the momenta's part along Y_l. With the momenta in the frame of the step's start and their
+pull-back
+
+    nu_j = mu0 + h sum_k B_jk n_k,   Q_j = T(xi_j)^T Ad*_{Phi(xi_j)} nu_j = T(-xi_j)^T nu_j
+
+and Q(1) at the step's end, pi_j = Q_j + D_j, where the defect
+
+    D_j = Q(1) - Q_j + h sum_k (B_jk - b_k) f_k + sum_l m_l Y_lj
+
+is the error of the rule for the rate of Q along a curve: as small as that of a step, and as little
+changed by errors of the curve. A pass of the iteration takes n from xi, momenta T^-T (Q + D) with
+the last D, velocities from these by one Newton step with the last mass, their rates eta, projected
+to those of curves, f from the last xi and eta with these momenta, and from eta and f the next xi, D
+and multipliers; p0 is not an unknown. A step for which that does not converge, or whose rotation
+exceeds REACHES, is left to the general kernel.
+
+law           address of the law's galvi.fast.lanes.group_pass
+given         its argument
+layout, chart           as in galvi.kernels.lie.product
+state, solver_state     as in galvi.kernels.on_group.advance; solver_state[3] is the number of
+                        Legendre terms extrapolated
+work, numbers  as in galvi.fast.lanes.group_rows
+series        (s, P)    Legendre coefficients from stages, transposed
+growth        (l,)      Legendre polynomials at the next step's end
+fit           (m, s)    h times the coefficients of a curve from its rates at the stages
+c             (P,)      nodes
+spare         (7, at least 9, P and the width of state)   scratch, and the state before the step
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numba import types
+
+from galvi.fast.lanes.countdown import begin_countdown, judged
+from galvi.fast.lanes.group_pass import AHEAD, BEGIN, FINISH, LOW, PASS, PREPARE
+from galvi.fast.lanes.group_rows import (
+    BEFORE,
+    CHANGE,
+    END,
+    ETA,
+    KEPT,
+    PART,
+    PLACE,
+    POINTS,
+    PULLED,
+    TIMES,
+    VELOCITY,
+    XI,
+    F,
+)
+from galvi.fast.lanes.law import TERMS, curve_of, terms_of, watch_stages
+from galvi.fast.lanes.nbody import RECONSIDER, copy_rows
+from galvi.kernels.compile.array_types import MATRIX, VECTOR
+from galvi.kernels.compile.function_pointers import call_void
+from galvi.kernels.compile.jit import compiled_for, jit_inline, jit_noalloc
+from galvi.kernels.lie import product
+from galvi.kernels.lie.chart_functions import REACHES
+from galvi.kernels.lie.product import COUPLED, DIMENSION, ROTATIONS
+from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
+from galvi.kernels.nystrom.solve import (
+    DIVERGED,
+    FIXED_POINT_PASSES,
+    FORCES,
+    GOING,
+    ITERATIONS,
+    NOT_FINITE,
+    SOLVED,
+)
+from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR, copy_into
+from galvi.kernels.on_group.scale import LEAST, grow_scale, largest_coupled
+from galvi.kernels.run_record import KEPT as KEPT_ARRAYS
+from galvi.kernels.run_record import PLAN, PROGRESS, Kept, Plan, record
+
+GROUP_TABLES = types.Tuple((FIXED_MATRIX, FIXED_VECTOR, FIXED_MATRIX, FIXED_VECTOR))
+SAMPLE = 3  # one in so many stages is looked at for the sizes
+
+
+@jit_inline
+def rows(block, d):
+    """The rows of a block of work."""
+    return slice(block * d, (block + 1) * d)
+
+
+@jit_noalloc
+def measure(layout, g, h, p0, work, numbers):
+    """1 over the sizes of xi and pi in numbers, 0 where all are 0.
+
+    Rotations have size 1. All translations of a factor share a size, that of its positions and
+    displacements, and so do the momenta of its translations and of its rotations. An angular
+    momentum is at least as large as what the displacements make of a momentum. No momentum is below
+    LEAST of the largest one that a mass couples to it: it may be round-off of that.
+    """
+    d = p0.size
+    sizes, forces = numbers[d : 2 * d], work[rows(F, d)]
+    xi, eta = work[rows(XI, d)], work[rows(ETA, d)]
+    product.position_scale(layout, g, sizes)
+    grow_scale(layout, xi, eta, h, sizes)
+    start = 0
+    for factor in range(layout.shape[0]):
+        turns, end = start + layout[factor, ROTATIONS], start + layout[factor, DIMENSION]
+        moving, moment, way = 0.0, 0.0, 0.0
+        for i in range(start, end):
+            size = abs(p0[i])
+            for k in range(0, forces.shape[1], SAMPLE):
+                size = max(size, abs(h * forces[i, k]))
+                if i >= turns:
+                    way = max(way, abs(h * eta[i, k]))
+            if i < turns:
+                moment = max(moment, size)
+            else:
+                moving = max(moving, size)
+        moment = max(moment, moving * way)
+        for i in range(start, end):
+            numbers[2 * d + i] = moment if i < turns else moving
+            numbers[d + i] = 1.0 / sizes[i] if sizes[i] > 0.0 else 0.0
+        start = end
+    start, known, least = 0, -1, 0.0
+    for factor in range(layout.shape[0]):
+        if layout[factor, COUPLED] != known:
+            known = layout[factor, COUPLED]
+            least = LEAST * largest_coupled(layout, known, numbers[2 * d :])
+        for i in range(start, start + layout[factor, DIMENSION]):
+            numbers[2 * d + i] = max(numbers[2 * d + i], least)
+        start += layout[factor, DIMENSION]
+    for i in range(2 * d, 3 * d):
+        numbers[i] = 1.0 / numbers[i] if numbers[i] > 0.0 else 0.0
+
+
+@jit_inline
+def measure_rotations(layout, numbers, d):
+    """1 for rotations, and 0 for translations and momenta, as their inverse sizes."""
+    start = 0
+    numbers[d : 3 * d] = 0.0
+    for factor in range(layout.shape[0]):
+        for i in range(start, start + layout[factor, ROTATIONS]):
+            numbers[d + i] = 1.0
+        start += layout[factor, DIMENSION]
+
+
+@jit_inline
+def relax(law, given, layout, stages, h, g, mu0, work, numbers, tolerance, counts, history):
+    """Passes from the xi and eta in work until convergence; returns a code."""
+    d = mu0.size
+    begin_countdown(history)
+    for passes in range(FIXED_POINT_PASSES):
+        change = do(PASS, law, given, numbers, d)
+        counts[ITERATIONS] += 1
+        counts[FORCES] += stages
+        if passes == 0:  # the sizes of a motion from rest are known after it
+            measure(layout, g, h, mu0, work, numbers)
+            do(LOW, law, given, numbers, d)
+            continue
+        code = judged(change, tolerance, history)
+        if code != GOING:
+            return code
+    return DIVERGED
+
+
+@jit_inline
+def do(part, law, given, numbers, d):
+    """Do one part of galvi.fast.lanes.group_pass; returns the change it notes."""
+    numbers[3 * d + PART] = part
+    call_void(law, given)
+    return numbers[3 * d + CHANGE]
+
+
+@jit_noalloc
+def finish(layout, chart, xi, kick, before, state):
+    """The state at the step's end from that before; returns whether it is finite."""
+    d, total = xi.size, 0.0
+    r = state.shape[1]
+    entries = 0
+    for factor in range(layout.shape[0]):
+        entries += layout[factor, 2]
+    g, mu = state[0, :entries], state[1, :d]
+    product.advance(layout, chart, xi, g, state[2, :entries], state[3, d : d + entries])
+    product.carry(layout, chart, before[0], g, xi, kick, mu, state[1, 2 * d : 3 * d], state[3, :d])
+    for i in range(r):
+        total += abs(state[0, i]) + abs(state[1, i])
+    return total < np.inf
+
+
+@jit_inline
+def advance_group_law(law, given, layout, chart, tables, plan, todo, progress, work, numbers,
+                      spare, kept):  # fmt: skip
+    """Do ``todo`` more steps; returns a code. A step that fails is not done."""
+    plan, kept = Plan(*plan), Kept(*kept)
+    series, growth, fit, c = tables
+    state, stages, solver_state, counts, _passage = progress
+    (d, s), r, h = stages.shape, kept.q.shape[1], plan.step
+    velocity, before, eta = work[rows(VELOCITY, d)], work[rows(BEFORE, d)], work[rows(ETA, d)]
+    xi, kick, times = (
+        work[END * d : (END + 1) * d, 0],
+        work[PULLED * d : (PULLED + 1) * d, 0],
+        work[TIMES * d],
+    )
+    mu0, history, sizes, saved = spare[0, :d], spare[1], spare[2], spare[3:7, : state.shape[1]]
+    numbers[3 * d + POINTS] = s
+    do(PREPARE, law, given, numbers, d)
+    for i in range(d):
+        for k in range(velocity.shape[1]):
+            before[i, k] = velocity[i, k] = stages[i, min(k, s - 1)]
+    for step in range(solver_state[DONE], solver_state[DONE] + todo):
+        for k in range(times.size):
+            times[k] = plan.t0 + ((plan.first + step) + c[k]) * h
+        for i in range(d):
+            numbers[i] = mu0[i] = state[1, i]
+        for i in range(r):
+            numbers[3 * d + PLACE + i] = state[0, i]
+        if solver_state[HOLDS] == LAST_STEP:
+            if (plan.first + step) % RECONSIDER == 0 or solver_state[TERMS] == 0:
+                solver_state[TERMS] = terms_of(series, growth, velocity, work[rows(F, d)], sizes)
+            numbers[3 * d + KEPT] = solver_state[TERMS]
+            do(AHEAD, law, given, numbers, d)
+        copy_into(saved, state)
+        measure_rotations(layout, numbers, d)
+        do(BEGIN, law, given, numbers, d)
+        code = relax(law, given, layout, s, h, saved[0, :r], mu0, work, numbers, plan.tolerance,
+                     counts, history)  # fmt: skip
+        if code == SOLVED:
+            farthest = do(FINISH, law, given, numbers, d)
+            reach = REACHES[chart]
+            if not (farthest <= reach * reach and product.largest_rotation(layout, xi) <= reach):
+                code = DIVERGED
+            elif not finish(layout, chart, xi, kick, saved, state):
+                code = NOT_FINITE
+                copy_into(state, saved)
+        if code != SOLVED:
+            copy_rows(stages, before)
+            return code
+        solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
+        record(plan, kept, step, saved[0], state[0], state[1])
+        if kept.bases.shape[0] > 0:
+            curve_of(fit, eta, kept.curves[step])
+        watch_stages(plan, kept, step, r + d, velocity, s)
+    copy_rows(stages, velocity)
+    return SOLVED
+
+
+@cache
+def compiled_advance_group_law():
+    """``advance_group_law`` compiled or cached, one kernel for all groups and laws."""
+    whole = types.int64
+    signature = whole(
+        whole, whole, types.int64[:, ::1], whole, GROUP_TABLES, PLAN, whole, PROGRESS, MATRIX,
+        VECTOR, MATRIX, KEPT_ARRAYS,
+    )  # fmt: skip
+    return compiled_for(advance_group_law, signature, jit_inline)

@@ -1,0 +1,261 @@
+"""The arrays of galvi.fast.lanes.group_pass, sums over the stages of a step, and its chart.
+
+Rows of work, (rows, P):
+
+xi, eta, f, defect  (d, P) each: coordinates, rates, forces and defects D with the multipliers' part
+low_xi, low_f, low_n  (d, P) each: what the low parts of the tables add to sums of eta, f and n
+before              (d, P)       not used here
+n, v, mu, pulled    (d, P) each: impulses, velocities, dL/dv, and Q
+end                 (d, P)       xi(1) in each lane; if s = P, else lane s has the step's end
+t                   (P,)         times
+factors             of the mass, as in galvi.fast.lanes.law_pass, or a constant mass's inverse
+response            the same of the multipliers' response
+multipliers         (l d, P)     m, the same in each lane
+
+tables      ((4 + l) P + 3, P)  h A^T, its low part, h (B - 1 b^T)^T and its low part, P rows each,
+                       those after the s-th zeros; h b and its low part, and the mean of the b Y^2;
+                       for r = 1 .. l the extrapolation of velocities that keeps r Legendre terms
+complement  (2 l, P)   l functions Y at the stages and b Y, orthonormal in the rule's inner product
+                       and orthogonal to the rates of all curves; l = 0 with as many points as
+                       coefficients
+numbers     (3 d + 4 + r,)  mu0 (d,), 1 over the sizes of xi (d,) and pi (d,), the pass's largest
+                       relative change, which part to do, s, the Legendre terms kept, g (r,)
+"""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Any
+
+from llvmlite import ir
+from numba.core import cgutils
+
+from galvi.fast.lanes.law_pass import Pass, is_zero
+from galvi.fast.lanes.values import Lane
+from galvi.fast.lanes.vectors import DOUBLE, everywhere
+from galvi.kernels.lie.product import COUPLED, DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
+
+(XI, ETA, F, DEFECT, LOW_XI, LOW_F, LOW_N, BEFORE, N, VELOCITY, MU, PULLED, END,
+ TIMES) = range(14)  # fmt: skip  # times d
+CHANGE, PART, POINTS, KEPT, PLACE = range(5)  # numbers after the sizes
+
+
+def rows_of_group_work(d, extra):
+    """Rows of work for d coordinates and ``extra`` functions Y."""
+    return TIMES * d + 1 + d * (d + 1) + extra * d
+
+
+class GroupRows(Pass):
+    """Loads, stores and sums, for one vector of stages (``one``) or several; heirs add a chart.
+
+    width  lanes of a vector
+    """
+
+    chart: Any
+
+    def __init__(self, context, builder, given, d, width, one):
+        self.context, self.builder, self.d, self.one = context, builder, d, one
+        self.width = width
+        self.row = given.type.pointee
+        words = [builder.load(builder.gep(given, [self.row(k)])) for k in range(7)]
+        self.work, self.tables, self.complement, self.constants, self.numbers = (
+            builder.inttoptr(word, DOUBLE.as_pointer()) for word in words[:5]
+        )
+        self.padded, self.extra = self.row(width) if one else words[5], words[6]
+        self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
+        self.begin_change()
+        self.lay_out()
+        self.stages = self.whole(POINTS)
+        self.full = builder.icmp_unsigned("==", self.stages, self.padded)
+        self.low_drift, self.back, self.low_back, self.kicks = (
+            builder.mul(self.padded, self.row(k)) for k in range(1, 5)
+        )
+
+    def lay_out(self):
+        """First rows of the triangles and the multipliers."""
+        d = self.d
+        self.factors, self.fixed = TIMES * d + 1, {}
+        self.response = self.factors + d * (d + 1) // 2
+        self.multipliers = self.response + d * (d + 1) // 2
+
+    def chunks(self, part):
+        """Do one part for all stages."""
+        if self.one:
+            part(self.first_lanes())
+        else:
+            super().chunks(part)
+
+    def place(self):
+        """Room for a lane."""
+        return cgutils.alloca_once(self.builder, ir.VectorType(DOUBLE, self.width))
+
+    def place_of(self, k):
+        """Address of the k-th number after the sizes."""
+        return self.builder.gep(self.numbers, [self.row(3 * self.d + k)])
+
+    def whole(self, k):
+        """The k-th number after the sizes as an integer."""
+        return self.builder.fptoui(self.builder.load(self.place_of(k)), self.padded.type)
+
+    def first_lanes(self):
+        return self.at(self.row(0))
+
+    def loaded(self, lanes, block):
+        return [self.load(lanes, block, i) for i in range(self.d)]
+
+    def stored(self, lanes, values, block):
+        for i, value in enumerate(values):
+            kept = value if isinstance(value, Lane) else Lane(self.builder, lanes.nothing)
+            self.store(lanes, kept if is_zero(value) else kept.same(value), block, i)
+
+    def keep_triangle(self, lanes, rows, first):
+        for k, value in enumerate(value for row in rows for value in row):
+            self.store_row(lanes, self.load(lanes, XI).same(value), first + k)
+
+    def multiplier_rows(self, index):
+        """The rows of work of one multiplier."""
+        first = self.builder.add(
+            self.row(self.multipliers), self.builder.mul(index, self.row(self.d))
+        )
+        return [self.builder.add(first, self.row(i)) for i in range(self.d)]
+
+    def note(self, lanes, new, old, size):
+        """Note the largest change, relative to 1 over the size that is the number ``size``."""
+        self.note_bits(abs((new - old) * self.number(lanes, size)).bits)
+
+    def note_bits(self, far):
+        """Note the largest of nonnegative numbers, from their bits."""
+        largest = self.builder.load(self.largest)
+        # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
+        more = self.builder.icmp_signed(">", far, largest)
+        self.builder.store(self.builder.select(more, far, largest), self.largest)
+
+    def note_turns(self, xi):
+        """Note |xi|^2 of each rotation."""
+        for _, own, _, rotations in self.chart.factors:
+            if rotations:
+                squares = [x * x for x in xi[own.start : own.start + rotations]]
+                self.note_bits(abs(reduce(total, squares)).bits)
+
+    def reload(self):
+        """What was stored is read from memory, where a number is spread over lanes for nothing."""
+        nothing = ir.FunctionType(ir.VoidType(), [])
+        self.builder.asm(nothing, "", "~{memory}", [], True)
+
+    def sums(self, lanes, start, matrix, first_row, row, apart=None):
+        """As those of a law on R^d, with one matrix."""
+        first = [lanes.nothing] * self.d if start is None else [
+            lanes.load(self.work, self.row(start * self.d + i)) for i in range(self.d)
+        ]  # fmt: skip
+        if not self.one:
+            found = lanes.sums(first, matrix, first_row, self.work, self.row(row), self.stages)
+            return [Lane(self.builder, value, ()) for value in found]
+        totals = [first, [lanes.nothing] * self.d]
+        self.reload()
+        for j in range(self.width):
+            factor = lanes.load(matrix, self.builder.add(first_row, self.row(j)))
+            for i in range(self.d):
+                value = lanes.number(self.work, self.row(row + i), self.row(j))
+                term = lanes.mul(lanes.spread(value), factor)
+                totals[j % 2][i] = lanes.add(totals[j % 2][i], term)
+        return [Lane(self.builder, lanes.add(*pair), ()) for pair in zip(*totals, strict=True)]
+
+    def spread_sums(self, rows, *weights, matrix=None):
+        """sum_j w_j x_j for some rows x of work, the same in all lanes.
+
+        weights  a row w of the tables, or of ``matrix``; of several, the sum, added in their order
+        """
+        builder, sums = self.builder, [self.place() for _ in rows]
+        for place in sums:
+            builder.store(everywhere(place.type.pointee, 0.0), place)
+
+        def add(lanes, weight):
+            factor = lanes.factor(self.tables if matrix is None else matrix, weight)
+            for row, place in zip(rows, sums, strict=True):
+                value = lanes.load(self.work, self.row(row))
+                builder.store(lanes.add(builder.load(place), lanes.mul(value, factor)), place)
+
+        for weight in weights:
+            self.chunks(lambda lanes, weight=weight: add(lanes, weight))
+        return [self.spread_sum(builder.load(place)) for place in sums]
+
+    def over_step(self, block):
+        """h sum_j b_j x_j for a block of work.
+
+        What the low part of h b adds is less than half an ulp of the sum, and always of the same
+        sign: added to the sum it would be lost, so the sum begins with it.
+        """
+        rows = [block * self.d + i for i in range(self.d)]
+        return self.spread_sums(rows, self.builder.add(self.kicks, self.row(1)), self.kicks)
+
+    def means(self, rows):
+        """The means of some rows, with the weights b Y^2."""
+        return self.spread_sums(rows, self.builder.add(self.kicks, self.row(2)))
+
+    def unit(self, index):
+        """1 at an index of LLVM's, which may be a constant, and 0 elsewhere, in all lanes."""
+        one = Lane(self.builder, self.first_lanes().nothing).same(1.0)
+        return [
+            one.where(self.builder.icmp_unsigned("==", index, self.row(i)), 0.0)
+            for i in range(self.d)
+        ]
+
+    def spread_sum(self, vector):
+        """The sum of the lanes, in each of them."""
+        name = f"llvm.vector.reduce.fadd.v{self.width}f64"
+        kind = ir.FunctionType(DOUBLE, [DOUBLE, vector.type])
+        reduce = cgutils.get_or_insert_function(self.builder.module, kind, name)
+        zero = ir.Constant(DOUBLE, -0.0)
+        whole = self.builder.call(reduce, [zero, vector], fastmath=("reassoc",))
+        return Lane(self.builder, self.first_lanes().spread(whole))
+
+
+class Chart:
+    """The functions of a product of groups in one chart, for lanes or numbers.
+
+    layout  rows of numbers, see galvi.kernels.lie.product
+    """
+
+    def __init__(self, layout, chart):
+        self.number, self.factors, start, first = chart, [], 0, 0
+        self.coupled = [(*row, 0)[COUPLED] for row in layout]
+        for row in layout:
+            here = slice(start, start + row[DIMENSION])
+            entries = slice(first, first + row[ENTRIES])
+            self.factors.append((GROUPS[row[NUMBER]], here, entries, row[ROTATIONS]))
+            start, first = here.stop, first + row[ENTRIES]
+        self.dimension, self.entries = start, first
+
+    def place(self, g, xi):
+        """The entries of g Phi(xi)."""
+        found = []
+        for group, own, entries, _ in self.factors:
+            out = [None] * (entries.stop - entries.start)
+            group.place(self.number, g[entries], xi[own], out)
+            found += out
+        return found
+
+    def left_derivative(self, g, slope):
+        """The derivatives along g hat(e_a) of a function with Euclidean derivative slope."""
+        found = []
+        for group, own, entries, _ in self.factors:
+            out = [0.0] * (own.stop - own.start)
+            group.left_derivative(g[entries], slope[entries], out)
+            found += out
+        return found
+
+    def apply(self, name, xi, *vectors):
+        """A function of galvi.kernels.lie.groups with d results; 0.0 where it is of zeros alone."""
+        found = []
+        for group, own, _, _ in self.factors:
+            parts = [list(vector[own]) for vector in vectors]
+            out = [0.0] * len(xi[own])
+            if not all(is_zero(x) for x in parts[-1]):
+                getattr(group, name)(self.number, xi[own], *parts, out)
+            found += out
+        return found
+
+
+def total(x, y):
+    """x + y, and one of them where the other is the number 0."""
+    return y if is_zero(x) else (x if is_zero(y) else x + y)

@@ -1,0 +1,255 @@
+"""Many steps of any Lagrangian on R^d in vector instructions.
+
+With weights b_j > 0, s points and m coefficients per component, the stage equations of
+galvi.kernels.on_group.stages are
+
+    q_j = q0 + h sum_k A_jk v_k,                q1 = q0 + h sum_k b_k v_k,
+    p_j = p0 + h sum_k B_jk f_k + lambda_j,     p1 = p0 + h sum_k b_k f_k,
+    C v = 0,   (1 - C) lambda = 0,
+
+with p = dL/dv and f = dL/dq at the stages, an external force added to f. 1 - C projects onto the
+slopes of the space's functions at the points, orthogonally in the rule's inner product
+sum_j b_j x_j y_j; b_j B_jk + b_k A_kj = b_j b_k. If s = m, C = 0 and lambda = 0: collocation. Else
+lambda has s - m free numbers. m is the largest number of coefficients of a component; one with
+fewer has its own C, and the same A and B.
+
+A pass of the iteration takes the forces from the last places and velocities, p - lambda from the
+forces, velocities from one step for (1 - C) dL/dv = p - lambda with the last mass M = d2L/dv2, and
+places from the velocities. That step is v += (1 - C) M^-1 (1 - C) (p - dL/dv): Newton's if s = m,
+or if M is the same at all stages and couples only components with the same C; its error is of
+second order in the differences of M between stages. A step for which the iteration does not
+converge is left to the general kernel.
+
+law           (1,)      address of the law's galvi.fast.lanes.law_pass
+constants     (c,)      constants of the law
+state         (4, n)    q, p and their low parts
+tables, complement, numbers, work  as in galvi.fast.lanes.law_pass
+kicks         (2, s)    h b and its low part
+ahead         (l s, P)  for r = 1 .. l: extrapolation of velocities that keeps r Legendre terms
+series, growth          as in galvi.fast.lanes.nbody
+fit           (m, s)    h times the coefficients of a curve from its rates at the stages
+c             (P,)      nodes
+spare         (6, at least s, d and 4)  scratch, and the state before the step
+solver_state  (4,)      as in galvi.kernels.on_group.advance, then the number of Legendre terms
+                        extrapolated
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numba import types
+
+from galvi.fast.lanes.gravity import LANES, NARROW, combine, combine_narrow
+from galvi.fast.lanes.nbody import RECONSIDER, copy_rows
+from galvi.kernels.compile.array_types import MATRIX, VECTOR
+from galvi.kernels.compile.function_pointers import call_void
+from galvi.kernels.compile.jit import compiled_for, jit_inline
+from galvi.kernels.lie.arithmetic import two_sum
+from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
+from galvi.kernels.nystrom.solve import (
+    DIVERGED,
+    FIXED_POINT_PASSES,
+    FORCES,
+    GOING,
+    ITERATIONS,
+    NOT_FINITE,
+    SOLVED,
+    reset_history,
+    verdict,
+)
+from galvi.kernels.nystrom.step import (
+    FIXED_MATRIX,
+    FIXED_VECTOR,
+    copy_into,
+    terms_to_extrapolate,
+)
+from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
+
+AXES = (0,)  # components are gathered one by one
+TERMS = 3  # index in solver_state
+TABLES = types.Tuple(
+    (FIXED_MATRIX,) * 3 + (MATRIX,) * 2 + (FIXED_VECTOR, FIXED_MATRIX, FIXED_VECTOR)
+)  # kicks, ahead, series, moves and turns, complement; growth, fit, c
+PASS_TYPE = types.void(MATRIX, MATRIX, MATRIX, VECTOR, VECTOR)
+
+
+@jit_inline
+def inverse_size(places, h, rates):
+    """1 over the largest |place| (d,) or |h rate| (d, P); 0 where all are 0."""
+    size = 0.0
+    for i in range(rates.shape[0]):
+        size = max(size, abs(places[i]))
+        for k in range(rates.shape[1]):
+            size = max(size, abs(h * rates[i, k]))
+    return 1.0 / size if size > 0.0 else 0.0
+
+
+@jit_inline
+def gather(matrix, start, stages, values, out):
+    """out <- values (d, s) times the rows of the matrix from ``start`` on."""
+    for i in range(values.shape[0]):
+        gather_row(matrix, start, stages, values, out, i)
+
+
+@jit_inline
+def gather_row(matrix, start, stages, values, out, i):
+    """One row of `gather`."""
+    padded = out.shape[1]
+    if padded % LANES == 0:
+        for chunk in range(padded // LANES):
+            combine(AXES, matrix, start, values, out, i, stages, padded, chunk)
+    else:
+        for chunk in range(padded // NARROW):
+            combine_narrow(AXES, matrix, start, values, out, i, stages, padded, chunk)
+
+
+@jit_inline
+def onto_slopes(complement, stages, V, outside):
+    """V <- (1 - C) V, with C of each component; outside (d, P) is scratch."""
+    apart = stages if complement.shape[0] > stages else 0
+    for i in range(V.shape[0]):
+        gather_row(complement, i * apart, stages, V, outside, i)
+        for k in range(V.shape[1]):
+            V[i, k] -= outside[i, k]
+
+
+@jit_inline
+def add_low_parts(tables, stages, state, V, F, low_places, low_momenta):
+    """What the low parts of tables and state add to places and momenta."""
+    gather(tables, stages, stages, V, low_places)
+    gather(tables, 3 * stages, stages, F, low_momenta)
+    for i in range(V.shape[0]):
+        for k in range(V.shape[1]):
+            low_places[i, k] += state[2, i]
+            low_momenta[i, k] += state[3, i]
+
+
+@jit_inline
+def iterate(law, constants, tables, complement, stages, h, state, work, numbers, tolerance, counts,
+            history):  # fmt: skip
+    """Passes from the q and v in work until convergence; returns a code."""
+    d = (numbers.size - 3) // 2
+    V, F = work[d : 2 * d], work[2 * d : 3 * d]
+    reset_history(history)
+    numbers[2 * d], numbers[2 * d + 1] = 0.0, 0.0
+    for passes in range(FIXED_POINT_PASSES):
+        call_void(law[0], work, tables, complement, constants, numbers)
+        counts[ITERATIONS] += 1
+        counts[FORCES] += stages
+        if passes == 0:  # the sizes of a motion from rest are known after it
+            numbers[2 * d] = inverse_size(state[0], h, V)
+            numbers[2 * d + 1] = inverse_size(state[1], h, F)
+            add_low_parts(tables, stages, state, V, F, work[4 * d : 5 * d], work[5 * d : 6 * d])
+            continue
+        code = verdict(numbers[2 * d + 2], tolerance, history)
+        if code != GOING:
+            return code
+    return DIVERGED
+
+
+@jit_inline
+def complete(kicks, V, F, state):
+    """The state at the step's end, with compensated sums; returns whether it is finite."""
+    total = 0.0
+    for i in range(V.shape[0]):
+        way, kick = 0.0, 0.0
+        for row in (1, 0):
+            for j in range(kicks.shape[1]):
+                way += kicks[row, j] * V[i, j]
+                kick += kicks[row, j] * F[i, j]
+        state[0, i], state[2, i] = two_sum(state[0, i], state[2, i] + way)
+        state[1, i], state[3, i] = two_sum(state[1, i], state[3, i] + kick)
+        total += abs(state[0, i]) + abs(state[1, i])
+    return total < np.inf
+
+
+@jit_inline
+def terms_of(series, growth, V, out, sizes):
+    """How many Legendre terms of the last velocities to extrapolate."""
+    s = series.shape[0]
+    gather(series, 0, s, V, out)
+    for l in range(s):
+        sizes[l] = 0.0
+        for i in range(V.shape[0]):
+            sizes[l] = max(sizes[l], abs(out[i, l]))
+    return terms_to_extrapolate(sizes, growth)
+
+
+@jit_inline
+def curve_of(fit, rates, out):
+    """out (d, m) <- coefficients of a step's curve from its rates (d, at least s) at the stages."""
+    for i in range(out.shape[0]):
+        for l in range(fit.shape[0]):
+            coefficient = 0.0
+            for j in range(fit.shape[1]):
+                coefficient += fit[l, j] * rates[i, j]
+            out[i, l] = coefficient
+
+
+@jit_inline
+def watch_stages(plan, kept, step, first, velocities, s):
+    """Keep the velocities (d, at least s) at the stages of a watched step from column first on."""
+    row = watched_row(plan, kept, step)
+    if row >= 0 and kept.seen.shape[1] > first:
+        for i in range(velocities.shape[0]):
+            for j in range(s):
+                kept.seen[row, first + i * s + j] = velocities[i, j]
+
+
+@jit_inline
+def advance_law(law, constants, given, plan, todo, progress, work, numbers, spare, kept):
+    """Do ``todo`` more steps; returns a code. A step that fails is not done."""
+    plan, kept = Plan(*plan), Kept(*kept)
+    kicks, ahead, series, tables, complement, growth, fit, c = given
+    state, stages, solver_state, counts, _passage = progress
+    d, s, h = (numbers.size - 3) // 2, kicks.shape[1], plan.step
+    Q, V, F = work[0:d], work[d : 2 * d], work[2 * d : 3 * d]
+    low, before, times = work[4 * d : 6 * d], work[6 * d : 7 * d], work[7 * d]
+    sizes, history, saved = spare[0], spare[1], spare[2:6, : state.shape[1]]
+    copy_rows(V, stages)
+    for step in range(solver_state[DONE], solver_state[DONE] + todo):
+        for k in range(times.size):
+            times[k] = plan.t0 + ((plan.first + step) + c[k]) * h
+        for i in range(d):
+            numbers[i], numbers[d + i] = state[0, i], state[1, i]
+            for k in range(V.shape[1]):
+                before[i, k] = V[i, k] = V[i, min(k, s - 1)]
+        if solver_state[HOLDS] == LAST_STEP:
+            if (plan.first + step) % RECONSIDER == 0 or solver_state[TERMS] == 0:
+                solver_state[TERMS] = terms_of(series, growth, before, Q, sizes)
+            gather(ahead, (solver_state[TERMS] - 1) * s, s, before, V)
+        if complement.shape[0] > 0:
+            onto_slopes(complement, s, V, Q)
+        low[:, :] = 0.0
+        gather(tables, 0, s, V, Q)
+        for i in range(d):
+            for k in range(Q.shape[1]):
+                Q[i, k] += state[0, i]
+        copy_into(saved, state)
+        code = iterate(law, constants, tables, complement, s, h, state, work, numbers,
+                       plan.tolerance, counts, history)  # fmt: skip
+        if code == SOLVED and not complete(kicks, V, F, state):
+            code = NOT_FINITE
+        if code != SOLVED:
+            copy_into(state, saved)
+            copy_rows(stages, before)
+            return code
+        solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
+        record(plan, kept, step, saved[0], state[0], state[1])
+        if kept.bases.shape[0] > 0:
+            curve_of(fit, V, kept.curves[step])
+        watch_stages(plan, kept, step, 2 * d, V, s)
+    copy_rows(stages, V)
+    return SOLVED
+
+
+@cache
+def compiled_advance_law():
+    """``advance_law`` compiled or cached, one kernel for all laws."""
+    whole = types.int64
+    signature = whole(
+        types.int64[::1], VECTOR, TABLES, PLAN, whole, PROGRESS, MATRIX, VECTOR, MATRIX, KEPT
+    )
+    return compiled_for(advance_law, signature, jit_inline)

@@ -1,0 +1,364 @@
+"""One pass of the iteration of galvi.fast.lanes.law, as vector instructions for one law.
+
+A law is a function as described in galvi.fast.lanes.elementary. Rows of work, (rows, P):
+
+q, v, f, p      (d, P) each: places, velocities, forces dL/dq and momenta at the stages
+low_q, low_p    (d, P) each: what the low parts of the matrices and of the state add to q and p
+before          (d, P)       not used here
+t               (P,)         times
+found           dL/dv (d, P), then the factors of d2L/dv2 by rows: L D L^T without pivots, with
+                1 / D on the diagonal
+steps           (d, P)       changes of the velocities
+
+tables      (4 s, P)    h A^T, its low part, h B^T and its low part
+complement  (s, P)      C^T, see galvi.fast.lanes.law; (d s, P) with one for each component;
+                        (0, P) where C is 0
+numbers     (2 d + 3,)  q and p at the start, 1 over their sizes; the pass adds its largest
+                        relative change
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from galvi.fast.lanes.values import Lane
+from galvi.fast.lanes.vectors import DOUBLE, Lanes, everywhere
+
+Q, V, F, P, LOW_Q, LOW_P, BEFORE, T = range(8)  # times d, but for T, which has one row
+
+
+def rows_of_work(d):
+    """Rows of work for d coordinates."""
+    return T * d + 1 + d + d * (d + 1) // 2 + d
+
+
+def is_zero(x):
+    """Whether x is 0 for every state."""
+    return not isinstance(x, Lane) and x == 0.0
+
+
+def product(x, y):
+    """x y, the number 0 where a factor is."""
+    return 0.0 if is_zero(x) or is_zero(y) else x * y
+
+
+def difference(x, y):
+    """x - y, and x itself where y is the number 0."""
+    return x if is_zero(y) else x - y
+
+
+def factored(mass):
+    """The rows of L, with 1 / D on the diagonal, from the rows of a matrix up to its diagonal.
+
+    A pivot that is always 0 gives NaN, so that every step is left to the general kernel.
+    """
+    rows: list[list[Any]] = []
+    for i, given in enumerate(mass):
+        scaled: list[Any] = []  # row i of L D
+        for j in range(i):
+            value = given[j]
+            for k in range(j):
+                value = difference(value, product(scaled[k], rows[j][k]))
+            scaled.append(value)
+        row, pivot = [product(scaled[j], rows[j][j]) for j in range(i)], given[i]
+        for j in range(i):
+            pivot = difference(pivot, product(scaled[j], row[j]))
+        rows.append([*row, math.nan if is_zero(pivot) else 1.0 / pivot])
+    return rows
+
+
+def times_symmetric(rows, v):
+    """M v from the rows of M up to its diagonal."""
+    return [sum(rows[max(i, j)][min(i, j)] * v[j] for j in range(len(v))) for i in range(len(v))]
+
+
+def inverse_of(rows):
+    """The inverse, its rows up to the diagonal, from the factors of a matrix."""
+    d = len(rows)
+    found = [[0.0] * (i + 1) for i in range(d)]
+    for column in range(d):
+        x = [0.0] * column + [1.0] + [0.0] * (d - column - 1)
+        for i in range(column + 1, d):
+            for j in range(column, i):
+                x[i] = difference(x[i], product(rows[i][j], x[j]))
+        x = [product(x[i], rows[i][i]) for i in range(d)]
+        for i in range(d - 1, -1, -1):
+            for j in range(i):
+                x[j] = difference(x[j], product(rows[i][j], x[i]))
+        for i in range(column, d):
+            found[i][column] = x[i]
+    return found
+
+
+def filled(law, d):
+    """The places (i, j), j < i, of L that are not 0 at a state without special properties."""
+    near = np.linspace(0.3, 0.7, 2 * d + 1) ** 0.5
+    with np.errstate(all="ignore"):
+        mass = law(list(near[:d]), list(near[d:-1]), near[-1], Generic())[2]
+        rows = factored([list(map(np.float64, row)) for row in mass])
+    return [(i, j) for i in range(d) for j in range(i) if rows[i][j] != 0.0]
+
+
+class Generic:
+    """Constants without special properties."""
+
+    def __getitem__(self, k):
+        return np.float64(1.0 + 0.1 / (k + 1.5))
+
+
+class Constants:
+    """Constants of a law, spread over all lanes when they are first used.
+
+    of_pass  the Pass that evaluates the law; None outside of one
+    """
+
+    def __init__(self, builder, lanes, data, row, of_pass=None):
+        self.builder, self.lanes, self.data, self.row = builder, lanes, data, row
+        self.of_pass, self.loaded = of_pass, {}
+
+    def __getitem__(self, k):
+        if k not in self.loaded:
+            scalar = self.lanes.number(self.data, self.row(k))
+            self.loaded[k] = Lane(self.builder, self.lanes.spread(scalar))
+        return self.loaded[k]
+
+
+class Pass:
+    """The three parts of a pass, each for one vector of stages."""
+
+    def __init__(self, context, builder, signature, values, law, d, width):
+        self.context, self.builder, self.law, self.d = context, builder, law, d
+        self.width = width
+        arrays = [context.make_array(signature.args[k])(context, builder, values[k])
+                  for k in range(5)]  # fmt: skip
+        self.work, self.tables, self.complement, self.constants, self.numbers = (
+            array.data for array in arrays
+        )
+        work, tables, complement = (array.shape for array in arrays[:3])
+        self.padded = builder.extract_value(work, 1)
+        self.row = self.padded.type
+        self.found, self.steps = T * d + 1, rows_of_work(d) - d  # first rows
+        self.factors, self.fixed = self.found + d, {}
+        self.stages = builder.udiv(builder.extract_value(tables, 0), self.row(4))
+        rows = builder.extract_value(complement, 0)
+        self.projects = builder.icmp_unsigned("!=", rows, self.row(0))
+        several = builder.icmp_unsigned(">", rows, self.stages)
+        self.apart = builder.select(several, self.stages, self.row(0))
+        self.begin_change()
+
+    def begin_change(self):
+        """Room for the largest change, of which there is none yet."""
+        self.largest = cgutils.alloca_once(self.builder, ir.VectorType(ir.IntType(64), self.width))
+        self.forget()
+
+    def forget(self):
+        """Forget the largest change."""
+        self.builder.store(everywhere(self.largest.type.pointee, 0), self.largest)
+
+    def chunks(self, part):
+        """Do one part for all stages."""
+        chunks = self.builder.udiv(self.padded, self.row(self.width))
+        with cgutils.for_range(self.builder, chunks, intp=self.row) as loop:
+            part(self.at(loop.index))
+
+    def at(self, chunk):
+        """The lanes of one of the chunks."""
+        return Lanes(self.context, self.builder, self.padded, chunk, self.width)
+
+    def load(self, lanes, block, i=0):
+        return self.load_row(lanes, block * self.d + i)
+
+    def store(self, lanes, lane, block, i=0):
+        self.store_row(lanes, lane, block * self.d + i)
+
+    def load_row(self, lanes, row):
+        return Lane(self.builder, lanes.load(self.work, self.row(row)))
+
+    def store_row(self, lanes, lane, row):
+        lanes.store(lane.value, self.work, self.row(row))
+
+    def number(self, lanes, k):
+        return Lane(self.builder, lanes.spread(lanes.number(self.numbers, self.row(k))), ())
+
+    def first_pass(self):
+        """Whether this is the first pass of a step, when sizes are not known."""
+        size = self.builder.load(self.builder.gep(self.numbers, [self.row(2 * self.d)]))
+        return self.builder.fcmp_unordered("==", size, ir.Constant(DOUBLE, 0.0))
+
+    def evaluate(self, lanes):
+        """f, dL/dv and the factors from q and v."""
+        d = self.d
+        q, v = ([self.load(lanes, block, i) for i in range(d)] for block in (Q, V))
+        constants = Constants(self.builder, lanes, self.constants, self.row, self)
+        forces, momenta, mass = self.law(q, v, self.load(lanes, T), constants)
+        factors = [factor for row in factored(mass) for factor in row]
+        self.fixed = {k: x for k, x in enumerate(factors) if not isinstance(x, Lane)}
+        for i in range(d):
+            self.store(lanes, q[0].same(forces[i]), F, i)
+        for k, value in enumerate([*momenta, *factors]):
+            if k - d not in self.fixed:
+                self.store(lanes, q[0].same(value), T, 1 + k)
+
+    def sums(self, lanes, start, matrix, first_row, row, apart=None):
+        """start + sum_k (rows of a matrix) (columns of d rows of work), for each coordinate.
+
+        apart  rows between the matrices of one coordinate and the next; None for the same matrix
+        """
+        builder, d = self.builder, self.d
+        first = [lanes.nothing] * d if start is None else [
+            lanes.load(self.work, self.row(start * d + i)) for i in range(d)
+        ]  # fmt: skip
+        values = self.row(row)
+        rows = [first_row] * d if apart is None else [
+            builder.add(first_row, builder.mul(apart, self.row(i))) for i in range(d)
+        ]  # fmt: skip
+        results = [lanes.variable(lanes.nothing) for _ in range(d)]
+        known = builder.icmp_unsigned("==", self.stages, self.row(self.width))
+
+        def factors(j):
+            if apart is None:
+                return [lanes.load(matrix, builder.add(first_row, self.row(j)))] * d
+            return [lanes.load(matrix, builder.add(own, self.row(j))) for own in rows]
+
+        with builder.if_else(known) as (written_out, in_a_loop):
+            with written_out:
+                totals = [list(first), [lanes.nothing] * d]
+                for j in range(self.width):
+                    for i, factor in enumerate(factors(j)):
+                        value = lanes.number(self.work, lanes.plus(values, i), self.row(j))
+                        term = lanes.mul(lanes.spread(value), factor)
+                        totals[j % 2][i] = lanes.add(totals[j % 2][i], term)
+                for place, one, other in zip(results, *totals, strict=True):
+                    builder.store(lanes.add(one, other), place)
+            with in_a_loop:
+                for i in range(1 if apart is None else d):
+                    part = slice(0, d) if apart is None else slice(i, i + 1)
+                    found = lanes.sums(first[part], matrix, rows[i], self.work,
+                                       lanes.plus(values, i), self.stages)  # fmt: skip
+                    for place, value in zip(results[part], found, strict=True):
+                        builder.store(value, place)
+        return [Lane(builder, builder.load(place), ()) for place in results]
+
+    def moved(self, lanes, totals, block, origin, scale):
+        """Store origin + total in a block, and note the largest change over its size."""
+        new = []
+        size = self.number(lanes, 2 * self.d + scale)
+        for i, total in enumerate(totals):
+            place = self.number(lanes, origin + i) + total
+            far = ((place - self.load(lanes, block, i)) * size).call("fabs").bits
+            largest = self.builder.load(self.largest)
+            # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
+            more = self.builder.icmp_signed(">", far, largest)
+            self.builder.store(self.builder.select(more, far, largest), self.largest)
+            self.store(lanes, place, block, i)
+            new.append(place.fused)
+        return new
+
+    def kick(self, lanes):
+        """p from f."""
+        d, first_row = self.d, self.builder.mul(self.stages, self.row(2))
+        totals = self.sums(lanes, LOW_P, self.tables, first_row, F * d)
+        return self.moved(lanes, totals, P, d, 1)
+
+    def missing(self, lanes, p):
+        """p - dL/dv."""
+        return [p[i] - self.load_row(lanes, self.found + i) for i in range(self.d)]
+
+    def solved(self, lanes, x, below, first=None):
+        """The changes of v that change dL/dv by x.
+
+        first  row of work where the factors begin; None: those of the mass
+        """
+        d = self.d
+        start = self.factors if first is None else first
+
+        def factor(i, j):
+            k = i * (i + 1) // 2 + j
+            if first is None and k in self.fixed:
+                return self.fixed[k]
+            return self.load_row(lanes, start + k)
+
+        L = {(i, j): factor(i, j) for i, j in below}
+        for i, j in below:
+            x[i] = x[i] - L[i, j] * x[j]
+        x = [x[i] * factor(i, i) for i in range(d)]
+        for i, j in reversed(below):
+            x[j] = x[j] - L[i, j] * x[i]
+        return x
+
+    def store_rows(self, lanes, values, row):
+        for i, value in enumerate(values):
+            self.store_row(lanes, value, row + i)
+
+    def projected(self, lanes, row):
+        """x - C x, x in d rows of work."""
+        outside = self.sums(lanes, None, self.complement, self.row(0), row, self.apart)
+        return [self.load_row(lanes, row + i) - outside[i] for i in range(self.d)]
+
+    def rates(self, below):
+        """p from f, and one Newton step for v with dL/dv = p."""
+        d, builder = self.d, self.builder
+
+        def newton(lanes):
+            steps = self.solved(lanes, self.missing(lanes, self.kick(lanes)), below)
+            self.store_rows(lanes, [self.load(lanes, V, i) + steps[i] for i in range(d)], V * d)
+
+        def missing(lanes):
+            self.store_rows(lanes, self.missing(lanes, self.kick(lanes)), self.found)
+
+        def steps(lanes):
+            inside = self.projected(lanes, self.found)
+            self.store_rows(lanes, self.solved(lanes, inside, below), self.steps)
+
+        def landed(lanes):
+            inside = self.projected(lanes, self.steps)
+            self.store_rows(lanes, [self.load(lanes, V, i) + inside[i] for i in range(d)], V * d)
+
+        with builder.if_else(self.projects) as (more_points, square):
+            with more_points:
+                for part in (missing, steps, landed):
+                    self.chunks(part)
+            with square:
+                self.chunks(newton)
+
+    def drift(self, lanes):
+        """q from v."""
+        totals = self.sums(lanes, LOW_Q, self.tables, self.row(0), V * self.d)
+        self.moved(lanes, totals, Q, 0, 0)
+
+    def change(self):
+        """The largest relative change of q and p."""
+        lanes = self.at(self.row(0))
+        return self.builder.bitcast(lanes.largest(self.builder.load(self.largest)), DOUBLE)
+
+
+def one_pass(law, d, width):
+    """An intrinsic (work, tables, complement, constants, numbers) for a law on R^d.
+
+    width  lanes of a vector, of which P is a multiple
+    """
+    below = filled(law, d)
+
+    @intrinsic
+    def whole_pass(typingctx, work, tables, complement, constants, numbers):
+        signature = types.void(work, tables, complement, constants, numbers)
+
+        def generate(context, builder, signature, values):
+            made = Pass(context, builder, signature, values, law, d, width)
+            made.chunks(made.evaluate)
+            made.rates(below)
+            made.chunks(made.drift)
+            place = builder.gep(made.numbers, [made.row(2 * d + 2)])
+            builder.store(made.change(), place)
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    return whole_pass

@@ -1,0 +1,224 @@
+"""Steps of a law on a Lie group for many members: galvi.fast.lanes.group_law, eight at a time.
+
+The passes are those of galvi.fast.lanes.group_pass; their arrays and the step's length are those
+of galvi.fast.lanes.members.steps.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from llvmlite import ir
+from numba.core import cgutils
+
+from galvi.fast.lanes.group_pass import PULLS, SETTLED, GroupPass
+from galvi.fast.lanes.group_rows import (
+    BEFORE,
+    DEFECT,
+    END,
+    ETA,
+    PLACE,
+    PULLED,
+    TIMES,
+    VELOCITY,
+    XI,
+    Chart,
+    F,
+    N,
+)
+from galvi.fast.lanes.members.countdown import Countdown
+from galvi.fast.lanes.members.rows import Variable
+from galvi.fast.lanes.members.steps import Fields, MemberSteps, member_steps
+from galvi.fast.lanes.values import Lane
+from galvi.fast.lanes.vectors import NOTHING
+from galvi.kernels.lie.arithmetic import larger_size
+from galvi.kernels.lie.chart_functions import REACHES
+from galvi.kernels.on_group.scale import LEAST
+
+ITERATED = (XI, ETA, F, DEFECT, N, VELOCITY)  # blocks of work
+PARTS = ("q", "memory", "low", "p", "nu", "nu_low")
+
+
+def group_fields(d, entries):
+    """The record of a member on a group: mu, 1 over sizes, g, what galvi.kernels.lie.product keeps
+    beside them, and SHARED."""
+    own = (
+        ("p", d), ("xi_sizes", d), ("pi_sizes", d), ("spare", PLACE), ("q", entries),
+        ("memory", entries), ("low", entries), ("nu", d), ("nu_low", d),
+    )  # fmt: skip
+    return Fields(own, d)
+
+
+class MemberGroup(MemberSteps, GroupPass):
+    """Steps of eight members."""
+
+    def __init__(self, context, builder, words, law, chart):
+        self.open(context, builder, words, group_fields(chart.dimension, chart.entries))
+        self.one, d = False, self.d
+        self.examine(law, chart)
+        self.lay_out()
+        self.begin_change()
+        self.full = ir.Constant(ir.IntType(1), 1)
+        self.low_drift, self.back = self.tabled.low_drift, self.tabled.back
+        self.low_back, self.kicks = self.tabled.low_back, self.tabled.kicks
+        self.velocity_row, self.time_row = VELOCITY * d, TIMES * d
+        self.guarded = {block * d + i for block in ITERATED for i in range(d)}
+
+    def judging(self, builder):
+        """As that of one member."""
+        return Countdown(builder, self.row)
+
+    def spread_sums(self, rows, *weights, matrix=None):
+        """As those of one member; with the tables, for a step of 1."""
+        if matrix is not None:
+            return [x.fused for x in self.weighted(rows, *weights, matrix=matrix)]
+        step = self.field("step")
+        return [(x * step).fused for x in self.weighted(rows, *weights)]
+
+    def means(self, rows):
+        """As those of one member."""
+        return [x.fused for x in self.weighted(rows, self.tabled.means)]
+
+    def one_pass(self):
+        """As that of galvi.fast.lanes.group_pass."""
+        self.whole_pass()
+
+    def prepare_block(self):
+        """The inverse of a mass that does not depend on the state."""
+        self.judgement.active.set(self.field("alive") > 0.0)
+        self.chunks(self.prepare)
+
+    def guess_places(self):
+        """xi and eta from the velocities, corrected until they are settled."""
+        builder, judgement = self.builder, self.judgement
+        alive = self.field("alive") > 0.0
+        self.begin_at_rest()
+        with cgutils.for_range(builder, self.row(PULLS), intp=self.row) as loop:
+            self.pull()
+            noted = Lane(builder, NOTHING, ()).of_bits(builder.load(self.largest))
+            rest = builder.and_(judgement.active.value, builder.not_(noted < SETTLED))
+            judgement.active.set(rest)
+            with builder.if_then(builder.not_(judgement.active.any)):
+                loop.do_break()
+        judgement.active.set(alive)
+        self.begin_iteration()
+
+    def measure_rotations(self):
+        """Rotations alone are measured at first, by 1."""
+        for factor in self.chart.factors:
+            own, rotations = factor[1], factor[3]
+            for i in range(own.start, own.stop):
+                size = 1.0 if i < own.start + rotations else 0.0
+                nothing = Lane(self.builder, NOTHING, ())
+                self.keep("xi_sizes", nothing + size, i)
+                self.keep("pi_sizes", nothing, i)
+
+    def largest_of(self, rows, size=0.0):
+        """The largest of some rows of work at all stages, and size."""
+        found = Variable(self.builder, size)
+        self.chunks(lambda lanes: [
+            found.set(larger_size(found.lane, self.load_row(lanes, row).exact)) for row in rows
+        ])  # fmt: skip
+        return found.lane
+
+    def after_first_pass(self):
+        """1 over the sizes of xi and pi, as galvi.fast.lanes.group_law.measure; low parts."""
+        d, step = self.d, self.field("step")
+        g = [self.field("q", i) for i in range(self.chart.entries)]
+        momenta: list[Any] = []
+        coupled: dict[int, list[int]] = {number: [] for number in self.chart.coupled}
+        for number, (_, own, _, _) in zip(self.chart.coupled, self.chart.factors, strict=True):
+            coupled[number] += [ETA * d + i for i in range(own.start, own.stop)]
+        least = {number: LEAST * abs(self.largest_of(rows) * step)
+                 for number, rows in coupled.items()}  # fmt: skip
+        for number, factor in zip(self.chart.coupled, self.chart.factors, strict=True):
+            group, own, entries, rotations = factor
+            turns = range(own.start, own.start + rotations)
+            ways = range(own.start + rotations, own.stop)
+            sizes = []
+            for part in (turns, ways):
+                size = abs(self.largest_of([F * d + i for i in part]) * step)
+                for i in part:
+                    size = larger_size(size, self.field("p", i))
+                sizes.append(size)
+            moment, moving = sizes
+            if ways:
+                way = abs(self.largest_of([ETA * d + i for i in ways]) * step)
+                moment = larger_size(moment, moving * way)
+                far = larger_size(least[number], way.same(group.position_scale(g[entries])))
+                far = larger_size(far, way)
+                far = larger_size(far, self.largest_of([XI * d + i for i in ways]))
+                for i in ways:
+                    self.keep("xi_sizes", (1.0 / far).where(far > 0.0, 0.0), i)
+            momenta += [(number, moment, turns), (number, moving, ways)]
+        most: dict[int, Any] = {}
+        for number, size, _ in momenta:
+            most[number] = larger_size(most.get(number, 0.0), size)
+        for number, size, part in momenta:
+            size = larger_size(LEAST * most[number], size)
+            for i in part:
+                self.keep("pi_sizes", (1.0 / size).where(size > 0.0, 0.0), i)
+        self.add_low_parts()
+
+    def step(self, number):
+        """One step, the ``number``-th from 0."""
+        builder, d = self.builder, self.d
+        self.judgement.active.set(self.field("alive") > 0.0)
+        with builder.if_then(builder.icmp_unsigned(">", number, self.row(0))):
+            self.continue_velocities(BEFORE * d)
+        self.times(number)
+        self.measure_rotations()
+        self.guess_places()
+        self.iterate()
+        near = self.sum_up_and_measure()
+        before = {name: self.fields_of(name) for name in PARTS}
+        now = {name: list(lanes) for name, lanes in before.items()}
+        end, kick = ([x.exact for x in self.loaded(self.first_lanes(), block)]
+                     for block in (END, PULLED))  # fmt: skip
+        for group, own, entries, _ in self.chart.factors:
+            g, memory, low = (now[name][entries] for name in PARTS[:3])
+            mu, nu, nu_low = (now[name][own] for name in PARTS[3:])
+            group.advance(self.chart.number, end[own], g, memory, low)
+            group.carry(self.chart.number, before["q"][entries], g, end[own], kick[own], mu, nu,
+                        nu_low)  # fmt: skip
+            for name, lanes in zip(PARTS[:3], (g, memory, low), strict=True):
+                now[name][entries] = lanes
+            for name, lanes in zip(PARTS[3:], (mu, nu, nu_low), strict=True):
+                now[name][own] = lanes
+        total = Lane(builder, NOTHING, ())
+        for lane in (*now["q"], *now["p"]):
+            total = total + abs(lane)
+        done, lost = self.judgement.end(builder.and_(near, total < math.inf))
+        for name in PARTS:
+            for i, lane in enumerate(now[name]):
+                self.keep_where(done, name, lane, i)
+        self.conclude(number, done, lost)
+
+    def fields_of(self, name):
+        """All rows of a part of the record."""
+        size = self.chart.entries if name in PARTS[:3] else self.d
+        return [self.field(name, i) for i in range(size)]
+
+    def sum_up_and_measure(self):
+        """xi(1) and the impulse; returns whether the step's rotations are within the chart."""
+        builder = self.builder
+        self.forget()
+        self.sum_up()
+        self.chunks(lambda lanes: self.note_turns(self.loaded(lanes, XI)))
+        self.note_turns(self.loaded(self.first_lanes(), END))
+        noted = Lane(builder, NOTHING, ()).of_bits(builder.load(self.largest))
+        reach = REACHES[self.chart.number]
+        return noted <= reach * reach
+
+
+def group_steps(law, layout, chart):
+    """An intrinsic that advances members of a law on these groups in a chart, see
+    galvi.fast.lanes.members.steps.
+
+    layout, chart  of galvi.kernels.lie.product
+    """
+    functions = Chart(layout, chart)
+    return member_steps(
+        lambda context, builder, words: MemberGroup(context, builder, words, law, functions)
+    )

@@ -1,0 +1,139 @@
+"""Steps of a law on R^d for many members: galvi.fast.lanes.law for eight at a time.
+
+The passes are those of galvi.fast.lanes.law_pass; their arrays and the step's length are those
+of galvi.fast.lanes.members.steps.
+"""
+
+from __future__ import annotations
+
+import math
+
+from galvi.fast.lanes.functions import two_sum
+from galvi.fast.lanes.law_pass import BEFORE, LOW_P, LOW_Q, F, Q, T, V, filled
+from galvi.fast.lanes.law_pass import rows_of_work as rows_of_member_work
+from galvi.fast.lanes.members.rows import Variable, larger
+from galvi.fast.lanes.members.steps import Fields, MemberSteps, member_steps
+from galvi.fast.lanes.values import Lane
+from galvi.fast.lanes.vectors import NOTHING
+
+__all__ = ["law_fields", "law_steps", "rows_of_member_work"]
+
+
+def law_fields(d):
+    """The record of a member on R^d: q, p, 1 over their sizes, their low parts, and SHARED."""
+    own = (("q", d), ("p", d), ("sizes", 2), ("spare", 1), ("q_low", d), ("p_low", d))
+    return Fields(own, d)
+
+
+class MemberLaw(MemberSteps):
+    """Steps of eight members."""
+
+    def __init__(self, context, builder, words, law, d, below, stages):
+        self.open(context, builder, words, law_fields(d), stages)
+        self.law, self.below = law, below
+        self.found, self.steps = T * d + 1, rows_of_member_work(d) - d
+        self.factors, self.fixed = self.found + d, {}
+        self.velocity_row, self.time_row = V * d, T * d
+        self.guarded = range(0, 3 * d)  # q, v and f
+        several = builder.icmp_unsigned(">", self.extra, self.stages)
+        self.apart = builder.select(several, self.stages, self.row(0))
+        self.begin_change()
+
+    def one_pass(self):
+        """As that of galvi.fast.lanes.law_pass."""
+        self.chunks(self.evaluate)
+        self.rates(self.below)
+        self.chunks(self.drift)
+
+    def project_velocities(self):
+        """V <- (1 - C) V."""
+
+        def outside(lanes):
+            found = self.sums(lanes, None, self.complement, self.row(0), V * self.d, self.apart)
+            self.store_rows(lanes, found, self.steps)
+
+        def inside(lanes):
+            for i in range(self.d):
+                rest = self.load(lanes, V, i) - self.load_row(lanes, self.steps + i)
+                self.store(lanes, rest, V, i)
+
+        with self.builder.if_then(self.projects):
+            self.chunks(outside)
+            self.chunks(inside)
+
+    def place_stages(self):
+        """First places at the stages; no low parts are known."""
+
+        def first(lanes):
+            nothing = [Lane(self.builder, NOTHING)] * self.d
+            self.store_rows(lanes, nothing, LOW_Q * self.d)
+            self.store_rows(lanes, nothing, LOW_P * self.d)
+            found = self.sums(lanes, None, self.tables, self.tabled.drift, V * self.d)
+            for i, way in enumerate(found):
+                self.store(lanes, self.field("q", i) + way, Q, i)
+
+        self.chunks(first)
+
+    def after_first_pass(self):
+        """The sizes of q and p, and what low parts add to them."""
+        for k, (block, name) in enumerate(((V, "q"), (F, "p"))):
+            size = Variable(self.builder)
+
+            def widen(lanes, block=block, size=size):
+                for i in range(self.d):
+                    far = abs(self.load(lanes, block, i) * self.field("step"))
+                    size.set(larger(far, size.lane))
+
+            self.chunks(widen)
+            for i in range(self.d):
+                size.set(larger(abs(self.field(name, i)), size.lane))
+            found = size.lane
+            self.keep("sizes", (1.0 / found).where(found > 0.0, 0.0), k)
+
+        def low(lanes):
+            for block, first, target, name in (
+                (V, self.tabled.low_drift, LOW_Q, "q_low"),
+                (F, self.tabled.low_back, LOW_P, "p_low"),
+            ):
+                found = self.sums(lanes, None, self.tables, first, block * self.d)
+                for i, part in enumerate(found):
+                    self.store(lanes, self.field(name, i) + part, target, i)
+
+        self.chunks(low)
+
+    def step(self, number):
+        """One step, the ``number``-th from 0."""
+        builder, d = self.builder, self.d
+        self.judgement.active.set(self.field("alive") > 0.0)
+        with builder.if_then(builder.icmp_unsigned(">", number, self.row(0))):
+            self.continue_velocities(BEFORE * d)
+        self.times(number)
+        self.project_velocities()
+        self.place_stages()
+        self.iterate()
+        step, ends = self.field("step"), []
+        total = Lane(builder, NOTHING, ())
+        for block, name in ((V, "q"), (F, "p")):
+            rows = [block * d + i for i in range(d)]
+            ways = self.weighted(rows, self.tabled.low_kicks, self.tabled.kicks)
+            for i in range(d):
+                way = ways[i] * step
+                high, low = two_sum(self.field(name, i), self.field(f"{name}_low", i) + way)
+                ends.append((name, i, high, low))
+                total = total + abs(high)
+        done, lost = self.judgement.end(total < math.inf)
+        for name, i, high, low in ends:
+            self.keep_where(done, name, high, i)
+            self.keep_where(done, f"{name}_low", low, i)
+        self.conclude(number, done, lost)
+
+
+def law_steps(law, d, stages=0):
+    """An intrinsic that advances members of a law on R^d, see galvi.fast.lanes.members.steps.
+
+    stages  s, for which loops are written out; 0 for any
+    """
+    below = filled(law, d)
+    return member_steps(
+        lambda context, builder, words: MemberLaw(context, builder, words, law, d, below, stages)
+    )

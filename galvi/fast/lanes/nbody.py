@@ -1,0 +1,244 @@
+"""Many steps of point masses under gravity: `galvi.kernels.nystrom.advance` in vector instructions.
+
+Method, prediction, stopping rule and compensated updates are the same, with fewer passes over all
+bodies (`galvi.fast.lanes.nbody_iteration`); a step that fixed-point iteration cannot solve is
+left to the general kernel. One compilation serves every number of stages s, padded to P, a
+multiple of LANES.
+
+d = bodies * dimension rows, one for each coordinate
+masses        (bodies,)               G m
+heavy, light  whole numbers           the bodies with a mass, and the massless ones
+ahead         (2 (l + 1) s, P)        h^2 A^T and its low part; then for r = 1 .. l both of these
+                                      after extrapolation to the next step with r Legendre terms
+series        (s, P)                  Legendre coefficients from stages, transposed
+growth        (l,)                    Legendre polynomials at the next step's end
+sums          (s, P)                  columns h b, h^2 beta and the low part of each
+c             (2, P)                  nodes and their low parts
+work          (6, d, P)               stages, last accelerations, h c v, its low part, scratch, new
+                                      accelerations
+spare         (8, at least d and P)   state before the step, sizes, the iteration's history,
+                                      scratch, least squared distances of two bodies at the stages
+solver_state  (3 + bodies,)           as in the general kernel, then the number of Legendre terms
+                                      kept for each body
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+from numba import types
+
+from galvi.fast.lanes.gravity import LANES, combine, drift, fused
+from galvi.fast.lanes.nbody_iteration import iterate, move_one
+from galvi.kernels.compile.array_types import MATRIX, TENSOR3
+from galvi.kernels.compile.jit import compiled_for, jit_inline
+from galvi.kernels.forces.passages import NEAR, note_passages
+from galvi.kernels.lie.arithmetic import two_sum
+from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, STREAK
+from galvi.kernels.nystrom.solve import DIVERGED, NOT_FINITE, SOLVED
+from galvi.kernels.nystrom.step import (
+    FIXED_MATRIX,
+    FIXED_VECTOR,
+    TABLEAU,
+    NystromTableau,
+    copy_into,
+    curve_coefficients,
+    terms_to_extrapolate,
+)
+from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
+
+GRAVITY_TABLES = types.Tuple((FIXED_MATRIX, FIXED_MATRIX, FIXED_VECTOR, FIXED_MATRIX, FIXED_MATRIX))
+FIXED_NUMBERS = types.Array(types.int64, 1, "C", readonly=True)
+RECONSIDER = 16  # steps between choices of the number of terms to extrapolate
+
+
+@jit_inline
+def choose_terms(axes, series, growth, a, out, terms, sizes):
+    """terms <- how many Legendre terms of each body's last accelerations to extrapolate.
+
+    ``out`` (d, P) and ``sizes`` (s,) are scratch.
+    """
+    s, padded, dimension = series.shape[0], series.shape[1], len(axes)
+    for body in range(terms.size):
+        for chunk in range(padded // LANES):
+            combine(axes, series, 0, a, out, body, s, padded, chunk)
+        for l in range(s):
+            sizes[l] = 0.0
+            for x in range(dimension):
+                sizes[l] = max(sizes[l], abs(out[body * dimension + x, l]))
+        terms[body] = terms_to_extrapolate(sizes, growth)
+
+
+@jit_inline
+def place(axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q):
+    """The start of a step: base, low, sizes = 1 / distances from the origin, and first stages Q.
+
+    a holds the last step's accelerations, or the guess itself if ``terms`` is empty. Returns the
+    body, other than the star, with the largest displacement in a step relative to its distance.
+    """
+    dimension, padded, bodies = len(axes), c.shape[1], masses.size
+    largest, most, fastest_planet = 0.0, 0.0, 1 if star == 0 else 0
+    for body in range(bodies):
+        for chunk in range(padded // LANES):
+            start = (2 * terms[body] + 1) * s
+            combine(axes, ahead, start, a, low, body, s, padded, chunk)
+        size, way = 0.0, 0.0
+        for x in range(dimension):
+            i = body * dimension + x
+            far = h * state[2, i]
+            far_low = fused(h, state[2, i], -far) + h * state[3, i]
+            for chunk in range(padded // LANES):
+                drift(c, base, low, i, far, far_low, state[1, i], padded, chunk)
+            way = max(way, abs(far))
+            size = max(size, abs(state[0, i]), abs(state[0, i] + far))
+        sizes[body] = size
+        largest = max(largest, size)
+        if body != star and way > most * size:
+            fastest_planet, most = body, way / size
+    for body in range(bodies):
+        size = sizes[body] if sizes[body] > 0.0 else largest
+        sizes[body] = 1.0 / size if size > 0.0 else 1.0
+        move_one(
+            axes, ahead, 2 * terms[body] * s, s, a, base, low, state, Q, 0.0, sizes[body], body
+        )
+    return fastest_planet
+
+
+@jit_inline
+def near_limit(axes, masses, star, state, h, n):
+    """Squared distance at the stages beyond which a passage is resolved: (NEAR h v / n)^2.
+
+    v is at most the sum of the two largest speeds relative to the star, and at most that of a
+    parabola, v^2 = 2 G m / d, whichever is larger.
+    """
+    dimension, first, second, heavy = len(axes), 0.0, 0.0, 0.0
+    for body in range(masses.size):
+        square = 0.0
+        for x in range(dimension):
+            speed = state[2, body * dimension + x] - state[2, star * dimension + x]
+            square += speed * speed
+        if square > first:
+            first, second = square, first
+        elif square > second:
+            second = square
+        if body != star:
+            heavy = max(heavy, masses[body])
+    reach = NEAR * h / n
+    fast = reach * reach * (first + second + 2.0 * math.sqrt(first * second))
+    slow = 2.0 * reach * reach * (masses[star] + heavy)
+    return fast, slow
+
+
+@jit_inline
+def any_near(nearest, fast, slow):
+    """The squared distance ``fast`` if some bodies are within it or within slow^(1/3), else 0."""
+    least = math.inf
+    for k in range(nearest.size):
+        least = min(least, nearest[k])
+    if least < fast or least * least * least < slow * slow:
+        return max(fast, 1.01 * least)
+    return 0.0
+
+
+@jit_inline
+def finish(axes, sums, h, a, state, out):
+    """The end of the step, as galvi.kernels.nystrom.step.complete_step; ``out`` is scratch, (d, P).
+
+    Returns whether the state is finite.
+    """
+    for body in range(a.shape[0] // len(axes)):
+        combine(axes, sums, 0, a, out, body, sums.shape[0], a.shape[1], 0)
+    return end_of_step(h, out, state)
+
+
+@jit_inline
+def end_of_step(h, out, state):
+    """The end of the step from the products of ``sums`` with the accelerations, in ``out``."""
+    total = 0.0
+    for i in range(state.shape[1]):
+        q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
+        far = h * v
+        moved, moved_low = two_sum(q, far)
+        moved, bend_low = two_sum(moved, out[i, 1])
+        rest = fused(h, v, -far) + (h * v_low + out[i, 3])
+        rest = moved_low + (bend_low + (q_low + rest))
+        state[0, i], state[1, i] = two_sum(moved, rest)
+        kicked, kick_low = two_sum(v, out[i, 0])
+        state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))
+        total += abs(state[0, i]) + abs(state[2, i])
+    return total < np.inf
+
+
+@jit_inline
+def advance(axes, masses, heavy, light, tableau, tables, plan, todo, progress, work, spare, kept):
+    """Do ``todo`` more steps of a run; returns a code, as the general kernel."""
+    tableau, plan, kept = NystromTableau(*tableau), Plan(*plan), Kept(*kept)
+    ahead, series, growth, sums, c = tables
+    state, stages, solver_state, counts, passage = progress
+    h, tolerance = plan.step, plan.tolerance
+    bodies, s, d = masses.size, series.shape[0], state.shape[1]
+    Q, a, base, low, scratch, new = work[0], work[1], work[2], work[3], work[4], work[5]
+    before, sizes, history, terms = spare[:4, :d], spare[4, :bodies], spare[5, :4], solver_state[3:]
+    nearest, n = spare[7, : Q.shape[1]], tableau.velocity_coefficients.size
+    star = 0
+    for body in range(bodies):
+        if masses[body] > masses[star]:
+            star = body
+    copy_rows(a, stages)
+    for step in range(solver_state[DONE], solver_state[DONE] + todo):
+        if solver_state[STREAK] > 0:
+            copy_rows(stages, a)
+            return DIVERGED
+        copy_into(before, state)
+        if solver_state[HOLDS] != LAST_STEP:
+            terms[:] = 0
+        elif (plan.first + step) % RECONSIDER == 0 or terms[0] == 0:
+            choose_terms(axes, series, growth, a, scratch, terms, spare[6, :s])
+        fastest_planet = place(
+            axes, masses, star, ahead, s, c, h, terms, state, a, base, low, sizes, Q
+        )
+        code = iterate(
+            axes, masses, heavy, light, star, fastest_planet, ahead, s, state, base, low, sizes,
+            tolerance, counts, Q, new, scratch, history, nearest,
+        )  # fmt: skip
+        if code == SOLVED and not finish(axes, sums, h, new, state, scratch):
+            code = NOT_FINITE
+        if code != SOLVED:
+            copy_into(state, before)
+            copy_rows(stages, a)
+            return code
+        a, new = new, a
+        solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
+        record(plan, kept, step, before[0], state[0], state[2])
+        limit = any_near(nearest, *near_limit(axes, masses, star, before, h, n))
+        if limit > 0.0:
+            note_passages(
+                masses, len(axes), Q, tableau.c, before[0], state[0], h, n, limit,
+                plan.first + step + 1, passage,
+            )  # fmt: skip
+        if kept.bases.shape[0] > 0:
+            copy_rows(stages, a)
+            curve_coefficients(tableau, h, before, stages, kept.curves[step])
+    copy_rows(stages, a)
+    return SOLVED
+
+
+@jit_inline
+def copy_rows(target, source):
+    """Copy the leading columns that both arrays have from source to target."""
+    for i in range(target.shape[0]):
+        for k in range(min(target.shape[1], source.shape[1])):
+            target[i, k] = source[i, k]
+
+
+@cache
+def compiled_advance(dimension):
+    """``advance`` compiled or cached for bodies in the plane or in space."""
+    whole = types.int64
+    signature = whole(
+        types.UniTuple(whole, dimension), FIXED_VECTOR, *(FIXED_NUMBERS,) * 2, TABLEAU,
+        GRAVITY_TABLES, PLAN, whole, PROGRESS, TENSOR3, MATRIX, KEPT,
+    )  # fmt: skip
+    return compiled_for(advance, signature, jit_inline)

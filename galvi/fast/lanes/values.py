@@ -1,0 +1,138 @@
+"""Arithmetic operators on eight numbers at once, or on four.
+
+A Lane wraps an LLVM vector under construction; sums of products may be fused, unless it is exact.
+"""
+
+from __future__ import annotations
+
+from llvmlite import ir
+from numba.core import cgutils
+
+from galvi.fast.lanes.vectors import FUSED, everywhere
+
+
+class Lane:
+    """Eight doubles, or four, with +, -, * and / by another Lane or a number, and comparisons.
+
+    flags        of the operations on it: FUSED, or () where a rounding error is to be known
+    sine_cosine  both of these, once they were computed
+    """
+
+    def __init__(self, builder, value, flags=FUSED):
+        self.builder, self.value, self.flags = builder, value, flags
+        self.sine_cosine = None
+
+    @property
+    def exact(self):
+        """The same numbers, whose operations are rounded one by one."""
+        return Lane(self.builder, self.value, ())
+
+    @property
+    def fused(self):
+        """The same numbers, whose sums of products may be fused."""
+        return Lane(self.builder, self.value)
+
+    def _lane(self, other):
+        if isinstance(other, Lane):
+            return other.value
+        return everywhere(self.value.type, float(other))
+
+    def same(self, other):
+        """A lane or a number as a lane."""
+        return other if isinstance(other, Lane) else self._made(self._lane(other))
+
+    def power_by_products(self, twice):
+        """The power twice / 2, an integer of at most 64 halves, by products and a square root."""
+        whole, half = divmod(abs(twice), 2)
+        factors = [self.call("sqrt")] if half else []
+        square = self
+        while whole:
+            factors += [square] if whole & 1 else []
+            whole >>= 1
+            square = square * square if whole else square
+        product = factors[0] if factors else self.same(1.0)
+        for factor in factors[1:]:
+            product = product * factor
+        return 1.0 / product if twice < 0 else product
+
+    def _made(self, value):
+        return Lane(self.builder, value, self.flags)
+
+    def __add__(self, other):
+        return self._made(self.builder.fadd(self.value, self._lane(other), flags=self.flags))
+
+    def __sub__(self, other):
+        return self._made(self.builder.fsub(self.value, self._lane(other), flags=self.flags))
+
+    def __mul__(self, other):
+        return self._made(self.builder.fmul(self.value, self._lane(other), flags=self.flags))
+
+    def __truediv__(self, other):
+        return self._made(self.builder.fdiv(self.value, self._lane(other)))
+
+    def __rtruediv__(self, other):
+        return self._made(self.builder.fdiv(self._lane(other), self.value))
+
+    def __rsub__(self, other):
+        return self._made(self.builder.fsub(self._lane(other), self.value, flags=self.flags))
+
+    def __abs__(self):
+        return self.call("fabs")
+
+    def __neg__(self):
+        return self._made(self.builder.fneg(self.value))
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __gt__(self, other):
+        return self.builder.fcmp_ordered(">", self.value, self._lane(other))
+
+    def __lt__(self, other):
+        return self.builder.fcmp_ordered("<", self.value, self._lane(other))
+
+    def __ge__(self, other):
+        return self.builder.fcmp_ordered(">=", self.value, self._lane(other))
+
+    def __le__(self, other):
+        return self.builder.fcmp_ordered("<=", self.value, self._lane(other))
+
+    def where(self, condition, other):
+        """These numbers where a comparison is true, and the other ones elsewhere."""
+        return self._made(self.builder.select(condition, self.value, self._lane(other)))
+
+    def clipped(self, low, high):
+        """These numbers, or the nearest of low and high; NaN stays."""
+        floor = self.builder.fcmp_unordered(">=", self.value, self._lane(low))
+        at_least = self.where(floor, low)
+        ceiling = self.builder.fcmp_unordered("<=", self.value, self._lane(high))
+        return at_least.where(ceiling, high)
+
+    def call(self, name, *others):
+        """LLVM's intrinsic function of this and other lanes or numbers."""
+        values = [self.value, *(self._lane(other) for other in others)]
+        kind = self.value.type
+        function = cgutils.get_or_insert_function(
+            self.builder.module, ir.FunctionType(kind, [kind] * len(values)),
+            f"llvm.{name}.v{kind.count}f64",
+        )  # fmt: skip
+        return self._made(self.builder.call(function, values))
+
+    def _integers_of(self, bits):
+        return ir.VectorType(ir.IntType(bits), self.value.type.count)
+
+    @property
+    def bits(self):
+        """The numbers as integers of 64 bits."""
+        return self.builder.bitcast(self.value, self._integers_of(64))
+
+    def integers(self, number):
+        """The integer in all lanes, as a constant of 64 bits."""
+        return everywhere(self._integers_of(64), number)
+
+    def is_odd(self, bits):
+        """Where the integers are odd."""
+        return self.builder.trunc(bits, self._integers_of(1))
+
+    def of_bits(self, bits):
+        """The lane with these bits."""
+        return self._made(self.builder.bitcast(bits, self.value.type))

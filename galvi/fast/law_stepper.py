@@ -1,0 +1,276 @@
+"""Steps of a Lagrangian on R^d or on a Lie group in vector instructions."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from galvi.arrays import Array, read_only
+from galvi.fast.lanes.called import called_numbers
+from galvi.fast.lanes.group_law import compiled_advance_group_law
+from galvi.fast.lanes.group_pass import GROUP_PASS_TYPE
+from galvi.fast.lanes.group_rows import PLACE, rows_of_group_work
+from galvi.fast.lanes.law import PASS_TYPE, compiled_advance_law
+from galvi.fast.lanes.law_pass import rows_of_work
+from galvi.fast.lanes.vectors import lanes_for
+from galvi.fast.laws import law_of
+from galvi.fast.nystrom_stepper import aligned, collocation_tables, stages_in_lanes
+from galvi.fast.symbolic.lane_law import called, compiled_group_law, compiled_law, coupled
+from galvi.groups.matrix_groups import Rn
+from galvi.kernels.compile.function_pointers import addresses
+from galvi.kernels.lie.arithmetic import two_sum
+from galvi.kernels.nystrom.solve import FORCES
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.coupling import coupled_layout
+from galvi.run.plan import Call, Run
+from galvi.run.run_arrays import CALLED, FORCES_IN_LANES, RunArrays, run_plan
+from galvi.systems.canonical import Canonical
+from galvi.systems.canonical_on_rn import CanonicalOnRn
+from galvi.systems.system import LagrangianKernel
+from galvi.systems.traces import Traces, traces
+from galvi.tableau import Tableau
+
+# In lanes less is left: a free body (degree 6, 6 points, h = 0.2) loses 3.6e-18 of its energy a
+# step with 2^-55, and 1.2e-18 with 2^-58.
+FINEST_IN_LANES = 2.0**-58
+# On R^d less is left for the energy to drift by: an elastic pendulum (degree 8, 9 points, h = 0.03)
+# loses 5e-19 of it a step with 2^-55, and at most 2e-20 with 2^-60.
+FINEST_ON_RN = 2.0**-60
+
+
+class LaneLaw(NamedTuple):
+    """A law for lanes.
+
+    lines      that define it, see galvi.fast.symbolic.lane_law
+    constants  of the law
+    calls      the functions that it calls, which must exist as long; None where it calls none
+    """
+
+    lines: str
+    constants: Array
+    calls: LagrangianKernel | None = None
+
+
+def lane_law(system: Any, d: int) -> LaneLaw | None:
+    """The law for lanes of a system of d coordinates on R^d, or None."""
+    group = getattr(system, "group", None)
+    on_space = isinstance(group, Rn) or isinstance(system, Canonical)
+    return _lane_law(system, d, traces(system)) if on_space else None
+
+
+@lru_cache(maxsize=32)
+def _lane_law(system: Any, d: int, found: Traces) -> LaneLaw | None:
+    """The law for lanes of a system, which depends on the traces that were found; else one that
+    calls its functions, if they are compiled."""
+    whole: Any = CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system
+    law = law_of(whole)
+    if law is not None:
+        return LaneLaw(*law)
+    kernel: LagrangianKernel = whole.lagrangian_kernel()
+    if not kernel.compiled:
+        return None
+    group = whole.group
+    lines = called(math.prod(group.shape), d)
+    return LaneLaw(lines, called_numbers(kernel, group.layout), kernel)
+
+
+def with_room(law: LaneLaw, d: int, padded: int) -> Array:
+    """The constants of a law, and after them room that it may write to, for P stages."""
+    return np.append(law.constants, np.zeros(padded * d * (d + 1) // 2))
+
+
+def has_law(problem: Problem, method: Galerkin) -> bool:
+    """Whether the problem's system has a law for lanes that can be iterated with the method.
+
+    Components that its mass couples must have the same degree: a chain of rods with other degrees
+    does not contract at any step.
+    """
+    degrees = component_degrees(method)
+    found = lane_law(problem.system, problem.q0.size)
+    if found is None or degrees is None:
+        return found is not None
+    return all(degrees[i] == degrees[j] for i, j in coupled(found[0], len(degrees)))
+
+
+def component_degrees(method: Galerkin) -> tuple[int, ...] | None:
+    """The degree of each component, where the space has several; else None."""
+    degrees: tuple[int, ...] | None = getattr(method.space, "degrees", None)
+    return degrees
+
+
+@lru_cache(maxsize=32)
+def _compiled(lines: str, d: int, lanes: int) -> tuple[Any, Any]:
+    """The address of a law, and the function, which must exist as long."""
+    function = compiled_law(lines, d, lanes)
+    return addresses((function, PASS_TYPE)), function
+
+
+@lru_cache(maxsize=32)
+def law_tables(
+    table: Tableau, step: float, lanes: int, degrees: tuple[int, ...] | None = None
+) -> tuple[Array, ...]:
+    """A table, multiplied by the step, in the layout of galvi.fast.lanes.law.
+
+    lanes    of a vector
+    degrees  (d,) number of coefficients of each component; None where all have the table's
+    """
+    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step, lanes)
+    (s, m), stages = table.slope.shape, stages_in_lanes(table.c.size, lanes)
+    coefficients = degrees or (m,)
+    complement = np.zeros((0, stages.size))
+    if s > min(coefficients):
+        complement = np.vstack([np.ascontiguousarray(outside(table, k)[stages].T)
+                                for k in coefficients])  # fmt: skip
+    tables, complement = aligned_copies(np.concatenate([moves, turns]), complement)
+    return kicks, ahead, series, tables, complement, growth, fit, read_only(table.c[stages])
+
+
+def aligned_copies(*given: Array) -> list[Array]:
+    """Copies that start at cache lines."""
+    copies = aligned(*(array.shape for array in given))
+    for copy, array in zip(copies, given, strict=True):
+        copy[:] = array
+    return copies
+
+
+def outside(table: Tableau, coefficients: int) -> Array:
+    """C (s, s) of galvi.fast.lanes.law for the space's first functions."""
+    root = np.sqrt(table.b)
+    slopes = np.linalg.qr(root[:, None] * table.slope[:, :coefficients])[0]
+    result: Array = np.eye(root.size) - slopes @ slopes.T * root / root[:, None]
+    return result
+
+
+def law_stepper(run: Run, work: RunArrays) -> Call:
+    """A `Call` of the kernel for laws: does n more steps and returns its code."""
+    problem, method = run.problem, run.method
+    d, s = problem.q0.size, method.stages
+    found = lane_law(problem.system, d)
+    assert found is not None
+    lanes = lanes_for(s)
+    law, function = _compiled(found.lines, d, lanes)
+    given = law_tables(method.table, run.step, lanes, component_degrees(method))
+    padded = given[3].shape[1]
+    scratch, spare = aligned((rows_of_work(d), padded), (6, max(padded, d, s)))
+    constants, numbers = with_room(found, d, padded), np.zeros(2 * d + 3)
+    work.counts[CALLED] = found.calls is not None
+    kernel = compiled_advance_law()
+    plan, progress, kept = run_plan(run, work, max(run.start.tolerance, FINEST_ON_RN))
+
+    def call(todo: int, kept_alive: Any = (function, found)) -> int:
+        before = work.counts[FORCES]
+        code = int(kernel(
+            law, constants, given, plan, todo, progress, scratch, numbers, spare, kept,
+        ))  # fmt: skip
+        work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
+        return code
+
+    return call
+
+
+def group_law(system: Any) -> LaneLaw | None:
+    """The law for lanes of a system on a group other than R^d, or None."""
+    group = getattr(system, "group", None)
+    if group is None or isinstance(group, Rn):
+        return None
+    return _lane_law(system, group.dimension, traces(system))
+
+
+def has_group_law(problem: Problem) -> bool:
+    """Whether the problem's system has a law for lanes on a group other than R^d."""
+    return group_law(problem.system) is not None
+
+
+@lru_cache(maxsize=32)
+def _compiled_on_group(
+    system: Any, chart: int, lanes: int, one: bool, found: Traces
+) -> tuple[int, LaneLaw, Any]:
+    """The address of the system's law in a chart, the law, and the function, which must be kept.
+
+    lanes  of a vector
+    one    for one vector of stages, or for several
+    """
+    law = _lane_law(system, system.group.dimension, found)
+    assert law is not None
+    layout = tuple(tuple(map(int, row)) for row in system.group.layout)
+    function = compiled_group_law(law.lines, layout, chart, lanes, one)
+    return int(addresses((function, GROUP_PASS_TYPE))[0]), law, function
+
+
+@lru_cache(maxsize=32)
+def group_law_tables(
+    table: Tableau, step: float, lanes: int
+) -> tuple[Array, Array, tuple[Array, ...]]:
+    """A table, multiplied by the step, in the layout of galvi.fast.lanes.group_law.
+
+    lanes  of a vector
+    """
+    moves, turns, kicks, ahead, series, growth, fit = collocation_tables(table, step, lanes)
+    (s, m), stages = table.slope.shape, stages_in_lanes(table.c.size, lanes)
+    P, terms = stages.size, ahead.shape[0] // s
+    Y = orthonormal_complement(table)
+    complement, tables = aligned((2 * (s - m), P), ((4 + terms) * P + 3, P))
+    complement[: s - m, :s], complement[s - m :, :s] = Y, Y * table.b
+    for k, rows in enumerate(np.concatenate([moves, turns]).reshape(4, s, P)):
+        tables[k * P : k * P + s] = rows
+        if k < 2:
+            tables[k * P : k * P + s, s:] = kicks[k][:, None]
+    large, low = tables[2 * P : 2 * P + s], tables[3 * P : 3 * P + s]
+    large[:], rest = two_sum(large, -kicks[0][:, None])
+    low += rest - kicks[1][:, None]
+    large[:, s:] = low[:, s:] = 0.0
+    tables[4 * P : 4 * P + 2, :s] = kicks
+    tables[4 * P + 2, :s] = np.mean(Y * Y, axis=0) * table.b if s > m else 0.0
+    for k, rows in enumerate(ahead.reshape(terms, s, P)):
+        tables[(4 + k) * P + 3 : (4 + k) * P + 3 + s] = rows
+    return tables, complement, (series, growth, fit, read_only(table.c[stages]))
+
+
+def orthonormal_complement(table: Tableau) -> Array:
+    """The functions Y (s - m, s) of galvi.fast.lanes.group_law at the stages."""
+    root = np.sqrt(table.b)
+    whole = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0]
+    result: Array = whole[:, table.slope.shape[1] :].T / root
+    return result
+
+
+def group_law_stepper(run: Run, work: RunArrays) -> Call:
+    """A `Call` of the kernel for laws on groups: does n more steps and returns its code."""
+    problem, method = run.problem, run.method
+    system: Any = problem.system
+    layout, chart = coupled_layout(system, problem), method.group_chart.number
+    lanes = lanes_for(method.stages)
+    tables, complement, others = group_law_tables(method.table, run.step, lanes)
+    d, padded, extra = problem.v0.size, tables.shape[1], complement.shape[0] // 2
+    law, found, function = _compiled_on_group(system, chart, lanes, padded == lanes, traces(system))
+    scratch, spare = aligned(
+        (rows_of_group_work(d, extra), padded), (7, max(9, padded, *work.state.shape))
+    )
+    constants, numbers = with_room(found, d, padded), np.zeros(3 * d + PLACE + problem.q0.size)
+    work.counts[CALLED] = found.calls is not None
+    arrays = (scratch, tables, complement, constants, numbers)
+    given = np.array([*(array.ctypes.data for array in arrays), padded, extra])
+    kernel = compiled_advance_group_law()
+    plan, progress, kept = run_plan(run, work, max(run.start.tolerance, FINEST_IN_LANES))
+
+    def call(todo: int, kept_alive: Any = (function, found, given, arrays)) -> int:
+        before = work.counts[FORCES]
+        code = int(kernel(
+            law, given.ctypes.data, layout, chart, others, plan, todo, progress, scratch, numbers,
+            spare, kept,
+        ))  # fmt: skip
+        work.counts[FORCES_IN_LANES] += work.counts[FORCES] - before
+        return code
+
+    return call
+
+
+def has_law_on_group(problem: Problem, method: Galerkin) -> bool:
+    """Whether the problem's system has a law for lanes on a group other than R^d that can be
+    iterated with the method."""
+    one_space = not hasattr(method.space, "degrees")
+    return one_space and float(np.min(method.table.b)) > 0.0 and has_group_law(problem)

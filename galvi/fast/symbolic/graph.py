@@ -1,0 +1,362 @@
+"""Expressions as a graph in which equal ones are one node; simplified as they are made.
+
+A node is one of
+
+number                      a value
+variable                    its place in generated code, e.g. "q[0]"
+"+", "-", "*"               of two nodes; a number factor is the first argument
+"inverse"                   1 / x
+"atan2"                     of two nodes
+"power"                     of two nodes, or of a node and a number
+sin, cos, ... of UNARY      of one node
+
+Nodes have the operators of numbers and the methods by which numpy's functions treat an array of
+objects, so that a function of numbers and arrays can be called on them. What needs the value of a
+node raises `Untraceable`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from numbers import Real
+from typing import Any, NoReturn
+
+import numpy as np
+
+from galvi.systems.traces import Untraceable
+
+UNARY: dict[str, Callable[[float], float]] = {
+    name: getattr(math, name)
+    for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh")
+}
+ODD, EVEN = ("sin", "tan", "sinh", "tanh"), ("cos", "cosh")
+MOST = 20_000  # nodes, beyond which tracing is given up
+MOST_FACTORS = 64  # a power up to which an integer one is made of products
+
+
+class Graph:
+    """The nodes made so far, in an order in which each follows its arguments."""
+
+    def __init__(self) -> None:
+        self.known: dict[tuple[Any, ...], Node] = {}
+        self.refusal = ""
+
+    def node(self, kind: str, *arguments: Any) -> Node:
+        """The node of this kind and arguments, without simplification."""
+        key = (kind, *(x.index if isinstance(x, Node) else x for x in arguments))
+        found = self.known.get(key)
+        if found is None:
+            if len(self.known) == MOST:
+                self.refuse(f"its derivatives have more than {MOST} terms")
+            found = self.known[key] = Node(self, len(self.known), kind, arguments)
+        return found
+
+    def number(self, value: float) -> Node:
+        """A number; -0.0 is 0.0."""
+        value = float(value)
+        if not math.isfinite(value):
+            self.refuse("it uses a number that is not finite")
+        return self.node("number", value or 0.0)
+
+    def variables(self, name: str, *shape: int) -> Any:
+        """An array of variables name[0], name[1], ...; without a shape one variable ``name``."""
+        if not shape:
+            return self.node("variable", name)
+        out = np.empty(math.prod(shape), dtype=object)
+        out[:] = [self.node("variable", f"{name}[{i}]") for i in range(out.size)]
+        return out.reshape(shape)
+
+    def refuse(self, why: str) -> NoReturn:
+        """Raise `Untraceable`, and note it, since a function may catch what is raised in it."""
+        self.refusal = self.refusal or why
+        raise Untraceable(why)
+
+    def lifted(self, x: Any) -> Node | None:
+        """x as a node; None for what is no real number."""
+        if isinstance(x, np.ndarray) and x.ndim == 0:
+            x = x.item()
+        if isinstance(x, Node):
+            return x
+        return self.number(float(x)) if isinstance(x, Real) else None
+
+    def scaled(self, factor: float, x: Node | None) -> Node:
+        """factor x, for a node without a number factor; None stands for 1."""
+        if x is None or factor == 0.0:
+            return self.number(factor)
+        if factor == 1.0:
+            return x
+        if factor == -1.0 and x.kind == "-":
+            return self.node("-", x.arguments[1], x.arguments[0])
+        return self.node("*", self.number(factor), x)
+
+    def sum(self, x: Node, y: Node) -> Node:
+        """x + y; like terms are added."""
+        (a, u), (b, w) = x.split, y.split
+        if a == 0.0 or b == 0.0:
+            return y if a == 0.0 else x
+        if u is w:
+            return self.scaled(a + b, u)
+        if u is not None and w is not None and a == b == -1.0:
+            return self.scaled(-1.0, self.sum(u, w))
+        if w is not None and b == -1.0:
+            return self.node("-", x, w)
+        if u is not None and a == -1.0:
+            return self.node("-", y, u)
+        return self.node("+", *sorted((x, y), key=_index))
+
+    def product(self, x: Node, y: Node) -> Node:
+        """x y, its number factor first."""
+        (a, u), (b, w) = x.split, y.split
+        factor = a * b
+        if factor == 0.0 and a != 0.0 and b != 0.0:
+            self.refuse("a product of its numbers underflows")
+        if u is None or w is None:
+            return self.scaled(factor, w if u is None else u)
+        c, found = self._product(u, w).split
+        return self.scaled(factor * c, found)
+
+    def _product(self, u: Node, w: Node) -> Node:
+        """u w; square roots and inverses of the same node cancel."""
+        (base, halves), (other, more) = _halves(u), _halves(w)
+        halves += more
+        if base is not other or abs(halves) > 2:
+            return self.node("*", *sorted((u, w), key=_index))
+        found = (self.number(1.0), base.sqrt(), base)[abs(halves)]
+        return self.inverse(found) if halves < 0 else found
+
+    def inverse(self, x: Node) -> Node:
+        """1 / x."""
+        a, u = x.split
+        if a == 0.0:
+            self.refuse("it divides by 0")
+        if u is None:
+            return self.number(1.0 / a)
+        return self.scaled(
+            1.0 / a, u.arguments[0] if u.kind == "inverse" else self.node("inverse", u)
+        )
+
+    def unary(self, name: str, x: Node) -> Node:
+        """A function of `UNARY`; those of x and -x share one node if odd or even."""
+        a, u = x.split
+        if u is None:
+            try:
+                return self.number(UNARY[name](a))
+            except (ArithmeticError, ValueError):
+                self.refuse(f"it takes {name} of {a}")
+        if name in ODD + EVEN:
+            turned = u.kind == "-" and u.arguments[0].index < u.arguments[1].index
+            if (a < 0.0) != turned:
+                found = self.node(name, -x)
+                return -found if name in ODD else found
+        return self.node(name, x)
+
+    def power(self, x: Node, y: Node) -> Node:
+        """x to the power y; by products where y is a small integer."""
+        if y.kind != "number":
+            return self.node("power", x, y)
+        p = y.value
+        if x.kind == "number":
+            try:
+                return self.number(math.pow(x.value, p))
+            except (ArithmeticError, ValueError):
+                self.refuse(f"it takes {x.value} to the power {p}")
+        if p in (0.5, -0.5):
+            return self.inverse(x.sqrt()) if p < 0.0 else x.sqrt()
+        if p != int(p) or abs(p) > MOST_FACTORS:
+            return self.node("power", x, p)
+        found, square, left = self.number(1.0), x, abs(int(p))
+        while left:
+            found = found * square if left % 2 else found
+            left //= 2
+            square = square * square if left else square
+        return self.inverse(found) if p < 0.0 else found
+
+
+class Node:
+    """An expression. Its operators are those of numbers, its methods those of numpy's functions."""
+
+    __slots__ = ("arguments", "graph", "index", "kind")
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, graph: Graph, index: int, kind: str, arguments: tuple[Any, ...]) -> None:
+        self.graph, self.index, self.kind, self.arguments = graph, index, kind, arguments
+
+    @property
+    def value(self) -> float:
+        """The value of a number; what has none is refused."""
+        if self.kind != "number":
+            self.graph.refuse("it branches on, or converts, an expression of the state")
+        return float(self.arguments[0])
+
+    @property
+    def split(self) -> tuple[float, Node | None]:
+        """The number factor, and the node that it multiplies; None for 1."""
+        if self.kind == "number":
+            return self.arguments[0], None
+        if self.kind == "*" and self.arguments[0].kind == "number":
+            return self.arguments[0].arguments[0], self.arguments[1]
+        return 1.0, self
+
+    def __add__(self, other: Any) -> Any:
+        y = self.graph.lifted(other)
+        return NotImplemented if y is None else self.graph.sum(self, y)
+
+    def __mul__(self, other: Any) -> Any:
+        y = self.graph.lifted(other)
+        return NotImplemented if y is None else self.graph.product(self, y)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __sub__(self, other: Any) -> Any:
+        y = self.graph.lifted(other)
+        return NotImplemented if y is None else self.graph.sum(self, -y)
+
+    def __rsub__(self, other: Any) -> Any:
+        return -self + other
+
+    def __truediv__(self, other: Any) -> Any:
+        y = self.graph.lifted(other)
+        return NotImplemented if y is None else self.graph.product(self, self.graph.inverse(y))
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return self.graph.inverse(self) * other
+
+    def __pow__(self, other: Any) -> Any:
+        y = self.graph.lifted(other)
+        return NotImplemented if y is None else self.graph.power(self, y)
+
+    def __rpow__(self, other: Any) -> Any:
+        x = self.graph.lifted(other)
+        return NotImplemented if x is None else self.graph.power(x, self)
+
+    def __neg__(self) -> Node:
+        a, u = self.split
+        return self.graph.scaled(-a, u)
+
+    def __pos__(self) -> Node:
+        return self
+
+    def __abs__(self) -> Node:
+        return self.graph.unary("sqrt", self * self)  # exact, unless the square overflows
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __int__(self) -> int:
+        return int(self.value)
+
+    def __bool__(self) -> bool:
+        return bool(self.value)
+
+    def __eq__(self, other: object) -> bool:
+        return self.value == other
+
+    def __lt__(self, other: Any) -> bool:
+        return self.value < other
+
+    def __le__(self, other: Any) -> bool:
+        return self.value <= other
+
+    def __gt__(self, other: Any) -> bool:
+        return self.value > other
+
+    def __ge__(self, other: Any) -> bool:
+        return self.value >= other
+
+    def __repr__(self) -> str:
+        return f"<{self.kind} of the state>"
+
+    def sin(self) -> Node:
+        """The sine."""
+        return self.graph.unary("sin", self)
+
+    def cos(self) -> Node:
+        """The cosine."""
+        return self.graph.unary("cos", self)
+
+    def tan(self) -> Node:
+        """The tangent."""
+        return self.graph.unary("tan", self)
+
+    def exp(self) -> Node:
+        """The exponential."""
+        return self.graph.unary("exp", self)
+
+    def log(self) -> Node:
+        """The natural logarithm."""
+        return self.graph.unary("log", self)
+
+    def sqrt(self) -> Node:
+        """The square root."""
+        return self.graph.unary("sqrt", self)
+
+    def sinh(self) -> Node:
+        """The hyperbolic sine."""
+        return self.graph.unary("sinh", self)
+
+    def cosh(self) -> Node:
+        """The hyperbolic cosine."""
+        return self.graph.unary("cosh", self)
+
+    def tanh(self) -> Node:
+        """The hyperbolic tangent."""
+        return self.graph.unary("tanh", self)
+
+    def arctan2(self, other: Any) -> Node:
+        """The angle of the point (other, self)."""
+        x = self.graph.lifted(other)
+        if x is None:
+            self.graph.refuse("it takes an angle of what is no number")
+        if self.kind == x.kind == "number":
+            return self.graph.number(math.atan2(self.value, x.value))
+        return self.graph.node("atan2", self, x)
+
+    def arctan(self) -> Node:
+        """The arc tangent."""
+        return self.arctan2(1.0)
+
+    def arcsin(self) -> Node:
+        """The arc sine."""
+        return self.arctan2(((1.0 - self) * (1.0 + self)).sqrt())
+
+    def arccos(self) -> Node:
+        """The arc cosine."""
+        root: Node = ((1.0 - self) * (1.0 + self)).sqrt()
+        return root.arctan2(self)
+
+    def hypot(self, other: Any) -> Any:
+        """The root of the sum of squares."""
+        return (self * self + other * other) ** 0.5
+
+    def log2(self) -> Any:
+        """The logarithm to base 2."""
+        return self.log() / math.log(2.0)
+
+    def log10(self) -> Any:
+        """The logarithm to base 10."""
+        return self.log() / math.log(10.0)
+
+    def radians(self) -> Any:
+        """Degrees in radians."""
+        return self * (math.pi / 180.0)
+
+    def degrees(self) -> Any:
+        """Radians in degrees."""
+        return self * (180.0 / math.pi)
+
+    def conjugate(self) -> Node:
+        """The number itself."""
+        return self
+
+    fabs, deg2rad, rad2deg = __abs__, radians, degrees
+
+
+def _index(node: Node) -> int:
+    return node.index
+
+
+def _halves(x: Node) -> tuple[Node, int]:
+    """x as a power of a node, and twice the exponent: of sqrt(u), 1 / u, 1 / sqrt(u), else of x."""
+    inner, sign = (x.arguments[0], -1) if x.kind == "inverse" else (x, 1)
+    return (inner.arguments[0], sign) if inner.kind == "sqrt" else (inner, 2 * sign)

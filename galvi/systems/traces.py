@@ -1,0 +1,89 @@
+"""What tracing a system's functions found, kept with the system. The core alone traces nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from galvi.arrays import Array
+
+Finders = Mapping[str, Callable[[], "Trace"]]
+
+
+class Untraceable(Exception):
+    """A function that cannot be written as an expression; the message says why."""
+
+
+class Trace(Protocol):
+    """What was found by tracing one function or a few that belong together."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether the functions return at some states what they did when they were traced."""
+
+
+@dataclass(frozen=True, eq=False)
+class Traces:
+    """The traces of a system by what they are of: "L", "force" or "dV/dq".
+
+    found    name -> what was found
+    refused  name -> why nothing was
+    """
+
+    found: Mapping[str, Any]
+    refused: Mapping[str, str]
+
+    @property
+    def hold(self) -> bool:
+        """Whether each trace still is that of its functions."""
+        return all(trace.holds for trace in self.found.values())
+
+
+NONE = Traces({}, {})
+KEPT = "_traces"  # attribute of a system, so that both end together
+# (system, q, v, t) -> what finds each trace near a state; may raise `Untraceable`. See galvi.fast.
+TRACERS: list[Callable[[Any, Array, Array, float], Finders]] = []
+
+
+def traces(system: Any) -> Traces:
+    """The traces of a system; none where they were not sought."""
+    found: Traces = vars(system).get(KEPT, NONE)
+    return found
+
+
+def reasons(system: Any) -> str:
+    """Why functions of a system could not be traced; "" for none."""
+    return "; ".join(f"{name}: {reason}" for name, reason in traces(system).refused.items())
+
+
+def trace(system: Any, q: Array, v: Array, t: float, anew: bool = False) -> None:
+    """Trace the functions of a system near a state.
+
+    anew  do it again if what was found does not hold any more
+    """
+    known = traces(system)
+    if known is not NONE and not (anew and not known.hold):
+        return
+    found: dict[str, Trace] = {}
+    refused: dict[str, str] = {}
+    for finders_of in TRACERS:
+        for name, find in finders_of(system, q, v, t).items():
+            try:
+                found[name] = find()
+            except Untraceable as reason:
+                refused[name] = str(reason)
+    if TRACERS:
+        vars(system)[KEPT] = Traces(found, refused)
+
+
+def share(system: Any, other: Any) -> None:
+    """Let a system whose functions another one calls have the traces of that one."""
+    vars(system)[KEPT] = traces(other)
+
+
+def refuse(system: Any, name: str, reason: str) -> None:
+    """Forget one of the traces of a system."""
+    known = traces(system)
+    found = {key: value for key, value in known.found.items() if key != name}
+    vars(system)[KEPT] = Traces(found, {**known.refused, name: reason})
