@@ -13,7 +13,7 @@ STAMP := .venv/installed-$(EXTRAS)
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: install test slow check report studies mutants fuzz bench clean help
+.PHONY: install test core slow check report studies mutants fuzz bench clean help
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -23,6 +23,9 @@ install: $(STAMP) ## create .venv and install galvi, the suite and the tools
 
 test: $(STAMP) ## run the tests except those marked slow or browser
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
+
+core: $(STAMP) ## run the tests of galvi's core, without galvi.fast
+	GALVI_FAST=0 $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal tests/galvi
 
 slow: $(STAMP) ## run the tests marked slow
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m 'slow and not browser'

@@ -61,6 +61,10 @@ from galvi.systems.trees.joint import Joint, Link
 from galvi.trajectory import Trajectory
 
 FAST = environ.get("GALVI_FAST") != "0"
+IN_FAST = (
+    "Ensemble", "Extrema", "FinalStates", "HarmonicFrame", "Histogram", "KeplerFrame", "StatesAt",
+    "integrate_ensemble",
+)  # fmt: skip
 if FAST:
     from galvi.ensembles.integrate_ensemble import integrate_ensemble
     from galvi.ensembles.keep import Extrema, FinalStates, Histogram, StatesAt
@@ -161,13 +165,15 @@ __all__ = [
     "symplecticity_defect",
     "theory",
 ]
+if not FAST:
+    __all__ = [name for name in __all__ if name not in IN_FAST]
 
 
 def __getattr__(name: str) -> object:
     """AttributeError with the nearest public name; pieces and problems are found in any case."""
     if name == "__version__":
         return _version()
-    if name in __all__:
+    if name in IN_FAST:
         raise AttributeError(f"galvi.{name} needs galvi.fast, which GALVI_FAST=0 leaves out.")
     public = {word.casefold(): word for word in __all__ if word != "problems"}
     public |= {word.casefold(): f"problems.{word}" for word in problems.__all__}

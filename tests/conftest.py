@@ -35,6 +35,22 @@ settings.register_profile("galvi", deadline=None, max_examples=25, derandomize=T
 settings.load_profile("galvi")
 
 
+# Without galvi.fast the tests of the core alone: files that name none of these.
+OF_FAST = (
+    "galvi.fast", "galvi.ensembles", "integrate_ensemble", "KeplerFrame", "HarmonicFrame", "sympy",
+    "elastic_pendulum", "kepler_polar", "TRAJECTORIES",
+)  # fmt: skip
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    if os.environ.get("GALVI_FAST") != "0" or collection_path.suffix != ".py":
+        return None
+    if not collection_path.name.startswith("test_"):
+        return None
+    text = collection_path.read_text(encoding="utf-8")
+    return True if any(name in text for name in OF_FAST) else None
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--without",

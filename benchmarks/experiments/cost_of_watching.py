@@ -15,7 +15,6 @@ import numpy as np
 
 from benchmarks.timings.catalogue import TRAJECTORIES
 from benchmarks.timings.worker import method_of, problem_of
-from galvi.run.engine_choice import engine_for
 from galvi.run.integrate import checked
 from galvi.run.loop import run_steps
 
@@ -26,8 +25,9 @@ def run_of(case):
     """Its run, prepared."""
     words = asdict(case)
     problem, method = problem_of(words), method_of(words)
-    run = checked(problem, method, case.step, case.steps, save_every=case.steps)
-    return partial(run_steps, engine_for(problem, method), run)
+    return partial(
+        run_steps, *checked(problem, method, case.step, case.steps, save_every=case.steps)
+    )
 
 
 def seconds(call):

@@ -26,7 +26,7 @@ from pathlib import Path
 
 from galvi.kernels.compile import cache
 
-KERNELS = "galvi/kernels/"
+KERNELS = ("galvi/kernels/", "galvi/fast/lanes/")
 OF_SOURCES = "tests/architecture/test_values.py"  # reads all of them
 FIRST = 120.0  # seconds of tests at most, the quickest ones first
 
@@ -147,7 +147,8 @@ class Reach:
         Of another compiled file: lines that name something of it.
         """
         path, kernel = self.root / compiled, compiled.startswith(KERNELS)
-        kernels = (self.root / KERNELS).rglob("*.py") if kernel else ()
+        folders = KERNELS if kernel else ()
+        kernels = (one for top in folders for one in (self.root / top).rglob("*.py"))
         above = {self._module(one) for one in kernels if path in cache.sources(str(one))}
         above = above or {self._module(path)}
         packages = {module.rpartition(".")[0] for module in above}

@@ -108,7 +108,7 @@ def digest_of_galvi() -> str:
 
     Raises ValueError where a file was changed since this process imported galvi.
     """
-    digest, top = hashlib.sha256(), Path(__file__).parents[2]
+    digest, top = hashlib.sha256(), Path(__file__).parents[1]
     for path in sorted(top.rglob("*.py")):
         if not OTHERS & {*path.relative_to(top).parts}:
             if IMPORTED < path.stat().st_mtime <= time.time():

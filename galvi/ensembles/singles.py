@@ -14,7 +14,6 @@ from galvi.ensembles.parameters import Parameters
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.engine_choice import engine_for
 from galvi.run.integrate import checked
 from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps
@@ -52,9 +51,8 @@ class Singles:
         """The run of one member; ValueError for a start or numbers that cannot be run."""
         problem, steps = self.problem(member), self.plan.steps
         step, options = float(self.plan.step[member]), self.options
-        run = checked(problem, self.method, step, steps, curves=curves, **options)
+        engine, run = checked(problem, self.method, step, steps, curves=curves, **options)
         check_memory([run])
-        engine = engine_for(problem, self.method)
         return lambda: uninterrupted(run_steps(engine, run, watched=False))
 
     def kept(self, member: int, keep: Keep) -> Single:

@@ -21,7 +21,6 @@ from galvi import input_checks
 from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.engine_choice import engine_for
 from galvi.run.integrate import checked
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.loop import run_steps
@@ -70,10 +69,11 @@ def integrate_many(
     given = tuple(problems)
     threads = processors() if threads is None else input_checks.whole("threads", threads)
     runs: list[Run] = []
+    each: list[Callable[..., Trajectory]] = []
     compiled = True
     for k, problem in enumerate(given):
         with _naming_problem(k):
-            run = checked(
+            engine, run = checked(
                 problem,
                 method,
                 step,
@@ -85,10 +85,10 @@ def integrate_many(
                 tolerance=tolerance,
             )
             runs.append(run)
-            compiled = compiled and engine_for(problem, method).is_compiled(problem, method)
+            each.append(partial(run_steps, engine, run))
+            compiled = compiled and engine.is_compiled(problem, method)
     if given:
         check_memory(runs)
-    each = [partial(run_steps, engine_for(run.problem, method), run) for run in runs]
     return _all_of(each, min(threads, len(runs)) if compiled else 1, progress)
 
 

@@ -19,7 +19,7 @@ from galvi.problem import Problem, WithFunctions
 from galvi.run.engine_choice import engine_for
 from galvi.run.loop import run_steps
 from galvi.run.nystrom_steppers import ROUND_OFF, SOLVERS
-from galvi.run.plan import Run
+from galvi.run.plan import Engine, Run
 from galvi.run.run_arrays import check_memory
 from galvi.systems.canonical import Canonical
 from galvi.systems.system import VectorSystem
@@ -67,12 +67,12 @@ def integrate(
     first step; exceptions of user functions in a step pass through. Ctrl-C after the last step, or
     one that failed, raises KeyboardInterrupt, whose attribute ``run`` is the trajectory.
     """
-    run = checked(
+    engine, run = checked(
         problem, method, step, steps, duration=duration, save_every=save_every, curves=curves,
         solver=solver, tolerance=tolerance,
     )  # fmt: skip
     check_memory([run])
-    return run_steps(engine_for(problem, method), run, progress=progress)
+    return run_steps(engine, run, progress=progress)
 
 
 def check_types(problem: object, method: object, call: str) -> None:
@@ -96,9 +96,9 @@ def checked(
     curves: bool | None = None,
     solver: str = "auto",
     tolerance: float | None = None,
-) -> Run:
+) -> tuple[Engine, Run]:
     """The run of `integrate`, its arguments checked, except that the result fits in memory: see
-    `check_memory`."""
+    `check_memory`; and the engine that does it."""
     check_types(problem, method, "integrate(problem, method, step, steps), or give a duration")
     h = input_checks.real(
         "step", step, "The length of a run is given by steps or duration, its begin by problem.t0."
@@ -136,7 +136,7 @@ def checked(
         _announce(problem, problem.system)
     begin = engine.start(problem, method)
     start = Checkpoint(0, *begin, solver, tol, save_every, curves)
-    return Run(problem, method, h, total, start)
+    return engine, Run(problem, method, h, total, start)
 
 
 def resume(
@@ -242,7 +242,7 @@ def _announce(problem: Problem, system: WithFunctions) -> None:
 
     Not that of a compiled gradient without an external force: it takes few microseconds a step.
     """
-    if system.untraced and system not in _ANNOUNCED:
+    if traces(system).refused and system not in _ANNOUNCED:
         _ANNOUNCED.add(system)
         canonical = isinstance(system, Canonical) and system.force is None
         if canonical and cast(Canonical, system).force_kernel(problem.q0.size).compiled:

@@ -103,7 +103,7 @@ class RunArrays(NamedTuple):
         problem, method, steps, start = run.problem, run.method, run.steps, run.start
         r, d, m = problem.q0.size, problem.v0.size, method.space.dimension - 1
         saved_steps = np.append(np.arange(0, steps, start.save_every), steps)
-        saved_q, saved_v = _unknown(len(saved_steps), r), _unknown(len(saved_steps), d)
+        saved_q, saved_v = (np.full((len(saved_steps), width), np.nan) for width in (r, d))
         saved_q[0], saved_v[0] = start.state[0, :r], start.state[row, :d]
         solver_state = start.solver_state.copy()
         solver_state[DONE] = 0
@@ -117,8 +117,8 @@ class RunArrays(NamedTuple):
         return cls(
             start.state.copy(), start.stages.copy(), solver_state, np.zeros(1),
             np.zeros(8, dtype=np.int64), saved_steps, saved_q, saved_v,
-            _unknown(rows, curve_size[0]), _unknown(rows, curve_size[1], m), watch,
-            _unknown(seen, r + d + stages), passage,
+            np.full((rows, curve_size[0]), np.nan), np.full((rows, curve_size[1], m), np.nan),
+            watch, np.full((seen, r + d + stages), np.nan), passage,
         )  # fmt: skip
 
     @property
@@ -144,13 +144,6 @@ class RunArrays(NamedTuple):
         row = (number >> self.watch) - (start.first >> self.watch) - 1
         if number % (1 << self.watch) == 0 and row < len(self.seen):
             self.seen[row, : q.size + v.size] = np.concatenate([q, v])
-
-
-def _unknown(*shape: int) -> Array:
-    """An array of NaN."""
-    array = np.empty(shape)
-    array.fill(np.nan)
-    return array
 
 
 def run_plan(

@@ -121,7 +121,7 @@ def cayley(x: Array) -> Array:
     return (np.eye(3) - hat(x)) @ np.linalg.inv(np.eye(3) + hat(x))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Galerkin:
     """The integrator of n basis functions and a quadrature rule on [0, 1].
 
@@ -229,7 +229,7 @@ def _jacobian(function: Callable[[Array], Array], x: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run:
     """States at the ends of steps, q (steps + 1, ...) and p (steps + 1, d), and the curves."""
 

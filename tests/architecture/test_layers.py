@@ -26,6 +26,7 @@ FAULTS = {
     "independent": ("references/newton.py", "from galvi.kernels.forces import nbody"),
     "benchmarks": ("benchmarks/store/frames.py", "from benchmarks.studies import scaling"),
     "reports": ("reports/tables/writing.py", "from reports.figures import picture"),
+    "core": ("galvi/problem.py", "from galvi.fast import laws"),
     "cycles": ("galvi/charts/chart.py", "from galvi.charts import maps"),
 }
 

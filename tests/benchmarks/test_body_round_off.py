@@ -9,7 +9,7 @@ from benchmarks.experiments.body_round_off import energy_growth
 from benchmarks.statistics.growth import Growth
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from galvi.charts import CHARTS
-from galvi.run import law_stepper
+from galvi.fast import law_stepper
 
 FEW, MANY = 10_000, 100_000
 SMALL, LARGE = 1e-18, 4e-18  # drifts in a step, relative, seen in many and in few steps

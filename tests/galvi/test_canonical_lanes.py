@@ -16,13 +16,14 @@ import galvi
 from benchmarks.statistics.growth import Growth, growth
 from galvi.arrays import read_only
 from galvi.extended_precision import extended_precision, scaled
+from galvi.fast import nystrom_stepper
 from galvi.fast.lanes import potentials
+from galvi.fast.laws import slopes_of
 from galvi.fast.symbolic.lane_force import WIDEST, WIDEST_COUPLED
-from galvi.run import engine_choice, nystrom_steppers
+from galvi.run import engine_choice
 from galvi.run.nystrom_engine import NYSTROM
 from galvi.run.nystrom_steppers import general_stepper
 from galvi.systems.canonical import Canonical
-from galvi.systems.potentials.potentials import lane_slopes
 from references.forces.ridders import gradient
 
 GENERAL = replace(NYSTROM, stepper=general_stepper)
@@ -122,12 +123,14 @@ def test_slopes_are_the_gradient_of_the_potential(name: str) -> None:
         "pendulum": galvi.CosinePotential(1.2), "spring_chain": galvi.SpringChain(0.3, 0.5),
     }[name]  # fmt: skip
     law, q = potential.law(), np.array([0.7, -0.4, 0.9])
-    assert law.slopes == lane_slopes(name)
-    found = np.array(getattr(potentials, name)(q, 0.0, law.constants))
-    np.testing.assert_allclose(found, potential.gradient(q), rtol=1e-14)
+    found = slopes_of(galvi.Canonical(1.0, potential))
+    assert found is not None and found[0].endswith(f" import {name} as slopes")
+    assert np.array_equal(found[1], law.constants)
+    slope = np.array(getattr(potentials, name)(q, 0.0, law.constants))
+    np.testing.assert_allclose(slope, potential.gradient(q), rtol=1e-14)
     step = 1e-5 * np.eye(3)
     slopes = (potential(q + step) - potential(q - step)) / 2e-5
-    np.testing.assert_allclose(found, slopes, rtol=1e-8)
+    np.testing.assert_allclose(slope, slopes, rtol=1e-8)
 
 
 @pytest.mark.parametrize("fault", ["another potential", "its sign", "the mass left out"])
@@ -148,9 +151,8 @@ def test_a_wrong_force_in_lanes_does_not_agree(fault: str, monkeypatch: Any) -> 
 
 def given_slopes(lines: str, monkeypatch: Any) -> None:
     """Let every canonical system have these slopes in lanes."""
-    found = Canonical.lane_slopes.fget
     monkeypatch.setattr(
-        Canonical, "lane_slopes", property(lambda self: (lines, (found(self) or ["", []])[1]))
+        nystrom_stepper, "slopes_of", lambda system: (lines, (slopes_of(system) or ["", []])[1])
     )
 
 
@@ -286,7 +288,7 @@ def test_a_table_times_a_step_is_rounded_to_a_hundred_bits(
 
 def test_a_table_rounded_to_float64_drifts_and_is_seen_to(monkeypatch: Any) -> None:
     """Without the low parts of h b, h^2 beta, h^2 A and c the energy drifts by 2e-18 a step."""
-    sound = nystrom_steppers.packed_tables
+    sound = nystrom_stepper.packed_tables
 
     def rounded(table: Any, step: float) -> tuple[Any, ...]:
         ahead, series, growth, sums, nodes = (np.array(part) for part in sound(table, step))
@@ -296,6 +298,6 @@ def test_a_table_rounded_to_float64_drifts_and_is_seen_to(monkeypatch: Any) -> N
         parts = (ahead, series, growth, sums, nodes)
         return tuple(read_only(part) for part in parts)
 
-    monkeypatch.setattr(nystrom_steppers, "packed_tables", rounded)
+    monkeypatch.setattr(nystrom_stepper, "packed_tables", rounded)
     found = energy_growth("kepler", 10**5, 8)
     assert found.drifts and found.exponent > 0.9

@@ -180,10 +180,10 @@ def test_the_text_of_a_traced_law_is_part_of_its_work(tmp_path, monkeypatch):
 
 def test_the_code_of_galvi_is_part_of_the_name_but_not_its_words(tmp_path, monkeypatch):
     top = tmp_path / "galvi"
-    (top / "run" / "ensembles").mkdir(parents=True)
+    (top / "ensembles").mkdir(parents=True)
     (top / "interop").mkdir()
     place, reader = top / "place.py", top / "interop" / "reader.py"
-    monkeypatch.setattr(folders, "__file__", str(top / "run" / "ensembles" / "folder.py"))
+    monkeypatch.setattr(folders, "__file__", str(top / "ensembles" / "folder.py"))
     monkeypatch.setattr(folders, "IMPORTED", np.inf)
 
     def digest(code, other="y = 1"):

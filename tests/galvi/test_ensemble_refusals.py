@@ -87,7 +87,9 @@ def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
     places = np.random.default_rng(3).standard_normal((2, 100, 3))
     large = galvi.Problem(galvi.NBody(np.full(100, 1e-3)), *places)
     monkeypatch.setattr(run_arrays, "_free_memory", lambda: float(2**30))
-    big, small = (checked(one, EIGHT, 0.1, 10_000, curves=False) for one in (large, KEPLER))
+    (_, big), (_, small) = (
+        checked(one, EIGHT, 0.1, 10_000, curves=False) for one in (large, KEPLER)
+    )
     check_memory([big] + [small] * 999)
     with pytest.raises(ValueError, match=r"1000 runs of 10000 steps would keep 67\.1 GiB in all"):
         check_memory([big] * 1000)
@@ -100,7 +102,7 @@ def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
 def test_the_memory_counted_is_what_a_run_takes(curves, monkeypatch):
     problem = galvi.problems.outer_solar_system()
     galvi.integrate(problem, EIGHT, 10.0, 2)
-    run = checked(problem, EIGHT, 10.0, 4000, curves=curves)
+    _, run = checked(problem, EIGHT, 10.0, 4000, curves=curves)
     tracemalloc.start()
     galvi.integrate(problem, EIGHT, 10.0, 4000, curves=curves)
     _, peak = tracemalloc.get_traced_memory()

@@ -54,6 +54,7 @@ def test_counts_are_the_same_in_every_run():
     assert runs[0].counts["force_evaluations"] == 4 * runs[0].counts["iterations"]
 
 
+@pytest.mark.skipif(not galvi.FAST, reason="nothing is traced")
 def test_differenced_derivatives_are_counted():
     bare = galvi.Problem(galvi.Canonical(1.0, HENON.system.potential), HENON.q0, HENON.v0)
     run, traced = (galvi.integrate(bare, FOUR, 0.3, 20, solver=s) for s in ("newton", "auto"))

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import galvi
+from galvi.fast import law_stepper, nystrom_stepper
 from galvi.fast.lanes import functions, vectors
-from galvi.run import law_stepper, nystrom_steppers
 from tests.galvi.lane_functions import compiled
 
 
@@ -53,7 +53,7 @@ def test_only_stages_that_would_leave_a_register_idle_run_in_fours(stages, monke
     monkeypatch.setattr(vectors, "AVX512", False)
     lanes = vectors.lanes_for(stages)
     assert lanes == (4 if stages in (1, 4, 9, 12) else 8)
-    assert len(nystrom_steppers.stages_in_lanes(stages, lanes)) == -(-stages // lanes) * lanes
+    assert len(nystrom_stepper.stages_in_lanes(stages, lanes)) == -(-stages // lanes) * lanes
     monkeypatch.setattr(vectors, "AVX512", True)
     assert vectors.lanes_for(stages) == 8
 

@@ -16,7 +16,8 @@ pytest.importorskip("sympy")
 
 import sympy
 from sympy.physics.mechanics import dynamicsymbols
-from tests.galvi.fast.symbolic_letters import FOUR, c, k, m, made, t, u, w, x, y
+
+from tests.galvi.symbolic_letters import FOUR, c, k, m, made, t, u, w, x, y
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 

@@ -16,7 +16,8 @@ from galvi.fast.symbolic import lane_law
 pytest.importorskip("sympy")
 
 import sympy
-from tests.galvi.fast.symbolic_letters import FREE, c, k, m, made, t, u, w, x, y
+
+from tests.galvi.symbolic_letters import FREE, c, k, m, made, t, u, w, x, y
 
 
 def test_parameters_are_numbers_of_the_system_and_not_of_the_code():

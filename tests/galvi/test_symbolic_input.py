@@ -13,7 +13,8 @@ import galvi
 pytest.importorskip("sympy")
 
 import sympy
-from tests.galvi.fast.symbolic_letters import FOUR, FREE, k, m, made, t, u, w, x, y
+
+from tests.galvi.symbolic_letters import FOUR, FREE, k, m, made, t, u, w, x, y
 
 f = sympy.Function("f")
 real = sympy.Symbol("t", real=True)

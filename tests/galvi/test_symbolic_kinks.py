@@ -11,7 +11,8 @@ from galvi.fast.symbolic import kinks
 pytest.importorskip("sympy")
 
 import sympy
-from tests.galvi.fast.symbolic_letters import FOUR, FREE, k, made, u, w, x, y
+
+from tests.galvi.symbolic_letters import FOUR, FREE, k, made, u, w, x, y
 
 KINKS = [
     (sympy.Abs(x), "x changes its sign: its first derivatives jump"),

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import galvi
+from galvi.fast.laws import lines_of
 from tests.galvi.random_trees import FLAGS, random_state, random_tree
 from tests.galvi.tree_equations import defects, terms
 
@@ -136,7 +137,7 @@ def test_its_law_for_lanes_is_its_kernel(joints, seed):
     _, problem = problem_of(random_tree(joints, seed), seed)
     found, q, v = problem.system.tree, problem.q0, problem.v0
     names = {}
-    exec(found.law, names)
+    exec(lines_of(found), names)
     tau, mu, rows = names["law"](q.ravel().tolist(), v.tolist(), 0.0, found.numbers.tolist())
     momenta, left = found.left_slopes(q, v)
     size = 1.0 + max(np.max(np.abs(left)), np.max(np.abs(momenta)))
@@ -150,7 +151,7 @@ def test_its_law_for_lanes_is_its_kernel(joints, seed):
 def test_a_tree_of_more_than_40_velocities_has_no_law_for_lanes():
     for joints, has_law in ((40, True), (41, False)):
         _, problem = problem_of(random_tree(joints, 1, kinds=("hinge",)), 1)
-        assert problem.v0.size == joints and bool(problem.system.tree.law) is has_law
+        assert problem.v0.size == joints and bool(lines_of(problem.system.tree)) is has_law
 
 
 @pytest.mark.parametrize(
